@@ -21,7 +21,7 @@ mod tests {
     use super::nearest;
 
     #[test]
-    fn case_and_swapped_letters_are_near_and_other_words_are_not() {
+    fn case_and_swapped_letters_are_near() {
         assert_eq!(nearest("laser", ["Laser", "Lasso"]), Some("Laser"));
         assert_eq!(
             nearest("GenericBsae", ["GenericBase", "Laser"]),

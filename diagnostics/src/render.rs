@@ -209,7 +209,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_three_forms_name_the_same_place() {
+    fn the_three_formats_give_the_same_location() {
         let mut sources = SourceMap::new();
         let a = sources.add("a.cdsl", "Component C {\n\tlanguage rsut;\n};\n");
         let mut found = Diagnostics::new();

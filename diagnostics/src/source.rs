@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn equal_texts_of_one_file_are_worked_on_once() {
+    fn equal_texts_of_one_file_share_an_id() {
         let mut map = SourceMap::new();
         let mut count = 0;
         let mut length = |path: &str, text: &str| {
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_column_counts_characters_and_a_tab_is_one() {
+    fn columns_count_characters() {
         let mut map = SourceMap::new();
         let id = map.add("a", "\u{feff}x\n\té;\n");
         assert_eq!(map.position(id, 0), Position { line: 1, column: 1 });

@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_keeps_its_rights_its_owner_and_its_link() {
+    fn permissions_owner_and_symbolic_link_are_preserved() {
         let folder = folder();
         let path = file(&folder, 0o640);
         // Only root can change the owner of a file.
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn pipes_devices_folders_and_large_files_are_refused_at_once() {
+    fn pipes_devices_folders_and_large_files_are_rejected_without_blocking() {
         let folder = folder();
         let pipe = folder.path().join("pipe");
         mknodat(CWD, &pipe, FileType::Fifo, Mode::from_raw_mode(0o600), 0).expect("a pipe");

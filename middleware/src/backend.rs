@@ -198,10 +198,10 @@ pub trait Server {
     /// Clears readiness. Drain with `serve` before and after. `woken`: as for a subscriber.
     fn acknowledge(&mut self, woken: bool);
 
-    /// Hands the next request to `answer`, with a place for its reply; says whether there was one.
+    /// Passes the next request and its reply buffer to `handler`. Returns whether there was a request.
     fn serve(
         &mut self,
-        answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
+        handler: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError>;
 
     /// The number of clients.

@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_are_those_of_the_specification() {
+    fn encodings_equal_the_specification() {
         let mut writer = Writer::default();
         writer.put(&1_u8);
         writer.put(&2_u32);
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_comes_back() {
+    fn decoding_restores_every_value() {
         let map: BTreeMap<String, Vec<f32>> =
             [("a".to_owned(), vec![1.0, 2.0]), ("b".to_owned(), vec![])].into();
         let bytes = bytes_of(&map);
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_read_wherever_they_lie() {
+    fn unaligned_numbers_are_read() {
         let items: Vec<f64> = (0..5).map(f64::from).collect();
         let mut room = [0_u64; 8];
         let bytes = bytes_of(&items);
@@ -258,7 +258,7 @@ mod tests {
 
     #[test]
     fn values_take_memory_in_proportion_to_their_bytes() {
-        // Each empty sequence takes 4 bytes, and 24 as a value.
+        // An empty sequence takes 4 bytes in CDR and 24 in memory.
         let empty = |count: u32| {
             let mut bytes = count.to_le_bytes().to_vec();
             bytes.resize(4 + 4 * count as usize, 0);
@@ -270,12 +270,12 @@ mod tests {
         let inflated = DecodeError::Inflated(many.len());
         let mut reader = Reader::new(&many);
         assert_eq!(reader.get::<Vec<Vec<u8>>>(), Err(inflated.clone()));
-        assert_eq!(reader.at, 4, "it is refused before anything is allocated");
+        assert_eq!(reader.at, 4, "rejected before allocation");
         assert_eq!(
             Reader::new(&many).get::<Vec<Option<String>>>(),
             Err(inflated.clone())
         );
-        // The same a level deeper, where no single sequence is large.
+        // One level deeper, where no single sequence is large.
         let mut nested = 2500_u32.to_le_bytes().to_vec();
         for _ in 0..2500 {
             nested.extend(empty(1000));
@@ -289,14 +289,14 @@ mod tests {
         }
         let result = Reader::new(&map).get::<BTreeMap<u32, Vec<u8>>>();
         assert_eq!(result, Err(DecodeError::Inflated(map.len())));
-        // Numbers and texts take as much as they are long, however large they are.
+        // Numbers and strings take their encoded size in memory, whatever their length.
         let numbers = bytes_of(&vec![7_u8; 32 << 20]);
         let read = Reader::new(&numbers).get::<Vec<u8>>();
         assert_eq!(read.map(|values| values.len()), Ok(32 << 20));
     }
 
     #[test]
-    fn hostile_bytes_are_errors_and_ask_for_no_memory() {
+    fn hostile_bytes_are_rejected_without_allocation() {
         let huge = u32::MAX.to_le_bytes();
         assert!(Reader::new(&huge).get::<Vec<u64>>().is_err());
         assert!(Reader::new(&huge).get::<String>().is_err());

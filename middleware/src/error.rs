@@ -11,7 +11,7 @@ pub enum CallError {
     #[error("no server at `{0}`; is the component that implements it running?")]
     NoServer(String),
     /// The reply did not arrive in time.
-    #[error("no answer from `{address}` within {limit:?}")]
+    #[error("no reply from `{address}` within {limit:?}")]
     Deadline {
         /// The address of the server.
         address: String,
@@ -36,7 +36,7 @@ pub enum CallError {
     #[error("the argument cannot be sent: {0}")]
     Invalid(#[from] EncodeError),
     /// The reply cannot be decoded.
-    #[error("the answer cannot be read: {0}")]
+    #[error("the reply cannot be decoded: {0}")]
     Malformed(#[from] DecodeError),
     /// The middleware failed.
     #[error("the middleware failed at `{address}`: {reason}")]

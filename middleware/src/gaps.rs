@@ -141,52 +141,56 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_is_counted() {
+    fn missing_samples_are_counted() {
         let gaps = &mut Gaps::default();
-        assert_eq!(lost(gaps, 1, &[7, 8, 9]), 0, "one that came late");
+        assert_eq!(lost(gaps, 1, &[7, 8, 9]), 0, "a late sample");
         assert_eq!(lost(gaps, 1, &[13, 14, 16]), 4);
-        assert_eq!(lost(gaps, 1, &[1, 2]), 0, "it has begun anew");
+        assert_eq!(lost(gaps, 1, &[1, 2]), 0, "the sender has restarted");
     }
 
     #[test]
-    fn a_wild_number_counts_for_nothing() {
+    fn an_implausible_sequence_number_is_ignored() {
         let gaps = &mut Gaps::default();
         for wild in [u64::MAX, 1 << 40, 70_000, 2000] {
             assert_eq!(lost(gaps, 1, &[2, wild, 3, wild, wild, 4]), 0, "{wild}");
-            // As before, a sender may begin anew.
+            // The sender may restart.
             assert_eq!(lost(gaps, 1, &[1]), 0);
         }
-        // A long gap is one: the samples after it follow each other.
+        // A large gap counts if consecutive samples follow it.
         assert_eq!(lost(gaps, 2, &[7, 10_007, 10_008]), 9999);
         assert_eq!(lost(gaps, 2, &[30_000, 30_010, 30_011]), 19_991 + 9);
-        assert_eq!(lost(gaps, 3, &[7, u64::MAX - 1, u64::MAX]), 0, "incredible");
+        assert_eq!(lost(gaps, 3, &[7, u64::MAX - 1, u64::MAX]), 0, "implausible");
     }
 
     #[test]
-    fn senders_are_counted_apart() {
+    fn senders_are_counted_separately() {
         let gaps = &mut Gaps::default();
         for round in 1..10 {
             assert_eq!(lost(gaps, 1, &[round]), 0);
             assert_eq!(lost(gaps, 2, &[2 * round]), u64::from(round > 1));
-            assert_eq!(lost(gaps, 3, &[0]), 0, "it does not count");
-            assert_eq!(lost(gaps, 0, &[9 * round]), 0, "nobody knows who it is");
+            assert_eq!(lost(gaps, 3, &[0]), 0, "a sender without numbers");
+            assert_eq!(lost(gaps, 0, &[9 * round]), 0, "an unknown sender");
         }
     }
 
     #[test]
-    fn senders_that_are_gone_are_forgotten() {
+    fn absent_senders_are_forgotten() {
         let gaps = &mut Gaps::default();
         for sender in 1..1000 {
-            assert_eq!(lost(gaps, 7000, &[sender as u64]), 0, "it goes on");
+            assert_eq!(
+                lost(gaps, 7000, &[sender as u64]),
+                0,
+                "a known sender continues"
+            );
             assert_eq!(lost(gaps, sender, &[5, 7]), 1);
             assert!(gaps.heard.len() <= SENDERS && gaps.heard.capacity() <= SENDERS);
         }
-        assert_eq!(lost(gaps, 1, &[99]), 0, "it was forgotten");
-        assert_eq!(lost(gaps, 999, &[9]), 1, "it was not");
+        assert_eq!(lost(gaps, 1, &[99]), 0, "a forgotten sender");
+        assert_eq!(lost(gaps, 999, &[9]), 1, "a remembered sender");
     }
 
     #[test]
-    fn what_could_not_be_read_is_not_lost_as_well() {
+    fn unreadable_samples_do_not_count_as_lost() {
         let (gaps, unread) = (&mut Gaps::default(), &mut Unread::default());
         let mut lost = 0;
         for (sequence, readable) in [

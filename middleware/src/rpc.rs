@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reason_is_short_and_forges_nothing() {
+    fn a_reason_is_truncated_and_escaped() {
         let mut writer = Writer::default();
         let long = format!("no\nerror: forged\u{1b}[2J{}", "x".repeat(1 << 20));
         refuse(
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn an_envelope_comes_back() {
+    fn decoding_restores_an_envelope() {
         let id = RequestId {
             writer: [7; 16],
             sequence: 1 << 33 | 5,

@@ -193,7 +193,7 @@ mod tests {
 
     /// Lends nothing.
     #[test]
-    fn a_reply_is_written_once_where_nothing_is_lent() {
+    fn without_loans_a_reply_is_serialized_once() {
         let mut body = rpc_request();
         let request = std::mem::take(&mut body);
         let mut request = Request::open(Header::default(), &request, &mut body).expect("opened");

@@ -99,7 +99,7 @@ mod tests {
     use std::os::unix::net::UnixListener;
 
     #[test]
-    fn the_state_and_the_age_of_the_loop_decide() {
+    fn liveness_depends_on_state_and_age_of_the_loop() {
         let code = |state: State, age: u64| judge(state, age).code();
         assert_eq!([code(State::Running, 9), code(State::Emergency, 9)], [0, 0]);
         assert_eq!(
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn an_absent_component_differs_from_one_that_does_not_answer() {
+    fn an_absent_component_differs_from_an_unresponsive_one() {
         let folder = tempfile::tempdir().expect("a folder");
         let socket = folder.path().join("a.sock");
         assert_eq!(probe_once(&socket), ProbeResult::NotFound);
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_that_is_not_a_status_is_not_one_of_a_component() {
+    fn a_reply_that_is_not_a_status_is_rejected() {
         let folder = tempfile::tempdir().expect("a folder");
         let socket = folder.path().join("a.sock");
         let listener = UnixListener::bind(&socket).expect("a socket");

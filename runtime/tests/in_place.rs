@@ -1,23 +1,23 @@
-//! What arrives in place may be anything: every pattern of bytes, any length, at any address. The structures are those
-//! that rcgen wrote for the camera. `cargo +nightly miri test -p rc-runtime --test in_place` looks for undefined
-//! behaviour, too; there the sequences are read only in part.
+//! Bodies received in place may contain any bytes, at any length and address. The structures are
+//! generated from the interface of the camera. `cargo +nightly miri test -p rc-runtime --test
+//! in_place` also detects undefined behaviour; under Miri, the sequences are read partly.
 
 use interfaces::robo_comp_camera::{CloudInPlace, CloudPoint, Image, ImageInPlace, PixelFormat};
 use rc_runtime::middleware::{Cdr, DecodeError, Encoding, InPlace, Reader, Writer, in_place};
 
-/// Behind the numbers and the frame of the camera.
+/// The offset of the length of `data`, after the numbers and `frame`.
 const LENGTH_OF_DATA: usize = 64;
 
-/// Reads a body as a handler would.
+/// Decodes a body as a handler does.
 fn read(body: &[u8]) -> Result<(), DecodeError> {
     let mut reader = Reader::of(body, Encoding::Image);
     let image = reader.in_place::<ImageInPlace>()?;
-    touch(&image);
+    read_all_members(&image);
     Ok(())
 }
 
-/// Asks for everything that there is.
-fn touch(image: &ImageInPlace) {
+/// Reads every member.
+fn read_all_members(image: &ImageInPlace) {
     assert!(image.data().len() <= 2_100_000);
     assert!((0..=4096).contains(&image.width) && (0..=4096).contains(&image.height));
     let ends = [image.data().first(), image.data().last()];
@@ -34,8 +34,8 @@ fn touch(image: &ImageInPlace) {
     }
 }
 
-/// The bytes of an image that is right, in memory that is aligned as a message is.
-fn right() -> Box<ImageInPlace> {
+/// The bytes of a valid image, in memory with the alignment of a message.
+fn valid_image() -> Box<ImageInPlace> {
     let mut image = in_place::boxed::<ImageInPlace>().expect("memory");
     image.width = 4;
     image.height = 2;
@@ -45,16 +45,16 @@ fn right() -> Box<ImageInPlace> {
 }
 
 #[test]
-fn every_pattern_of_bytes_is_read_or_refused() {
+fn any_bytes_are_decoded_or_rejected() {
     use in_place::IntoBytes;
     for pattern in 0..=u8::MAX {
-        let mut image = right();
+        let mut image = valid_image();
         image.as_mut_bytes()[..128].fill(pattern);
         let _ = read(image.as_bytes());
-        // Each byte of what is not data for itself.
+        // Each byte before `data` on its own.
         if pattern % 15 == 0 {
             for at in (0..128).step_by(if cfg!(miri) { 8 } else { 1 }) {
-                let mut image = right();
+                let mut image = valid_image();
                 image.as_mut_bytes()[at] = pattern;
                 let _ = read(image.as_bytes());
             }
@@ -63,7 +63,7 @@ fn every_pattern_of_bytes_is_read_or_refused() {
 }
 
 #[test]
-fn lengths_are_never_believed() {
+fn invalid_lengths_are_limited() {
     use in_place::IntoBytes;
     for length in [
         0_u32,
@@ -74,7 +74,7 @@ fn lengths_are_never_believed() {
         u32::MAX / 2,
         u32::MAX,
     ] {
-        let mut image = right();
+        let mut image = valid_image();
         let bytes = image.as_mut_bytes();
         let place = LENGTH_OF_DATA..LENGTH_OF_DATA + 4;
         assert_eq!(bytes[place.clone()], 8_u32.to_le_bytes());
@@ -85,9 +85,9 @@ fn lengths_are_never_believed() {
 }
 
 #[test]
-fn sizes_other_than_that_of_the_type_are_refused() {
+fn bodies_of_another_size_are_rejected() {
     use in_place::IntoBytes;
-    let image = right();
+    let image = valid_image();
     let bytes = image.as_bytes();
     for length in [0, 1, 7, 8, 100, bytes.len() - 8, bytes.len() - 1] {
         let refused = read(&bytes[..length]);
@@ -101,15 +101,15 @@ fn sizes_other_than_that_of_the_type_are_refused() {
         read(longer.as_bytes()),
         Err(DecodeError::NotAnImage { .. })
     ));
-    // One of another type is of another size.
+    // A type with another size.
     let mut reader = Reader::of(bytes, Encoding::Image);
     assert!(reader.in_place::<CloudInPlace>().is_err());
 }
 
 #[test]
-fn what_lies_askew_is_copied() {
+fn an_unaligned_body_is_copied() {
     use in_place::IntoBytes;
-    let image = right();
+    let image = valid_image();
     for shift in 1..8 {
         let mut room = vec![0_u64; image.as_bytes().len() / 8 + 2];
         let room = &mut room.as_mut_bytes()[shift..shift + image.as_bytes().len()];
@@ -125,9 +125,9 @@ fn what_lies_askew_is_copied() {
 }
 
 #[test]
-fn ranges_hold_and_the_two_encodings_are_not_taken_for_each_other() {
+fn ranges_are_checked_and_the_encodings_are_distinguished() {
     use in_place::IntoBytes;
-    let mut image = right();
+    let mut image = valid_image();
     image.width = -1;
     let refused = read(image.as_bytes());
     assert!(
@@ -140,10 +140,10 @@ fn ranges_hold_and_the_two_encodings_are_not_taken_for_each_other() {
         ),
         "{refused:?}"
     );
-    // An operation without values in place gets one.
+    // An operation without in-place values receives one.
     let mut reader = Reader::of(image.as_bytes(), Encoding::Image);
     assert_eq!(reader.get::<i32>(), Err(DecodeError::Image));
-    // CDR is read in place as well as an image is read as a value.
+    // CDR can be read in place, and an image can be read as a value.
     let value = Image {
         width: 4,
         height: 2,
@@ -152,7 +152,7 @@ fn ranges_hold_and_the_two_encodings_are_not_taken_for_each_other() {
         ..Image::default()
     };
     assert_eq!(
-        Reader::of(right().as_bytes(), Encoding::Image)
+        Reader::of(valid_image().as_bytes(), Encoding::Image)
             .value::<ImageInPlace>()
             .as_ref(),
         Ok(&value)
@@ -168,7 +168,7 @@ fn ranges_hold_and_the_two_encodings_are_not_taken_for_each_other() {
 }
 
 #[test]
-fn a_cloud_comes_back() {
+fn sequences_of_structures_are_converted_to_values() {
     let mut cloud = in_place::boxed::<CloudInPlace>().expect("memory");
     let points = cloud.resize_points(3).expect("to fit");
     for (point, x) in points.iter_mut().zip([1.0, 2.0, 3.0]) {

@@ -220,7 +220,7 @@ mod tests {
     use super::*;
     use crate::key;
 
-    /// The printed form of the value that a command line sets.
+    /// The printed value for a text on the command line.
     fn parsed(middleware: &str, name: &str, text: &str) -> Result<String, ValueError> {
         let key = key(middleware, name).expect("a key");
         let value = key.kind.parse(text)?;
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn ros_has_names_and_words() {
+    fn ros_settings_are_checked() {
         let parsed = |name: &str, text: &str| parsed("ros2", name, text);
         let ok = |text: &str| Ok(text.to_owned());
         assert_eq!(parsed("service_mapping", "cyclone"), ok("cyclone"));
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn text_becomes_a_value_of_the_kind() {
+    fn texts_convert_to_values() {
         let parsed = |name: &str, text: &str| parsed("dds", name, text);
         let ok = |text: &str| Ok(text.to_owned());
         assert_eq!(parsed("domain", "7"), ok("7"));
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn machines_are_names_and_addresses() {
+    fn peers_are_names_and_addresses() {
         let parsed = |name: &str, text: &str| parsed("dds", name, text);
         let peers = parsed(
             "peers",

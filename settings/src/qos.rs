@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn rules_have_one_form() {
+    fn valid_rules_are_parsed() {
         for (text, usual) in [
             ("Laser.reliability:=best_effort", None),
             ("Laser/newScan.durability:=transient_local", None),
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_none_says_what_is_allowed() {
+    fn invalid_rules_are_rejected_with_the_allowed_values() {
         for (text, said) in [
             ("Laser.depth=1", "such as LaserPub/newScan.depth:=1"),
             ("depth:=1", "SLOT.POLICY:=VALUE"),
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearer_rule_counts() {
+    fn the_more_specific_rule_wins() {
         let rules = [
             "Laser.depth:=1",
             "Laser/newScan.depth:=2",

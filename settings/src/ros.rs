@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_those_of_ros() {
+    fn names_follow_the_rules_of_ros() {
         for right in ["/scan", "scan", "~/scan", "/a/b_1", "_a"] {
             assert!(is_name(right), "{right}");
         }
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_rule_that_fits_counts() {
+    fn the_first_matching_rule_wins() {
         let named = |rules: &[&str]| {
             let rules = rules
                 .iter()
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn rules_have_two_names() {
+    fn invalid_rules_are_rejected() {
         let parsed = |text: &str| {
             let rule = Remapping::parse(text)?;
             assert_eq!(rule.to_string(), text);
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rule_for_nobody_is_told_with_the_nearest_name() {
+    fn an_unknown_target_is_reported_with_the_nearest_name() {
         let slots = [("LaserPub", vec!["newScan"]), ("Base", vec!["stop"])];
         for right in ["LaserPub", "Base/stop", "/anything"] {
             assert_eq!(unknown_target_help(right, &slots), None, "{right}");

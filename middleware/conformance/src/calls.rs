@@ -19,7 +19,7 @@ pub(crate) fn ask(client: &mut dyn Client, request: &[u8]) -> Vec<u8> {
         .call(header(1), request, LIMIT, &mut |_, body| {
             body.clone_into(&mut reply);
         })
-        .expect("an answer");
+        .expect("a reply");
     reply
 }
 
@@ -42,7 +42,7 @@ pub fn commands_and_queries_keep_their_order(subject: &dyn Subject) {
                     .call(header(sequence), b"q", LIMIT, &mut |_, body| {
                         body.clone_into(&mut reply);
                     })
-                    .expect("an answer");
+                    .expect("a reply");
                 assert_eq!(reply, b"q!");
             } else {
                 client
@@ -57,7 +57,7 @@ pub fn commands_and_queries_keep_their_order(subject: &dyn Subject) {
 }
 
 /// Eight clients at once, 200 calls each.
-pub fn each_client_gets_its_own_answers(subject: &dyn Subject) {
+pub fn each_client_gets_its_own_replies(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
     network.serving(&address, echo, || {
@@ -69,8 +69,8 @@ pub fn each_client_gets_its_own_answers(subject: &dyn Subject) {
                     let mut client = backend.client(address).expect("a client");
                     for call in 0..200 {
                         let request = format!("{number}/{call}");
-                        let answer = ask(&mut *client, request.as_bytes());
-                        assert_eq!(answer, format!("{request}!").as_bytes());
+                        let reply = ask(&mut *client, request.as_bytes());
+                        assert_eq!(reply, format!("{request}!").as_bytes());
                     }
                 });
             }
@@ -92,7 +92,7 @@ pub fn a_late_server_is_found(subject: &dyn Subject) {
 }
 
 /// Three servers, one after the other, and one client that stays.
-pub fn a_server_comes_back(subject: &dyn Subject) {
+pub fn a_client_survives_its_servers(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
     let backend = network.join("client");
@@ -102,13 +102,13 @@ pub fn a_server_comes_back(subject: &dyn Subject) {
             assert_eq!(ask(&mut *client, b"again"), b"again!");
         });
         until("the server has left", || client.peers() == 0);
-        let gone = client.send(header(1), b"nobody hears");
+        let gone = client.send(header(1), b"without a server");
         assert_eq!(gone, Err(CallError::NoServer("default/Motor".to_owned())));
     }
 }
 
 /// Three clients, one after the other, and one server that stays.
-pub fn a_client_comes_back(subject: &dyn Subject) {
+pub fn a_server_survives_its_clients(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
     network.serving(&address, echo, || {
@@ -121,7 +121,7 @@ pub fn a_client_comes_back(subject: &dyn Subject) {
 }
 
 /// A client that sends many requests does not delay another client.
-pub fn clients_are_served_in_turn(subject: &dyn Subject) {
+pub fn clients_are_served_round_robin(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
     let backend = network.join("all");
@@ -142,7 +142,7 @@ pub fn clients_are_served_in_turn(subject: &dyn Subject) {
 }
 
 /// A request of 8 MiB, a reply of 8 MiB and a byte; then small ones again.
-pub fn requests_and_answers_may_be_large(subject: &dyn Subject) {
+pub fn requests_and_replies_may_be_large(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Map");
     network.serving(&address, echo, || {
@@ -151,15 +151,15 @@ pub fn requests_and_answers_may_be_large(subject: &dyn Subject) {
         for size in [0, 1, 300, 70_000, 8 << 20, 3, 8 << 20, 1 << 20] {
             let size = size.min(subject.largest());
             let request = pattern(size);
-            let answer = ask(&mut *client, &request);
-            assert_eq!(answer.len(), size + 1);
-            assert!(answer[..size] == request, "{size} bytes differ");
+            let reply = ask(&mut *client, &request);
+            assert_eq!(reply.len(), size + 1);
+            assert!(reply[..size] == request, "{size} bytes differ");
         }
     });
 }
 
 /// Client and server count each other.
-pub fn sides_are_counted(subject: &dyn Subject) {
+pub fn clients_and_servers_are_counted(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
     let (one, other) = (network.join("one"), network.join("other"));
@@ -217,11 +217,11 @@ pub fn calls_of_different_types_refuse_each_other(subject: &dyn Subject) {
 }
 
 /// The same address in two networks is not connected.
-pub fn networks_are_apart(subject: &dyn Subject) {
+pub fn networks_are_separate(subject: &dyn Subject) {
     let (network, elsewhere) = (Network::new(subject), Network::new(subject));
     let address = endpoint("default/Motor");
-    let stranger = elsewhere.join("client");
-    let mut client = stranger.client(&address).expect("a client");
+    let other = elsewhere.join("client");
+    let mut client = other.client(&address).expect("a client");
     let (sender, receiver) = channel();
     network.serving(&address, echo, || {
         let sent = client.send(header(1), b"into another network");

@@ -103,7 +103,7 @@ impl Backend for Enveloping {
     }
 
     fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
-        Ok(Box::new(Answering {
+        Ok(Box::new(EnvelopedServer {
             port: self.backend.server(endpoint)?,
             pads: self.pads,
         }))
@@ -158,7 +158,7 @@ impl Client for Asking {
             .call(header, &request, limit, &mut |header, reply| {
                 let mut reader = Reader::new(reply);
                 let (id, kind) = rpc::open_reply(&mut reader, OPERATION).expect("an envelope");
-                assert_eq!(id.sequence, sequence, "the answer to another request");
+                assert_eq!(id.sequence, sequence, "a reply to another request");
                 assert_eq!(kind, ReplyKind::Case(0));
                 rpc::open_body(&mut reader, profile);
                 take(header, unsized_body(pads, reader.rest()));
@@ -170,12 +170,12 @@ impl Client for Asking {
     }
 }
 
-struct Answering {
+struct EnvelopedServer {
     port: Box<dyn Server>,
     pads: bool,
 }
 
-impl Server for Answering {
+impl Server for EnvelopedServer {
     fn descriptor(&self) -> BorrowedFd<'_> {
         self.port.descriptor()
     }
@@ -186,7 +186,7 @@ impl Server for Answering {
 
     fn serve(
         &mut self,
-        answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
+        handler: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
         let pads = self.pads;
         self.port.serve(&mut |header, request, reply| {
@@ -195,7 +195,7 @@ impl Server for Answering {
             let profile = reply.profile();
             rpc::open_body(&mut reader, profile);
             let mut bytes = Vec::new();
-            answer(header, unsized_body(pads, reader.rest()), &mut bytes);
+            handler(header, unsized_body(pads, reader.rest()), &mut bytes);
             if !bytes.is_empty() {
                 let mut writer = Writer::over(std::mem::take(reply.body()));
                 rpc::begin_reply(&mut writer, id, operation, 0);

@@ -33,7 +33,7 @@ pub fn without_a_server_a_call_fails_at_once(subject: &dyn Subject) {
 }
 
 /// The server does not serve at first. When it does, each new call gets its own reply.
-pub fn a_deadline_leaves_nothing_behind(subject: &dyn Subject) {
+pub fn an_expired_call_leaves_nothing_behind(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
     let stop = WakeEvent::new().expect("a wake event");
@@ -75,18 +75,18 @@ pub fn a_deadline_leaves_nothing_behind(subject: &dyn Subject) {
 
 /// The server replies to the first request after its client has given up, while the second call
 /// waits.
-pub fn a_late_answer_is_not_taken_for_the_next(subject: &dyn Subject) {
+pub fn a_late_reply_is_not_taken_for_the_next_one(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
     let (go, may_go) = channel::<()>();
     let may_go = Mutex::new(may_go);
-    let answer = |header: Header, request: &[u8], reply: &mut Vec<u8>| {
+    let handler = |header: Header, request: &[u8], reply: &mut Vec<u8>| {
         if request == b"slow" {
             let _ = may_go.lock().map(|may_go| may_go.recv());
         }
         echo(header, request, reply);
     };
-    network.serving(&address, answer, || {
+    network.serving(&address, handler, || {
         let backend = network.join("client");
         let mut client = backend.client(&address).expect("a client");
         let mut reply = Vec::new();
@@ -103,7 +103,7 @@ pub fn a_late_answer_is_not_taken_for_the_next(subject: &dyn Subject) {
 
 /// The server takes no requests: the client gets an error and is never blocked. Accepted requests
 /// are served.
-pub fn a_full_queue_is_told(subject: &dyn Subject) {
+pub fn a_full_queue_is_reported(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
     let backend = network.join("both");
@@ -181,7 +181,7 @@ pub fn a_stop_ends_a_call(subject: &dyn Subject) {
 
 /// Management wakes the event loop while a call waits: the call continues, and the wake-up is not
 /// lost.
-pub fn a_wake_up_ends_no_call_and_stays(subject: &dyn Subject) {
+pub fn a_wake_up_during_a_call_is_not_lost(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
     let environment = network.environment("client");
@@ -201,7 +201,7 @@ pub fn a_wake_up_ends_no_call_and_stays(subject: &dyn Subject) {
 }
 
 /// A server ends with a request in its queue: the call fails long before its limit.
-pub fn a_server_that_leaves_ends_the_call(subject: &dyn Subject) {
+pub fn a_closing_server_ends_queued_calls(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
     std::thread::scope(|scope| {
@@ -231,7 +231,7 @@ pub fn a_server_that_leaves_ends_the_call(subject: &dyn Subject) {
 }
 
 /// The same after the server has taken the request and before it handles it.
-pub fn a_server_that_leaves_ends_the_calls_it_holds(subject: &dyn Subject) {
+pub fn a_closing_server_ends_accepted_calls(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
     std::thread::scope(|scope| {
@@ -264,7 +264,7 @@ pub fn a_server_that_leaves_ends_the_calls_it_holds(subject: &dyn Subject) {
 }
 
 /// A client that polls for some time gets its replies, and sleeps when they take longer.
-pub fn a_call_that_stays_awake_sleeps_in_the_end(subject: &dyn Subject) {
+pub fn a_polling_client_sleeps_in_the_end(subject: &dyn Subject) {
     const LONG: Duration = Duration::from_millis(200);
     let network = Network::new(subject);
     let mut address = endpoint("default/Motor");

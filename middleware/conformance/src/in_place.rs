@@ -97,7 +97,7 @@ fn take(subscriber: &mut dyn Subscriber) -> Vec<i16> {
 
 /// A sample that was written in place and one that was not reach three subscribers, which read both
 /// in either way.
-pub fn topics_carry_values_in_place(subject: &dyn Subject) {
+pub fn samples_are_written_in_place(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Laser/scan");
     let backend = network.join_bare("both");
@@ -109,7 +109,7 @@ pub fn topics_carry_values_in_place(subject: &dyn Subject) {
     for length in [0, 1, 1000, 1_000_000, 3] {
         let beams: Vec<i16> = (0..length).map(|at| at as i16).collect();
         let mut scan = topic.loan::<ScanInPlace>().expect("a loan");
-        assert!(scan.beams().is_empty(), "what was there before is not told");
+        assert!(scan.beams().is_empty(), "earlier content is not visible");
         scan.set(&beams).expect("to fit");
         scan.send().expect("to be sent");
         for subscriber in &mut subscribers {
@@ -144,12 +144,12 @@ pub fn topics_carry_values_in_place(subject: &dyn Subject) {
 }
 
 /// Replies in place and in CDR, read in place and copied, and both kinds of failure.
-pub fn answers_may_be_in_place(subject: &dyn Subject) {
+pub fn replies_are_written_in_place(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Laser");
     // A request: the number of beams, and whether to reply in place. -1 raises an exception, too
     // many beams an error.
-    let answer = |header: Header, body: &[u8], reply: &mut dyn rc_middleware::Reply| {
+    let handler = |header: Header, body: &[u8], reply: &mut dyn rc_middleware::Reply| {
         let mut request = Request::open(header, body, reply).expect("an envelope");
         let read = |reader: &mut Reader<'_>| Ok((reader.get::<i32>()?, reader.get::<bool>()?));
         let (length, placed) = request.arguments(&SCAN, read).expect("arguments");
@@ -169,18 +169,18 @@ pub fn answers_may_be_in_place(subject: &dyn Subject) {
                 Err(case) => {
                     request
                         .reply_with(case, |writer| writer.put(&case))
-                        .expect("an answer");
+                        .expect("a reply");
                 }
             }
         } else {
             let beams = vec![7_i16; usize::try_from(length).expect("a length")];
             request
                 .reply_with(0, |writer| writer.put(&beams))
-                .expect("an answer");
+                .expect("a reply");
         }
         request.close();
     };
-    network.serving_bare(&address, answer, || {
+    network.serving_bare(&address, handler, || {
         let backend = network.join_bare("client");
         let port = backend.client(&address).expect("a client");
         let mut caller = TypedClient::new(port, LIMIT);

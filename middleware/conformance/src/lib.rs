@@ -95,56 +95,56 @@ pub trait Subject: Sync {
 macro_rules! suite {
     ($subject:expr) => {
         $crate::suite!(@of topics, $subject,
-            a_value_reaches_every_subscriber
+            a_sample_reaches_every_subscriber
             many_publishers_reach_one_subscriber_in_order
-            every_size_travels
-            no_subscriber_is_no_error
-            a_late_subscriber_gets_nothing_old
-            a_late_subscriber_gets_what_was_kept
-            a_publisher_that_keeps_values_reaches_all
+            samples_of_every_size_arrive
+            publishing_without_a_subscriber_succeeds
+            a_late_subscriber_gets_no_volatile_samples
+            a_late_subscriber_gets_transient_local_samples
+            a_transient_local_publisher_reaches_all_subscribers
             a_slow_subscriber_keeps_the_newest_and_delays_nobody
-            what_was_lost_is_counted
-            publishers_come_and_go
-            ends_are_counted
-            a_value_wakes
+            lost_samples_are_counted
+            a_subscriber_outlives_its_publishers
+            publishers_and_subscribers_are_counted
+            a_sample_wakes_its_subscriber
             topics_of_different_types_refuse_each_other
         );
         $crate::suite!(@of calls, $subject,
             commands_and_queries_keep_their_order
-            each_client_gets_its_own_answers
+            each_client_gets_its_own_replies
             a_late_server_is_found
-            a_server_comes_back
-            a_client_comes_back
-            clients_are_served_in_turn
-            requests_and_answers_may_be_large
-            sides_are_counted
+            a_client_survives_its_servers
+            a_server_survives_its_clients
+            clients_are_served_round_robin
+            requests_and_replies_may_be_large
+            clients_and_servers_are_counted
             a_second_server_is_refused
             calls_of_different_types_refuse_each_other
-            networks_are_apart
+            networks_are_separate
         );
         $crate::suite!(@of failures, $subject,
             without_a_server_a_call_fails_at_once
-            a_deadline_leaves_nothing_behind
-            a_late_answer_is_not_taken_for_the_next
-            a_full_queue_is_told
+            an_expired_call_leaves_nothing_behind
+            a_late_reply_is_not_taken_for_the_next_one
+            a_full_queue_is_reported
             a_stop_ends_a_call
-            a_wake_up_ends_no_call_and_stays
-            a_server_that_leaves_ends_the_call
-            a_server_that_leaves_ends_the_calls_it_holds
-            a_call_that_stays_awake_sleeps_in_the_end
+            a_wake_up_during_a_call_is_not_lost
+            a_closing_server_ends_queued_calls
+            a_closing_server_ends_accepted_calls
+            a_polling_client_sleeps_in_the_end
         );
         $crate::suite!(@of limits, $subject,
             sixty_four_clients_are_served
-            a_thousand_requests_get_their_own_answers
+            a_thousand_requests_get_their_own_replies
             sixteen_publishers_reach_sixty_four_subscribers
         );
         $crate::suite!(@of typed, $subject,
             topics_carry_values
-            queries_bring_results_exceptions_and_refusals
+            queries_return_results_exceptions_and_errors
         );
         $crate::suite!(@of in_place, $subject,
-            topics_carry_values_in_place
-            answers_may_be_in_place
+            samples_are_written_in_place
+            replies_are_written_in_place
         );
     };
     (@of $module:ident, $subject:expr, $($name:ident)*) => {

@@ -25,8 +25,8 @@ pub fn sixty_four_clients_are_served(subject: &dyn Subject) {
                     for round in 0..5 {
                         for (at, client) in clients.iter_mut().enumerate() {
                             let request = format!("{number}/{at}/{round}");
-                            let answer = ask(&mut **client, request.as_bytes());
-                            assert_eq!(answer, format!("{request}!").as_bytes());
+                            let reply = ask(&mut **client, request.as_bytes());
+                            assert_eq!(reply, format!("{request}!").as_bytes());
                         }
                     }
                 });
@@ -38,14 +38,14 @@ pub fn sixty_four_clients_are_served(subject: &dyn Subject) {
 /// Sixty-four clients, each with a full queue: fifteen commands and a call that waits for its
 /// reply. More than a thousand requests wait before the server takes the first one. Each reply
 /// holds its own request and the number of commands that the client sent before.
-pub fn a_thousand_requests_get_their_own_answers(subject: &dyn Subject) {
+pub fn a_thousand_requests_get_their_own_replies(subject: &dyn Subject) {
     const ROUNDS: u8 = 3;
     const COMMANDS: u8 = REQUEST_QUEUE as u8 - 1;
     let network = Network::new(subject);
     let all = subject.clients();
     let address = endpoint("default/Motor");
     let served = RefCell::new([0; MAX_READERS]);
-    let answer = |_: Header, request: &[u8], reply: &mut Vec<u8>| {
+    let handler = |_: Header, request: &[u8], reply: &mut Vec<u8>| {
         let count = &mut served.borrow_mut()[usize::from(request[0])];
         match *request {
             [number, round] => reply.extend([number, round, *count]),
@@ -72,8 +72,8 @@ pub fn a_thousand_requests_get_their_own_answers(subject: &dyn Subject) {
                         command.expect("to be sent");
                     }
                     sent.send(()).expect("a test that waits");
-                    let answer = ask(&mut *client, &[number, round]);
-                    assert_eq!(answer, [number, round, round * COMMANDS]);
+                    let reply = ask(&mut *client, &[number, round]);
+                    assert_eq!(reply, [number, round, round * COMMANDS]);
                 }
             });
         }
@@ -84,7 +84,7 @@ pub fn a_thousand_requests_get_their_own_answers(subject: &dyn Subject) {
             for _ in &clients {
                 all_sent.recv_timeout(LIMIT).expect("its commands");
             }
-            serve(&mut *server, all * REQUEST_QUEUE, &answer);
+            serve(&mut *server, all * REQUEST_QUEUE, &handler);
         }
         backend.linger(LIMIT);
     });

@@ -17,7 +17,7 @@ pub const LIMIT: Duration = Duration::from_secs(30);
 pub(crate) const CYCLE: Duration = Duration::from_millis(50);
 
 /// The handler of a server under test: header, request, reply.
-pub type Answer<'a> = dyn Fn(Header, &[u8], &mut Vec<u8>) + 'a;
+pub type Handler<'a> = dyn Fn(Header, &[u8], &mut Vec<u8>) + 'a;
 
 static NETWORKS: AtomicU32 = AtomicU32::new(0);
 
@@ -71,46 +71,46 @@ impl<'a> Network<'a> {
         self.subject.connect(&environment).expect("the network")
     }
 
-    /// Runs `body` while a component called `server` serves `endpoint` with `answer`. Messages may
+    /// Runs `body` while a component called `server` serves `endpoint` with `handler`. Messages may
     /// be any bytes.
     pub fn serving<R>(
         &self,
         endpoint: &Endpoint,
-        answer: impl Fn(Header, &[u8], &mut Vec<u8>) + Sync,
+        handler: impl Fn(Header, &[u8], &mut Vec<u8>) + Sync,
         body: impl FnOnce() -> R,
     ) -> R {
-        let answer = |header: Header, request: &[u8], reply: &mut dyn Reply| {
-            answer(header, request, reply.body());
+        let handler = |header: Header, request: &[u8], reply: &mut dyn Reply| {
+            handler(header, request, reply.body());
         };
-        serving_on(&|| self.join("server"), endpoint, answer, body)
+        serving_on(&|| self.join("server"), endpoint, handler, body)
     }
 
     /// The same, with requests and replies in envelopes.
     pub fn serving_bare<R>(
         &self,
         endpoint: &Endpoint,
-        answer: impl Fn(Header, &[u8], &mut dyn Reply) + Sync,
+        handler: impl Fn(Header, &[u8], &mut dyn Reply) + Sync,
         body: impl FnOnce() -> R,
     ) -> R {
-        serving_on(&|| self.join_bare("server"), endpoint, answer, body)
+        serving_on(&|| self.join_bare("server"), endpoint, handler, body)
     }
 }
 
 fn serving_on<R>(
     join: &(dyn Fn() -> Box<dyn Backend> + Sync),
     endpoint: &Endpoint,
-    answer: impl Fn(Header, &[u8], &mut dyn Reply) + Sync,
+    handler: impl Fn(Header, &[u8], &mut dyn Reply) + Sync,
     body: impl FnOnce() -> R,
 ) -> R {
     let stop = WakeEvent::new().expect("a wake event");
     std::thread::scope(|scope| {
         let (ready, is_ready) = channel();
-        let (stop, answer) = (&stop, &answer);
+        let (stop, handler) = (&stop, &handler);
         scope.spawn(move || {
             let backend = join();
             let mut server = backend.server(endpoint).expect("a server");
             ready.send(()).expect("a test that waits");
-            serve_replies_until(&mut *server, stop, answer);
+            serve_replies_until(&mut *server, stop, handler);
             backend.linger(LIMIT);
         });
         let _stop = StopOnDrop(stop);
@@ -183,23 +183,23 @@ pub fn header(sequence: u64) -> Header {
 }
 
 /// Serves until `stop` stops, and then the requests that are left.
-pub fn serve_until(server: &mut dyn Server, stop: &WakeEvent, answer: &Answer<'_>) {
+pub fn serve_until(server: &mut dyn Server, stop: &WakeEvent, handler: &Handler<'_>) {
     serve_replies_until(server, stop, &|header, request, reply| {
-        answer(header, request, reply.body());
+        handler(header, request, reply.body());
     });
 }
 
 fn serve_replies_until(
     server: &mut dyn Server,
     stop: &WakeEvent,
-    answer: &dyn Fn(Header, &[u8], &mut dyn Reply),
+    handler: &dyn Fn(Header, &[u8], &mut dyn Reply),
 ) {
     let mut woken = false;
     loop {
         let last = stop.is_stopping();
         server.acknowledge(woken);
         while server
-            .serve(&mut |header, body, reply| answer(header, body, reply))
+            .serve(&mut |header, body, reply| handler(header, body, reply))
             .expect("requests")
         {}
         if last {
@@ -210,7 +210,7 @@ fn serve_replies_until(
 }
 
 /// Serves `count` requests; gives their bodies.
-pub fn serve(server: &mut dyn Server, count: usize, answer: &Answer<'_>) -> Vec<Vec<u8>> {
+pub fn serve(server: &mut dyn Server, count: usize, handler: &Handler<'_>) -> Vec<Vec<u8>> {
     let mut bodies = Vec::new();
     let end = Instant::now() + LIMIT;
     while bodies.len() < count {
@@ -225,7 +225,7 @@ pub fn serve(server: &mut dyn Server, count: usize, answer: &Answer<'_>) -> Vec<
             && server
                 .serve(&mut |header, body, reply| {
                     bodies.push(body.to_vec());
-                    answer(header, body, reply.body());
+                    handler(header, body, reply.body());
                 })
                 .expect("requests")
         {}

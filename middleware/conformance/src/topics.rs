@@ -48,7 +48,7 @@ fn asking(endpoint: &Endpoint) -> Endpoint {
 }
 
 /// One publisher, three subscribers in three components.
-pub fn a_value_reaches_every_subscriber(subject: &dyn Subject) {
+pub fn a_sample_reaches_every_subscriber(subject: &dyn Subject) {
     let begin = now();
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");
@@ -77,7 +77,7 @@ pub fn a_value_reaches_every_subscriber(subject: &dyn Subject) {
         for receiver in receivers {
             let values = receiver.join().expect("a receiver");
             let sender = values[0].0.sender;
-            assert_ne!(sender, 0, "the backend says who sent it");
+            assert_ne!(sender, 0, "the backend sets the sender");
             for ((came, body), header) in values.iter().zip(&headers) {
                 assert_eq!(body, b"beam");
                 // A backend converts time stamps of another clock.
@@ -132,12 +132,12 @@ pub fn many_publishers_reach_one_subscriber_in_order(subject: &dyn Subject) {
         let mut senders: Vec<_> = values.iter().map(|(header, _)| header.sender).collect();
         senders.sort_unstable();
         senders.dedup();
-        assert_eq!(senders.len(), 4, "they are told apart");
+        assert_eq!(senders.len(), 4, "senders are distinguished");
     });
 }
 
 /// From no bytes to 8 MiB, up and down.
-pub fn every_size_travels(subject: &dyn Subject) {
+pub fn samples_of_every_size_arrive(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Camera/image");
     let (camera, viewer) = (network.join("camera"), network.join("viewer"));
@@ -155,7 +155,7 @@ pub fn every_size_travels(subject: &dyn Subject) {
 }
 
 /// Publishing without a subscriber.
-pub fn no_subscriber_is_no_error(subject: &dyn Subject) {
+pub fn publishing_without_a_subscriber_succeeds(subject: &dyn Subject) {
     let network = Network::new(subject);
     let backend = network.join("publisher");
     for topic in [endpoint("a/b/c"), keeping(&endpoint("a/b/d"))] {
@@ -170,7 +170,7 @@ pub fn no_subscriber_is_no_error(subject: &dyn Subject) {
 }
 
 /// Volatile: a late subscriber gets only new samples.
-pub fn a_late_subscriber_gets_nothing_old(subject: &dyn Subject) {
+pub fn a_late_subscriber_gets_no_volatile_samples(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");
     let backend = network.join("both");
@@ -184,7 +184,7 @@ pub fn a_late_subscriber_gets_nothing_old(subject: &dyn Subject) {
 
 /// Transient local: a late subscriber gets the last samples, up to the depth of the publisher,
 /// although it sends no more.
-pub fn a_late_subscriber_gets_what_was_kept(subject: &dyn Subject) {
+pub fn a_late_subscriber_gets_transient_local_samples(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Map/map");
     let publishing = network.join("publisher");
@@ -225,7 +225,7 @@ pub fn a_late_subscriber_gets_what_was_kept(subject: &dyn Subject) {
 
 /// A subscriber that is there gets all samples, whether it requested kept ones or not, also beside
 /// a volatile publisher.
-pub fn a_publisher_that_keeps_values_reaches_all(subject: &dyn Subject) {
+pub fn a_transient_local_publisher_reaches_all_subscribers(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Map/map");
     let backend = network.join("subscriber");
@@ -288,7 +288,7 @@ pub fn a_slow_subscriber_keeps_the_newest_and_delays_nobody(subject: &dyn Subjec
 
 /// A receiver counts lost samples for each sender. A late subscriber has lost nothing, and a
 /// publisher that comes back begins anew.
-pub fn what_was_lost_is_counted(subject: &dyn Subject) {
+pub fn lost_samples_are_counted(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");
     let backend = network.join("both");
@@ -334,7 +334,7 @@ pub fn what_was_lost_is_counted(subject: &dyn Subject) {
 }
 
 /// A subscriber outlives its publishers, and receives the samples that they sent before they left.
-pub fn publishers_come_and_go(subject: &dyn Subject) {
+pub fn a_subscriber_outlives_its_publishers(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");
     let backend = network.join("subscriber");
@@ -356,7 +356,7 @@ pub fn publishers_come_and_go(subject: &dyn Subject) {
 }
 
 /// Publishers and subscribers count each other.
-pub fn ends_are_counted(subject: &dyn Subject) {
+pub fn publishers_and_subscribers_are_counted(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");
     let (one, other) = (network.join("one"), network.join("other"));
@@ -372,7 +372,7 @@ pub fn ends_are_counted(subject: &dyn Subject) {
 }
 
 /// The descriptor is not readable, then readable, then not readable again.
-pub fn a_value_wakes(subject: &dyn Subject) {
+pub fn a_sample_wakes_its_subscriber(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");
     let backend = network.join("both");

@@ -51,11 +51,11 @@ pub fn topics_carry_values(subject: &dyn Subject) {
 }
 
 /// All kinds of replies to a query, and a command before it.
-pub fn queries_bring_results_exceptions_and_refusals(subject: &dyn Subject) {
+pub fn queries_return_results_exceptions_and_errors(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Calculator");
     let notes = std::sync::Mutex::new(Vec::new());
-    let answer = |header: Header, body: &[u8], reply: &mut dyn Reply| {
+    let handler = |header: Header, body: &[u8], reply: &mut dyn Reply| {
         let mut request = Request::open(header, body, reply).expect("an envelope");
         if request.operation == DIVIDE.id {
             let read = |reader: &mut Reader<'_>| Ok((reader.get::<i32>()?, reader.get::<i32>()?));
@@ -66,7 +66,7 @@ pub fn queries_bring_results_exceptions_and_refusals(subject: &dyn Subject) {
                 };
                 request
                     .reply_with(case, |writer| writer.put(&value))
-                    .expect("an answer");
+                    .expect("a reply");
             }
         } else {
             let note = request
@@ -76,7 +76,7 @@ pub fn queries_bring_results_exceptions_and_refusals(subject: &dyn Subject) {
         }
         request.close();
     };
-    network.serving_bare(&address, answer, || {
+    network.serving_bare(&address, handler, || {
         let backend = network.join_bare("client");
         let port = backend.client(&address).expect("a client");
         let mut caller = TypedClient::new(port, LIMIT);

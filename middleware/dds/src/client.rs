@@ -16,7 +16,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Longest wait before the client looks for a stop: somebody else may have cleared the wake event.
+/// Longest wait before the client looks for a stop: another thread may have cleared the wake event.
 const CYCLE: Duration = Duration::from_millis(50);
 /// Longest wait for room in a full queue: replies to requests that the server has taken are on
 /// their way.
@@ -157,9 +157,9 @@ impl DdsClient {
         Ok((id, server))
     }
 
-    /// Hands the reply to request `wanted` to `take`, if it is there. Other replies only end their
+    /// Passes the reply to request `wanted` to `take`, if it has arrived. Other replies only end their
     /// requests.
-    fn answer(
+    fn take_reply(
         &mut self,
         wanted: RequestId,
         take: &mut dyn FnMut(Header, &[u8]),
@@ -214,12 +214,12 @@ impl Client for DdsClient {
             // The server is looked up first: a reply that it sent before it left is there by then,
             // or comes at once.
             let there = self.is_there(server);
-            if let Some(result) = self.answer(id, take) {
+            if let Some(result) = self.take_reply(id, take) {
                 return result;
             }
             if !there {
                 wait(&[signal.as_fd()], LAST_WORDS);
-                let last = self.answer(id, take);
+                let last = self.take_reply(id, take);
                 return last.unwrap_or_else(|| Err(CallError::ServerDied(self.address.clone())));
             }
             if wake_event.is_stopping() {

@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_body_is_what_is_behind_the_encapsulation_and_before_the_padding() {
+    fn encapsulation_and_padding_are_removed() {
         assert_eq!(body(&[0, 1, 0, 0, 7, 8]), Ok(&[7, 8][..]));
         assert_eq!(body(&[0, 1, 0, 3, 7, 0, 0, 0]), Ok(&[7][..]));
         assert_eq!(body(&[0, 1, 0, 3]), Ok(&[][..]));

@@ -220,7 +220,7 @@ mod tests {
     use std::sync::mpsc::channel;
 
     #[test]
-    fn threads_that_stay_do_not_hold_the_end_of_a_component() {
+    fn blocked_threads_do_not_delay_the_end_of_a_component() {
         let network = format!("stuck-{}", std::process::id());
         let mut settings = Settings::default();
         settings.set("dds", "domain", Value::Int(16));

@@ -107,7 +107,7 @@ impl Server for DdsServer {
 
     fn serve(
         &mut self,
-        answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
+        handler: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
         if let Some(id) = self.queue.refused() {
             let reason = "too many requests of this client wait already";
@@ -130,7 +130,7 @@ impl Server for DdsServer {
         reply.clear();
         // The client tells the hash of the whole interface, which is equal. The runtime compares
         // hashes of operations.
-        answer(inbox::header(&sample, sender.id, 0), body, &mut reply);
+        handler(inbox::header(&sample, sender.id, 0), body, &mut reply);
         if reply.is_empty() {
             // A command. DDS-RPC replies to it as to an operation without a result, and the client
             // counts these replies.

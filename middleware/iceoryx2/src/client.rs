@@ -174,11 +174,11 @@ impl SharedClient {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<bool, CallError> {
         match pending.receive() {
-            Ok(Some(answer)) => {
-                let sender = answer.origin().value();
-                let header = answer.user_header().read(sender);
+            Ok(Some(response)) => {
+                let sender = response.origin().value();
+                let header = response.user_header().read(sender);
                 let header = header.map_err(|reason| self.failed_for(reason))?;
-                take(header, answer.payload());
+                take(header, response.payload());
                 Ok(true)
             }
             Ok(None) => Ok(false),

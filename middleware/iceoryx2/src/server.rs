@@ -177,21 +177,21 @@ impl SharedServer {
         &self,
         request: &ActiveRequest,
         header: Header,
-        answer: SharedReply<'_>,
+        reply: SharedReply<'_>,
     ) -> Result<(), ReceiveError> {
-        let length = answer.body.len();
+        let length = reply.body.len();
         let failed = |error: &dyn Debug| {
             self.failed(format!(
                 "a reply of {length} bytes was not sent (the limit is {LARGEST_REPLY}): {error:?}"
             ))
         };
-        let encoding = if answer.loan_is_reply {
-            answer.loan_encoding
+        let encoding = if reply.loan_is_reply {
+            reply.loan_encoding
         } else {
             Encoding::Cdr
         };
         let header = MessageHeader::new(Header { encoding, ..header });
-        match answer.loan.filter(|_| answer.loan_is_reply) {
+        match reply.loan.filter(|_| reply.loan_is_reply) {
             Some(mut loan) => {
                 *loan.user_header_mut() = header;
                 loan.send().map_err(|error| failed(&error))
@@ -201,7 +201,7 @@ impl SharedServer {
                 let loan = request.loan_slice_uninit(length);
                 let mut loan = loan.map_err(|error| failed(&error))?;
                 *loan.user_header_mut() = header;
-                let loan = loan.write_from_slice(answer.body);
+                let loan = loan.write_from_slice(reply.body);
                 loan.send().map_err(|error| failed(&error))
             }
         }
@@ -281,7 +281,7 @@ impl Server for SharedServer {
 
     fn serve(
         &mut self,
-        answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
+        handler: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
         if self.inbox.is_empty() {
             self.refill()?;
@@ -304,7 +304,7 @@ impl Server for SharedServer {
             loan_encoding: Encoding::Cdr,
             loan_is_reply: false,
         };
-        answer(header, request.payload(), &mut reply);
+        handler(header, request.payload(), &mut reply);
         let sent = if user_header.is_one_way() {
             Ok(())
         } else {

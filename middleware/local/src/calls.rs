@@ -11,7 +11,7 @@ use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::{Arc, LazyLock, Mutex};
 use std::time::{Duration, Instant};
 
-/// Longest wait before a client looks for a stop: somebody else may have cleared the wake event.
+/// Longest wait before a client looks for a stop: another thread may have cleared the wake event.
 const CYCLE: Duration = Duration::from_millis(50);
 
 static CALLS: LazyLock<Mutex<Table<State>>> = LazyLock::new(Mutex::default);
@@ -47,23 +47,23 @@ struct Request {
 
 /// The server's side of a call that waits. Dropping it without a reply ends the call.
 struct Ticket {
-    slot: Arc<Mutex<Answer>>,
+    slot: Arc<Mutex<ReplyState>>,
     signal: WakeEvent,
 }
 
 #[derive(Default)]
-enum Answer {
+enum ReplyState {
     #[default]
-    Awaited,
-    Given(Vec<u8>),
-    Never,
+    Pending,
+    Ready(Vec<u8>),
+    Dropped,
 }
 
 impl Ticket {
-    fn answer(&self, answer: Answer) {
+    fn resolve(&self, state: ReplyState) {
         let mut slot = lock(&self.slot);
-        if matches!(*slot, Answer::Awaited) {
-            *slot = answer;
+        if matches!(*slot, ReplyState::Pending) {
+            *slot = state;
             self.signal.wake();
         }
     }
@@ -71,7 +71,7 @@ impl Ticket {
 
 impl Drop for Ticket {
     fn drop(&mut self) {
-        self.answer(Answer::Never);
+        self.resolve(ReplyState::Dropped);
     }
 }
 
@@ -162,7 +162,7 @@ impl LocalClient {
         if state.server.as_ref().map(|server| server.port) == Some(asked) {
             CallError::Backend {
                 address: self.address.clone(),
-                reason: "the server took the request and gave no answer".to_owned(),
+                reason: "the server took the request and sent no reply".to_owned(),
             }
         } else {
             CallError::ServerDied(self.address.clone())
@@ -198,7 +198,7 @@ impl Client for LocalClient {
         if self.wake_event.is_stopping() {
             return Err(CallError::Stopping);
         }
-        let slot = Arc::new(Mutex::new(Answer::default()));
+        let slot = Arc::new(Mutex::new(ReplyState::default()));
         let asked = self.submit(Request {
             header: self.signed(header),
             body: request.to_vec(),
@@ -211,12 +211,12 @@ impl Client for LocalClient {
         loop {
             self.signal.clear();
             match std::mem::take(&mut *lock(&slot)) {
-                Answer::Given(answer) => {
-                    take(header, &answer);
+                ReplyState::Ready(reply) => {
+                    take(header, &reply);
                     return Ok(());
                 }
-                Answer::Never => return Err(self.silence(asked)),
-                Answer::Awaited => {}
+                ReplyState::Dropped => return Err(self.silence(asked)),
+                ReplyState::Pending => {}
             }
             if self.wake_event.is_stopping() {
                 return Err(CallError::Stopping);
@@ -285,16 +285,16 @@ impl Server for LocalServer {
 
     fn serve(
         &mut self,
-        answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
+        handler: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
         let request = lock(&self.state).next();
         let Some(request) = request else {
             return Ok(false);
         };
         let mut reply = Vec::new();
-        answer(request.header, &request.body, &mut reply);
+        handler(request.header, &request.body, &mut reply);
         if let Some(ticket) = request.ticket.filter(|_| !reply.is_empty()) {
-            ticket.answer(Answer::Given(reply));
+            ticket.resolve(ReplyState::Ready(reply));
         }
         Ok(true)
     }

@@ -183,8 +183,8 @@ mod tests {
         assert!(read.instance.starts_with("lidar\\nerror:\tforgedxxx"));
         assert_eq!(read.instance.chars().count(), 257);
         assert!(types_match(&hostile.types, &read.types));
-        for stranger in [&b""[..], b"typehash=RIHS01", b"robocomp/1 server", &[255]] {
-            assert_eq!(EndpointInfo::parse(stranger), None);
+        for other in [&b""[..], b"typehash=RIHS01", b"robocomp/1 server", &[255]] {
+            assert_eq!(EndpointInfo::parse(other), None);
         }
     }
 }

@@ -1,11 +1,11 @@
 //! The endpoints of a network on this machine.
 //!
-//! Discovery over a network takes time, and nobody can say when it is complete: peers would miss
-//! what a component sends as soon as it runs. On one machine the run directory knows who is there.
-//! Each endpoint registers there with a file that stays locked while its process lives: who it is,
-//! and whom it has found. A component that opens an endpoint reads the registrations of the others,
-//! refuses what does not match, and waits until both sides have found each other. The last one out
-//! removes the folder.
+//! Discovery over a network takes time and never reports that it is complete. A component that
+//! sends at its start would lose messages. On one machine, the run directory lists all endpoints:
+//! each one registers with a file that stays locked while its process lives, and that contains its
+//! identity and the peers it has discovered. A component that opens an endpoint reads the other
+//! registrations, rejects mismatched ones, and waits until both sides have discovered each other.
+//! The last process that leaves removes the folder.
 
 use crate::endpoint_info::{fnv, hex};
 use crate::{EndpointInfo, EndpointKind, Guid, Identity, QosContract};
@@ -279,7 +279,7 @@ mod tests {
     use rc_middleware::TypeIdentity;
 
     #[test]
-    fn a_registration_lasts_while_its_owner_lives() {
+    fn a_registration_exists_while_its_owner_lives() {
         let folder = std::env::temp_dir().join(format!("rc-registry-{}", std::process::id()));
         let registry = LocalRegistry::open(&folder, 7).expect("a registry");
         let endpoint = Identity {

@@ -25,18 +25,18 @@ impl Mismatches {
     /// A peer of `endpoint` has other types: the two exchange nothing.
     pub fn types_differ(&self, endpoint: &Identity, peer: &EndpointInfo) {
         let (topic, ours) = (&endpoint.topic, &endpoint.info.types);
-        let (who, theirs) = (peer.describe(&self.host), &peer.types);
+        let (name, theirs) = (peer.describe(&self.host), &peer.types);
         self.error(format!(
-            "the endpoints of `{topic}` differ in type: this one has {ours}, {who} has {theirs}; they exchange nothing. Regenerate and rebuild both from the same .idsl"
+            "the endpoints of `{topic}` differ in type: this one has {ours}, {name} has {theirs}; they exchange nothing. Regenerate and rebuild both from the same .idsl"
         ));
     }
 
     /// A process on another machine serves `service`, too: discovery finds it too late to refuse
     /// it.
     pub fn second_server(&self, service: &str, server: &EndpointInfo) {
-        let who = server.describe(&self.host);
+        let name = server.describe(&self.host);
         self.error(format!(
-            "`{service}` has two servers, this one and {who}; every request is executed by both. Stop one, or give it another address with --network, --name or --bind"
+            "`{service}` has two servers, this one and {name}; every request is executed by both. Stop one, or give it another address with --network, --name or --bind"
         ));
     }
 
@@ -49,16 +49,18 @@ impl Mismatches {
         peer_guid: &crate::Guid,
         differences: &str,
     ) {
-        let who = match peer {
+        let name = match peer {
             Some(info) => format!("the {} {}", info.role.name(), info.describe(&self.host)),
             None => format!("the endpoint {}", crate::hex(peer_guid)),
         };
         let topic = &endpoint.topic;
         self.warn(match endpoint.kind {
             EndpointKind::Writer => {
-                format!("what is sent on `{topic}` does not reach {who}: {differences}")
+                format!("samples on `{topic}` do not reach {name}: {differences}")
             }
-            EndpointKind::Reader => format!("`{topic}` hears nothing of {who}: {differences}"),
+            EndpointKind::Reader => {
+                format!("`{topic}` receives no samples of {name}: {differences}")
+            }
         });
     }
 

@@ -1,5 +1,4 @@
-//! The peers of one endpoint: who they are, whether their types match, whether they are still
-//! there.
+//! The peers of one endpoint: identity, liveliness, and whether their types match.
 
 use crate::{EndpointInfo, Guid, RegistrationGuard};
 use std::collections::{BTreeMap, BTreeSet};
@@ -87,8 +86,7 @@ impl<K: Ord, D> PeerTable<K, D> {
         }
     }
 
-    /// Sets the registration of this endpoint, and writes into it whom the endpoint has found
-    /// already.
+    /// Sets the registration of this endpoint and writes the discovered peers into it.
     pub(crate) fn register(&mut self, registration: RegistrationGuard) {
         self.registration = Some(registration);
         let found: Vec<Guid> = self.peers.values().map(|peer| peer.guid).collect();
@@ -97,7 +95,7 @@ impl<K: Ord, D> PeerTable<K, D> {
         }
     }
 
-    /// Writes into the registration of this endpoint whom it has found.
+    /// Writes the discovered peers into the registration of this endpoint.
     fn note(&mut self, guid: &Guid) {
         if let Some(registration) = &mut self.registration {
             let gone = |peer: &&Peer<D>| peer.presence != Presence::Gone;
@@ -114,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn many_peers_that_have_gone_are_forgotten() {
+    fn absent_peers_are_forgotten() {
         let mut table = PeerTable::default();
         for number in 0..2000_u128 {
             let peer = Peer {

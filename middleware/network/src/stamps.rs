@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_time_goes_there_and_back() {
+    fn time_stamps_convert_both_ways() {
         let before = now();
         let there = stamp(before);
         let back = sent(there);

@@ -135,7 +135,7 @@ fn what_a_late_publisher_does_not_offer_is_told() {
     };
     let publisher = there.publisher(&topic("scan", careless)).expect("an end");
     let told = told(&*here);
-    assert!(told[0].contains("hears nothing of"), "{told:?}");
+    assert!(told[0].contains("receives no samples of"), "{told:?}");
     drop(publisher);
     for directory in [one, other] {
         directory.remove().expect("to remove it");

@@ -324,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn a_call_finds_its_answer_among_notifications() {
+    fn a_call_finds_its_reply_among_notifications() {
         let (mut client, server) = served(
             b"{\"method\":\"event\",\"params\":7}\n{\"id\":9,\"result\":0}\n{\"id\":1,\"result\":{}}\n",
         );
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_and_what_is_no_answer_end_a_call() {
+    fn errors_and_invalid_replies_end_a_call() {
         let call = |answer| served(answer).0.call::<Done>(&Request::Stop, LIMIT);
         let refused = call(b"{\"error\":{\"code\":-32602,\"message\":\"too long\"},\"id\":null}\n");
         assert!(matches!(refused, Err(CallError::Refused(error)) if error.message == "too long"));
@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn a_peer_that_sends_without_end_does_not_hold_a_call() {
+    fn endless_notifications_do_not_extend_a_call() {
         // The call drops these, so that only its limit ends it.
         let (mut client, server) = flooded(b"{\"id\":0,\"result\":{}}\n");
         let begin = Instant::now();
@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn connecting_and_calling_have_limits() {
+    fn connecting_and_calling_have_time_limits() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.sock");
         let connect = |limit| Client::connect(&path, limit).map_err(|error| error.kind());

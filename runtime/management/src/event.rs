@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn an_event_reads_like_a_sentence() {
+    fn an_event_is_printed_as_severity_component_message() {
         let event = Event::component("lidar", Severity::Error, "hung", "does not answer");
         assert_eq!(event.to_string(), "error: lidar: does not answer");
     }

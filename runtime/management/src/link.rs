@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_component_does_not_report_is_empty() {
+    fn missing_fields_are_empty() {
         let ready = r#"{"jsonrpc":"2.0","method":"ready"}"#;
         assert_eq!(decode(ready), Ok(ComponentMessage::Ready));
         let heartbeat = Heartbeat {

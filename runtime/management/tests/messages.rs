@@ -1,4 +1,4 @@
-//! The JSON of every message. A changed key, code or word shows as a difference to `messages.txt`.
+//! The JSON of every message. Any change of a key, code or word is a difference to `messages.txt`.
 
 use expect_test::expect_file;
 use rc_management::{agent, component, link, rpc, supervisor};
@@ -10,7 +10,7 @@ use std::fmt::Debug;
 use std::path::PathBuf;
 use std::time::{Duration, UNIX_EPOCH};
 
-/// Collects messages as text, and checks that each is read as it was written.
+/// Collects messages as text, and checks that decoding restores each one.
 #[derive(Default)]
 struct Golden(String);
 
@@ -398,7 +398,7 @@ fn of_agents(golden: &mut Golden) {
 }
 
 #[test]
-fn every_message_has_its_keys() {
+fn messages_equal_the_golden_file() {
     let mut golden = Golden::default();
     of_components(&mut golden);
     of_links(&mut golden);
@@ -408,7 +408,7 @@ fn every_message_has_its_keys() {
 }
 
 #[test]
-fn a_request_that_is_not_understood_says_what_is() {
+fn an_invalid_request_is_rejected_with_the_allowed_form() {
     let error = |line: &str| {
         let call = rpc::Call::parse(line.as_bytes());
         let error = call.and_then(component::Request::decode).expect_err(line);
@@ -441,7 +441,7 @@ fn a_request_that_is_not_understood_says_what_is() {
 }
 
 #[test]
-fn a_request_may_say_more_or_less_than_it_has_to() {
+fn optional_and_unknown_parameters_are_accepted() {
     use component::Request;
     let request = |line: &str| {
         let call = rpc::Call::parse(line.as_bytes());

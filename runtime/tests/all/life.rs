@@ -1,4 +1,4 @@
-//! The life of a component: its states, its management, its end.
+//! The life cycle of a component: its states, its management and its end.
 
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Reader, RunDirectory};
@@ -26,14 +26,14 @@ static DESCRIPTION: Description = Description {
     note: b"",
 };
 
-/// Counts what the runtime calls, and fails as its name says.
+/// Counts the calls of the runtime, and fails as its name says.
 struct Worker {
     core: Core,
     computed: u32,
     emergencies: bool,
 }
 
-/// How often `emergency`, `restore` and `finalize` ran, by the component's name.
+/// The numbers of calls of `emergency`, `restore` and `finalize`, by component name.
 static SEEN: Mutex<BTreeMap<String, [u32; 3]>> = Mutex::new(BTreeMap::new());
 
 fn seen(name: &str) -> [u32; 3] {
@@ -127,22 +127,22 @@ fn ask(name: &str, method: &str, params: &Value) -> Value {
     let request = json!({ "jsonrpc": "2.0", "id": 7, "method": method, "params": params });
     stream
         .write_all(format!("{request}\n").as_bytes())
-        .expect("to ask");
+        .expect("a request");
     let mut line = String::new();
     BufReader::new(stream)
         .read_line(&mut line)
-        .expect("an answer");
-    let answer: Value = serde_json::from_str(&line).expect("JSON");
-    assert_eq!(answer["id"], 7);
-    answer
+        .expect("a reply");
+    let reply: Value = serde_json::from_str(&line).expect("JSON");
+    assert_eq!(reply["id"], 7);
+    reply
 }
 
-/// Asks for the status until `so`; the question has a limit.
-fn until(name: &str, so: impl Fn(&Value) -> bool) -> Value {
+/// Requests the status until `condition` holds.
+fn until(name: &str, condition: impl Fn(&Value) -> bool) -> Value {
     let start = Instant::now();
     loop {
         let status = ask(name, "status", &Value::Null)["result"].clone();
-        if so(&status) {
+        if condition(&status) {
             return status;
         }
         assert!(start.elapsed() < LIMIT, "{status}");
@@ -150,7 +150,7 @@ fn until(name: &str, so: impl Fn(&Value) -> bool) -> Value {
 }
 
 #[test]
-fn management_sets_the_period_and_the_emergency_and_stops() {
+fn management_sets_period_and_emergency_and_stops_the_component() {
     let component = run("managed").expect("to run");
     let status = until("managed", |s| s["compute"]["count"].as_u64() > Some(2));
     assert_eq!(
@@ -185,7 +185,7 @@ fn management_sets_the_period_and_the_emergency_and_stops() {
 }
 
 #[test]
-fn a_failing_compute_goes_on_and_is_counted() {
+fn errors_of_compute_are_counted_and_the_loop_continues() {
     let component = run("failing").expect("to run");
     let status = until("failing", |s| s["compute"]["errors"].as_u64() > Some(5));
     assert_eq!(status["state"], "running");
@@ -195,10 +195,10 @@ fn a_failing_compute_goes_on_and_is_counted() {
 }
 
 #[test]
-fn an_emergency_of_the_worker_is_left_by_management() {
+fn management_ends_an_emergency_of_the_worker() {
     let component = run("afraid").expect("to run");
     until("afraid", |s| s["state"] == "emergency");
-    // Its period goes on, with the other function.
+    // The loop keeps its period and calls `emergency` instead of `compute`.
     until("afraid", |s| {
         s["state"] == "emergency" && seen("afraid")[0] > 10
     });
@@ -218,7 +218,7 @@ fn a_fatal_error_ends_the_component_after_finalize() {
 }
 
 #[test]
-fn a_component_may_end_itself() {
+fn a_component_can_stop_itself() {
     run("brief")
         .expect("to run")
         .join()
@@ -226,7 +226,7 @@ fn a_component_may_end_itself() {
 }
 
 #[test]
-fn what_cannot_start_says_why() {
+fn a_failed_start_gives_the_reason() {
     let error = run("unwilling").expect_err("a failure");
     assert_eq!(error.to_string(), "initialize(): there is no robot");
     assert!(!RunDirectory::of(&network("unwilling")).path().exists());
@@ -239,8 +239,8 @@ fn what_cannot_start_says_why() {
     assert!(matches!(usage, StartError::Usage(_)));
 }
 
-/// A tick that comes late does not move those after it. What else runs on this machine may take some; so one tenth of
-/// a second without loss is enough.
+/// A late tick does not delay the following ones. Other processes may cause lost ticks, condition one
+/// tenth of a second without loss is enough.
 #[test]
 fn a_period_loses_no_tick() {
     let component = run("steady").expect("to start");

@@ -1,4 +1,4 @@
-//! All integration tests of the runtime but those that Miri runs (`in_place`), in one program.
+//! All integration tests of the runtime in one program, except those that Miri runs (`in_place`).
 
 mod life;
 mod parameters;

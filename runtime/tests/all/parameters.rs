@@ -1,4 +1,4 @@
-//! The life of a change of parameters: from the management socket to the worker, and what becomes of it.
+//! Changes of parameters at run time: management socket, worker, saving.
 
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Reader, RunDirectory};
@@ -38,23 +38,23 @@ static DESCRIPTION: Description = Description {
     note: b"",
 };
 
-/// What a worker has seen, by the component's name.
+/// What a worker has observed, by component name.
 #[derive(Clone, Debug, Default)]
 struct Seen {
-    /// The speed of the last compute, and how many computes there have been.
+    /// The speed in the last compute, and the number of computes.
     speed: f64,
     computes: u32,
-    /// What `params_changed` was told, with the speed that the context had then.
-    told: Vec<(String, f64)>,
-    /// Whether the worker waits to be let go on, and whether it is.
+    /// The arguments of `params_changed`, with the speed in the context at that time.
+    notified: Vec<(String, f64)>,
+    /// Whether the worker blocks, and whether it may continue.
     hangs: bool,
     free: bool,
 }
 
 static SEEN: Mutex<BTreeMap<String, Seen>> = Mutex::new(BTreeMap::new());
-static NEWS: Condvar = Condvar::new();
+static CHANGED: Condvar = Condvar::new();
 
-/// Notes something, and wakes who waits.
+/// Records an observation and wakes waiting threads.
 fn note(name: &str, what: impl FnOnce(&mut Seen)) {
     what(
         SEEN.lock()
@@ -62,14 +62,14 @@ fn note(name: &str, what: impl FnOnce(&mut Seen)) {
             .entry(name.to_owned())
             .or_default(),
     );
-    NEWS.notify_all();
+    CHANGED.notify_all();
 }
 
-/// Waits until `so`.
-fn until(name: &str, so: impl Fn(&Seen) -> bool) -> Seen {
+/// Waits until `condition` holds.
+fn until(name: &str, condition: impl Fn(&Seen) -> bool) -> Seen {
     let seen = SEEN.lock().expect("notes");
-    let (seen, waited) = NEWS
-        .wait_timeout_while(seen, LIMIT, |seen| !seen.get(name).is_some_and(&so))
+    let (seen, waited) = CHANGED
+        .wait_timeout_while(seen, LIMIT, |seen| !seen.get(name).is_some_and(&condition))
         .expect("notes");
     assert!(!waited.timed_out(), "{name}: {:?}", seen.get(name));
     seen[name].clone()
@@ -88,7 +88,10 @@ struct Worker {
 }
 
 impl Worker {
-    #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
+    #[expect(
+        clippy::unnecessary_wraps,
+        reason = "the signature that the runtime requires"
+    )]
     fn start(core: Core, _: &Ports, values: &Values) -> Result<Self, StartError> {
         if core.name() == "begins" {
             hang("begins");
@@ -127,7 +130,7 @@ impl Component for Worker {
         let name = self.core.name().to_owned();
         for change in changes {
             note(&name, |seen| {
-                seen.told.push((change.to_string(), self.speed));
+                seen.notified.push((change.to_string(), self.speed));
             });
         }
         if name.starts_with("slow") && !self.hung {
@@ -181,21 +184,24 @@ fn connect(name: &str) -> BufReader<UnixStream> {
 fn send(stream: &mut BufReader<UnixStream>, id: u32, method: &str, params: &Value) {
     let request = json!({ "jsonrpc": "2.0", "id": id, "method": method, "params": params });
     let line = format!("{request}\n");
-    stream.get_mut().write_all(line.as_bytes()).expect("to ask");
+    stream
+        .get_mut()
+        .write_all(line.as_bytes())
+        .expect("a request");
 }
 
-fn hear(stream: &mut BufReader<UnixStream>) -> Value {
+fn receive_reply(stream: &mut BufReader<UnixStream>) -> Value {
     let mut line = String::new();
-    stream.read_line(&mut line).expect("an answer");
+    stream.read_line(&mut line).expect("a reply");
     serde_json::from_str(&line).expect("JSON")
 }
 
 fn ask(name: &str, method: &str, params: &Value) -> Value {
     let mut stream = connect(name);
     send(&mut stream, 7, method, params);
-    let answer = hear(&mut stream);
-    assert_eq!(answer["id"], 7);
-    answer
+    let reply = receive_reply(&mut stream);
+    assert_eq!(reply["id"], 7);
+    reply
 }
 
 fn set(name: &str, changes: &Value) -> Value {
@@ -203,8 +209,8 @@ fn set(name: &str, changes: &Value) -> Value {
 }
 
 fn get(name: &str, path: &str) -> Value {
-    let answer = ask(name, "parameters", &json!({ "paths": [path] }));
-    answer["result"]["parameters"][0].clone()
+    let reply = ask(name, "parameters", &json!({ "paths": [path] }));
+    reply["result"]["parameters"][0].clone()
 }
 
 fn end(component: Embedded) {
@@ -213,24 +219,24 @@ fn end(component: Embedded) {
 }
 
 #[test]
-fn a_change_reaches_the_worker_and_what_the_checker_refuses_does_not() {
+fn valid_changes_reach_the_worker_and_invalid_ones_do_not() {
     let component = run("accepts", &[]);
-    let answer = set("accepts", &json!({ "speed": 2 }));
+    let reply = set("accepts", &json!({ "speed": 2 }));
     let expected =
         json!({ "changed": [{ "path": "speed", "old": 1.0, "new": 2.0 }], "pending": [] });
-    assert_eq!(answer["result"], expected, "{answer}");
-    // It was told before the answer, and its context had the new value then.
+    assert_eq!(reply["result"], expected, "{reply}");
+    // `params_changed` ran before the reply, with the new value in the context.
     let seen = until("accepts", |seen| seen.speed == 2.0);
-    assert_eq!(seen.told, [("speed: 1.0 -> 2.0".to_owned(), 2.0)]);
+    assert_eq!(seen.notified, [("speed: 1.0 -> 2.0".to_owned(), 2.0)]);
     assert_eq!(get("accepts", "speed")["value"], json!(2.0));
 
-    // One of several is wrong: none of them happens, and all that is wrong is said.
-    let answer = set(
+    // One of the changes is invalid: none is applied, and all errors are reported.
+    let reply = set(
         "accepts",
         &json!({ "speed": 3, "limt": 9, "fixed": 2, "token": 5 }),
     );
-    assert_eq!(answer["error"]["code"], -32602, "{answer}");
-    let findings = answer["error"]["data"]["findings"]
+    assert_eq!(reply["error"]["code"], -32602, "{reply}");
+    let findings = reply["error"]["data"]["findings"]
         .as_array()
         .expect("a list");
     let codes: Vec<&Value> = findings.iter().map(|f| &f["code"]).collect();
@@ -238,26 +244,23 @@ fn a_change_reaches_the_worker_and_what_the_checker_refuses_does_not() {
         codes,
         ["fixed-parameter", "unknown-parameter", "wrong-type"]
     );
-    let message = answer["error"]["message"].as_str().expect("a text");
+    let message = reply["error"]["message"].as_str().expect("a text");
     assert!(message.contains("did you mean `limit`?"), "{message}");
     let broken = set("accepts", &json!({ "speed": 6 }));
     assert_eq!(
         broken["error"]["data"]["findings"][0]["code"],
         "rule-broken"
     );
-    // Both together keep the rule, and the worker gets both at once.
-    let answer = set("accepts", &json!({ "speed": 6, "limit": 7 }));
+    // Both changes together satisfy the rule, and the worker gets them in one call.
+    let reply = set("accepts", &json!({ "speed": 6, "limit": 7 }));
+    assert_eq!(reply["result"]["changed"].as_array().map(Vec::len), Some(2));
+    // Setting the current value is not a change.
+    let reply = set("accepts", &json!({ "speed": 6 }));
+    assert_eq!(reply["result"], json!({ "changed": [], "pending": [] }));
+    let notified = until("accepts", |seen| seen.speed == 6.0).notified;
+    let notified: Vec<&str> = notified.iter().map(|(change, _)| change.as_str()).collect();
     assert_eq!(
-        answer["result"]["changed"].as_array().map(Vec::len),
-        Some(2)
-    );
-    // What is so already is no change.
-    let answer = set("accepts", &json!({ "speed": 6 }));
-    assert_eq!(answer["result"], json!({ "changed": [], "pending": [] }));
-    let told = until("accepts", |seen| seen.speed == 6.0).told;
-    let told: Vec<&str> = told.iter().map(|(change, _)| change.as_str()).collect();
-    assert_eq!(
-        told,
+        notified,
         [
             "speed: 1.0 -> 2.0",
             "limit: 5.0 -> 7.0",
@@ -269,52 +272,55 @@ fn a_change_reaches_the_worker_and_what_the_checker_refuses_does_not() {
         json!({ "changes": [] }),
         json!({ "changes": {} }),
     ] {
-        let answer = ask("accepts", "parameters_set", &wrong);
-        assert_eq!(answer["error"]["code"], -32602, "{answer}");
+        let reply = ask("accepts", "parameters_set", &wrong);
+        assert_eq!(reply["error"]["code"], -32602, "{reply}");
     }
     end(component);
 }
 
 #[test]
-fn what_the_worker_refuses_has_not_happened() {
+fn a_change_that_the_worker_rejects_is_reverted() {
     let component = run("refuses", &[]);
-    let answer = set(
+    let reply = set(
         "refuses",
         &json!({ "speed": 4, "token": "n3w", "device": "/dev/b" }),
     );
     assert_eq!(
-        answer["error"],
+        reply["error"],
         json!({ "code": -32001, "message": "the gear is stuck" })
     );
-    let seen = until("refuses", |seen| !seen.told.is_empty());
-    // It had the new value when it was asked, and has the old one now.
-    assert!(seen.told.iter().all(|(_, speed)| *speed == 4.0), "{seen:?}");
+    let seen = until("refuses", |seen| !seen.notified.is_empty());
+    // `params_changed` saw the new value. Now the old one is restored.
+    assert!(
+        seen.notified.iter().all(|(_, speed)| *speed == 4.0),
+        "{seen:?}"
+    );
     let computes = seen.computes;
     until("refuses", |seen| {
         seen.computes > computes + 1 && seen.speed == 1.0
     });
     assert_eq!(get("refuses", "speed")["value"], json!(1.0));
     assert_eq!(get("refuses", "device")["pending"], Value::Null);
-    // It may also say that its work cannot go on.
-    let answer = set("refuses", &json!({ "speed": 4.5 }));
+    // The worker may also raise an emergency.
+    let reply = set("refuses", &json!({ "speed": 4.5 }));
     assert_eq!(
-        answer["error"]["message"],
+        reply["error"]["message"],
         "it burns; the component is in emergency now"
     );
     let start = Instant::now();
     while ask("refuses", "status", &Value::Null)["result"]["state"] != "emergency" {
-        assert!(start.elapsed() < LIMIT, "it is not in the state Emergency");
+        assert!(start.elapsed() < LIMIT, "not in the state Emergency");
     }
     assert_eq!(get("refuses", "speed")["value"], json!(1.0));
     end(component);
 }
 
 #[test]
-fn a_change_for_the_next_start_is_remembered_and_not_told() {
+fn a_change_for_the_next_start_is_pending_and_not_passed_to_the_worker() {
     let component = run("later", &[]);
-    let answer = set("later", &json!({ "device": "/dev/b" }));
+    let reply = set("later", &json!({ "device": "/dev/b" }));
     let expected = json!([{ "path": "device", "old": "/dev/a", "new": "/dev/b" }]);
-    assert_eq!(answer["result"]["pending"], expected, "{answer}");
+    assert_eq!(reply["result"]["pending"], expected, "{reply}");
     let device = get("later", "device");
     assert_eq!(
         (&device["value"], &device["pending"]),
@@ -323,40 +329,40 @@ fn a_change_for_the_next_start_is_remembered_and_not_told() {
     let computes = until("later", |seen| seen.computes > 0).computes;
     assert!(
         until("later", |seen| seen.computes > computes + 1)
-            .told
+            .notified
             .is_empty()
     );
-    // There is no file to keep it in.
-    let answer = ask("later", "parameters_save", &json!({}));
-    assert_eq!(answer["error"]["code"], -32003, "{answer}");
+    // Without a configuration file, saving fails.
+    let reply = ask("later", "parameters_save", &json!({}));
+    assert_eq!(reply["error"]["code"], -32003, "{reply}");
     end(component);
 }
 
 #[test]
-fn what_is_secret_is_in_no_answer() {
+fn no_reply_contains_a_secret() {
     let component = run("hides", &[]);
-    let answers = [
+    let replies = [
         set("hides", &json!({ "token": "n3w" })),
         set("hides", &json!({ "token": 770_019_283_746_i64 })),
         set("hides", &json!({ "token": ["770019283746"], "speed": 99 })),
         ask("hides", "parameters", &json!({})),
         ask("hides", "status", &json!({})),
     ];
-    let told = until("hides", |seen| !seen.told.is_empty()).told;
-    assert_eq!(told[0].0, "token: *** -> ***");
-    for answer in answers.iter().map(ToString::to_string) {
+    let notified = until("hides", |seen| !seen.notified.is_empty()).notified;
+    assert_eq!(notified[0].0, "token: *** -> ***");
+    for reply in replies.iter().map(ToString::to_string) {
         for secret in ["s3cret", "n3w", "7700192"] {
-            assert!(!answer.contains(secret), "{answer}");
+            assert!(!reply.contains(secret), "{reply}");
         }
     }
     end(component);
 }
 
 #[test]
-fn a_worker_that_hangs_loses_the_change() {
+fn a_blocked_worker_does_not_get_the_change() {
     let component = run("hangs", &[]);
     until("hangs", |seen| seen.hangs);
-    // Two ask; management goes on meanwhile.
+    // Two clients wait for replies. Management serves others meanwhile.
     let (mut first, mut second) = (connect("hangs"), connect("hangs"));
     send(
         &mut first,
@@ -375,78 +381,78 @@ fn a_worker_that_hangs_loses_the_change() {
         "running"
     );
     for stream in [&mut first, &mut second] {
-        let answer = hear(stream);
-        assert_eq!(answer["error"]["code"], -32002, "{answer}");
-        let message = answer["error"]["message"].as_str().expect("a text");
+        let reply = receive_reply(stream);
+        assert_eq!(reply["error"]["code"], -32002, "{reply}");
+        let message = reply["error"]["message"].as_str().expect("a text");
         assert!(message.contains("nothing has changed"), "{message}");
     }
     note("hangs", |seen| seen.free = true);
     let seen = until("hangs", |seen| seen.computes > 3);
-    assert_eq!((seen.speed, seen.told), (1.0, Vec::new()));
+    assert_eq!((seen.speed, seen.notified), (1.0, Vec::new()));
     assert_eq!(get("hangs", "speed")["value"], json!(1.0));
-    // It works again.
+    // The worker accepts changes again.
     assert!(set("hangs", &json!({ "speed": 3 }))["result"].is_object());
     until("hangs", |seen| seen.speed == 3.0);
     end(component);
 }
 
 #[test]
-fn a_change_that_the_worker_takes_too_long_for_is_taken_back() {
+fn a_change_that_exceeds_its_time_limit_is_reverted() {
     let component = run("slow", &[]);
-    let answer = set("slow", &json!({ "speed": 2 }));
-    assert_eq!(answer["error"]["code"], -32002, "{answer}");
-    let message = answer["error"]["message"].as_str().expect("a text");
+    let reply = set("slow", &json!({ "speed": 2 }));
+    assert_eq!(reply["error"]["code"], -32002, "{reply}");
+    let message = reply["error"]["message"].as_str().expect("a text");
     assert!(message.contains("params_changed()"), "{message}");
     note("slow", |seen| seen.free = true);
-    let seen = until("slow", |seen| seen.told.len() == 2);
-    assert_eq!(seen.told[1], ("speed: 2.0 -> 1.0".to_owned(), 1.0));
+    let seen = until("slow", |seen| seen.notified.len() == 2);
+    assert_eq!(seen.notified[1], ("speed: 2.0 -> 1.0".to_owned(), 1.0));
     until("slow", |seen| seen.computes > 1 && seen.speed == 1.0);
     assert_eq!(get("slow", "speed")["value"], json!(1.0));
     end(component);
 }
 
 #[test]
-fn a_worker_that_cannot_go_back_ends_as_it_says() {
+fn a_worker_that_cannot_revert_a_change_ends() {
     let component = run("slow_stuck", &[]);
-    let answer = set("slow_stuck", &json!({ "speed": 2 }));
-    assert_eq!(answer["error"]["code"], -32002, "{answer}");
+    let reply = set("slow_stuck", &json!({ "speed": 2 }));
+    assert_eq!(reply["error"]["code"], -32002, "{reply}");
     note("slow_stuck", |seen| seen.free = true);
-    let ended = component.join().expect_err("it ends by itself");
+    let ended = component.join().expect_err("a fatal error");
     assert!(ended.to_string().contains("no way back"), "{ended}");
 }
 
 #[test]
-fn a_worker_that_is_still_being_initialised_is_not_blamed_for_its_compute() {
+fn a_change_during_initialize_is_rejected_with_that_reason() {
     let starting = std::thread::spawn(|| run("begins", &[]));
     until("begins", |seen| seen.hangs);
-    let answer = set("begins", &json!({ "speed": 2 }));
-    assert_eq!(answer["error"]["code"], -32002, "{answer}");
-    let message = answer["error"]["message"].as_str().expect("a text");
+    let reply = set("begins", &json!({ "speed": 2 }));
+    assert_eq!(reply["error"]["code"], -32002, "{reply}");
+    let message = reply["error"]["message"].as_str().expect("a text");
     assert!(message.contains("initialize() has not ended"), "{message}");
     note("begins", |seen| seen.free = true);
     end(starting.join().expect("to run"));
 }
 
 #[test]
-fn a_request_that_is_too_long_is_refused_and_the_next_one_is_answered() {
+fn an_overlong_request_is_rejected_and_the_next_one_is_served() {
     let component = run("long", &[]);
     let mut stream = connect("long");
     let changes = json!({ "changes": { "token": "x".repeat(1 << 20) } });
     send(&mut stream, 1, "parameters_set", &changes);
-    let answer = hear(&mut stream);
+    let reply = receive_reply(&mut stream);
     assert_eq!(
-        (&answer["id"], &answer["error"]["code"]),
+        (&reply["id"], &reply["error"]["code"]),
         (&Value::Null, &json!(-32602))
     );
-    let message = answer["error"]["message"].as_str().expect("a text");
+    let message = reply["error"]["message"].as_str().expect("a text");
     assert!(message.contains("64 KiB"), "{message}");
     send(&mut stream, 2, "status", &Value::Null);
-    assert_eq!(hear(&mut stream)["id"], 2);
+    assert_eq!(receive_reply(&mut stream)["id"], 2);
     end(component);
 }
 
 #[test]
-fn a_save_comes_after_the_changes_that_were_asked_for_before() {
+fn requests_of_one_connection_are_served_in_order() {
     let file = tempfile::NamedTempFile::new().expect("a file");
     let config = file.path().to_str().expect("a path");
     let component = run("in_order", &["--config", config]);
@@ -457,9 +463,9 @@ fn a_save_comes_after_the_changes_that_were_asked_for_before() {
     }
     send(&mut stream, 3, "parameters_save", &json!({}));
     for id in [1, 2] {
-        assert_eq!(hear(&mut stream)["id"], id);
+        assert_eq!(receive_reply(&mut stream)["id"], id);
     }
-    let saved = hear(&mut stream);
+    let saved = receive_reply(&mut stream);
     let expected = json!([{ "path": "speed", "old": 1.0, "new": 3.0 }]);
     assert_eq!(
         (&saved["id"], &saved["result"]["saved"]),
@@ -474,7 +480,7 @@ fn a_save_comes_after_the_changes_that_were_asked_for_before() {
 }
 
 #[test]
-fn a_component_that_ends_answers_first() {
+fn a_component_replies_to_pending_requests_before_it_ends() {
     let component = run("ends", &[]);
     let mut streams: Vec<_> = (0..8).map(|_| connect("ends")).collect();
     for (id, stream) in (0..).zip(&mut streams) {
@@ -484,16 +490,16 @@ fn a_component_that_ends_answers_first() {
     send(&mut streams[7], 99, "stop", &Value::Null);
     component.join().expect("an orderly end");
     for stream in &mut streams {
-        let answer = hear(stream);
+        let reply = receive_reply(stream);
         assert!(
-            answer["result"].is_object() || answer["error"].is_object(),
-            "{answer}"
+            reply["result"].is_object() || reply["error"].is_object(),
+            "{reply}"
         );
     }
 }
 
 #[test]
-fn what_was_changed_is_saved_and_everything_else_in_the_file_stays() {
+fn saving_writes_changed_values_and_keeps_the_rest_of_the_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("tuned.toml");
     let text = "# Tuned.\n[component]\nlog = \"error\"\n\n[parameters]\nspeed = 1.5   # slow\n# device = \"/dev/x\"\n";
@@ -529,7 +535,7 @@ fn what_was_changed_is_saved_and_everything_else_in_the_file_stays() {
         2
     );
 
-    // Somebody edits the same line, then another one.
+    // Another program edits the same line, then another line.
     set("saves", &json!({ "speed": 3 }));
     std::fs::write(&file, expected.replace("2.5 ", "2.0 ")).expect("to write");
     let conflict = ask("saves", "parameters_save", &json!({}));
@@ -552,7 +558,7 @@ fn what_was_changed_is_saved_and_everything_else_in_the_file_stays() {
 }
 
 #[test]
-fn a_configuration_that_has_become_something_else_is_neither_waited_for_nor_written() {
+fn a_configuration_that_is_no_longer_a_writable_file_is_not_saved() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("tuned.toml");
     let text = "[parameters]\nspeed = 1.5\n";
@@ -560,9 +566,9 @@ fn a_configuration_that_has_become_something_else_is_neither_waited_for_nor_writ
     let component = run("odd", &["--config", file.to_str().expect("a path")]);
     set("odd", &json!({ "speed": 2 }));
     let refused = |why: &str| {
-        let answer = ask("odd", "parameters_save", &json!({}));
-        assert_eq!(answer["error"]["code"], -32004, "{answer}");
-        let message = answer["error"]["message"].as_str().expect("a text");
+        let reply = ask("odd", "parameters_save", &json!({}));
+        assert_eq!(reply["error"]["code"], -32004, "{reply}");
+        let message = reply["error"]["message"].as_str().expect("a text");
         assert!(message.contains(why), "{message}");
     };
     let mode = |mode| std::fs::Permissions::from_mode(mode);
@@ -577,16 +583,16 @@ fn a_configuration_that_has_become_something_else_is_neither_waited_for_nor_writ
         .expect("to grow");
     refused("64 MB");
     std::fs::remove_file(&file).expect("to remove");
-    // Nobody ever writes into this pipe.
+    // Nothing ever writes into this pipe.
     let mode = rustix::fs::Mode::from_raw_mode(0o600);
     rustix::fs::mknodat(rustix::fs::CWD, &file, rustix::fs::FileType::Fifo, mode, 0)
         .expect("a pipe");
     refused("not a regular file");
-    // Nor does a start wait for it.
+    // A start does not wait for it either.
     let arguments = ["--config", file.to_str().expect("a path")];
     let error = embed(&DESCRIPTION, Worker::start, &arguments).expect_err("no configuration");
     assert!(error.to_string().contains("not a regular file"), "{error}");
-    // Management still answers, and a stop still stops.
+    // Management still replies, and the component can be stopped.
     assert_eq!(get("odd", "speed")["value"], json!(2.0));
     end(component);
 }

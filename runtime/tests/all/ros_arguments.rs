@@ -1,4 +1,5 @@
-//! The command line of ROS 2 reaches the backend, the parameters and the log, and says what it does not know.
+//! The command line of ROS 2 reaches the backend, the parameters and the log. Unknown arguments are
+//! reported.
 
 use rc_middleware::typed::{HandlerError, Operation, Request};
 use rc_middleware::{
@@ -76,12 +77,12 @@ static OTHER: Description = Description {
     note: b"",
 };
 
-/// What the backend and the worker were given, by the network.
+/// The settings of the backend and the parameters of the worker, by network.
 static SEEN: Mutex<BTreeMap<String, Settings>> = Mutex::new(BTreeMap::new());
 static PARAMETERS: Mutex<BTreeMap<String, (f64, String)>> = Mutex::new(BTreeMap::new());
 
-/// The quality of service of every end that was opened, by its address.
-static ENDS: Mutex<BTreeMap<String, Qos>> = Mutex::new(BTreeMap::new());
+/// The quality of service of every opened endpoint, by address.
+static ENDPOINTS: Mutex<BTreeMap<String, Qos>> = Mutex::new(BTreeMap::new());
 
 fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
     let (network, settings) = (environment.network.clone(), environment.settings.clone());
@@ -92,7 +93,7 @@ fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
     }))
 }
 
-/// A backend that notes how its ends are to be, and may work no more.
+/// A backend that records the quality of service of its endpoints, and can report that it is lost.
 struct Watched {
     backend: Box<dyn Backend>,
     is_lost: bool,
@@ -100,8 +101,8 @@ struct Watched {
 
 impl Watched {
     fn note(endpoint: &Endpoint) {
-        let mut ends = ENDS.lock().expect("the ends");
-        ends.insert(endpoint.address.to_string(), endpoint.qos);
+        let mut endpoints = ENDPOINTS.lock().expect("the endpoints");
+        endpoints.insert(endpoint.address.to_string(), endpoint.qos);
     }
 }
 
@@ -179,7 +180,7 @@ impl Component for Worker {
 }
 
 #[test]
-fn names_and_parameters_are_taken() {
+fn names_and_parameters_are_applied() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("config.toml");
     let text = "[middleware.ros2]\nnode = \"x\"\nremap = [\"/a:=/b\"]\n[parameters]\nrate = 2.0\n";
@@ -194,7 +195,7 @@ fn names_and_parameters_are_taken() {
     component.stop();
     component.join().expect("a good end");
     let settings = SEEN.lock().expect("the settings").remove(&network);
-    let settings = settings.expect("a backend that was asked");
+    let settings = settings.expect("the settings of this network");
     assert_eq!(settings.text("ros2", "node"), Some("front"));
     assert_eq!(settings.text("ros2", "namespace"), Some("/robot"));
     let rules = settings.remappings("ros2", "remap").iter();
@@ -205,7 +206,7 @@ fn names_and_parameters_are_taken() {
 }
 
 #[test]
-fn topics_get_another_quality_of_service() {
+fn qos_overrides_are_applied() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("config.toml");
     let text = "[middleware.ros2.remap]\n\"LaserPub/newScan\" = \"scan\"\n\
@@ -225,8 +226,8 @@ fn topics_get_another_quality_of_service() {
     let component = embed(&NODE, Worker::start, &args).expect("a component");
     component.stop();
     component.join().expect("a good end");
-    let ends = ENDS.lock().expect("the ends");
-    let of = |own: &str| ends[&format!("{network}/{own}")];
+    let endpoints = ENDPOINTS.lock().expect("the endpoints");
+    let of = |own: &str| endpoints[&format!("{network}/{own}")];
     let usual = Qos {
         reliability: Reliability::BestEffort,
         depth: 5,
@@ -247,9 +248,9 @@ fn topics_get_another_quality_of_service() {
     assert_eq!(of("base/newState"), base);
 }
 
-/// Nobody could start it anew, if it went on without one.
+/// A supervisor cannot restart a component that keeps running without its middleware.
 #[test]
-fn a_component_without_its_middleware_ends() {
+fn a_component_that_loses_its_middleware_ends() {
     let network = format!("ros_lost_{}", std::process::id());
     let args = ["--network", &network, "--name", "lost"];
     let component = embed(&NODE, Worker::start, &args).expect("a component");
@@ -259,7 +260,7 @@ fn a_component_without_its_middleware_ends() {
 }
 
 #[test]
-fn what_is_not_known_is_told() {
+fn unknown_arguments_are_reported() {
     let network = format!("ros_arguments_wrong_{}", std::process::id());
     let refusal = |description, text: &str| {
         let mut args = vec!["--network", network.as_str(), "--ros-args"];

@@ -1,4 +1,4 @@
-//! What a configuration and a command line set of a middleware reaches its backend.
+//! Middleware settings of the configuration and the command line reach the backend.
 
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Backend, Environment, OpenError, Reader, Settings};
@@ -28,7 +28,10 @@ fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
 struct Worker(Core);
 
 impl Worker {
-    #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
+    #[expect(
+        clippy::unnecessary_wraps,
+        reason = "the signature that the runtime requires"
+    )]
     fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
         Ok(Self(core))
     }
@@ -61,7 +64,7 @@ impl Component for Worker {
 }
 
 #[test]
-fn the_command_line_comes_before_the_configuration() {
+fn the_command_line_overrides_the_configuration() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("config.toml");
     let text = "[middleware.dds]\ndomain = 3\nlease = \"0.5s\"\npeers = [\"a\"]\n";
@@ -81,7 +84,7 @@ fn the_command_line_comes_before_the_configuration() {
     component.stop();
     component.join().expect("a good end");
     let settings = SEEN.lock().expect("the settings").take();
-    let settings = settings.expect("a backend that was asked");
+    let settings = settings.expect("the settings of the backend");
     assert_eq!(settings.int("dds", "domain"), Some(5));
     let lease = settings.duration("dds", "lease");
     assert_eq!(lease, Some(Duration::from_millis(500)));
@@ -91,7 +94,7 @@ fn the_command_line_comes_before_the_configuration() {
 }
 
 #[test]
-fn the_command_line_says_what_can_be_set() {
+fn an_invalid_setting_is_reported_with_the_allowed_values() {
     let message = |text: &str| {
         let network = format!("settings_wrong_{}", std::process::id());
         let args = ["--network", &network, "--set-middleware", text];

@@ -1,4 +1,5 @@
-//! `wake spin`: a slot that stays awake after a message answers, and sleeps when its time is over.
+//! `wake spin`: a slot polls after a message, replies meanwhile, and sleeps when its time has
+//! passed.
 
 use rc_middleware::qos::Qos;
 use rc_middleware::typed::{HandlerError, Operation, Request, TypedClient};
@@ -14,7 +15,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 const LIMIT: Duration = Duration::from_secs(10);
-/// How long the slot stays awake.
+/// The time for which the slot polls.
 const SPIN: Duration = Duration::from_millis(10);
 
 const DOUBLE: Operation = Operation {
@@ -50,13 +51,16 @@ static DESCRIPTION: Description = Description {
     note: b"",
 };
 
-/// When `compute()` ran, and the processor time of its thread until then.
+/// The times of `compute()`, each with the processor time of its thread until then.
 static TURNS: Mutex<Vec<(Instant, Duration)>> = Mutex::new(Vec::new());
 
 struct Worker(Core);
 
 impl Worker {
-    #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
+    #[expect(
+        clippy::unnecessary_wraps,
+        reason = "the signature that the runtime requires"
+    )]
     fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
         Ok(Self(core))
     }
@@ -95,7 +99,7 @@ impl Component for Worker {
     }
 }
 
-/// Waits until `compute()` has run `more` times; gives its last turn.
+/// Waits until `compute()` has run `more` times. Returns the last entry.
 fn turns(more: usize) -> (Instant, Duration) {
     let count = |wanted: usize| {
         let turns = TURNS.lock().expect("the turns");
@@ -113,7 +117,7 @@ fn turns(more: usize) -> (Instant, Duration) {
 }
 
 #[test]
-fn a_slot_that_stays_awake_answers_and_sleeps_in_the_end() {
+fn a_polling_slot_replies_and_sleeps_afterwards() {
     let network = format!("wake_{}", std::process::id());
     let component = embed(&DESCRIPTION, Worker::start, &["--network", &network]);
     let component = component.expect("a component");
@@ -143,7 +147,7 @@ fn a_slot_that_stays_awake_answers_and_sleeps_in_the_end() {
         );
         assert_eq!(doubled, Ok((0, 2 * number)));
     }
-    // Meanwhile compute() keeps its period. Then nobody calls any more; the first turns may still be awake.
+    // compute() keeps its period. No calls follow; the slot may still poll during the first turns.
     let (start, used) = turns(4);
     let (end, used_at_end) = turns(60);
     let (passed, used) = (end - start, used_at_end.saturating_sub(used));

@@ -248,7 +248,7 @@ fn a_stopped_component_is_an_error_to_its_callers_and_goes_on() {
     Site::until("a call has ended", || failed(&avoider()) > 0);
     let status = avoider();
     let error = status["last_error"].as_str().unwrap_or_default();
-    assert!(error.contains("no answer from"), "{status}");
+    assert!(error.contains("no reply from"), "{status}");
     assert_eq!(status["state"], "running", "{status}");
     kill_process(simulator, Signal::CONT).expect("to let it go on");
     // Five in a row without an error.

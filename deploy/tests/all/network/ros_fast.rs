@@ -155,6 +155,6 @@ fn a_node_on_fast_dds_answers() {
         // It says no goodbye, and nobody else does; the call ends by its own limit.
         let late = client.consult("hold", Duration::from_secs(1));
         let late = late.expect("an answer");
-        assert!(late.contains("no answer from"), "{late}");
+        assert!(late.contains("no reply from"), "{late}");
     });
 }

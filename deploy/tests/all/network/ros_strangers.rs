@@ -144,7 +144,7 @@ fn a_component_calls_a_stranger_of_ros() {
     oracle.says("asked hold");
     oracle.kill();
     let late = consult.line();
-    assert!(late.contains("no answer from"), "{late}");
+    assert!(late.contains("no reply from"), "{late}");
     consult.end();
 }
 

@@ -245,10 +245,8 @@ fn what_does_not_fit_is_told_on_both_sides() {
                   deadline: offered none, requested 100ms; liveliness: offered 2s, requested 1s";
     let (address, pid) = ("default/Laser/scan", std::process::id());
     let told = [
-        format!(
-            "what is sent on `{address}` does not reach the subscriber pid {pid} (test): {values}"
-        ),
-        format!("`{address}` hears nothing of the publisher pid {pid} (test): {values}"),
+        format!("samples on `{address}` do not reach the subscriber pid {pid} (test): {values}"),
+        format!("`{address}` receives no samples of the publisher pid {pid} (test): {values}"),
     ];
     await_log(log, &told);
     assert_eq!((publisher.peers(), subscriber.peers()), (0, 0));

@@ -207,7 +207,7 @@ class Client:
             if (answer := pending.receive()) is not None:
                 break
             if not held or time.monotonic() > end:
-                raise TimeoutError("no answer" if held else "the server took the request and gave no answer")
+                raise TimeoutError("no reply" if held else "the server took the request and sent no reply")
             self.ear.timed_wait(iox.Duration.from_millis(50))
         reply = Cdr(bytes(answer.payload().as_memory_view()))
         reply.at = 16
