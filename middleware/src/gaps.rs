@@ -159,7 +159,11 @@ mod tests {
         // A large gap counts if consecutive samples follow it.
         assert_eq!(lost(gaps, 2, &[7, 10_007, 10_008]), 9999);
         assert_eq!(lost(gaps, 2, &[30_000, 30_010, 30_011]), 19_991 + 9);
-        assert_eq!(lost(gaps, 3, &[7, u64::MAX - 1, u64::MAX]), 0, "implausible");
+        assert_eq!(
+            lost(gaps, 3, &[7, u64::MAX - 1, u64::MAX]),
+            0,
+            "implausible"
+        );
     }
 
     #[test]
