@@ -39,9 +39,20 @@ pub enum Clause {
     /// `parameters "file.pdsl";`
     Parameters(Name),
     /// `dependencies { rand "0.9"; }`
-    Dependencies(Vec<(Name, Name)>),
+    Dependencies(Vec<Dependency>),
     /// `period 50ms;`
     Period(Literal),
+}
+
+/// One crate of a `dependencies` clause.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dependency {
+    /// The name of the package.
+    pub package: Name,
+    /// `"0.9"`, a version or a path. `None` if there is a block.
+    pub short: Option<Name>,
+    /// `{ version "1"; features "a", "b"; }`
+    pub fields: Vec<(Name, Vec<Literal>)>,
 }
 
 /// `requires A, B as front;`

@@ -21,12 +21,27 @@ pub struct Component {
     pub parameters: Option<Name>,
     /// The `statemachine` clause.
     pub state_machine: Option<StateMachine>,
-    /// The dependencies of the worker: name and version requirement.
-    pub dependencies: Vec<(Name, Name)>,
+    /// The dependencies of the worker.
+    pub dependencies: Vec<Dependency>,
     /// The default period of `compute()`. The configuration can change it.
     pub period: Duration,
     /// All imported modules, directly or indirectly.
     pub library: Library,
+}
+
+/// A crate that the worker uses.
+#[derive(Clone, Debug)]
+pub struct Dependency {
+    /// The name of the package.
+    pub package: Name,
+    /// The version requirement, if one is given.
+    pub version: Option<Name>,
+    /// The path from the folder of the `.cdsl`, if one is given.
+    pub path: Option<Name>,
+    /// Its features.
+    pub features: Vec<Name>,
+    /// Whether its default features are on.
+    pub default_features: bool,
 }
 
 /// `statemachine "file.smdsl" visual;`

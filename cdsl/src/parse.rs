@@ -1,6 +1,6 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
-use crate::ast::{Clause, Communication, Component, File, Setting, SlotDecl};
+use crate::ast::{Clause, Communication, Component, Dependency, File, Setting, SlotDecl};
 use crate::model::Role;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -92,14 +92,7 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
             let dependencies = pair
                 .into_inner()
                 .filter(|p| p.as_rule() == Rule::dependency);
-            Clause::Dependencies(
-                dependencies
-                    .filter_map(|p| {
-                        let mut texts = r.texts(p).into_iter();
-                        Some((texts.next()?, texts.next()?))
-                    })
-                    .collect(),
-            )
+            Clause::Dependencies(dependencies.filter_map(|p| dependency(r, p)).collect())
         }
         Rule::period => {
             let value = pair
@@ -202,6 +195,35 @@ fn report_skipped_clause(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
         _ => return r.found.push(unknown_clause(&first)),
     };
     r.report_skipped(pair, rule);
+}
+
+fn dependency(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Dependency> {
+    let (mut package, mut short, mut fields) = (None, None, Vec::new());
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::crate_name => package = Some(r.name(&part)),
+            Rule::string => short = Some(r.string(&part)),
+            Rule::semicolon => r.semicolon(&part),
+            Rule::dependency_field => {
+                let (mut name, mut values) = (None, Vec::new());
+                for piece in part.into_inner() {
+                    match piece.as_rule() {
+                        Rule::name => name = Some(r.name(&piece)),
+                        Rule::literal => values.push(r.literal(&piece)),
+                        Rule::semicolon => r.semicolon(&piece),
+                        _ => {}
+                    }
+                }
+                fields.extend(name.map(|name| (name, values)));
+            }
+            _ => {}
+        }
+    }
+    Some(Dependency {
+        package: package?,
+        short,
+        fields,
+    })
 }
 
 /// An unknown programming language.

@@ -1,14 +1,14 @@
 //! Loads the imported interfaces and builds the model of a component.
 
 use crate::ast::{self, Clause, SlotDecl};
-use crate::model::{Backend, Component, DEFAULT_PERIOD, Role, Slot, StateMachine};
+use crate::model::{Backend, Component, DEFAULT_PERIOD, Dependency, Role, Slot, StateMachine};
 use crate::parse::{KNOWN_LANGUAGES, parse, unknown_language};
 use crate::resolver::Resolver;
 use crate::slot_names::SlotNames;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_idsl::Session;
 use rc_idsl::model::{InterfaceId, Library, ModuleId, Operation};
-use rc_syntax::{Loader, Name};
+use rc_syntax::{Literal, LiteralKind, Loader, Name};
 use std::collections::{HashMap, HashSet};
 use std::time::Duration;
 
@@ -103,7 +103,9 @@ impl Resolver<'_> {
                     });
                 }
                 Clause::Parameters(file) => parameters = Some(file.clone()),
-                Clause::Dependencies(all) => dependencies.clone_from(all),
+                Clause::Dependencies(all) => {
+                    dependencies = all.iter().map(|one| self.dependency(one)).collect();
+                }
                 Clause::Period(literal) => {
                     if let Some(ns) = literal.as_nanoseconds().filter(|ns| *ns >= 100_000) {
                         period = Duration::from_nanos(ns);
@@ -172,6 +174,71 @@ impl Resolver<'_> {
             self.found.push(unknown_language(name));
         }
         Name::new(name.text.to_lowercase(), name.span)
+    }
+
+    fn dependency(&mut self, tree: &ast::Dependency) -> Dependency {
+        const FIELDS: [&str; 4] = ["version", "path", "features", "default_features"];
+        let mut out = Dependency {
+            package: tree.package.clone(),
+            version: None,
+            path: None,
+            features: Vec::new(),
+            default_features: true,
+        };
+        match &tree.short {
+            Some(path) if path.text.starts_with(['.', '/']) => out.path = Some(path.clone()),
+            version => out.version.clone_from(version),
+        }
+        let text = |literal: &Literal| match &literal.kind {
+            LiteralKind::String(text) => Some(Name::new(text.as_str(), literal.span)),
+            _ => None,
+        };
+        let mut seen = HashMap::new();
+        for (name, values) in &tree.fields {
+            self.check_unique(&mut seen, name, "field");
+            let texts: Option<Vec<Name>> = values.iter().map(text).collect();
+            let expected = match (name.text.as_str(), values.as_slice(), texts.as_deref()) {
+                ("version", _, Some([version])) => {
+                    out.version = Some(version.clone());
+                    continue;
+                }
+                ("path", _, Some([path])) => {
+                    out.path = Some(path.clone());
+                    continue;
+                }
+                ("features", _, Some(features)) => {
+                    out.features = features.to_vec();
+                    continue;
+                }
+                ("default_features", [value], _) if matches!(value.kind, LiteralKind::Bool(_)) => {
+                    out.default_features = value.kind != LiteralKind::Bool(false);
+                    continue;
+                }
+                ("default_features", ..) => "`true` or `false`",
+                ("features", ..) => "names of features, such as `features \"derive\", \"rc\"`",
+                ("version" | "path", ..) => "one string",
+                _ => {
+                    let message = format!("unknown field `{}` of a dependency", name.text);
+                    let error = Diagnostic::error("bad-dependency", name.span, message);
+                    self.found.push(error.suggest(&name.text, FIELDS));
+                    continue;
+                }
+            };
+            let message = format!("`{}` takes {expected}", name.text);
+            self.found
+                .push(Diagnostic::error("bad-dependency", name.span, message));
+        }
+        if out.version.is_none() && out.path.is_none() {
+            let name = &tree.package;
+            let message = format!("`{}` has no version and no path", name.text);
+            let help = format!(
+                "write `{} \"1\";` or `{} {{ version \"1\"; }};`",
+                name.text, name.text
+            );
+            self.found
+                .push(Diagnostic::error("bad-dependency", name.span, message).help(help));
+        }
+        out
     }
 
     fn gui(&mut self, word: &Name, kind: &Name, widget: Option<&Name>) {
@@ -257,16 +324,14 @@ impl Resolver<'_> {
     }
 
     fn interface(&mut self, name: &Name) -> Option<InterfaceId> {
+        let is_known = self.interfaces.contains_key(&name.text);
+        let is_reported = !is_known && self.is_of_failed_import(&name.text);
         let named = self
             .interfaces
             .get(&name.text)
             .map_or(&[][..], Vec::as_slice);
         match named {
-            // The failed import of its file is reported already.
-            [] if self
-                .failed_imports
-                .iter()
-                .any(|f| f.eq_ignore_ascii_case(&name.text)) => {}
+            [] if is_reported => {}
             [] => {
                 let message = format!("unknown interface `{}`", name.text);
                 let diagnostic = Diagnostic::error("unknown-interface", name.span, message);
@@ -307,6 +372,25 @@ impl Resolver<'_> {
         named.first().copied()
     }
 
+    /// Whether the interface is most likely declared in a file whose import failed, which is
+    /// reported already: its name is that of the file or similar, or no other file can be meant.
+    fn is_of_failed_import(&mut self, name: &str) -> bool {
+        let mut failed = self.failed_imports.iter();
+        if self.failed_imports.is_empty() || failed.any(|file| file.eq_ignore_ascii_case(name)) {
+            return !self.failed_imports.is_empty();
+        }
+        let failed = self.failed_imports.iter().map(String::as_str);
+        if rc_diagnostics::nearest(name, failed).is_some() {
+            return true;
+        }
+        let known = self.interfaces.keys().map(String::as_str);
+        if rc_diagnostics::nearest(name, known).is_some() {
+            return false;
+        }
+        self.import_lookups += 1;
+        self.import_lookups > MAX_IMPORT_LOOKUPS || !(self.import_exists)(name)
+    }
+
     /// Reports operations whose pattern is not valid in the role of the slot.
     fn check_patterns(&mut self, role: Role, interface: InterfaceId, decl: &SlotDecl) {
         let interface = self.library.interface(interface);
@@ -342,10 +426,20 @@ impl Resolver<'_> {
             role.word(),
             operation.name.text
         );
-        let help = if role.is_topic() {
-            "remove return values, `out` parameters and `throws`: topics are one-way"
+        let name = &interface.name.text;
+        let topics = format!("{name}Pub");
+        let calls = match role {
+            Role::Publishes => "implements",
+            _ => "requires",
+        };
+        let help = if !role.is_topic() {
+            "use the interface under `publishes` or `subscribesTo`".to_owned()
+        } else if self.interfaces.contains_key(&topics) || (self.import_exists)(&topics) {
+            format!("use the topics of `{topics}`, or use `{name}` under `{calls}`")
         } else {
-            "use the interface under `publishes` or `subscribesTo`"
+            format!(
+                "topics are one-way: use `{name}` under `{calls}`, or move its topics into an interface `{topics}`"
+            )
         };
         let diagnostic =
             Diagnostic::error("wrong-pattern", decl.interface.span, message).help(help);

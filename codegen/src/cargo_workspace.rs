@@ -70,6 +70,83 @@ impl Workspace {
         load::normal(&self.root.join(named.unwrap_or(INTERFACES)))
     }
 
+    /// The folders that imports are searched in: that of its interfaces, and those of `include` in
+    /// the same table:
+    ///
+    /// ```toml
+    /// [workspace.metadata.robocomp]
+    /// include = ["../shared/interfaces"]
+    /// ```
+    pub fn search(&self) -> Vec<PathBuf> {
+        let path = ["workspace", "metadata", "robocomp", "include"];
+        let named = get(&self.manifest, &path).and_then(Item::as_array);
+        let named = named.into_iter().flatten().filter_map(Value::as_str);
+        let named = named.map(|folder| load::normal(&self.root.join(folder)));
+        std::iter::once(self.interfaces()).chain(named).collect()
+    }
+
+    /// Whether it names the framework, as workspaces of `rcgen init` do.
+    pub fn has_framework(&self) -> bool {
+        get(&self.manifest, &["workspace", "dependencies", RUNTIME.0]).is_some()
+    }
+
+    /// The folder of a package below the root, if one has this name.
+    pub fn package(&self, name: &str) -> io::Result<Option<PathBuf>> {
+        let is_manifest = |path: &Path| path.file_name().is_some_and(|file| file == "Cargo.toml");
+        for path in languages::files(std::slice::from_ref(&self.root), &is_manifest)? {
+            let folder = path.parent().unwrap_or(Path::new(""));
+            // A manifest with a fault is not judged here.
+            let Ok(Some(found)) = manifest(folder) else {
+                continue;
+            };
+            let named = get(&found, &["package", "name"]).and_then(Item::as_str);
+            if named == Some(name) && !found.contains_key("workspace") {
+                return Ok(Some(relative(&self.root, folder)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The text of its manifest, and the same with `folder`, from the root, among its members; none
+    /// where its members name it.
+    pub(crate) fn with_member(&self, folder: &Path) -> io::Result<Option<(String, String)>> {
+        if self.names(&self.root.join(folder)) {
+            return Ok(None);
+        }
+        let path = self.root.join("Cargo.toml");
+        let text = load::read(&path)?;
+        let faulty = |error: &dyn std::fmt::Display| {
+            let message = format!("{}: {error}", path.display());
+            io::Error::new(io::ErrorKind::InvalidInput, message)
+        };
+        let mut manifest: DocumentMut =
+            text.parse().map_err(|e: toml_edit::TomlError| faulty(&e))?;
+        let workspace = manifest.get_mut("workspace");
+        let workspace = workspace.and_then(Item::as_table_like_mut);
+        let workspace = workspace.ok_or_else(|| faulty(&"`workspace` is no table"))?;
+        let members = workspace
+            .entry("members")
+            .or_insert(toml_edit::value(Array::new()));
+        let members = members
+            .as_array_mut()
+            .ok_or_else(|| faulty(&"`members` is no list"))?;
+        let mut member = Value::from(folder.to_string_lossy().as_ref());
+        let last = members.len().checked_sub(1);
+        if let Some(last) = last.and_then(|last| members.get_mut(last)) {
+            // On a line of its own if the last member stands on one.
+            let text = |raw: Option<&toml_edit::RawString>| {
+                let text = raw.and_then(toml_edit::RawString::as_str);
+                text.filter(|text| text.contains('\n')).map(str::to_owned)
+            };
+            let before = text(last.decor().prefix()).unwrap_or_else(|| " ".to_owned());
+            let behind = text(last.decor().suffix()).unwrap_or_default();
+            last.decor_mut().set_suffix("");
+            *member.decor_mut() = toml_edit::Decor::new(before, behind);
+        }
+        members.push_formatted(member);
+        Ok(Some((text, manifest.to_string())))
+    }
+
     /// The `.cdsl` files below `folder` in packages of this workspace, also in those that have no
     /// manifest yet. The second list has those in new folders that no member names.
     pub fn components(&self, folder: &Path) -> io::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
@@ -236,7 +313,7 @@ pub fn absolute(folder: &Path) -> io::Result<PathBuf> {
 }
 
 /// The path that leads from the folder `from` to `to`; both are absolute.
-pub(crate) fn relative(from: &Path, to: &Path) -> PathBuf {
+pub fn relative(from: &Path, to: &Path) -> PathBuf {
     let shared = from.iter().zip(to).take_while(|(a, b)| a == b).count();
     let up = from.iter().skip(shared).map(|_| "..".as_ref());
     up.chain(to.iter().skip(shared)).collect()
@@ -323,6 +400,41 @@ mod tests {
         let strangers = strangers.iter().map(|path| relative(&root, path));
         let strangers: Vec<String> = strangers.map(|p| p.display().to_string()).collect();
         assert_eq!(strangers, ["bench/other/other.cdsl", "tests/fixture.cdsl"]);
+    }
+
+    #[test]
+    fn a_new_member_stands_as_the_others_do() {
+        let with = |manifest: &str, member: &str| {
+            let folder = tempfile::tempdir().expect("a folder");
+            write(&folder.path().join("Cargo.toml"), manifest);
+            let workspace = Workspace::of(folder.path()).expect("TOML").expect("a root");
+            let edited = workspace.with_member(Path::new(member)).expect("TOML");
+            edited.map(|(_, new)| new)
+        };
+        let named = "[workspace]\nmembers = [\"components/*\"]\n";
+        assert_eq!(with(named, "components/a"), None);
+        assert_eq!(
+            with(
+                "[workspace]\n# mine\nmembers = [\n    \"x\",\n    \"y\",\n]\n",
+                "components/a"
+            )
+            .as_deref(),
+            Some(
+                "[workspace]\n# mine\nmembers = [\n    \"x\",\n    \"y\",\n    \"components/a\",\n]\n"
+            )
+        );
+        assert_eq!(
+            with("[workspace]\nmembers = [\"x\"]\n", "components/a").as_deref(),
+            Some("[workspace]\nmembers = [\"x\", \"components/a\"]\n")
+        );
+        assert_eq!(
+            with("[workspace]\nmembers = [\n  \"x\"\n]\n", "components/a").as_deref(),
+            Some("[workspace]\nmembers = [\n  \"x\",\n  \"components/a\"\n]\n")
+        );
+        assert_eq!(
+            with("[workspace]\n", "components/a").as_deref(),
+            Some("[workspace]\nmembers = [\"components/a\"]\n")
+        );
     }
 
     #[test]

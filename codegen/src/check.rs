@@ -3,7 +3,7 @@
 use crate::configuration;
 use crate::languages;
 use crate::project::Project;
-use crate::{load, ros};
+use crate::{dependencies, load, ros};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_idsl::Session;
 use rc_syntax::Loader;
@@ -69,6 +69,9 @@ pub fn file(
             }
             let right = !more.has_errors();
             found.extend(more);
+            if let Some(project) = project.as_ref().filter(|_| right) {
+                found.extend(dependencies::compare(project, project.folder()).1);
+            }
             let own = configuration::own(path).filter(|own| !was_read(own, sources));
             if let (Some(project), Some(own)) = (project.filter(|_| right), own)
                 && let Some(text) = configuration::read(&own, sources, found)?

@@ -3,7 +3,7 @@
 use crate::files::{Files, GENERATED, Owner};
 use crate::project::Project;
 use crate::rust::{self, print::Printer};
-use crate::{markdown, view};
+use crate::{dependencies, markdown, parallel, view};
 use rc_cdsl::model::Backend;
 use rc_configuration::Parameters;
 use rc_diagnostics::Diagnostics;
@@ -74,15 +74,16 @@ pub fn interfaces(library: &Library) -> Result<(Vec<InterfaceModule>, Diagnostic
     if found.has_errors() {
         return Ok((Vec::new(), found));
     }
-    let modules = rust::print::all(&view::library::of(library), |module| {
+    let modules = parallel::map(&mut view::library::of(library), |module| {
         let module = rust::library::module(module);
         Ok(InterfaceModule {
             name: module.name.to_owned(),
             text: rust::print::module(&module)?,
             stem: module.stem,
         })
-    })?;
-    Ok((modules, found))
+    });
+    let modules: Result<_, TemplateError> = modules.into_iter().collect();
+    Ok((modules?, found))
 }
 
 /// The `src/lib.rs` of the crate `interfaces`, from the stems of its modules.
@@ -106,7 +107,9 @@ pub fn component(
     }
     let mut files = Files::default();
     let component = rust::component::of(&view);
-    Printer::new(&component)?.files(interfaces, &mut files)?;
+    let dependencies = project.component.dependencies.iter();
+    let dependencies: Vec<String> = dependencies.map(dependencies::line).collect();
+    Printer::new(&component)?.files(interfaces, &dependencies, &mut files)?;
     let schema = Path::new(GENERATED).join("config.schema.json");
     files.add(schema, Owner::Generic, view.schema.clone());
     let configuration = rc_configuration::template(

@@ -1,6 +1,7 @@
 //! One generation: components of one workspace, and the crate of interfaces that they share,
 //! written together or not at all.
 
+use crate::dependencies;
 use crate::files::{self, Files, Step};
 use crate::generate;
 use crate::interface_crate::{Definitions, Error, InterfaceCrate};
@@ -46,6 +47,7 @@ impl Component {
         }
         let (definitions, more) = Definitions::of(&project.component.library, &project.origins)?;
         found.extend(more);
+        found.extend(dependencies::compare(project, &folder).1);
         let component = Self {
             folder,
             is_library,

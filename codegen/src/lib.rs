@@ -8,7 +8,7 @@
 pub mod cargo_workspace;
 pub mod check;
 pub mod configuration;
-mod dependencies;
+pub mod dependencies;
 pub mod explain;
 pub mod export;
 pub mod files;
@@ -19,7 +19,9 @@ pub mod interface_crate;
 pub mod languages;
 pub mod load;
 mod markdown;
+pub mod new_component;
 pub mod note;
+pub mod parallel;
 pub mod project;
 pub mod ros;
 pub mod rust;

@@ -1,6 +1,6 @@
 //! Finds description files on the disk, in this order: the importing file's folder, every `-I`, the
-//! folder `interfaces` of the workspace, `RC_IDSL_PATH`, and the interfaces that come with this
-//! program.
+//! folder `interfaces` of the workspace and those that its manifest adds, `RC_IDSL_PATH`, and the
+//! interfaces that come with this program.
 
 use crate::cargo_workspace::{self, Workspace};
 use rc_diagnostics::{Diagnostic, SourceMap, Span};
@@ -62,13 +62,13 @@ const SHIPPED_FOLDER: &str = "<shipped>";
 pub struct FileLoader {
     include: Vec<PathBuf>,
     path: Vec<PathBuf>,
-    /// The folder of the file that was asked about last, and the interfaces of its workspace.
-    workspace: RefCell<Option<(PathBuf, Option<PathBuf>)>>,
+    /// The folder of the file that was asked about last, and the folders of its workspace.
+    workspace: RefCell<Option<(PathBuf, Vec<PathBuf>)>>,
 }
 
 impl FileLoader {
-    /// Looks into `include`, into the folder `interfaces` of the importing file's workspace, and
-    /// into the folders of `RC_IDSL_PATH`.
+    /// Looks into `include`, into the folders of the importing file's workspace, and into those of
+    /// `RC_IDSL_PATH`.
     pub fn new(include: &[PathBuf]) -> Self {
         let path = std::env::var_os("RC_IDSL_PATH").unwrap_or_default();
         let there = |dir: &PathBuf| !dir.as_os_str().is_empty();
@@ -79,28 +79,62 @@ impl FileLoader {
         }
     }
 
-    /// The folder of interfaces of the workspace of a file in `folder`; relative where `folder` is,
-    /// so that one file has one path. A manifest that cannot be read is reported where code is
+    /// The folders that the workspace of a file in `folder` adds; relative where `folder` is, so
+    /// that one file has one path. A manifest that cannot be read is reported where code is
     /// generated.
-    fn interfaces(&self, folder: &Path) -> Option<PathBuf> {
+    fn of_workspace(&self, folder: &Path) -> Vec<PathBuf> {
         let mut last = self.workspace.borrow_mut();
         // Files that come with this program are imported by the file that was asked about last.
         if folder != Path::new(SHIPPED_FOLDER)
             && last.as_ref().is_none_or(|(known, _)| known != folder)
         {
             let workspace = Workspace::of(folder).ok().flatten();
-            let interfaces = workspace.map(|workspace| workspace.interfaces());
-            let interfaces = interfaces.filter(|dir| dir.is_dir());
-            let here = std::env::current_dir().ok();
-            let interfaces = match (interfaces, here) {
-                (Some(dir), Some(here)) if folder.is_relative() => {
-                    Some(cargo_workspace::relative(&here, &dir))
+            let mut folders = workspace.map_or_else(Vec::new, |workspace| workspace.search());
+            folders.retain(|dir| dir.is_dir());
+            if folder.is_relative()
+                && let Ok(here) = std::env::current_dir()
+            {
+                for dir in &mut folders {
+                    *dir = cargo_workspace::relative(&here, dir);
                 }
-                (interfaces, _) => interfaces,
-            };
-            *last = Some((folder.to_path_buf(), interfaces));
+            }
+            *last = Some((folder.to_path_buf(), folders));
         }
-        last.as_ref().and_then(|(_, interfaces)| interfaces.clone())
+        last.as_ref()
+            .map_or_else(Vec::new, |(_, folders)| folders.clone())
+    }
+
+    /// The folders that are searched for what the file `from` imports, in order.
+    fn folders(&self, from: &Path) -> Vec<PathBuf> {
+        let own = from.parent().unwrap_or(Path::new(""));
+        std::iter::once(own.to_path_buf())
+            .chain(self.include.iter().cloned())
+            .chain(self.of_workspace(own))
+            .chain(self.path.iter().cloned())
+            .collect()
+    }
+
+    /// The names of all files with an ending that the file `from` can import.
+    pub fn known(&self, from: &Path, ending: &str) -> Vec<String> {
+        let suffix = format!(".{ending}");
+        let mut known = Vec::new();
+        for folder in self.folders(from) {
+            let entries = std::fs::read_dir(shown(&folder));
+            let entries = entries.into_iter().flatten().flatten();
+            let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+            known.extend(names.filter(|name| name.ends_with(&suffix)));
+        }
+        let shipped = SHIPPED.iter().map(|(name, _)| (*name).to_owned());
+        known.extend(shipped.filter(|name| name.ends_with(&suffix)));
+        known
+    }
+}
+
+fn shown(folder: &Path) -> &Path {
+    if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
     }
 }
 
@@ -116,12 +150,9 @@ impl Loader for FileLoader {
         let own = from.parent().unwrap_or(Path::new(""));
         let mut missing = ImportError::default();
         // The path as written, then its base name in every folder.
-        let folders = std::iter::once(own.to_path_buf())
-            .chain(self.include.iter().cloned())
-            .chain(self.interfaces(own))
-            .chain(self.path.iter().cloned());
+        let folders = self.folders(from);
         let places =
-            std::iter::once(own.join(&wanted)).chain(folders.clone().map(|dir| dir.join(base)));
+            std::iter::once(own.join(&wanted)).chain(folders.iter().map(|dir| dir.join(base)));
         for place in places {
             match read(&place) {
                 Ok(text) => {
@@ -145,25 +176,14 @@ impl Loader for FileLoader {
                 text: (*text).to_owned(),
             });
         }
-        for folder in folders {
-            let shown = if folder.as_os_str().is_empty() {
-                "."
-            } else {
-                &folder.to_string_lossy()
-            };
-            missing.searched.push(shown.to_owned());
-            let entries = std::fs::read_dir(shown).into_iter().flatten().flatten();
-            let names = entries.filter_map(|e| e.file_name().into_string().ok());
-            missing
-                .known
-                .extend(names.filter(|name| name.ends_with(&suffix)));
-        }
+        let searched = folders.iter().map(|folder| shown(folder).to_string_lossy());
+        missing
+            .searched
+            .extend(searched.map(std::borrow::Cow::into_owned));
         missing
             .searched
             .push("the interfaces that come with rcgen".to_owned());
-        missing
-            .known
-            .extend(SHIPPED.iter().map(|(name, _)| (*name).to_owned()));
+        missing.known = self.known(from, ending);
         Err(missing)
     }
 }

@@ -11,7 +11,7 @@ use crate::project::Project;
 use crate::rust::component::{Component, Slot, WORKER};
 use crate::rust::print::Printer;
 use crate::rust::worker;
-use crate::{rust, view};
+use crate::{dependencies, rust, view};
 use fits::Types;
 use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
@@ -39,6 +39,9 @@ pub struct Missing {
     pieces: Vec<Piece>,
     /// The `src/` of a component that is no library yet.
     no_library: Option<PathBuf>,
+    /// The manifest, and the lines of dependencies that it lacks.
+    manifest: PathBuf,
+    dependencies: Vec<String>,
 }
 
 /// The text to paste at one place.
@@ -80,6 +83,7 @@ pub fn of(
     if found.has_errors() {
         return Ok((None, found));
     }
+    let (lacking, _) = dependencies::compare(project, folder);
     let component = rust::component::of(&view);
     let krate = format!("{}_generated", component.package);
     let code = source::read(&src, &krate, sources, &mut found)?;
@@ -149,6 +153,8 @@ pub fn of(
         worker,
         pieces,
         no_library: Some(src).filter(|src| !src.join("lib.rs").exists()),
+        manifest: folder.join("Cargo.toml"),
+        dependencies: lacking.into_iter().map(dependencies::line).collect(),
     };
     Ok((Some(missing), found))
 }
@@ -239,7 +245,7 @@ impl Missing {
 
     /// Whether no handler is missing.
     pub fn is_empty(&self) -> bool {
-        self.pieces.is_empty() && self.no_library.is_none()
+        self.pieces.is_empty() && self.no_library.is_none() && self.dependencies.is_empty()
     }
 
     /// The text to paste, each piece below a comment with its place.
@@ -281,7 +287,11 @@ impl Missing {
             json!({ "lib": path("lib.rs"), "main": path("main.rs") })
         });
         let mut printer = Printer::new(&component)?;
-        Ok(printer.stubs(&files, library.as_ref(), &self.worker)?)
+        let manifest = (!self.dependencies.is_empty()).then(
+            || json!({ "path": self.manifest.display().to_string(), "lines": self.dependencies }),
+        );
+        let (library, manifest) = (library.as_ref(), manifest.as_ref());
+        Ok(printer.stubs(&files, library, manifest, &self.worker)?)
     }
 
     /// One note for each slot that lacks handlers.

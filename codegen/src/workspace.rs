@@ -1,8 +1,9 @@
-//! What people begin with: a workspace, and an empty component in it.
+//! A new workspace for components.
 
+use crate::cargo_workspace;
 use crate::files::{Files, Owner};
 use crate::interface_crate;
-use crate::names;
+use semver::VersionReq;
 use std::path::{Path, PathBuf};
 
 /// Where a new workspace takes this project's crates from.
@@ -10,17 +11,37 @@ use std::path::{Path, PathBuf};
 pub enum Framework {
     /// A folder with this project.
     Path(PathBuf),
-    /// A git address.
-    Git(String),
+    /// A git address, with `branch`, `tag` or `rev` and its value.
+    Git(String, Option<(&'static str, String)>),
+    /// A version in a registry.
+    Version(String),
 }
 
 impl Framework {
-    /// A git address has a scheme or ends in `.git`; everything else is a folder, which must hold
-    /// this project.
+    /// A git address has a scheme or ends in `.git`; `?branch=…`, `?tag=…` or `?rev=…` behind it
+    /// chooses what is taken. A version is written as in Cargo.toml. Everything else is a folder,
+    /// which must hold this project.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let is_git = Path::new(text).extension().is_some_and(|e| e == "git");
-        if text.contains("://") || text.starts_with("git@") || is_git {
-            return Ok(Self::Git(text.to_owned()));
+        let (address, query) = match text.split_once('?') {
+            Some((address, query)) => (address, Some(query)),
+            None => (text, None),
+        };
+        let is_git = Path::new(address).extension().is_some_and(|e| e == "git");
+        if address.contains("://") || address.starts_with("git@") || is_git {
+            let at = query.map(|query| {
+                let (key, value) = query.split_once('=').unwrap_or((query, ""));
+                let known = ["branch", "tag", "rev"].into_iter().find(|known| *known == key);
+                match known {
+                    Some(key) if !value.is_empty() => Ok((key, value.to_owned())),
+                    _ => Err(format!(
+                        "--framework: expected `?branch=…`, `?tag=…` or `?rev=…` behind the address, found `?{query}`"
+                    )),
+                }
+            });
+            return Ok(Self::Git(address.to_owned(), at.transpose()?));
+        }
+        if VersionReq::parse(text).is_ok() && !Path::new(text).is_dir() {
+            return Ok(Self::Version(text.to_owned()));
         }
         let path = Path::new(text)
             .canonicalize()
@@ -33,50 +54,102 @@ impl Framework {
         Ok(Self::Path(path))
     }
 
+    /// The same for a workspace in `root`, which is absolute: a path that both share with
+    /// everybody who gets the workspace is relative. That is one inside the workspace, or in the
+    /// same git repository.
+    #[must_use]
+    pub fn seen_from(self, root: &Path) -> Self {
+        let repository = |path: &Path| {
+            let mut above = path.ancestors();
+            above
+                .find(|folder| folder.join(".git").exists())
+                .map(Path::to_path_buf)
+        };
+        match self {
+            Self::Path(path)
+                if path.starts_with(root)
+                    || repository(root).is_some_and(|there| path.starts_with(there)) =>
+            {
+                Self::Path(cargo_workspace::relative(root, &path))
+            }
+            other => other,
+        }
+    }
+
+    /// Whether a copy of the workspace on another machine finds it.
+    pub fn is_portable(&self) -> bool {
+        !matches!(self, Self::Path(path) if path.is_absolute())
+    }
+
+    /// One of its crates, in `folder`, as a dependency in a manifest.
     fn dependency(&self, folder: &str) -> String {
+        let text = |text: &str| toml_edit::Value::from(text).to_string();
         match self {
             Self::Path(path) => {
-                let path = path
-                    .join(folder)
-                    .to_string_lossy()
-                    .replace('\\', "\\\\")
-                    .replace('"', "\\\"");
-                format!("{{ path = \"{path}\" }}")
+                format!(
+                    "{{ path = {} }}",
+                    text(&path.join(folder).to_string_lossy())
+                )
             }
-            Self::Git(url) => format!("{{ git = \"{}\" }}", url.replace('"', "")),
+            Self::Git(url, None) => format!("{{ git = {} }}", text(url)),
+            Self::Git(url, Some((key, value))) => {
+                format!("{{ git = {}, {key} = {} }}", text(url), text(value))
+            }
+            Self::Version(version) => text(version),
         }
     }
 }
 
-/// A workspace for components.
-pub fn init(framework: &Framework) -> Result<Files, interface_crate::Error> {
+/// The crates that a workspace takes from the framework, with their folders there.
+const CRATES: [(&str, &str); 6] = [
+    ("rc-middleware", "middleware"),
+    ("rc-runtime", "runtime"),
+    ("rc-iceoryx2", "middleware/iceoryx2"),
+    ("rc-dds", "middleware/dds"),
+    ("rc-ros2", "middleware/ros2"),
+    ("rc-local", "middleware/local"),
+];
+
+/// A workspace for components, with a first network of this name.
+pub fn init(network: &str, framework: &Framework) -> Result<Files, interface_crate::Error> {
     let mut files = Files::default();
-    let crates = [
-        ("rc-middleware", "middleware"),
-        ("rc-runtime", "runtime"),
-        ("rc-iceoryx2", "middleware/iceoryx2"),
-        ("rc-dds", "middleware/dds"),
-        ("rc-ros2", "middleware/ros2"),
-        ("rc-local", "middleware/local"),
-    ];
-    let dependencies: String = crates
+    let dependencies: String = CRATES
         .iter()
         .map(|(name, folder)| format!("{name} = {}\n", framework.dependency(folder)))
         .collect();
     let manifest = format!(
-        "# A network of components. `rcgen new NAME` adds one; `rcgen components/NAME/NAME.cdsl` generates it,\n\
-         # `rcgen .` generates all.\n\
+        "# Components, their interfaces and networks. README.md tells how to begin.\n\
          [workspace]\nresolver = \"3\"\n\
          members = [\"components/*\", \"components/*/generated\", \"interfaces/generated\"]\n\n\
          [workspace.dependencies]\ninterfaces = {{ path = \"interfaces/generated\" }}\n{dependencies}\n\
          [profile.dev]\ndebug = \"line-tables-only\"\n"
     );
+    let readme = format!(
+        "# {network}\n\n\
+         Components of a robot. They need Linux, cargo, a C compiler, and the tools `rcgen` and `rcdeploy`.\n\n\
+         ```\n\
+         rcgen new guard --requires Laser                  # makes a component in components/guard\n\
+         rcgen generate                                    # generates all components after a change of their descriptions\n\
+         rcdeploy up --build deployments/{network}.ddsl    # builds the network and runs it; Ctrl-C stops it\n\
+         ```\n\n\
+         | folder | holds |\n|---|---|\n\
+         | `components` | one folder for each component: its description (`.cdsl`, `.pdsl`), its worker in `src/` |\n\
+         | `interfaces` | `.idsl` files that components share: `import \"NAME.idsl\";` finds them |\n\
+         | `deployments` | one `.ddsl` file for each network |\n\n\
+         `rcgen` writes the folders `generated`. Commit them, or run `rcgen generate` after a checkout.\n"
+    );
+    let first = format!(
+        "// A network. For each component that runs in it:\n\
+         //     Component guard {{ cdsl \"../components/guard/guard.cdsl\"; }};\n\n\
+         Deployment {network}\n{{\n    middleware iceoryx2;\n}};\n"
+    );
     files.add("Cargo.toml", Owner::Specific, manifest);
+    files.add("README.md", Owner::Specific, readme);
     files.add(".gitignore", Owner::Specific, "/target\n".to_owned());
     files.add(
         "components/README.md",
         Owner::Specific,
-        "One folder a component; `rcgen new NAME` makes one.\n".to_owned(),
+        "One folder for each component; `rcgen new NAME` makes one.\n".to_owned(),
     );
     files.add(
         "interfaces/README.md",
@@ -91,41 +164,40 @@ pub fn init(framework: &Framework) -> Result<Files, interface_crate::Error> {
         files.add(path, Owner::Specific, text.to_owned());
     }
     files.add(
-        "deployments/README.md",
+        format!("deployments/{network}.ddsl"),
         Owner::Specific,
-        "One .ddsl file a network; `rcdeploy check FILE.ddsl` checks it, `rcdeploy up --build FILE.ddsl` runs it.\n".to_owned(),
+        first,
     );
     Ok(files)
 }
 
-/// An empty component to fill in.
-pub fn new_component(name: &str) -> Result<Files, String> {
-    let fits = name.starts_with(|c: char| c.is_ascii_alphabetic())
-        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    if !fits
-        || names::snake(name).ends_with('_')
-        || ["generated", "interfaces"].contains(&names::package(name).as_str())
-    {
-        return Err(format!(
-            "`{name}` cannot be the name of a component: letters, digits and `_`, not a word of Rust"
-        ));
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_framework_is_an_address_a_version_or_a_folder() {
+        let parse = |text: &str| Framework::parse(text);
+        let dependency = |text: &str| parse(text).map(|framework| framework.dependency("runtime"));
+        let git = |rest: &str| Ok(format!("{{ git = \"https://robots/rc\"{rest} }}"));
+        assert_eq!(dependency("https://robots/rc"), git(""));
+        let tagged = dependency("https://robots/rc?tag=v1");
+        assert_eq!(tagged, git(", tag = \"v1\""));
+        assert!(dependency("https://robots/rc?tga=v1").is_err());
+        assert_eq!(dependency("0.1"), Ok("\"0.1\"".to_owned()));
+        assert!(dependency("nowhere").is_err());
+        let here = parse(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).expect("this project");
+        let Framework::Path(path) = &here else {
+            panic!("{here:?}")
+        };
+        assert!(
+            !here
+                .clone()
+                .seen_from(Path::new("/elsewhere"))
+                .is_portable()
+        );
+        let inside = here.clone().seen_from(path.parent().expect("a folder"));
+        let name = path.file_name().expect("a name");
+        assert_eq!(inside, Framework::Path(name.into()));
     }
-    let mut files = Files::default();
-    let cdsl = format!(
-        "// What this component communicates. Interfaces come from .idsl files: `import \"Laser.idsl\";`\n\n\
-         Component {name}\n{{\n    Communications\n    {{\n        \
-         // implements Speech;        answers calls\n        \
-         // requires Laser;           calls\n        \
-         // publishes LaserPub;       sends to all who listen\n        \
-         // subscribesTo LaserPub;    listens\n    }};\n    \
-         language rust;\n    parameters \"{name}.pdsl\";\n    period 100ms;\n}};\n"
-    );
-    let pdsl = format!(
-        "// What may be set in etc/config.toml: NAME TYPE [DEFAULT] [MIN:MAX] [unit \"…\"];\n\n\
-         ComponentParams {name}\n{{\n    // speed float 0.2 0:1 unit \"m/s\";\n}};\n"
-    );
-    let folder = Path::new("components").join(name);
-    files.add(folder.join(format!("{name}.cdsl")), Owner::Specific, cdsl);
-    files.add(folder.join(format!("{name}.pdsl")), Owner::Specific, pdsl);
-    Ok(files)
 }

@@ -5,7 +5,7 @@ use crate::duplicates::{check_unique, report_duplicate};
 use crate::model::{BACKOFF, HUNG, Instance, Policy, READY, Restart, STOP};
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
-use rc_syntax::{Literal, Name};
+use rc_syntax::{Literal, LiteralKind, Name};
 use std::collections::HashMap;
 use std::net::SocketAddr;
 use std::ops::RangeInclusive;
@@ -100,7 +100,11 @@ pub(crate) fn instance(
             Field::After(names) => references.after.clone_from(names),
             Field::Restart(tree) => instance.restart = restart(tree, found),
             Field::Ready(literal) => {
-                instance.ready = duration(literal, word, found).unwrap_or(READY);
+                let ready = duration(literal, word, found);
+                instance.ready = ready.unwrap_or(READY);
+                if let Some(short) = ready.filter(|ready| *ready < SHORT_READY) {
+                    found.push(short_ready(literal, short));
+                }
             }
             Field::Stop(literal) => instance.stop = duration(literal, word, found).unwrap_or(STOP),
             Field::Env(variables) => {
@@ -167,6 +171,23 @@ fn duration(literal: &Literal, word: &Name, found: &mut Diagnostics) -> Option<D
         found.push(Diagnostic::error("bad-time", literal.span, message));
     }
     time
+}
+
+/// Few components start this fast. `ready 10;` most likely means seconds.
+const SHORT_READY: Duration = Duration::from_millis(100);
+
+fn short_ready(literal: &Literal, ready: Duration) -> Diagnostic {
+    let text = rc_settings::duration::text_of(ready);
+    let message = format!("`ready` is {text}, in which few components start");
+    let help = match literal.kind {
+        LiteralKind::Int(number) => {
+            format!(
+                "a number without a unit is in milliseconds; write `ready {number}s;` for seconds"
+            )
+        }
+        _ => "give it a second or more".to_owned(),
+    };
+    Diagnostic::warning("short-ready", literal.span, message).help(help)
 }
 
 fn restart(tree: &ast::Restart, found: &mut Diagnostics) -> Restart {

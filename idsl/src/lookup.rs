@@ -8,6 +8,36 @@ use rc_diagnostics::Diagnostic;
 /// The number of unknown names per session for which a similar name is searched.
 const MAX_SUGGESTIONS: usize = 100;
 
+/// Types of C++, ROS and others, with those of IDSL.
+const FOREIGN: [(&str, &str); 26] = [
+    ("std::string", "string"),
+    ("String", "string"),
+    ("str", "string"),
+    ("wstring", "string"),
+    ("boolean", "bool"),
+    ("char", "byte"),
+    ("octet", "byte"),
+    ("uchar", "byte"),
+    ("int8_t", "int8"),
+    ("int16_t", "int16"),
+    ("int32_t", "int32"),
+    ("int64_t", "int64"),
+    ("uint8_t", "uint8"),
+    ("uint16_t", "uint16"),
+    ("uint32_t", "uint32"),
+    ("uint64_t", "uint64"),
+    ("uint", "uint32"),
+    ("unsigned", "uint32"),
+    ("size_t", "uint64"),
+    ("std::size_t", "uint64"),
+    ("i32", "int32"),
+    ("u32", "uint32"),
+    ("i64", "int64"),
+    ("u64", "uint64"),
+    ("f32", "float32"),
+    ("f64", "float64"),
+];
+
 impl ModuleResolver<'_> {
     /// The type `name` of this module.
     pub(crate) fn own(&self, name: &str) -> Option<TypeId> {
@@ -38,6 +68,9 @@ impl ModuleResolver<'_> {
         if let Some(found) = modules.iter().find_map(|m| own(*m)) {
             return Some(found);
         }
+        let written = scoped.text();
+        let mut foreign = FOREIGN.iter().filter(|(foreign, _)| *foreign == written);
+        let foreign = foreign.next().map(|(_, ours)| *ours);
         let elsewhere: Vec<TypeId> = reachable.iter().filter_map(|m| own(*m)).collect();
         let paths: Vec<String> = elsewhere
             .iter()
@@ -55,6 +88,10 @@ impl ModuleResolver<'_> {
             }
             (all, module) if all.is_empty() || module.is_some() && modules.is_empty() => {
                 let diagnostic = match module {
+                    _ if foreign.is_some() => {
+                        let message = format!("unknown type `{written}`");
+                        Diagnostic::error("unknown-type", span, message).did_you_mean(foreign)
+                    }
                     Some(module) if modules.is_empty() => {
                         let known = reachable.iter().map(|m| &library.module(*m).name);
                         let near = rc_diagnostics::nearest(
@@ -75,7 +112,7 @@ impl ModuleResolver<'_> {
                         }
                     }
                     _ => {
-                        let message = format!("unknown type `{}`", scoped.text());
+                        let message = format!("unknown type `{written}`");
                         // A limit: comparing thousands of names with thousands takes minutes.
                         let near = if *self.suggestions < MAX_SUGGESTIONS {
                             *self.suggestions += 1;

@@ -264,6 +264,7 @@ fn type_ref(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Type {
     };
     let kind = match inner.as_rule() {
         Rule::sequence_type => sequence(r, inner),
+        Rule::foreign_type => foreign(r, inner),
         Rule::string_type => {
             let bound = inner.into_inner().find(|p| p.as_rule() == Rule::number);
             TypeKind::String(bound.map(|p| r.literal(&p)))
@@ -290,6 +291,45 @@ fn sequence(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> TypeKind {
         }
     }
     TypeKind::Sequence(Box::new(element), bound)
+}
+
+/// Reports `vector<T>`, `map<K, V>` and the like. What follows from them is no further error.
+fn foreign(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> TypeKind {
+    let written: String = pair.as_str().split_whitespace().collect();
+    let span = r.span(&pair);
+    let parts: Vec<_> = pair.into_inner().collect();
+    let name = parts.iter().find(|part| part.as_rule() == Rule::scoped);
+    let name = name.map_or(String::new(), |name| {
+        let name: String = name.as_str().split_whitespace().collect();
+        name.rsplit("::").next().unwrap_or_default().to_lowercase()
+    });
+    let texts: Vec<String> = parts
+        .iter()
+        .filter(|part| matches!(part.as_rule(), Rule::type_ref | Rule::number))
+        .map(|part| part.as_str().trim().to_owned())
+        .collect();
+    let mut types = parts
+        .into_iter()
+        .filter(|part| part.as_rule() == Rule::type_ref);
+    let first = types.next().map(|part| type_ref(r, part));
+    let second = types.next().map(|part| type_ref(r, part));
+    let help = match (name.contains("map") || name == "dict", texts.as_slice()) {
+        (true, [key, value]) => format!(
+            "declare `dictionary<{key}, {value}> NAME;` in the module, and write its name here"
+        ),
+        (_, [element]) => format!("write `sequence<{element}>`"),
+        (_, [element, size]) if second.is_none() => {
+            format!("write `sequence<{element}, {size}>` for at most {size} elements")
+        }
+        _ => "there are `sequence<TYPE>` and `dictionary<KEY, VALUE>`".to_owned(),
+    };
+    let message = format!("unknown type `{written}`");
+    r.found
+        .push(Diagnostic::error("unknown-type", span, message).help(help));
+    match (first, second) {
+        (Some(element), None) => TypeKind::Sequence(Box::new(element), None),
+        _ => TypeKind::String(None),
+    }
 }
 
 fn scoped(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Scoped {

@@ -180,7 +180,6 @@ fn unresolved_and_unused_imports_are_reported() {
         &expect![[r#"
             c.cdsl:1:8: error[import-not-found]: cannot find `Lasre.idsl`; searched in memory (did you mean `Laser.idsl`?)
             c.cdsl:2:8: error[import-not-found]: cannot find `Camera.idsl`; searched in memory (pass its folder with `-I DIR`, or move the file next to this one)
-            c.cdsl:3:41: error[unknown-interface]: unknown interface `Laser` (add `import "Laser.idsl";`)
         "#]],
     );
     check_file(
@@ -218,9 +217,9 @@ fn unknown_interfaces_and_invalid_roles_are_reported() {
         "publishes Laser;\nimplements LaserPub;\nrequires Mixed; subscribesTo Mixed;",
         "language rust;",
         &expect![[r#"
-            c.cdsl:3:11: error[wrong-pattern]: `Laser` cannot be used under `publishes`: operation `get` returns a value; declared here at Laser.idsl:1:69 (remove return values, `out` parameters and `throws`: topics are one-way)
+            c.cdsl:3:11: error[wrong-pattern]: `Laser` cannot be used under `publishes`: operation `get` returns a value; declared here at Laser.idsl:1:69 (use the topics of `LaserPub`, or use `Laser` under `implements`)
             c.cdsl:5:10: error[wrong-pattern]: `Mixed` cannot be used under `requires`: operation `one` is a `publish`; declared here at Pub.idsl:3:33 (use the interface under `publishes` or `subscribesTo`)
-            c.cdsl:5:30: error[wrong-pattern]: `Mixed` cannot be used under `subscribesTo`: operation `two` is a `command`; declared here at Pub.idsl:3:53 (remove return values, `out` parameters and `throws`: topics are one-way)
+            c.cdsl:5:30: error[wrong-pattern]: `Mixed` cannot be used under `subscribesTo`: operation `two` is a `command`; declared here at Pub.idsl:3:53 (topics are one-way: use `Mixed` under `requires`, or move its topics into an interface `MixedPub`)
         "#]],
     );
     check_file(
@@ -277,7 +276,7 @@ fn syntax_errors_in_clauses() {
             c.cdsl:9:13: error[syntax-error]: expected `,` or `;`, found `agmagent`
             c.cdsl:10:12: error[syntax-error]: expected a string, found `c`
             c.cdsl:11:8: error[syntax-error]: expected a duration such as `50ms`, found `fast`
-            c.cdsl:12:21: error[syntax-error]: expected a string, found `=`
+            c.cdsl:12:21: error[syntax-error]: expected `{` or a string, found `=`
             c.cdsl:13:1: error[unknown-clause]: expected a clause of a component, found `§` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `period`)
             c.cdsl:14:1: error[unknown-clause]: expected a clause of a component, found `x` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `period`)
         "#]],

@@ -6,7 +6,6 @@ use super::names;
 use super::operation_names::{answer_name, error_name};
 use super::worker;
 use super::{parameters, types};
-use crate::dependencies;
 use crate::view;
 use crate::view::component::{Qos, Time};
 use crate::view::library::Interface;
@@ -37,7 +36,6 @@ pub(crate) struct Component<'a> {
     /// The traits of the slots that receive.
     pub(crate) traits: Vec<String>,
     pub(crate) parameters: Option<parameters::Parameters>,
-    dependencies: Vec<Dependency<'a>>,
     reexports: Vec<String>,
     /// What the user's worker file imports.
     pub(crate) imports: Vec<String>,
@@ -67,12 +65,6 @@ pub(crate) struct Reexport {
     /// Whether the name differs from the last part of the path.
     renamed: bool,
     exports: Vec<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct Dependency<'a> {
-    package: &'a str,
-    requirement: String,
 }
 
 /// One slot.
@@ -142,14 +134,6 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         type_modules: type_modules(view, &exports),
         interface_modules: interface_modules(view, &exports),
         parameters: view.parameters.as_ref().map(parameters::of),
-        dependencies: view
-            .dependencies
-            .iter()
-            .map(|dependency| Dependency {
-                package: &dependency.package,
-                requirement: dependencies::value(&dependency.version),
-            })
-            .collect(),
         reexports: reexports(view, &traits),
         imports: imports(&slots, &traits),
         worker: WORKER,
@@ -167,11 +151,8 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
 pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
     const OWN: [&str; 3] = ["core", "params", "deref"];
     let name = &component.name;
-    if names::package(&name.text) == "interfaces" {
-        let message = format!(
-            "a component cannot be called `{}`: it is the crate of the interfaces",
-            name.text
-        );
+    if let Err(reason) = names::component(&name.text) {
+        let message = format!("a component cannot be called `{}`: {reason}", name.text);
         found.push(Diagnostic::error("name-collision", name.span, message));
     }
     let mut seen: Vec<(&str, String)> = Vec::new();
@@ -280,14 +261,6 @@ fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
     ];
     let more = more.iter().filter(|(_, there)| *there);
     paths.extend(more.map(|(path, _)| (*path).to_owned()));
-    let dependencies = view.dependencies.iter();
-    let dependencies: Vec<String> = dependencies.map(|d| d.package.replace('-', "_")).collect();
-    // The user's choice of a version comes first.
-    paths.retain(|path| {
-        let mut dependencies = dependencies.iter();
-        !dependencies.any(|d| path.ends_with(&format!("::{d}")))
-    });
-    paths.extend(dependencies);
     paths.extend(traits.iter().map(|name| format!("slots::{name}")));
     paths.sort_by(|a, b| worker::order(a, b));
     paths

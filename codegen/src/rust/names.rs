@@ -138,6 +138,56 @@ pub(crate) fn free(wanted: String, taken: &mut BTreeSet<String>) -> String {
     name
 }
 
+/// Names of packages that Rust, cargo or this project has for something else.
+const PACKAGES: [(&str, &str); 11] = [
+    ("alloc", "it is a crate of Rust"),
+    ("core", "it is a crate of Rust"),
+    ("proc_macro", "it is a crate of Rust"),
+    ("std", "it is a crate of Rust"),
+    ("test", "it is a crate of Rust"),
+    (
+        "build",
+        "cargo has a folder of this name for what it builds",
+    ),
+    ("deps", "cargo has a folder of this name for what it builds"),
+    (
+        "examples",
+        "cargo has a folder of this name for what it builds",
+    ),
+    (
+        "incremental",
+        "cargo has a folder of this name for what it builds",
+    ),
+    ("generated", "rcgen has a folder of this name"),
+    ("interfaces", "it is the crate of the interfaces"),
+];
+
+/// Whether a component can have this name, which is that of its package, its library and its program.
+///
+/// # Errors
+/// Why it cannot.
+pub fn component(name: &str) -> Result<(), &'static str> {
+    let package = package(name);
+    let follows = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if !name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        Err("it must begin with a letter")
+    } else if !name.chars().all(follows) {
+        Err("it must consist of letters, digits and `_`")
+    } else if name.len() > 64 {
+        Err("it is longer than 64 characters")
+    } else if WORDS.contains(&package.as_str()) || WORDS.contains(&name) {
+        Err("it is a word of Rust")
+    } else if package.starts_with("rc_") {
+        Err("crates of this project begin with `rc_`")
+    } else if package.ends_with("_generated") {
+        Err("crates that rcgen generates end with `_generated`")
+    } else {
+        let mut taken = PACKAGES.iter();
+        let taken = taken.find(|(taken, _)| *taken == package);
+        taken.map_or(Ok(()), |(_, reason)| Err(reason))
+    }
+}
+
 /// The package of a component.
 pub fn package(component: &str) -> String {
     component.to_snake_case()
@@ -146,6 +196,28 @@ pub fn package(component: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_component_is_a_package_a_library_and_a_program() {
+        for name in ["guard", "Guard", "lidar2", "x", "type_of_thing"] {
+            assert_eq!(component(name), Ok(()), "{name}");
+        }
+        for name in [
+            "",
+            "2d",
+            "a b",
+            "é",
+            "match",
+            "Self",
+            "test",
+            "Deps",
+            "interfaces",
+            "rc_runtime",
+            "guard_generated",
+        ] {
+            assert!(component(name).is_err(), "{name}");
+        }
+    }
 
     #[test]
     fn names_follow_rust() {

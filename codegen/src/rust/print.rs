@@ -4,10 +4,10 @@ use super::component::{Component, Slot};
 use super::{layout, library, worker};
 use crate::files::{Files, GENERATED, Owner};
 use crate::generate::{self, TemplateError};
+use crate::parallel;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use tera::{Context, Tera};
 
 /// Templates that are read together, when the first of them is needed: to read all takes a third of the work of a
@@ -101,7 +101,10 @@ fn print(template: &str, context: &Context) -> Result<String, TemplateError> {
     let group = GROUPS.iter().find(is_there);
     let group = group.ok_or_else(|| TemplateError::new(format!("no template `{template}`")))?;
     let tera = group.tera.get_or_init(|| generate::tera(group.templates));
-    let text = tera.as_ref().map_err(Clone::clone)?.render(template, context)?;
+    let text = tera
+        .as_ref()
+        .map_err(Clone::clone)?
+        .render(template, context)?;
     if !group.is_code {
         return Ok(format!("{}\n", text.trim_end()));
     }
@@ -124,39 +127,6 @@ pub(crate) fn root(stems: &[&str]) -> Result<String, TemplateError> {
     let mut context = Context::new();
     context.insert("stems", stems);
     print("root.rs", &context)
-}
-
-/// What `print` makes of each job, on all processors: laying out code takes most of the time of a generation.
-pub(crate) fn all<J: Sync, T: Send>(
-    jobs: &[J],
-    print: impl Fn(&J) -> Result<T, TemplateError> + Sync,
-) -> Result<Vec<T>, TemplateError> {
-    let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        loop {
-            let at = next.fetch_add(1, Ordering::Relaxed);
-            let Some(job) = jobs.get(at) else {
-                return done;
-            };
-            done.push((at, print(job)));
-        }
-    };
-    let mut done = std::thread::scope(|scope| {
-        let others = (1..processors.min(jobs.len())).map(|_| scope.spawn(work));
-        let others: Vec<_> = others.collect();
-        let mut done = work();
-        for other in others {
-            match other.join() {
-                Ok(more) => done.extend(more),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        done
-    });
-    done.sort_by_key(|(at, _)| *at);
-    done.into_iter().map(|(_, text)| text).collect()
 }
 
 /// Prints a component.
@@ -184,24 +154,28 @@ impl<'a> Printer<'a> {
     }
 
     /// What is missing in `files` of a worker of this name; `library` has the paths of `src/lib.rs` and `src/main.rs` if the
-    /// component is no library yet.
+    /// component is no library yet, `manifest` the path of its manifest and the dependencies that it lacks.
     pub(crate) fn stubs(
         &mut self,
         files: &[Value],
         library: Option<&Value>,
+        manifest: Option<&Value>,
         worker: &str,
     ) -> Result<String, TemplateError> {
         self.context.insert("files", files);
         self.context.insert("library", &library);
+        self.context.insert("manifest", &manifest);
         self.context.insert("worker", worker);
         let text = print("stubs.rs", &self.context)?;
         Ok(text.trim_start().to_owned())
     }
 
-    /// The files of the component's folder. `interfaces` is the path from `generated` to the crate `interfaces`.
+    /// The files of the component's folder. `interfaces` is the path from `generated` to the crate `interfaces`,
+    /// `dependencies` are lines of the worker's manifest.
     pub(crate) fn files(
         &mut self,
         interfaces: &str,
+        dependencies: &[String],
         files: &mut Files,
     ) -> Result<(), TemplateError> {
         let component = self.component;
@@ -212,8 +186,10 @@ impl<'a> Printer<'a> {
         let interfaces = toml_edit::Value::from(interfaces).to_string();
         self.context.insert("interfaces", &interfaces);
         self.context.insert("use_line", &imports);
-        let jobs = jobs(component);
-        let texts = all(&jobs, |job| match job.slot {
+        self.context.insert("dependencies", dependencies);
+        let mut jobs = jobs(component);
+        // Laying out code takes most of the time of a generation.
+        let texts = parallel::map(&mut jobs, |job| match job.slot {
             Some(slot) => {
                 let mut context = Context::new();
                 context.insert("file", component.file);
@@ -221,9 +197,9 @@ impl<'a> Printer<'a> {
                 print(job.template, &context)
             }
             None => print(job.template, &self.context),
-        })?;
+        });
         for (job, text) in jobs.into_iter().zip(texts) {
-            files.add(job.path, job.owner, text);
+            files.add(job.path, job.owner, text?);
         }
         let rustfmt = Path::new(GENERATED).join("rustfmt.toml");
         files.add(rustfmt, Owner::Generic, RUSTFMT.to_owned());

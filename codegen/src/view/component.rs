@@ -49,8 +49,14 @@ pub struct Component {
 pub struct Dependency {
     /// Its name.
     pub package: String,
-    /// Its version, or its path from the folder of the `.cdsl`.
-    pub version: String,
+    /// Its version, if one is given.
+    pub version: Option<String>,
+    /// Its path from the folder of the `.cdsl`, if one is given.
+    pub path: Option<String>,
+    /// Its features.
+    pub features: Vec<String>,
+    /// Whether its default features are on.
+    pub default_features: bool,
 }
 
 /// A length of time.
@@ -157,9 +163,12 @@ pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
         parameters: project.parameters.as_ref().map(parameters::of),
         schema: schema(project),
         dependencies: dependencies
-            .map(|(package, version)| Dependency {
-                package: package.text.clone(),
-                version: version.text.clone(),
+            .map(|dependency| Dependency {
+                package: dependency.package.text.clone(),
+                version: dependency.version.as_ref().map(|v| v.text.clone()),
+                path: dependency.path.as_ref().map(|p| p.text.clone()),
+                features: dependency.features.iter().map(|f| f.text.clone()).collect(),
+                default_features: dependency.default_features,
             })
             .collect(),
     };

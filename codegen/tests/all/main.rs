@@ -8,12 +8,14 @@ mod export;
 mod folders;
 mod idlc;
 mod layout;
+mod mistakes;
 #[path = "../../../deploy/tests/all/python.rs"]
 mod python;
 mod rcgen;
 mod ros;
 mod rosidl;
 mod shared;
+mod start;
 mod stubs;
 mod view;
 mod wire;

@@ -210,34 +210,6 @@ fn names_that_fall_together_in_rust() {
 }
 
 #[test]
-fn a_new_workspace_and_a_new_component() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-    succeeds(folder.path(), &["init", "robot", "--framework", root]);
-    let robot = folder.path().join("robot");
-    succeeds(&robot, &["new", "lidar"]);
-    succeeds(&robot, &["components/lidar/lidar.cdsl"]);
-    assert!(
-        robot
-            .join("components/lidar/src/specific_worker.rs")
-            .exists()
-    );
-    assert_eq!(rcgen(&robot, &["new", "lidar"]).0, 2);
-    assert_eq!(rcgen(folder.path(), &["init", "robot"]).0, 2);
-    assert_eq!(rcgen(&robot, &["new", "match"]).0, 2);
-}
-
-#[test]
-fn a_new_component_leaves_a_generated_folder_alone() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let other = folder.path().join("generated/of_somebody_else.txt");
-    std::fs::create_dir_all(other.parent().expect("a parent")).expect("a folder");
-    std::fs::write(&other, "kept").expect("a file");
-    succeeds(folder.path(), &["new", "guard"]);
-    assert_eq!(std::fs::read_to_string(other).expect("it is there"), "kept");
-}
-
-#[test]
 fn every_file_is_checked_and_one_that_is_no_text_is_wrong_input() {
     let folder = folder(&CDSL.replace("Laser;", "Lasr;"));
     std::fs::write(folder.path().join("bytes.idsl"), [0xff, 0xfe]).expect("a file");
@@ -432,14 +404,59 @@ fn two_exceptions_of_one_name_cannot_be_told_apart() {
 }
 
 #[test]
-fn a_dependency_that_the_runtime_exports_too() {
-    let cdsl = CDSL.replace("language", "dependencies { tracing \"0.1\"; }; language");
-    let folder = folder(&cdsl);
-    succeeds(folder.path(), &["c.cdsl"]);
-    let lib = folder.path().join("generated/src/lib.rs");
-    let lib = std::fs::read_to_string(lib).expect("a file");
-    let exports: Vec<&str> = lib.lines().filter(|l| l.contains("tracing")).collect();
-    assert_eq!(exports, ["pub use tracing;"]);
+fn dependencies_are_the_workers_own() {
+    let with = |dependencies: &str| {
+        CDSL.replace(
+            "language",
+            &format!("dependencies {{ {dependencies} }}; language"),
+        )
+    };
+    let folder = folder(&with(
+        "libm \"0.2\"; map \"../map\"; serde { version \"1\"; features \"derive\", \"rc\"; };",
+    ));
+    let folder = folder.path();
+    succeeds(folder, &["c.cdsl"]);
+    let manifest = folder.join("Cargo.toml");
+    let text = std::fs::read_to_string(&manifest).expect("a manifest");
+    let lines = "c_generated = { path = \"generated\" }\nlibm = \"0.2\"\nmap = { path = \"../map\" }\n\
+                 serde = { version = \"1\", features = [\"derive\", \"rc\"] }\n";
+    assert!(text.ends_with(lines), "{text}");
+    succeeds(folder, &["check", "c.cdsl"]);
+    // Written once, then compared.
+    std::fs::write(
+        folder.join("c.cdsl"),
+        with("libm \"0.3\"; map \"../map\"; hound \"3\";"),
+    )
+    .expect("a file");
+    let (code, _, err) = rcgen(folder, &["c.cdsl", "--format", "short"]);
+    let wanted = "c.cdsl:2:85: warning[dependency-differs]: ./Cargo.toml has another dependency `libm`: \"0.2\" (write `libm = \"0.3\"` there)\n\
+                  c.cdsl:2:111: warning[dependency-differs]: ./Cargo.toml does not have the dependency `hound` (write `hound = \"3\"` there)\n";
+    assert_eq!((code, err.as_str()), (0, wanted));
+    let stubs = succeeds(folder, &["stubs", "c.cdsl"]);
+    assert_eq!(
+        stubs,
+        "// ./Cargo.toml: into [dependencies]\nhound = \"3\"\n"
+    );
+    std::fs::write(
+        &manifest,
+        text.replace("0.2", "0.3") + "hound.workspace = true\n",
+    )
+    .expect("a file");
+    succeeds(folder, &["c.cdsl"]);
+    for wrong in [
+        "rc-runtime \"1\";",
+        "c \"1\";",
+        "libm { };",
+        "libm { verison \"1\"; };",
+        "libm { version 1; };",
+    ] {
+        std::fs::write(folder.join("c.cdsl"), with(wrong)).expect("a file");
+        let (code, _, err) = rcgen(folder, &["check", "c.cdsl", "--format", "short"]);
+        assert!(
+            code == 1 && err.contains("error[bad-dependency]"),
+            "{wrong}: {err}"
+        );
+    }
 }
 
 #[test]
@@ -569,7 +586,7 @@ fn nothing_of_the_user_is_called_interfaces() {
         ),
         (
             depending,
-            "error[bad-dependency]: `interfaces` cannot be the name of a package",
+            "error[bad-dependency]: `interfaces` cannot be a dependency: it is the crate of the interfaces",
         ),
     ] {
         let (code, _, err) = rcgen(folder.path(), &["c.cdsl", "--format", "short"]);

@@ -1,7 +1,7 @@
 //! The map and the way of the robot as an SVG, in mm.
 
 use crate::track::Track;
-use pose_monitor_generated::planar_map::{Map, Point, Pose, libm};
+use planar_map::{Map, Point, Pose, libm};
 use std::fmt::{self, Write};
 
 /// Free space around the floor, in mm.

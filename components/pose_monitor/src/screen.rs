@@ -1,7 +1,7 @@
 //! The map and the way of the robot as a few lines of text.
 
 use crate::track::Track;
-use pose_monitor_generated::planar_map::{Bounds, Map, Point};
+use planar_map::{Bounds, Map, Point};
 use std::f64::consts::FRAC_PI_4;
 
 /// The largest picture, in characters.
@@ -78,7 +78,7 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pose_monitor_generated::planar_map::Pose;
+    use planar_map::Pose;
     use std::path::Path;
 
     fn map(text: &str) -> Map {

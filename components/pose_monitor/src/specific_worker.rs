@@ -2,7 +2,7 @@
 
 use crate::track::Track;
 use crate::{chart, screen};
-use pose_monitor_generated::planar_map::{Map, Pose};
+use planar_map::{Map, Pose};
 use pose_monitor_generated::tracing::{error, info};
 use pose_monitor_generated::{Context, FullPoseEstimationPub, FullPoseEuler, Worker, WorkerError};
 use std::fs::File;

@@ -1,6 +1,6 @@
 //! The path of a robot, made of its poses.
 
-use pose_monitor_generated::planar_map::Pose;
+use planar_map::Pose;
 
 /// A pose nearer than this to the last kept one adds nothing to a picture, in mm.
 const SPACING: f64 = 20.0;

@@ -1,7 +1,7 @@
 //! A laser scanner among walls.
 
 use crate::noise::Noise;
-use simulator_generated::planar_map::{Pose, Segment, libm};
+use planar_map::{Pose, Segment, libm};
 
 /// One measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +61,7 @@ impl Lidar {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use simulator_generated::planar_map::Point;
+    use planar_map::Point;
     use std::f64::consts::PI;
 
     const EXACT: Lidar = Lidar {

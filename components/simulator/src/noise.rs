@@ -1,6 +1,6 @@
 //! Random numbers that are the same on every machine.
 
-use simulator_generated::planar_map::libm;
+use planar_map::libm;
 use std::f64::consts::TAU;
 
 /// Weyl constant of `SplitMix64` (Steele, Lea, Flood: Fast Splittable Pseudorandom Number

@@ -5,8 +5,8 @@ mod policy;
 
 use crate::lidar::Lidar;
 use crate::world::{Robot, Simulation, Speed};
+use planar_map::{Map, Point};
 use policy::{Measure, Policy, Settings};
-use simulator_generated::planar_map::{Map, Point};
 use std::collections::HashSet;
 use std::f64::consts::PI;
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use crate::lidar::Lidar;
 use crate::world::{Robot, Simulation, Speed};
-use simulator_generated::planar_map::{Map, Pose, libm};
+use planar_map::{Map, Pose, libm};
 use simulator_generated::tracing::{info, warn};
 use simulator_generated::{
     Context, DifferentialRobot, FullPoseEuler, GetBasePoseError, GetBaseStateError, Laser,

@@ -2,7 +2,7 @@
 
 use crate::lidar::{Beam, Lidar};
 use crate::noise::Noise;
-use simulator_generated::planar_map::{Map, Point, Pose, Segment};
+use planar_map::{Map, Point, Pose, Segment};
 
 /// How often the last distance to a wall is halved: the robot stops within a micrometre of it.
 const HALVINGS: u32 = 24;

@@ -10,8 +10,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Words of the sources that look like codes and are none.
-const NO_CODES: [&str; 16] = [
+const NO_CODES: [&str; 17] = [
     "build-dependencies",
+    "default-features",
     "default-members",
     "default-run",
     "dev-dependencies",

@@ -283,7 +283,7 @@ fn unknown_types_are_reported() {
             m.idsl:2:36: error[void-value]: `void` is valid only as the return type of an operation
             m.idsl:2:44: error[exception-as-type]: expected a type, found exception `E` (exceptions are valid only after `throws`)
             m.idsl:2:49: error[unknown-type]: unknown type `const` (declare it, or import the file that does)
-            m.idsl:2:58: error[unknown-type]: unknown type `unsigned` (declare it, or import the file that does)
+            m.idsl:2:58: error[unknown-type]: unknown type `unsigned` (did you mean `uint32`?)
             m.idsl:4:15: error[unknown-type]: unknown type `s` (did you mean `S`?)
             m.idsl:4:29: error[unknown-type]: unknown type `Sq` (did you mean `S`?)
             m.idsl:4:52: error[not-an-exception]: expected an exception, found `S`; declared here at m.idsl:2:8

@@ -16,7 +16,6 @@ mod slots;
 pub mod types;
 
 pub use adapter::{Worker, embed, run};
-pub use bench_protocol;
 pub use context::Context;
 pub use parameters::Params;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};

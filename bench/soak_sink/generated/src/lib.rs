@@ -15,7 +15,6 @@ mod slots;
 pub mod types;
 
 pub use adapter::{Worker, embed, run};
-pub use bench_protocol;
 pub use context::Context;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::tracing;

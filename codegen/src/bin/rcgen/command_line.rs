@@ -5,6 +5,7 @@ use rc_cdsl::model::Backend;
 use rc_codegen::view::BACKENDS;
 use rc_diagnostics::Format;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Generates components from their .cdsl files: a generic layer that is rewritten, and a worker
 /// that is yours.
@@ -27,18 +28,29 @@ const HERE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
-    /// Makes a workspace for components.
+    /// Makes a workspace for components, with a first network.
     Init {
         /// The folder of the workspace.
         dir: PathBuf,
-        /// Where the framework's crates come from: a folder with this project, or a git address.
-        #[arg(long, value_name = "PATH|GIT", default_value = HERE)]
+        /// Where the framework's crates come from: a version (0.1), a git address
+        /// (https://…, with ?branch=…, ?tag=… or ?rev=… behind it), or a folder with this project.
+        /// A folder inside the workspace, or in the same git repository, is named by a relative
+        /// path.
+        #[arg(long, value_name = "VERSION|GIT|PATH", default_value = HERE)]
         framework: String,
     },
-    /// Makes an empty component in the workspace of the current folder.
-    New {
-        /// Its name.
-        name: String,
+    /// Makes a component in the workspace of the current folder, and generates it.
+    New(New),
+    /// Generates components: those named, or all of the workspace of the current folder.
+    Generate(Generate),
+    /// Removes what was generated; `generate` makes it again. Everything else stays.
+    Clean {
+        /// Components, and folders with components [default: the workspace of the current folder].
+        #[arg(value_name = "FILE.cdsl|FOLDER")]
+        paths: Vec<PathBuf>,
+        /// Lists what would be removed, and removes nothing.
+        #[arg(long)]
+        dry_run: bool,
     },
     /// Checks description files and configurations; reports all findings at once.
     Check {
@@ -127,6 +139,46 @@ pub(crate) enum Command {
 }
 
 #[derive(Args)]
+pub(crate) struct New {
+    /// Its name.
+    pub(crate) name: String,
+    /// Interfaces that it serves, as in `--implements Laser,Speech`.
+    #[arg(long, value_name = "INTERFACE", value_delimiter = ',')]
+    pub(crate) implements: Vec<String>,
+    /// Interfaces that it calls.
+    #[arg(long, value_name = "INTERFACE", value_delimiter = ',')]
+    pub(crate) requires: Vec<String>,
+    /// Interfaces that it publishes.
+    #[arg(long, value_name = "INTERFACE", value_delimiter = ',')]
+    pub(crate) publishes: Vec<String>,
+    /// Interfaces that it subscribes to.
+    #[arg(
+        long,
+        value_name = "INTERFACE",
+        value_delimiter = ',',
+        alias = "subscribesTo"
+    )]
+    pub(crate) subscribes: Vec<String>,
+    /// Its period, as in `50ms` [default: 100ms].
+    #[arg(long, value_name = "DURATION", value_parser = period)]
+    pub(crate) period: Option<Duration>,
+    /// Starts with a copy of this description, under the new name and in Rust.
+    #[arg(long, value_name = "FILE.cdsl", conflicts_with_all = ["implements", "requires", "publishes", "subscribes", "period"])]
+    pub(crate) from: Option<PathBuf>,
+    /// The middleware of all slots that do not choose one: iceoryx2, dds or ros2; local for tests
+    /// [default: iceoryx2].
+    #[arg(long, value_parser = middleware)]
+    pub(crate) middleware: Option<Backend>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+fn period(text: &str) -> Result<Duration, String> {
+    let period = rc_settings::duration::parse(text).map(Duration::from_nanos);
+    period.ok_or_else(|| "expected a duration with a unit, as in `50ms` or `1s`".to_owned())
+}
+
+#[derive(Args, Default)]
 pub(crate) struct Generate {
     /// Components, and folders with components of a workspace. For the folder of the workspace
     /// itself, the crate `interfaces` then holds exactly what components use and what the folder of
@@ -153,7 +205,7 @@ pub(crate) struct Generate {
     pub(crate) check: bool,
 }
 
-#[derive(Args)]
+#[derive(Args, Default)]
 pub(crate) struct Common {
     /// Looks for imported files here, too.
     #[arg(short = 'I', value_name = "DIR")]

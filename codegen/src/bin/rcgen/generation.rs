@@ -1,7 +1,8 @@
-//! `rcgen FILE.cdsl` and `rcgen FOLDER`.
+//! `rcgen generate`, `rcgen FILE.cdsl` and `rcgen FOLDER`.
 
-use crate::command_line::Generate;
-use crate::reports::{Failure, print_line, report, tell, try_load};
+use crate::command_line::{Cli, Generate};
+use crate::reports::{Failure, print_line, report, system, tell, try_load};
+use clap::CommandFactory;
 use rc_cdsl::model::Backend;
 use rc_codegen::cargo_workspace::{self, Workspace};
 use rc_codegen::files::{Change, Owner, Step};
@@ -9,20 +10,86 @@ use rc_codegen::generation::{self, Component, Part};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
 use rc_codegen::view::BACKENDS;
-use rc_codegen::{FileLoader, Project, languages, stubs};
+use rc_codegen::{FileLoader, Project, dependencies, languages, parallel, stubs};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Components that share a crate of interfaces.
-struct Group {
-    interfaces: InterfaceCrate,
-    files: Vec<PathBuf>,
+pub(crate) struct Group {
+    pub(crate) interfaces: InterfaceCrate,
+    pub(crate) files: Vec<PathBuf>,
     /// Whether the whole workspace was named.
-    whole: bool,
+    pub(crate) whole: bool,
 }
 
+/// What a generation did.
+#[derive(Default)]
+struct Summary {
+    components: usize,
+    skipped: usize,
+    created: usize,
+    updated: usize,
+    removed: usize,
+    kept: usize,
+}
+
+impl std::fmt::Display for Summary {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let many = if self.components == 1 { "" } else { "s" };
+        write!(f, "generated {} component{many}", self.components)?;
+        if self.skipped > 0 {
+            write!(f, ", skipped {} with errors", self.skipped)?;
+        }
+        let counts = [
+            (self.created, "created"),
+            (self.updated, "updated"),
+            (self.removed, "removed"),
+            (self.kept, "unchanged"),
+        ];
+        let counts = counts.iter().filter(|(count, _)| *count > 0);
+        let counts = counts.map(|(count, what)| format!("{count} {what}"));
+        write!(f, "; files: {}", counts.collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// `rcgen generate`: the workspace of the current folder unless something is named, and a summary.
+pub(crate) fn generate(mut args: Generate) -> Result<(), Failure> {
+    args.files = here_or(args.files)?;
+    let mut summary = Summary::default();
+    let outcome = all(&args, &mut summary);
+    if !args.dry_run
+        && !args.check
+        && !matches!(outcome, Err(Failure::Usage(_) | Failure::System(_)))
+    {
+        print_line(format_args!("{summary}"));
+    }
+    outcome
+}
+
+/// The paths, or the workspace of the current folder.
+pub(crate) fn here_or(paths: Vec<PathBuf>) -> Result<Vec<PathBuf>, Failure> {
+    if !paths.is_empty() {
+        return Ok(paths);
+    }
+    let here = cargo_workspace::absolute(Path::new(".")).map_err(system)?;
+    let Some(workspace) = Workspace::of(&here).map_err(manifest)? else {
+        return Err(Failure::Usage(
+            "this folder is in no workspace; name a .cdsl file or a folder, or make a workspace with `rcgen init FOLDER`"
+                .to_owned(),
+        ));
+    };
+    let root = cargo_workspace::relative(&here, workspace.root());
+    let is_here = root.as_os_str().is_empty();
+    Ok(vec![if is_here { PathBuf::from(".") } else { root }])
+}
+
+/// `rcgen FILE.cdsl` and `rcgen FOLDER`.
 pub(crate) fn run(args: &Generate) -> Result<(), Failure> {
+    all(args, &mut Summary::default())
+}
+
+fn all(args: &Generate, summary: &mut Summary) -> Result<(), Failure> {
     let alone = matches!(&args.files[..], [file] if !file.is_dir());
     if args.files.is_empty() {
         return Err(Failure::Usage(
@@ -34,7 +101,7 @@ pub(crate) fn run(args: &Generate) -> Result<(), Failure> {
     }
     let mut outcome = Ok(());
     for group in groups(args)?.into_values() {
-        match group.generate(args, alone) {
+        match group.generate(args, alone, summary) {
             Err(Failure::Input) => outcome = Err(Failure::Input),
             other => other?,
         }
@@ -49,12 +116,8 @@ pub(crate) fn run(args: &Generate) -> Result<(), Failure> {
     outcome
 }
 
-fn system(error: impl std::fmt::Display) -> Failure {
-    Failure::System(error.to_string())
-}
-
 /// A manifest that is not TOML is wrong input of the user, not a refusal of the system.
-fn manifest(error: std::io::Error) -> Failure {
+pub(crate) fn manifest(error: std::io::Error) -> Failure {
     if error.kind() == std::io::ErrorKind::InvalidInput {
         tell(format_args!("rcgen: error: {error}\n"));
         return Failure::Input;
@@ -63,7 +126,7 @@ fn manifest(error: std::io::Error) -> Failure {
 }
 
 /// What the command line names, by the root that components share.
-fn groups(args: &Generate) -> Result<BTreeMap<PathBuf, Group>, Failure> {
+pub(crate) fn groups(args: &Generate) -> Result<BTreeMap<PathBuf, Group>, Failure> {
     let mut groups: BTreeMap<PathBuf, Group> = BTreeMap::new();
     let mut add = |interfaces: InterfaceCrate, files: Vec<PathBuf>, whole: bool| {
         let group = groups
@@ -82,6 +145,7 @@ fn groups(args: &Generate) -> Result<BTreeMap<PathBuf, Group>, Failure> {
     };
     for path in &args.files {
         if !path.is_dir() {
+            known(path)?;
             let folder = folder_of(path, args);
             let interfaces = InterfaceCrate::of(&folder).map_err(manifest)?;
             add(interfaces, vec![path.clone()], false);
@@ -125,8 +189,27 @@ fn groups(args: &Generate) -> Result<BTreeMap<PathBuf, Group>, Failure> {
     Ok(groups)
 }
 
+/// A word that is no file is a mistyped command.
+fn known(path: &Path) -> Result<(), Failure> {
+    let is_word = path.components().count() == 1 && path.extension().is_none();
+    if !is_word || path.exists() {
+        return Ok(());
+    }
+    let cli = Cli::command();
+    let commands = cli.get_subcommands().map(clap::Command::get_name);
+    let word = path.to_string_lossy();
+    let near = rc_diagnostics::nearest(&word, commands);
+    let hint = near.map_or_else(
+        || "`rcgen help` lists the commands".to_owned(),
+        |near| format!("did you mean `rcgen {near}`?"),
+    );
+    Err(Failure::Usage(format!(
+        "there is no command and no file `{word}`; {hint}"
+    )))
+}
+
 /// The folder that a component is generated into.
-fn folder_of(file: &Path, args: &Generate) -> PathBuf {
+pub(crate) fn folder_of(file: &Path, args: &Generate) -> PathBuf {
     match (&args.out, file.parent()) {
         (Some(out), _) => out.clone(),
         (None, Some(parent)) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
@@ -171,18 +254,15 @@ impl Group {
         Ok(())
     }
 
-    fn generate(self, args: &Generate, alone: bool) -> Result<(), Failure> {
+    fn generate(self, args: &Generate, alone: bool, summary: &mut Summary) -> Result<(), Failure> {
         let mut sources = SourceMap::new();
         let mut found = Diagnostics::new();
         let loader = FileLoader::new(&args.common.include);
         let (mut projects, mut components) = (Vec::new(), Vec::new());
-        let mut skipped = Vec::new();
+        let (mut loaded, mut skipped) = (Vec::new(), Vec::new());
         for file in &self.files {
-            match self.component(file, args, alone, &loader, &mut sources, &mut found) {
-                Ok(Some((project, component))) => {
-                    projects.push(project);
-                    components.push(component);
-                }
+            match try_load(file, &loader, &mut sources, &mut found) {
+                Ok(Some(project)) => loaded.push((file, project)),
                 Ok(None) => skipped.push(file),
                 Err(error) => {
                     let _ = report(&sources, &found, args.common.format);
@@ -190,6 +270,22 @@ impl Group {
                 }
             }
         }
+        let print =
+            |(file, project): &mut (&PathBuf, Project)| self.component(file, project, args, alone);
+        let printed = parallel::map(&mut loaded, print);
+        for ((file, project), printed) in loaded.into_iter().zip(printed) {
+            let (component, more) = printed.map_err(system)?;
+            found.extend(more);
+            match component {
+                Some(component) => {
+                    projects.push(project);
+                    components.push(component);
+                }
+                None => skipped.push(file),
+            }
+        }
+        summary.components += components.len();
+        summary.skipped += skipped.len();
         let mut own = Vec::new();
         let mut faulty = !skipped.is_empty();
         if self.whole {
@@ -251,9 +347,17 @@ impl Group {
                 Some(_) => part.folder.clone(),
                 None => shown(&part.folder),
             };
-            for step in steps.iter().filter(|s| s.change != Change::Keep) {
-                let path = folder.join(&step.path);
-                print_line(format_args!("{} {}", step.change.word(), path.display()));
+            for step in steps {
+                *match step.change {
+                    Change::Create => &mut summary.created,
+                    Change::Update => &mut summary.updated,
+                    Change::Remove => &mut summary.removed,
+                    Change::Keep => &mut summary.kept,
+                } += 1;
+                if step.change != Change::Keep {
+                    let path = folder.join(&step.path);
+                    print_line(format_args!("{} {}", step.change.word(), path.display()));
+                }
             }
         }
         for (part, steps) in parts.iter().zip(&steps) {
@@ -275,23 +379,19 @@ impl Group {
         reported
     }
 
-    /// Reads and prints one component; none where there are errors in it.
+    /// Prints one component; none where there are errors in it.
     fn component(
         &self,
         file: &Path,
+        project: &mut Project,
         args: &Generate,
         alone: bool,
-        loader: &FileLoader,
-        sources: &mut SourceMap,
-        found: &mut Diagnostics,
-    ) -> Result<Option<(Project, Component)>, Failure> {
-        let Some(mut project) = try_load(file, loader, sources, found)? else {
-            return Ok(None);
-        };
+    ) -> Result<(Option<Component>, Diagnostics), interface_crate::Error> {
         if let Some(language) = &args.language {
             project.component.language.text.clone_from(language);
         }
         let folder = folder_of(file, args);
+        dependencies::lead_from(project, &folder)?;
         let before = || {
             let note = Note::of_generated(&folder).ok().flatten()?;
             BACKENDS.into_iter().find(|b| b.word() == note.middleware)
@@ -300,10 +400,7 @@ impl Group {
             .middleware
             .or_else(|| if alone { None } else { before() })
             .unwrap_or(Backend::Iceoryx2);
-        let (component, more) =
-            Component::of(&project, folder, middleware, &self.interfaces).map_err(system)?;
-        found.extend(more);
-        Ok(component.map(|component| (project, component)))
+        Component::of(project, folder, middleware, &self.interfaces)
     }
 
     /// Lists what would be done, or with `--check` what is not up to date.
@@ -353,10 +450,15 @@ impl Group {
     }
 }
 
-/// An absolute path, from the current folder if it is below it.
-fn shown(path: &Path) -> PathBuf {
+/// An absolute path as it leads from the current folder, unless that is somewhere else altogether.
+pub(crate) fn shown(path: &Path) -> PathBuf {
     let here = std::env::current_dir().unwrap_or_default();
-    path.strip_prefix(&here).unwrap_or(path).to_path_buf()
+    let shared = here.iter().zip(path).take_while(|(a, b)| a == b).count();
+    if shared > 2 || path.starts_with(&here) {
+        cargo_workspace::relative(&here, path)
+    } else {
+        path.to_path_buf()
+    }
 }
 
 /// Whether traits of handlers have changed, of a worker that was there before.

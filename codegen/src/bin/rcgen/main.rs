@@ -4,6 +4,7 @@
 //! the system refused.
 
 mod checks;
+mod clean;
 mod command_line;
 mod component;
 mod configuration;
@@ -21,7 +22,9 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match cli.command {
         Some(Command::Init { dir, framework }) => start::init(&dir, &framework),
-        Some(Command::New { name }) => start::new(&name),
+        Some(Command::New(args)) => start::new(args),
+        Some(Command::Generate(args)) => generation::generate(args),
+        Some(Command::Clean { paths, dry_run }) => clean::clean(paths, dry_run),
         Some(Command::Check { files, common }) => checks::check(&files, &common),
         Some(Command::Fmt {
             files,

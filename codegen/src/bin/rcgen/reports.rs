@@ -16,6 +16,11 @@ pub(crate) enum Failure {
     System(String),
 }
 
+/// The system refused something.
+pub(crate) fn system(error: impl std::fmt::Display) -> Failure {
+    Failure::System(error.to_string())
+}
+
 /// Prints a line; a reader that has left is no failure.
 pub(crate) fn print_line(line: std::fmt::Arguments<'_>) {
     let _ = writeln!(std::io::stdout(), "{line}");

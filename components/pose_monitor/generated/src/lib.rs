@@ -18,7 +18,6 @@ pub mod types;
 pub use adapter::{Worker, embed, run};
 pub use context::Context;
 pub use parameters::Params;
-pub use planar_map;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::tracing;
 pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};

@@ -140,14 +140,6 @@ fn stage(workspace: &Path, component: &str) {
     let target = workspace.join(component);
     let found = generation::generate(&project, target.clone(), Backend::Local, &mut sources);
     assert!(!found.expect("to write").has_errors());
-    // The one dependency by path leads from the repository's folder, not from this one.
-    let manifest_path = target.join("generated/Cargo.toml");
-    let text = std::fs::read_to_string(&manifest_path).expect("a manifest");
-    let map = repository().join("components/planar_map");
-    write(
-        &manifest_path,
-        &text.replace("../../planar_map", &map.display().to_string()),
-    );
     let own = std::fs::read_to_string(folder.join("src/lib.rs")).expect("lib.rs");
     let mut lib = String::new();
     let mut test_only = false;
@@ -170,10 +162,14 @@ fn stage(workspace: &Path, component: &str) {
          {component}_generated::embed::<specific_worker::SpecificWorker>(args)\n}}\n"
     ));
     write(&target.join("src/lib.rs"), &lib);
-    let dependency = format!("{component}_generated = {{ path = \"generated\" }}\n");
+    let map = repository().join("components/planar_map");
+    let dependencies = format!(
+        "planar_map = {{ path = {:?} }}\n{component}_generated = {{ path = \"generated\" }}\n",
+        map.display().to_string()
+    );
     write(
         &target.join("Cargo.toml"),
-        &manifest(component, &dependency),
+        &manifest(component, &dependencies),
     );
 }
 

@@ -16,7 +16,7 @@ const CDSL: &str = "import \"LaserPub.idsl\";\nComponent hello { Communications 
 fn user(site: &Site) -> PathBuf {
     let folder = site.path("robot");
     let framework = Framework::parse(ROOT).expect("this project");
-    let files = workspace::init(&framework).expect("templates that fit");
+    let files = workspace::init("robot", &framework).expect("templates that fit");
     files.write(&folder).expect("a workspace");
     let lock = std::fs::copy(
         Path::new(ROOT).join("Cargo.lock"),

@@ -1,0 +1,231 @@
+//! A new component in a workspace.
+
+use crate::cargo_workspace::Workspace;
+use crate::files::{Files, Owner};
+use crate::load::FileLoader;
+use crate::{load, names};
+use rc_cdsl::ast::Clause;
+use rc_cdsl::model::Role;
+use rc_diagnostics::{SourceMap, Span};
+use rc_idsl::ast::DeclKind;
+use rc_syntax::Loader;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// A component to be made.
+#[derive(Clone, Debug, Default)]
+pub struct NewComponent {
+    /// Its name.
+    pub name: String,
+    /// Interfaces by their roles.
+    pub slots: Vec<(Role, Vec<String>)>,
+    /// Its period.
+    pub period: Option<Duration>,
+    /// The description that it starts with.
+    pub from: Option<PathBuf>,
+}
+
+/// Why there is no new component.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The request cannot be met; the text says what to do.
+    #[error("{0}")]
+    Refused(String),
+    /// The system refused a file.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+}
+
+/// The workspace of `folder`, if it is one for components.
+pub fn workspace(folder: &Path) -> Result<Workspace, Error> {
+    let make = "make one with `rcgen init FOLDER`";
+    let Some(workspace) = Workspace::of(folder)? else {
+        let message = format!("this folder is in no workspace; {make}, and work in it");
+        return Err(Error::Refused(message));
+    };
+    if !workspace.has_framework() {
+        let root = workspace.root().display();
+        let message = format!(
+            "the workspace {root} has no `rc-runtime` in [workspace.dependencies]; {make}, and copy these lines"
+        );
+        return Err(Error::Refused(message));
+    }
+    Ok(workspace)
+}
+
+impl NewComponent {
+    /// Its folder, from the root of the workspace.
+    pub fn folder(&self) -> PathBuf {
+        Path::new("components").join(&self.name)
+    }
+
+    /// Its descriptions, relative to the root of the workspace.
+    pub fn files(&self, workspace: &Workspace, loader: &FileLoader) -> Result<Files, Error> {
+        let name = &self.name;
+        names::component(name).map_err(|reason| {
+            Error::Refused(format!("a component cannot be called `{name}`: {reason}"))
+        })?;
+        let folder = self.folder();
+        let there = workspace.root().join(&folder);
+        if there.exists() {
+            let message = format!("{} exists already", folder.display());
+            return Err(Error::Refused(message));
+        }
+        if let Some(other) = workspace.package(&names::package(name))? {
+            let message = format!(
+                "the workspace has a package `{name}` already: {}",
+                other.display()
+            );
+            return Err(Error::Refused(message));
+        }
+        let mut files = Files::default();
+        let cdsl = if let Some(from) = &self.from {
+            self.renamed(from, &mut files)?
+        } else {
+            let pdsl = format!(
+                "// What may be set in etc/config.toml: NAME TYPE [DEFAULT] [MIN:MAX] [unit \"…\"];\n\n\
+                 ComponentParams {name}\n{{\n    // speed float 0.2 0:1 unit \"m/s\";\n}};\n"
+            );
+            let path = folder.join(format!("{name}.pdsl"));
+            files.add(path, Owner::Specific, pdsl);
+            self.written(&there, loader)?
+        };
+        let path = folder.join(format!("{name}.cdsl"));
+        files.add(path, Owner::Specific, cdsl);
+        Ok(files)
+    }
+
+    /// The description with these slots.
+    fn written(&self, there: &Path, loader: &FileLoader) -> Result<String, Error> {
+        let mut imports: Vec<String> = Vec::new();
+        let mut slots = String::new();
+        for (role, interfaces) in &self.slots {
+            for interface in interfaces {
+                let file = file_of(interface, there, loader)?;
+                if !imports.contains(&file) {
+                    imports.push(file);
+                }
+            }
+            slots.push_str(&format!(
+                "        {} {};\n",
+                role.word(),
+                interfaces.join(", ")
+            ));
+        }
+        let imports: String = imports
+            .iter()
+            .map(|file| format!("import \"{file}\";\n"))
+            .collect();
+        let (head, slots) = if slots.is_empty() {
+            let head = "// What this component communicates. Interfaces come from .idsl files: `import \"Laser.idsl\";`\n";
+            let hints = "        // implements Speech;        answers calls\n        \
+                         // requires Laser;           calls\n        \
+                         // publishes LaserPub;       sends to all who listen\n        \
+                         // subscribesTo LaserPub;    listens\n";
+            (head.to_owned(), hints.to_owned())
+        } else {
+            (imports, slots)
+        };
+        let period = self.period.unwrap_or(Duration::from_millis(100));
+        let period = rc_settings::duration::text_of(period);
+        let name = &self.name;
+        Ok(format!(
+            "{head}\nComponent {name}\n{{\n    Communications\n    {{\n{slots}    }};\n    \
+             language rust;\n    parameters \"{name}.pdsl\";\n    period {period};\n}};\n"
+        ))
+    }
+
+    /// The text of an existing description, for a component of this name in Rust. The files beside
+    /// it that it names come with it.
+    fn renamed(&self, from: &Path, files: &mut Files) -> Result<String, Error> {
+        if !self.slots.is_empty() || self.period.is_some() {
+            let message = "--from takes slots and period from the file; change them there";
+            return Err(Error::Refused(message.to_owned()));
+        }
+        let text = load::read(from).map_err(|error| load::named(from, &error))?;
+        let mut sources = SourceMap::new();
+        let source = sources.add(from, &text);
+        let (file, _) = rc_cdsl::parse(&sources, source);
+        let Some(component) = file.component else {
+            let message = format!(
+                "{} is not a description of a component: `rcgen check` tells why",
+                from.display()
+            );
+            return Err(Error::Refused(message));
+        };
+        let mut edits: Vec<(Span, &str)> = vec![(component.name.span, &self.name)];
+        edits.extend(
+            component
+                .clauses
+                .iter()
+                .filter_map(|(_, clause)| match clause {
+                    Clause::Language(language) => Some((language.span, "rust")),
+                    _ => None,
+                }),
+        );
+        let beside = component
+            .clauses
+            .iter()
+            .filter_map(|(_, clause)| match clause {
+                Clause::Parameters(file) | Clause::StateMachine(file, _) => Some(&file.text),
+                _ => None,
+            });
+        let imports = file.imports.iter().map(|import| &import.text);
+        for file in beside.chain(imports) {
+            // A path into another folder leads elsewhere from the new one, which rcgen reports.
+            let is_beside = Path::new(file).components().count() == 1;
+            let path = from.parent().unwrap_or(Path::new("")).join(file);
+            if is_beside && path.is_file() {
+                let text = load::read(&path).map_err(|error| load::named(&path, &error))?;
+                files.add(self.folder().join(file), Owner::Specific, text);
+            }
+        }
+        let mut out = text.clone();
+        edits.sort_by_key(|(span, _)| std::cmp::Reverse(span.start));
+        for (span, new) in edits {
+            out.replace_range(span.start..span.end, new);
+        }
+        Ok(out)
+    }
+}
+
+/// The manifest of the workspace with the component among its members, if it does not name it yet.
+pub fn member(workspace: &Workspace, component: &NewComponent) -> std::io::Result<Files> {
+    let mut files = Files::default();
+    if let Some((old, new)) = workspace.with_member(&component.folder())? {
+        files.edit("Cargo.toml", old, new);
+    }
+    Ok(files)
+}
+
+/// The file that a component in the folder `there` imports for an interface.
+fn file_of(interface: &str, there: &Path, loader: &FileLoader) -> Result<String, Error> {
+    let from = there.join("new.cdsl");
+    let known = loader.known(&from, "idsl");
+    let usual = format!("{interface}.idsl");
+    let mut declared = Vec::new();
+    let files = known.iter().filter(|file| **file == usual);
+    for file in files.chain(known.iter().filter(|file| **file != usual)) {
+        let Ok(found) = loader.find(&from, file, "idsl") else {
+            continue;
+        };
+        let mut sources = SourceMap::new();
+        let source = sources.add(&found.path, found.text);
+        let module = rc_idsl::parse(&sources, source).0.module;
+        let decls = module.into_iter().flat_map(|module| module.decls);
+        let interfaces = decls.filter(|decl| matches!(decl.kind, DeclKind::Interface(_)));
+        let names: Vec<String> = interfaces.map(|decl| decl.name.text).collect();
+        if names.iter().any(|name| name == interface) {
+            return Ok(file.clone());
+        }
+        declared.extend(names);
+    }
+    let near = rc_diagnostics::nearest(interface, declared.iter().map(String::as_str));
+    let hint = near.map_or_else(
+        || "declare it in a file of the folder `interfaces`".to_owned(),
+        |near| format!("did you mean `{near}`?"),
+    );
+    Err(Error::Refused(format!(
+        "unknown interface `{interface}`; {hint}"
+    )))
+}

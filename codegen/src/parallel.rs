@@ -1,0 +1,44 @@
+//! Work on all processors.
+
+use std::sync::Mutex;
+
+/// What `work` makes of each job, in their order.
+pub fn map<J: Send, T: Send>(jobs: &mut [J], work: impl Fn(&mut J) -> T + Sync) -> Vec<T> {
+    let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let others = processors.min(jobs.len()).saturating_sub(1);
+    let queue = Mutex::new(jobs.iter_mut().enumerate());
+    let run = || {
+        let mut done = Vec::new();
+        loop {
+            let job = queue.lock().ok().and_then(|mut queue| queue.next());
+            let Some((at, job)) = job else {
+                return done;
+            };
+            done.push((at, work(job)));
+        }
+    };
+    let mut done = std::thread::scope(|scope| {
+        let others: Vec<_> = (0..others).map(|_| scope.spawn(run)).collect();
+        let mut done = run();
+        for other in others {
+            match other.join() {
+                Ok(more) => done.extend(more),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        done
+    });
+    done.sort_by_key(|(at, _)| *at);
+    done.into_iter().map(|(_, made)| made).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_order_of_the_jobs_stays() {
+        let mut jobs: Vec<usize> = (0..1000).collect();
+        let made = super::map(&mut jobs, |job| *job * 2);
+        assert_eq!(made, (0..2000).step_by(2).collect::<Vec<_>>());
+        assert!(super::map(&mut [(); 0], |()| ()).is_empty());
+    }
+}

@@ -1,0 +1,271 @@
+//! `rcgen init`, `new`, `generate` and `clean`: the first hour of a workspace.
+
+use crate::folders::{changed, files, rcgen};
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+fn write(path: &Path, text: &str) {
+    std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+    std::fs::write(path, text).expect("a file");
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).expect("a file")
+}
+
+fn succeeds(folder: &Path, args: &[&str]) -> String {
+    let (code, out, err) = rcgen(folder, args);
+    assert_eq!((code, err.as_str()), (0, ""), "{args:?}\n{out}");
+    out
+}
+
+/// A workspace beside a framework in the same git repository.
+fn workspace() -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::create_dir(folder.path().join(".git")).expect("a folder");
+    write(&folder.path().join("rc/runtime/Cargo.toml"), "");
+    succeeds(folder.path(), &["init", "my-robot", "--framework", "rc"]);
+    let robot = folder.path().join("my-robot").canonicalize();
+    (folder, robot.expect("a workspace"))
+}
+
+#[test]
+fn a_workspace_that_can_be_given_away() {
+    let (_folder, robot) = workspace();
+    let manifest = read(&robot.join("Cargo.toml"));
+    let framework = "rc-runtime = { path = \"../rc/runtime\" }\n";
+    assert!(manifest.contains(framework), "{manifest}");
+    for (file, part) in [
+        ("README.md", "rcdeploy up --build deployments/my_robot.ddsl"),
+        ("deployments/my_robot.ddsl", "Deployment my_robot\n"),
+        (".gitignore", "/target\n"),
+        ("interfaces/generated/src/lib.rs", "//! The types"),
+    ] {
+        let text = read(&robot.join(file));
+        assert!(text.contains(part), "{file}: {text}");
+    }
+    succeeds(&robot, &["check", "."]);
+    succeeds(&robot, &["fmt", "--check", "."]);
+    let (code, _, err) = rcgen(&robot, &["init", "."]);
+    assert_eq!(
+        (code, err.as_str()),
+        (2, "rcgen: error: . has a Cargo.toml already\n")
+    );
+    // Elsewhere, a version or an address.
+    for (framework, dependency) in [
+        ("0.1", "rc-runtime = \"0.1\"\n"),
+        (
+            "https://robots/rc?tag=v1",
+            "rc-runtime = { git = \"https://robots/rc\", tag = \"v1\" }\n",
+        ),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        succeeds(folder.path(), &["init", "robot", "--framework", framework]);
+        let manifest = read(&folder.path().join("robot/Cargo.toml"));
+        assert!(manifest.contains(dependency), "{manifest}");
+    }
+    // A folder outside is on this machine only.
+    let folder = tempfile::tempdir().expect("a folder");
+    let (code, _, err) = rcgen(folder.path(), &["init", "robot", "--framework", ROOT]);
+    assert!(
+        code == 0 && err.starts_with("note: the workspace builds on this machine only"),
+        "{err}"
+    );
+}
+
+#[test]
+fn a_component_from_any_folder_of_the_workspace() {
+    let (folder, robot) = workspace();
+    let inside = robot.join("deployments");
+    let args = [
+        "new",
+        "guard",
+        "--requires",
+        "Laser,DifferentialRobot",
+        "--publishes",
+        "LaserPub",
+        "--period",
+        "50ms",
+    ];
+    let out = succeeds(&inside, &args);
+    assert!(
+        out.starts_with("create ../components/guard/guard.cdsl\n"),
+        "{out}"
+    );
+    assert_eq!(
+        read(&robot.join("components/guard/guard.cdsl")),
+        "import \"Laser.idsl\";\nimport \"DifferentialRobot.idsl\";\nimport \"LaserPub.idsl\";\n\n\
+         Component guard\n{\n    Communications\n    {\n        requires Laser, DifferentialRobot;\n        \
+         publishes LaserPub;\n    };\n    language rust;\n    parameters \"guard.pdsl\";\n    period 50ms;\n};\n"
+    );
+    // It is generated, formatted, and a member.
+    assert!(robot.join("components/guard/src/lib.rs").exists());
+    assert!(
+        robot
+            .join("interfaces/generated/src/robo_comp_laser.rs")
+            .exists()
+    );
+    succeeds(&robot, &["generate", "--check"]);
+    succeeds(&robot, &["fmt", "--check", "."]);
+    // An interface of the workspace, in a file of another name.
+    write(
+        &robot.join("interfaces/Hands.idsl"),
+        "module Hands { interface Gripper { void grip(); }; };\n",
+    );
+    succeeds(&robot, &["new", "hand", "--implements", "Gripper"]);
+    let cdsl = read(&robot.join("components/hand/hand.cdsl"));
+    assert!(cdsl.starts_with("import \"Hands.idsl\";\n"), "{cdsl}");
+    // Refusals write nothing.
+    let before = files(&robot);
+    for (args, reason) in [
+        (
+            &["new", "match"][..],
+            "a component cannot be called `match`: it is a word of Rust",
+        ),
+        (
+            &["new", "test"],
+            "a component cannot be called `test`: it is a crate of Rust",
+        ),
+        (
+            &["new", "a-b"],
+            "a component cannot be called `a-b`: it must consist of letters, digits and `_`",
+        ),
+        (&["new", "guard"], "components/guard exists already"),
+        (
+            &["new", "x", "--requires", "Lasr"],
+            "unknown interface `Lasr`; did you mean `Laser`?",
+        ),
+        (
+            &["new", "x", "--from", "../rc/runtime/Cargo.toml"],
+            "../rc/runtime/Cargo.toml is not a description of a component: `rcgen check` tells why",
+        ),
+    ] {
+        let (code, out, err) = rcgen(&robot, args);
+        assert_eq!(
+            (code, out.as_str(), err),
+            (2, "", format!("rcgen: error: {reason}\n"))
+        );
+    }
+    let (code, _, err) = rcgen(&robot, &["new", "x", "--publishes", "Laser"]);
+    assert_eq!(code, 1);
+    assert!(
+        err.contains("error[wrong-pattern]") && err.ends_with("components/x was removed again\n"),
+        "{err}"
+    );
+    assert_eq!(changed(&before, &files(&robot)), [""; 0]);
+    // Outside there is no place for it.
+    let (code, _, err) = rcgen(folder.path(), &["new", "x"]);
+    assert!(
+        code == 2 && err.contains("in no workspace; make one with `rcgen init FOLDER`"),
+        "{err}"
+    );
+}
+
+#[test]
+fn a_component_of_robocomp() {
+    let (folder, robot) = workspace();
+    let old = folder.path().join("old");
+    write(
+        &old.join("Tags.idsl"),
+        "module Tags { interface Tags { int count(); }; };\n",
+    );
+    write(&old.join("old.pdsl"), "ComponentParams old { x int 3; };\n");
+    write(
+        &old.join("old.cdsl"),
+        "import \"Tags.idsl\";\n// Finds tags.\nComponent OldOne\n{\n    Communications { requires Tags; };\n    \
+         language Cpp11;\n    parameters \"old.pdsl\";\n};\n",
+    );
+    let (code, out, err) = rcgen(&robot, &["new", "tags", "--from", "../old/old.cdsl"]);
+    assert_eq!(code, 0, "{out}{err}");
+    assert_eq!(
+        read(&robot.join("components/tags/tags.cdsl")),
+        "import \"Tags.idsl\";\n// Finds tags.\nComponent tags\n{\n    Communications { requires Tags; };\n    \
+         language rust;\n    parameters \"old.pdsl\";\n};\n"
+    );
+    assert!(robot.join("components/tags/generated/src/lib.rs").exists());
+}
+
+#[test]
+fn a_workspace_that_names_its_members() {
+    let (_folder, robot) = workspace();
+    let manifest = read(&robot.join("Cargo.toml"));
+    let listed = manifest.replace("\"components/*\", \"components/*/generated\", ", "");
+    write(&robot.join("Cargo.toml"), &listed);
+    let out = succeeds(&robot, &["new", "guard"]);
+    assert!(out.ends_with("update Cargo.toml\n"), "{out}");
+    let wanted = "members = [\"interfaces/generated\", \"components/guard\"]\n";
+    assert!(read(&robot.join("Cargo.toml")).contains(wanted));
+    // Folders that imports are searched in, too.
+    let more = "\n[workspace.metadata.robocomp]\ninclude = [\"../shared\"]\n";
+    write(
+        &robot.join("Cargo.toml"),
+        &(read(&robot.join("Cargo.toml")) + more),
+    );
+    write(
+        &robot.join("../shared/Arm.idsl"),
+        "module Arm { interface Arm { void rest(); }; };\n",
+    );
+    succeeds(&robot, &["new", "arm", "--requires", "Arm"]);
+    succeeds(&robot, &["generate", "--check"]);
+}
+
+#[test]
+fn many_at_once() {
+    let (_folder, robot) = workspace();
+    for (name, interface) in [("a", "Laser"), ("b", "Speech"), ("c", "Camera")] {
+        succeeds(&robot, &["new", name, "--requires", interface]);
+    }
+    let before = files(&robot);
+    let out = succeeds(&robot.join("components/a"), &["generate"]);
+    assert!(
+        out.starts_with("generated 3 components; files: ") && out.ends_with(" unchanged\n"),
+        "{out}"
+    );
+    assert_eq!(changed(&before, &files(&robot)), [""; 0]);
+    // One of them is wrong: the others are generated.
+    let cdsl = robot.join("components/b/b.cdsl");
+    let right = read(&cdsl);
+    write(&cdsl, &right.replace("requires Speech", "requires Speach"));
+    std::fs::remove_file(robot.join("components/c/generated/src/lib.rs")).expect("it was there");
+    let (code, out, err) = rcgen(&robot, &["generate"]);
+    assert_eq!(code, 1, "{err}");
+    assert!(
+        out.contains("create ./components/c/generated/src/lib.rs\n"),
+        "{out}"
+    );
+    assert!(
+        out.contains("generated 2 components, skipped 1 with errors; files: 1 created"),
+        "{out}"
+    );
+    write(&cdsl, &right);
+    // All that rcgen wrote goes, and comes again.
+    let out = succeeds(&robot, &["clean", "--dry-run"]);
+    assert_eq!(out.lines().count(), 4, "{out}");
+    assert_eq!(changed(&before, &files(&robot)), [""; 0]);
+    std::fs::create_dir_all(robot.join("components/mine/generated")).expect("a folder");
+    write(&robot.join("components/mine/mine.cdsl"), "");
+    write(&robot.join("components/mine/generated/file"), "mine");
+    let (code, _, err) = rcgen(&robot, &["clean"]);
+    assert_eq!(
+        (code, err.as_str()),
+        (
+            0,
+            "./components/mine/generated was not written by rcgen, and stays\n"
+        )
+    );
+    let left = files(&robot);
+    let generated = left
+        .keys()
+        .filter(|path| path.to_string_lossy().contains("generated"));
+    assert_eq!(generated.count(), 1);
+    std::fs::remove_dir_all(robot.join("components/mine")).expect("it was there");
+    succeeds(&robot, &["generate"]);
+    assert_eq!(changed(&before, &files(&robot)), [""; 0]);
+    let (code, _, err) = rcgen(Path::new("/"), &["generate"]);
+    assert!(
+        code == 2 && err.contains("this folder is in no workspace"),
+        "{err}"
+    );
+}
