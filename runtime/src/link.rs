@@ -47,8 +47,8 @@ pub(crate) struct Link {
 #[derive(Debug, Default)]
 struct Levels {
     state: Option<State>,
-    /// The answer to the request to restore parameters: none, or why nothing was restored.
-    restored: Option<Option<String>>,
+    /// The answer to the request to restore parameters.
+    restored: Option<ComponentMessage>,
     is_ready: bool,
     unsaved: Option<UnsavedParameters>,
 }
@@ -60,8 +60,8 @@ impl Levels {
         if let Some(state) = self.state.take() {
             return Some(ComponentMessage::State { state });
         }
-        if let Some(refused) = self.restored.take() {
-            return Some(ComponentMessage::Restored { refused });
+        if let Some(restored) = self.restored.take() {
+            return Some(restored);
         }
         if std::mem::take(&mut self.is_ready) {
             return Some(ComponentMessage::Ready);
@@ -131,7 +131,7 @@ impl Link {
 
     /// Sets whether parameters were restored, and why not.
     pub(crate) fn set_restored(&mut self, refused: Option<String>) {
-        self.waiting.restored = Some(refused);
+        self.waiting.restored = Some(ComponentMessage::Restored { refused });
         self.write();
     }
 

@@ -97,14 +97,13 @@ impl ProxyConnections {
         &self,
         room: bool,
     ) -> impl Iterator<Item = (u64, BorrowedFd<'_>, PollFlags)> {
-        let wanted = self.0.iter().filter_map(move |(number, wire)| {
+        self.0.iter().filter_map(move |(number, wire)| {
             let mut flags = PollFlags::empty();
             flags.set(PollFlags::IN, room);
             flags.set(PollFlags::OUT, !wire.out.is_empty());
             // Without flags, `poll` would report an end that nobody reads.
             (!flags.is_empty()).then(|| (*number, wire.stream.as_fd(), flags))
-        });
-        wanted
+        })
     }
 
     /// Writes, and reads if there is room. `None` if the connection does not exist any more.

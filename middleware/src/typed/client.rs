@@ -208,3 +208,109 @@ pub fn expect_result(case: i32) -> Result<(), DecodeError> {
         Err(DecodeError::Unknown("exception in the reply"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OPERATION: Operation = Operation {
+        name: "double",
+        id: 5,
+        type_hash: 9,
+        two_way: true,
+        replies: &[],
+    };
+
+    /// A backend that hands any reply to the caller: `reply` makes it from the request's identity.
+    struct Answering {
+        reply: fn(RequestId) -> (Header, Vec<u8>),
+    }
+
+    impl Client for Answering {
+        fn guid(&self) -> [u8; 16] {
+            [7; 16]
+        }
+
+        fn send(&mut self, _: Header, _: &[u8]) -> Result<(), CallError> {
+            Ok(())
+        }
+
+        fn call(
+            &mut self,
+            _: Header,
+            request: &[u8],
+            _: Duration,
+            take: &mut dyn FnMut(Header, &[u8]),
+        ) -> Result<(), CallError> {
+            let id = rpc::request_id(request).expect("an envelope");
+            let (header, body) = (self.reply)(id);
+            take(header, &body);
+            Ok(())
+        }
+
+        fn peers(&self) -> usize {
+            1
+        }
+    }
+
+    fn call(reply: fn(RequestId) -> (Header, Vec<u8>)) -> Result<i32, CallError> {
+        let mut client = TypedClient::new(Box::new(Answering { reply }), Duration::from_secs(1));
+        client.call_with(
+            &OPERATION,
+            |writer| writer.put(&21_i32),
+            |case, reader| {
+                expect_result(case)?;
+                Ok(reader.get()?)
+            },
+        )
+    }
+
+    fn reply(id: RequestId, operation: i32) -> (Header, Vec<u8>) {
+        let mut writer = Writer::default();
+        rpc::begin_reply(&mut writer, id, operation, 0);
+        writer.put(&42_i32);
+        (Header::default(), writer.into_bytes())
+    }
+
+    #[test]
+    fn only_the_reply_to_the_request_counts() {
+        assert_eq!(call(|id| reply(id, OPERATION.id)), Ok(42));
+        let unknown = |what| Err(CallError::Malformed(DecodeError::Unknown(what)));
+        let other_number = call(|id| {
+            let sequence = id.sequence + 1;
+            reply(RequestId { sequence, ..id }, OPERATION.id)
+        });
+        assert_eq!(other_number, unknown("request in the reply"));
+        let other_client = call(|id| {
+            let writer = [8; 16];
+            reply(RequestId { writer, ..id }, OPERATION.id)
+        });
+        assert_eq!(other_client, unknown("request in the reply"));
+        let other_operation = call(|id| reply(id, OPERATION.id + 1));
+        assert_eq!(other_operation, unknown("operation in the reply"));
+        // A refusal of another request is none of this one.
+        let refused = call(|id| {
+            let mut writer = Writer::default();
+            let sequence = id.sequence + 1;
+            let other = RequestId { sequence, ..id };
+            rpc::refuse(&mut writer, other, rpc::Outcome::Unsupported, "no");
+            (Header::default(), writer.into_bytes())
+        });
+        assert_eq!(refused, unknown("request in the reply"));
+        // An image is read only from a sender with the same types.
+        let image = call(|id| {
+            let (header, mut body) = reply(id, OPERATION.id);
+            body.resize(BEHIND_ENVELOPE + 4, 0);
+            let encoding = Encoding::Image;
+            (
+                Header {
+                    encoding,
+                    type_hash: 8,
+                    ..header
+                },
+                body,
+            )
+        });
+        assert_eq!(image, unknown("type in the reply"));
+    }
+}

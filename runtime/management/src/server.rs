@@ -116,9 +116,12 @@ impl<T: Default> Server<T> {
     /// When the passing of time next matters. It is past while requests wait to be served.
     pub fn deadline(&self) -> Option<Instant> {
         let clients = self.clients.iter();
-        let clients = clients.filter_map(|client| match client.may_be_served() {
-            true if !client.requests.is_empty() => Some(client.active),
-            _ => client.output.deadline(),
+        let clients = clients.filter_map(|client| {
+            if client.may_be_served() && !client.requests.is_empty() {
+                Some(client.active)
+            } else {
+                client.output.deadline()
+            }
         });
         clients.chain(self.listener.deadline()).min()
     }

@@ -11,6 +11,7 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
@@ -95,13 +96,6 @@ impl Supervised {
         }
     }
 
-    fn until_state(&self, client: &mut Client, state: State) {
-        let start = Instant::now();
-        while status(client).state != state {
-            assert!(start.elapsed() < LIMIT, "it is not {state}");
-        }
-    }
-
     fn terminate(&self) {
         kill_process(Pid::from_child(&self.child), Signal::TERM).expect("it runs");
     }
@@ -127,6 +121,13 @@ impl Drop for Supervised {
 
 fn status(client: &mut Client) -> Status {
     client.call(&Request::Status, LIMIT).expect("a status")
+}
+
+fn until_state(client: &mut Client, state: State) {
+    let start = Instant::now();
+    while status(client).state != state {
+        assert!(start.elapsed() < LIMIT, "it is not {state}");
+    }
 }
 
 fn emergency(client: &mut Client, active: bool) {
@@ -156,13 +157,14 @@ fn a_client_that_trickles_delays_nobody() {
     let _ = set_socket_recv_buffer_size(&stream, 4096);
     let all = rpc::request(1, &Request::Parameters { paths: None });
     (&stream).write_all(&all.repeat(200)).expect("written");
-    static ANSWERS: AtomicUsize = AtomicUsize::new(0);
+    let answers = Arc::new(AtomicUsize::new(0));
+    let count_answers = Arc::clone(&answers);
     let trickle = std::thread::spawn(move || {
         let mut piece = [0; 3072];
         // Until the component drops it, or ends.
         while let Ok(count @ 1..) = (&stream).read(&mut piece) {
-            let ends = piece[..count].iter().filter(|&&byte| byte == b'\n').count();
-            ANSWERS.fetch_add(ends, Ordering::Relaxed);
+            let ends = piece[..count].split(|byte| *byte == b'\n').count() - 1;
+            count_answers.fetch_add(ends, Ordering::Relaxed);
             std::thread::sleep(Duration::from_millis(100));
         }
     });
@@ -170,10 +172,10 @@ fn a_client_that_trickles_delays_nobody() {
     for active in [true, false, true] {
         emergency(&mut client, active);
     }
-    supervised.until_state(&mut client, State::Emergency);
+    until_state(&mut client, State::Emergency);
     supervised.heartbeat();
     // All that happened while the slow client was not served to its end.
-    assert!(ANSWERS.load(Ordering::Relaxed) < 100);
+    assert!(answers.load(Ordering::Relaxed) < 100);
     supervised.terminate();
     assert!(supervised.end().success());
     trickle.join().expect("it reads to the end");
@@ -193,7 +195,7 @@ fn control_comes_before_the_queries_of_others() {
         .collect();
     let mut client = supervised.connect();
     emergency(&mut client, true);
-    supervised.until_state(&mut client, State::Emergency);
+    until_state(&mut client, State::Emergency);
     supervised.heartbeat();
     supervised.terminate();
     assert!(supervised.end().success());
@@ -269,9 +271,9 @@ fn a_supervisor_that_did_not_read_learns_what_is_so() {
         fill(theirs, b"it is full\n");
     });
     let mut client = supervised.connect();
-    supervised.until_state(&mut client, State::Running);
+    until_state(&mut client, State::Running);
     emergency(&mut client, true);
-    supervised.until_state(&mut client, State::Emergency);
+    until_state(&mut client, State::Emergency);
     let changes = [("p7".to_owned(), 2.5.into())].into_iter().collect();
     let request = Request::ParametersSet { changes };
     let _: rc_management::component::Changed = client.call(&request, LIMIT).expect("a change");
