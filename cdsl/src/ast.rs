@@ -42,6 +42,8 @@ pub enum Clause {
     Dependencies(Vec<Dependency>),
     /// `period 50ms;`
     Period(Literal),
+    /// `simulates time;`
+    SimulatesTime,
 }
 
 /// One crate of a `dependencies` clause.

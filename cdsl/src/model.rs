@@ -25,6 +25,8 @@ pub struct Component {
     pub dependencies: Vec<Dependency>,
     /// The default period of `compute()`. The configuration can change it.
     pub period: Duration,
+    /// Whether the worker can advance the time of its network.
+    pub simulates_time: bool,
     /// All imported modules, directly or indirectly.
     pub library: Library,
 }

@@ -19,7 +19,7 @@ pub struct Grammar;
 pub(crate) const KNOWN_LANGUAGES: [&str; 4] = ["rust", "cpp", "cpp11", "python"];
 
 /// The keywords of clauses.
-const KEYWORDS: [&str; 8] = [
+const KEYWORDS: [&str; 9] = [
     "Communications",
     "language",
     "gui",
@@ -28,6 +28,7 @@ const KEYWORDS: [&str; 8] = [
     "parameters",
     "dependencies",
     "period",
+    "simulates",
 ];
 
 /// Parses one `.cdsl` text.
@@ -111,6 +112,7 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
             let mut texts = r.texts(pair).into_iter();
             match rule {
                 Rule::language => Clause::Language(texts.next()?),
+                Rule::simulates => Clause::SimulatesTime,
                 Rule::gui => Clause::Gui(texts.next()?, texts.next()),
                 Rule::options => Clause::Options(texts.collect()),
                 Rule::statemachine => Clause::StateMachine(texts.next()?, visual),
@@ -192,6 +194,7 @@ fn report_skipped_clause(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
         "parameters" => Rule::parameters,
         "dependencies" => Rule::dependencies,
         "period" => Rule::period,
+        "simulates" => Rule::simulates,
         _ => return r.found.push(unknown_clause(&first)),
     };
     r.report_skipped(pair, rule);
@@ -294,5 +297,6 @@ rc_syntax::language!("`Component NAME { … };`", words: [crate_name], {
     duration | number => "a duration such as `50ms`",
     communication | kw_communication => "`implements`, `requires`, `publishes` or `subscribesTo`",
     clause => "a clause",
+    kw_time => "`time`",
     communication_end => "`;`",
 });

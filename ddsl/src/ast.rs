@@ -37,6 +37,8 @@ pub enum Decl {
     Middleware(Middleware),
     /// `domain 7;`, with its keyword
     Domain(Name, Literal),
+    /// `time simulated by sensors.simulator;`: the keyword, groups from outside to inside, then a component
+    Time(Name, Vec<Name>),
 }
 
 /// `middleware NAME;` or `middleware NAME { … };`
@@ -107,6 +109,8 @@ pub enum Field {
     Middleware(Middleware),
     /// `domain 7;`
     Domain(Literal),
+    /// `time system;`
+    SystemTime,
 }
 
 /// The content of the field `restart`.

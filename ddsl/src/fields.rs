@@ -71,6 +71,7 @@ pub(crate) fn instance(
         cpu: Vec::new(),
         cpu_span: None,
         priority: None,
+        system_time: None,
     };
     let mut references = References::default();
     // `middleware` may occur several times.
@@ -129,6 +130,7 @@ pub(crate) fn instance(
                 let number = whole_number(literal, "a priority", &PRIORITIES, found);
                 instance.priority = number.map(|n| (n as u8, word.span));
             }
+            Field::SystemTime => instance.system_time = Some(word.span),
             Field::Middleware(_) | Field::Domain(_) => {}
         }
     }

@@ -25,6 +25,9 @@ pub struct Deployment {
     pub groups: Vec<Group>,
     /// Explicit connections.
     pub binds: Vec<Bind>,
+    /// The component that publishes the time of the network: an index into
+    /// [`Deployment::instances`], and the location of its name. `None` for the clock of the system.
+    pub time: Option<(usize, Span)>,
 }
 
 /// A machine.
@@ -88,6 +91,8 @@ pub struct Instance {
     pub cpu_span: Option<Span>,
     /// Its real-time priority, 1 to 99, and the location of the field.
     pub priority: Option<(u8, Span)>,
+    /// The location of `time system;`: it has the clock of the system, whatever the network has.
+    pub system_time: Option<Span>,
 }
 
 /// A setting of a middleware.

@@ -20,18 +20,19 @@ pub struct Grammar;
 /// Keywords, each with the rule of its declaration.
 type Keywords = [(&'static str, Rule)];
 
-const GROUP: [(&str, Rule); 7] = [
+const GROUP: [(&str, Rule); 8] = [
     ("Component", Rule::component),
     ("Host", Rule::host),
     ("Group", Rule::group),
     ("bind", Rule::bind),
     ("middleware", Rule::middleware),
     ("domain", Rule::domain),
+    ("time", Rule::network_time),
     ("export", Rule::export),
 ];
 /// A deployment has all declarations of a group but `export`.
-const DEPLOYMENT: &Keywords = GROUP.split_at(6).0;
-const COMPONENT: [(&str, Rule); 15] = [
+const DEPLOYMENT: &Keywords = GROUP.split_at(7).0;
+const COMPONENT: [(&str, Rule); 16] = [
     ("cdsl", Rule::text_field),
     ("executable", Rule::text_field),
     ("config", Rule::text_field),
@@ -47,6 +48,7 @@ const COMPONENT: [(&str, Rule); 15] = [
     ("priority", Rule::priority),
     ("middleware", Rule::middleware),
     ("domain", Rule::domain),
+    ("time", Rule::own_time),
 ];
 const HOST: [(&str, Rule); 3] = [
     ("address", Rule::host_field),
@@ -120,6 +122,10 @@ fn decl(
         Rule::domain => {
             let word = r.first_word(&pair);
             Decl::Domain(word, values(r, pair).into_iter().next()?)
+        }
+        Rule::network_time => {
+            let word = r.first_word(&pair);
+            Decl::Time(word, r.texts(pair))
         }
         _ => {
             report_skipped(r, &pair, words, what);
@@ -242,6 +248,10 @@ fn field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<
         Rule::cpu => Field::Cpu(values(r, pair)),
         Rule::middleware => Field::Middleware(middleware(r, pair)?),
         Rule::domain => Field::Domain(values(r, pair).into_iter().next()?),
+        Rule::own_time => {
+            r.texts(pair);
+            Field::SystemTime
+        }
         _ => Field::Priority(values(r, pair).into_iter().next()?),
     })
 }
@@ -341,5 +351,8 @@ rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
     arrow => "`->`",
     dot => "`.`",
     kw_within => "`within`",
+    kw_simulated => "`simulated by NAME`",
+    kw_by => "`by`",
+    kw_system => "`system`",
     variable => "`NAME \"value\";`",
 });

@@ -2,7 +2,7 @@
 
 use crate::ast::{self, Decl};
 use crate::check::check;
-use crate::duplicates::check_unique;
+use crate::duplicates::{check_unique, report_duplicate};
 use crate::fields::{BlockContext, References, instance};
 use crate::imports::{File, files};
 use crate::model::{Bind, Deployment, Group, Host, InstanceOrGroup, LONGEST_NAME, SlotPath};
@@ -33,10 +33,12 @@ pub fn load(
             instances: Vec::new(),
             groups: Vec::new(),
             binds: Vec::new(),
+            time: None,
         },
         scopes: vec![Scope::default()],
         references: Vec::new(),
         binds: Vec::new(),
+        time: None,
         comparisons: 0,
         found,
     };
@@ -106,6 +108,8 @@ struct Resolver<'a> {
     references: Vec<References>,
     /// The binds, each with the enclosing group.
     binds: Vec<(Option<usize>, &'a ast::Bind)>,
+    /// The clause `time`: its keyword and its path.
+    time: Option<(&'a Name, &'a [Name])>,
     comparisons: usize,
     found: Diagnostics,
 }
@@ -168,6 +172,7 @@ impl<'a> Resolver<'a> {
                 }
                 Decl::Group(tree) => self.group(tree, context),
                 Decl::Bind(tree) => self.binds.push((context.group, tree)),
+                Decl::Time(word, path) => self.time(word, path, context),
                 Decl::Middleware(_) | Decl::Domain(..) => {}
             }
         }
@@ -215,6 +220,20 @@ impl<'a> Resolver<'a> {
             let message = format!("group `{}` has no components", tree.name.text);
             let warning = Diagnostic::warning("empty-group", tree.name.span, message);
             self.found.push(warning);
+        }
+    }
+
+    fn time(&mut self, word: &'a Name, path: &'a [Name], context: &BlockContext<'_>) {
+        if let Some(group) = context.group {
+            let message = "`time` holds for the whole network, not for a group";
+            let error = Diagnostic::error("misplaced-time", word.span, message)
+                .label(self.deployment.groups[group].name.span, "the group")
+                .help("move it into the block of the deployment");
+            return self.found.push(error);
+        }
+        match &self.time {
+            Some((first, _)) => report_duplicate(word, "clause", first.span, &mut self.found),
+            None => self.time = Some((word, path)),
         }
     }
 
@@ -298,6 +317,9 @@ impl<'a> Resolver<'a> {
                 .filter_map(|name| Some((self.first(name, group)?, name.span)));
             self.deployment.instances[at].after = after.collect();
         }
+        if let Some((_, path)) = self.time.take() {
+            self.deployment.time = self.source_of_time(path);
+        }
         for (group, bind) in std::mem::take(&mut self.binds) {
             let consumer = self.slot_path(&bind.consumer, group);
             let provider = self.slot_path(&bind.provider, group);
@@ -346,6 +368,60 @@ impl<'a> Resolver<'a> {
         place
     }
 
+    /// Resolves the component that publishes the time. What a group exports does not matter here.
+    fn source_of_time(&mut self, path: &[Name]) -> Option<(usize, Span)> {
+        let (first, rest) = path.split_first()?;
+        let mut place = self.first(first, None)?;
+        let mut last = first;
+        for name in rest {
+            place = self.inside(place, last, name)?;
+            last = name;
+        }
+        let span = first.span.to(last.span);
+        match place {
+            InstanceOrGroup::Instance(at) => Some((at, span)),
+            InstanceOrGroup::Group(group) => {
+                let group = &self.deployment.groups[group];
+                let message = format!("`{}` is a group; a component publishes time", group.path);
+                let error = Diagnostic::error("not-a-time-source", span, message)
+                    .label(group.name.span, "the group")
+                    .help(format!("write `time simulated by {}.NAME;`", group.path));
+                self.found.push(error);
+                None
+            }
+        }
+    }
+
+    /// Resolves `name` in `place`, which `last` names: it has to be a group.
+    fn inside(
+        &mut self,
+        place: InstanceOrGroup,
+        last: &Name,
+        name: &Name,
+    ) -> Option<InstanceOrGroup> {
+        let InstanceOrGroup::Group(inside) = place else {
+            let message = format!("expected a group, found component `{}`", last.text);
+            let error = Diagnostic::error("not-a-group", name.span, message);
+            self.found
+                .push(error.help(format!("write `{}.SLOT`", last.text)));
+            return None;
+        };
+        let known = &self.scopes[inside + 1].places.known;
+        let found = known.get(&name.text).copied();
+        if found.is_none() {
+            let message = format!(
+                "group `{}` has no component or group `{}`",
+                self.deployment.groups[inside].path, name.text
+            );
+            let error = Diagnostic::error("unknown-instance", name.span, message);
+            self.report_unknown(error, &name.text, |r| {
+                let known = &r.scopes[inside + 1].places.known;
+                known.keys().cloned().collect()
+            });
+        }
+        found
+    }
+
     /// Reports an unknown name with a suggestion, until [`MAX_COMPARISONS`] is reached.
     fn report_unknown(
         &mut self,
@@ -371,28 +447,10 @@ impl<'a> Resolver<'a> {
         let mut place = self.first(first, group)?;
         let mut entered: Vec<(usize, &Name)> = Vec::new();
         for (name, next) in rest.iter().zip(&tree.path) {
-            let InstanceOrGroup::Group(inside) = place else {
-                let message = format!("expected a group, found component `{}`", next.text);
-                let error = Diagnostic::error("not-a-group", name.span, message);
-                self.found
-                    .push(error.help(format!("write `{}.SLOT`", next.text)));
-                return None;
-            };
-            entered.push((inside, name));
-            let known = &self.scopes[inside + 1].places.known;
-            let Some(found) = known.get(&name.text).copied() else {
-                let message = format!(
-                    "group `{}` has no component or group `{}`",
-                    self.deployment.groups[inside].path, name.text
-                );
-                let error = Diagnostic::error("unknown-instance", name.span, message);
-                self.report_unknown(error, &name.text, |r| {
-                    let known = &r.scopes[inside + 1].places.known;
-                    known.keys().cloned().collect()
-                });
-                return None;
-            };
-            place = found;
+            if let InstanceOrGroup::Group(inside) = place {
+                entered.push((inside, name));
+            }
+            place = self.inside(place, next, name)?;
         }
         let private = entered.iter().find(|(inside, _)| {
             let exports = &self.deployment.groups[*inside].exports;

@@ -9,6 +9,7 @@
 //! - [`typed`]: typed publishers and clients, which generated code uses.
 //! - [`gaps`]: the samples that a receiver lost.
 //! - [`environment`]: the network of a process, and its run directory.
+//! - [`network_time`]: where a source of time and its followers meet.
 //! - [`parameters`]: the parameters of a component, for a middleware with parameters.
 //! - [`settings`]: the settings of middlewares.
 //!
@@ -23,6 +24,7 @@ pub mod error;
 pub mod gaps;
 pub mod header;
 pub mod in_place;
+pub mod network_time;
 pub mod parameters;
 pub mod qos;
 pub mod rpc;

@@ -1,6 +1,7 @@
 //! The arguments of a component, as its command line gives them.
 
 use crate::description::Description;
+use crate::time::ClockChoice;
 use rc_management::component::Role;
 use rc_middleware::{Address, Settings};
 use rc_settings::qos::Policy;
@@ -26,6 +27,10 @@ pub(crate) struct Arguments {
     pub(crate) qos: Vec<RosOverride>,
     /// Parameters of this run, each with its text.
     pub(crate) parameters: Vec<(String, String)>,
+    /// Where time comes from.
+    pub(crate) clock: ClockChoice,
+    /// The components that follow the time of this one, in the order of their turns.
+    pub(crate) followers: Vec<String>,
 }
 
 /// A policy for a topic by its name in ROS 2: `qos_overrides./scan.publisher.depth:=1` of its command line.

@@ -3,6 +3,7 @@
 use crate::arguments::{Arguments, ROS2, check_slot};
 use crate::description::Description;
 use crate::ros_arguments;
+use crate::time::ClockChoice;
 use lexopt::prelude::{Long, Short, ValueExt};
 use rc_middleware::{Address, Settings};
 use std::collections::BTreeMap;
@@ -42,6 +43,8 @@ pub(crate) fn parse(
         remap: Vec::new(),
         qos: Vec::new(),
         parameters: Vec::new(),
+        clock: ClockChoice::default(),
+        followers: Vec::new(),
     };
     while let Some(arg) = parser.next()? {
         match arg {
@@ -54,6 +57,13 @@ pub(crate) fn parse(
                 out.bindings.insert(slot, address);
             }
             Long("set-middleware") => setting(&parser.value()?.string()?, &mut out.settings)?,
+            Long("clock") => out.clock = ClockChoice::parse(&parser.value()?.string()?)?,
+            Long("followers") => {
+                let list = parser.value()?.string()?;
+                let names = list.split(',').filter(|name| !name.is_empty());
+                let names = names.map(|name| parse_name("--followers", name));
+                out.followers = names.collect::<Result<_, _>>()?;
+            }
             Long("check") => check = true,
             Long("probe") => probe = true,
             Long("wait") => wait = Some(seconds(&parser.value()?.string()?)?),
@@ -165,6 +175,9 @@ fn help(description: &Description) -> String {
          --bind SLOT=ADDRESS   address of a slot (default: NETWORK/Interface)\n  \
          --set-middleware MIDDLEWARE.KEY=VALUE\n                        \
          setting of [middleware.MIDDLEWARE], as in dds.domain=7; commas separate a list\n  \
+         --clock CLOCK         where time comes from: system, simulated (a component of the network publishes it),\n                        \
+         simulated:MIDDLEWARE (heard over this one), source (this component publishes it)\n  \
+         --followers NAMES     with --clock source: the components that a tick waits for, in their order, with commas\n  \
          --log LEVEL           error, warn, info, debug or trace (default: info)\n  \
          --check               check the configuration and exit\n  \
          --probe               ask the running component of this --network and --name: exit code 0 if it is ready,\n                        \

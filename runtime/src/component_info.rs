@@ -1,10 +1,11 @@
 //! The status and the heartbeats of a component.
 
 use crate::description::Description;
-use crate::status::Shared;
-use rc_management::component::{Role, SlotStatus, Status};
+use crate::status::{self, Shared};
+use rc_management::component::{ClockKind, ClockStatus, Role, SlotStatus, Status};
 use rc_management::link::Heartbeat;
 use rc_middleware::Address;
+use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 
 /// What does not change while the component runs.
@@ -53,6 +54,9 @@ impl ComponentInfo {
             overruns: delta.overruns(self.description.slots, status.period),
             silent: delta.silences(self.description.slots),
             mismatches: delta.mismatches,
+            clock: Some(Box::new(clock(shared, &status)))
+                .filter(|clock| clock.kind != ClockKind::System),
+            jumps: delta.jumps,
         }
     }
 
@@ -88,7 +92,22 @@ impl ComponentInfo {
             overruns: status.overruns,
             compute: status.compute.timing(),
             last_error: status.last_error.clone(),
+            clock: clock(shared, &status),
             slots: slots.collect(),
         }
+    }
+}
+
+/// The clock of a component.
+fn clock(shared: &Shared, status: &status::Status) -> ClockStatus {
+    let time = &shared.time;
+    let lost_ms = time.lost_ms.load(Ordering::Relaxed);
+    ClockStatus {
+        kind: time.kind,
+        time_s: time.clock.now().as_secs_f64(),
+        tick: time.tick.load(Ordering::Relaxed),
+        lost_ms: (lost_ms > 0).then_some(lost_ms),
+        followers: status.followers.clone(),
+        waiting_for: status.waiting_for.clone(),
     }
 }

@@ -1,5 +1,6 @@
 //! The part of a worker's context that is the same in all components. Generated contexts dereference to it.
 
+use crate::clock::{Clock, Time};
 use crate::status::Shared;
 use rc_management::component::State;
 use std::sync::Arc;
@@ -12,15 +13,18 @@ pub struct Core {
     network: String,
     pub(crate) shared: Arc<Shared>,
     pub(crate) new_period: Option<Duration>,
+    clock: Arc<dyn Clock>,
 }
 
 impl Core {
     pub(crate) fn new(name: &str, network: &str, shared: Arc<Shared>) -> Self {
+        let clock = Arc::clone(&shared.time.clock);
         Self {
             name: name.to_owned(),
             network: network.to_owned(),
             shared,
             new_period: None,
+            clock,
         }
     }
 
@@ -34,12 +38,30 @@ impl Core {
         &self.network
     }
 
+    /// The time of the network's clock: that of the system, unless another component or `/clock` of ROS 2 tells the
+    /// time. Simulated time stands while a handler or `compute()` runs; before the first tick it is zero.
+    ///
+    /// ```no_run
+    /// # fn compute(core: &mut rc_runtime::Core, last: &mut rc_runtime::Time) {
+    /// let passed = core.now() - *last;
+    /// *last = core.now();
+    /// # }
+    /// ```
+    pub fn now(&self) -> Time {
+        self.clock.now()
+    }
+
+    /// The clock of [`Core::now`], for other threads of the worker.
+    pub fn clock(&self) -> Arc<dyn Clock> {
+        Arc::clone(&self.clock)
+    }
+
     /// The state of this component.
     pub fn state(&self) -> State {
         self.shared.status().state
     }
 
-    /// The period of `compute()`.
+    /// The period of `compute()`, by the network's clock.
     pub fn period(&self) -> Duration {
         self.new_period
             .unwrap_or_else(|| self.shared.status().period)

@@ -27,6 +27,8 @@ pub struct Description {
     pub slots: &'static [Slot],
     /// The middlewares of the connections.
     pub backends: &'static [(&'static str, Connect)],
+    /// Whether the worker can advance the time of its network.
+    pub simulates_time: bool,
     /// What tools find in the executable, see `rc_codegen::note`.
     pub note: &'static [u8],
 }

@@ -7,6 +7,7 @@
 
 mod addresses;
 mod arguments;
+mod clock;
 mod command_line;
 mod commands;
 mod component;
@@ -31,8 +32,10 @@ mod proposal;
 mod ros_arguments;
 mod settings;
 mod status;
+mod time;
 mod waker;
 
+pub use clock::{Clock, SimulatedClock, SystemClock, Time};
 pub use component::{Component, WorkerError};
 pub use context::Core;
 pub use description::{Connect, Description, Slot};
@@ -43,4 +46,11 @@ pub use rc_configuration::model::Value;
 pub use rc_configuration::{ParamChange, Values};
 pub use rc_management::component::{Role, State};
 pub use rc_middleware as middleware;
+pub use time::{Order, TimeError, TimeSource};
 pub use tracing;
+
+/// The types of the network's time, which generated crates re-export under this name.
+pub mod network_time {
+    pub use crate::clock::{Clock, SimulatedClock, SystemClock, Time};
+    pub use crate::time::{Order, TimeError, TimeSource};
+}

@@ -1,17 +1,22 @@
 //! The connections of a component, opened in the order of its description.
 
 use crate::addresses::address;
+use crate::clock::SimulatedClock;
 use crate::description::{Description, Slot};
 use crate::settings::topic_qos;
-use rc_management::component::Role;
+use crate::time::follower::Follower;
+use crate::time::source::{Source, State as SourceState};
+use crate::time::{TimeRole, TimeSource};
+use rc_management::component::{ClockKind, Role};
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{TypedClient, TypedPublisher};
 use rc_middleware::{
     Address, Backend, Counter, Endpoint, Environment, ExternalType, OpenError, Server, Settings,
-    Subscriber, TypeIdentity,
+    Subscriber, TypeIdentity, network_time,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -34,6 +39,10 @@ pub struct Ports {
     settings: Settings,
     /// The counters of the sending ends, each with the index of its slot.
     sent: RefCell<Vec<(usize, Counter)>>,
+    network: String,
+    clock: ClockKind,
+    /// Of a source of time: what its worker and the event loop share.
+    source: Option<Rc<RefCell<SourceState>>>,
 }
 
 impl Ports {
@@ -42,6 +51,7 @@ impl Ports {
         description: &'static Description,
         environment: &Environment,
         bindings: &BTreeMap<String, Address>,
+        clock: ClockKind,
     ) -> Result<Self, OpenError> {
         let mut addresses = Vec::new();
         for slot in description.slots {
@@ -57,7 +67,63 @@ impl Ports {
             addresses,
             settings: environment.settings.clone(),
             sent: RefCell::default(),
+            network: environment.network.clone(),
+            clock,
+            source: None,
         })
+    }
+
+    /// Joins the time of the network. `followers` are those that a source expects; `middleware` is the one over which
+    /// a follower hears its source.
+    pub(crate) fn join_time(
+        &mut self,
+        name: &str,
+        clock: &Arc<SimulatedClock>,
+        followers: &[String],
+        middleware: Option<&str>,
+    ) -> Result<TimeRole, OpenError> {
+        let wrong = |reason: String| OpenError::Backend {
+            address: self.network.clone(),
+            reason,
+        };
+        let address = network_time::address(&self.network).map_err(wrong)?;
+        let backend = |wanted: &str| {
+            let mut all = self.backends.iter();
+            let found = all.find(|(name, _)| *name == wanted);
+            found.map(|(_, backend)| backend.as_ref()).ok_or_else(|| {
+                let names: Vec<&str> = self.backends.iter().map(|(name, _)| *name).collect();
+                wrong(format!(
+                    "this component cannot hear time over {wanted}; its middlewares are: {}",
+                    names.join(", ")
+                ))
+            })
+        };
+        let clock = Arc::clone(clock);
+        match self.clock {
+            ClockKind::System => Ok(TimeRole::System),
+            ClockKind::Simulated => {
+                let backend = backend(middleware.unwrap_or(self.description.middleware))?;
+                let follower = Follower::open(backend, &address, name, clock)?;
+                Ok(TimeRole::Follower(Box::new(follower)))
+            }
+            ClockKind::Ros => {
+                let backend = backend(crate::arguments::ROS2)?;
+                let follower = Follower::open_ros(backend, &address, name, clock)?;
+                Ok(TimeRole::Follower(Box::new(follower)))
+            }
+            ClockKind::Source => {
+                let state = SourceState::new(clock, followers);
+                let state = Rc::new(RefCell::new(state));
+                let source = Source::open(&self.backends, &address, Rc::clone(&state))?;
+                self.source = Some(state);
+                Ok(TimeRole::Source(Box::new(source)))
+            }
+        }
+    }
+
+    /// The network's time, for a worker that may advance it.
+    pub fn time_source(&self) -> TimeSource {
+        TimeSource::new(self.source.clone())
     }
 
     /// The sending end of one operation of a published slot.
@@ -100,7 +166,7 @@ impl Ports {
                     for operation in 0..slot.operations.len() {
                         let endpoint = self.topic_endpoint(at, operation);
                         let port = self.backend(at)?.subscriber(&endpoint)?;
-                        let deadline = endpoint.qos.deadline;
+                        let deadline = topic_qos(slot, operation, &self.settings).deadline;
                         receivers.push((
                             at,
                             Receiver::Subscriber {
@@ -191,7 +257,11 @@ impl Ports {
             operations,
             ..
         } = &self.description.slots[slot];
-        let qos = topic_qos(&self.description.slots[slot], operation, &self.settings);
+        let mut qos = topic_qos(&self.description.slots[slot], operation, &self.settings);
+        if self.clock != ClockKind::System {
+            // A middleware would measure it by the system's clock; the event loop measures it by the network's.
+            qos.deadline = None;
+        }
         let external = self.description.slots[slot].external_types().nth(operation);
         let operation = &operations[operation];
         let types = TypeIdentity {

@@ -1,6 +1,7 @@
 //! A component from its command line to its exit code.
 
-use crate::arguments::Arguments;
+use crate::arguments::{Arguments, ROS2};
+use crate::clock::{Clock, SimulatedClock, SystemClock};
 use crate::command_line::{self, Task};
 use crate::commands::CommandQueue;
 use crate::component::Component;
@@ -15,9 +16,11 @@ use crate::notify::{self, ServiceState};
 use crate::ports::Ports;
 use crate::probe;
 use crate::settings::settings;
-use crate::status::Shared;
+use crate::status::{NetworkTime, Shared};
+use crate::time::{ClockChoice, ends};
 use rc_configuration::Values;
-use rc_middleware::{Environment, RunDirectory, WakeEvent};
+use rc_management::component::ClockKind;
+use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
 use std::ffi::OsString;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -26,6 +29,9 @@ use std::time::Duration;
 
 /// How long a component that ends waits for its last messages to arrive.
 const LINGER: Duration = Duration::from_millis(100);
+
+/// The same for one that leaves a source of time, which would wait for it if the last message did not arrive.
+const LEAVE_LINGER: Duration = Duration::from_secs(2);
 
 /// Creates the component: its publishers and clients, its context, its worker.
 pub(crate) type Start<C> = fn(Core, &Ports, &Values) -> Result<C, StartError>;
@@ -194,14 +200,21 @@ fn run_component<C: Component>(
         .unwrap_or("info");
     log::start(level)?;
     let bindings = configuration::bindings(description, arguments, configuration)?;
-    let settings = settings(description, arguments, configuration, &bindings)?;
+    let mut settings = settings(description, arguments, configuration, &bindings)?;
+    let kind = clock(description, arguments, &mut settings)?;
     let period = configuration.period.unwrap_or(description.period);
     let directory = RunDirectory::open(&arguments.network)
         .map_err(|e| StartError::cannot_create("the run directory", &e))?;
+    let simulated = Arc::new(SimulatedClock::default());
+    let clock: Arc<dyn Clock> = match kind {
+        ClockKind::System => Arc::new(SystemClock),
+        _ => simulated.clone(),
+    };
     let shared = Arc::new(Shared::new(
         wake_event.clone(),
         period,
         description.slots.len(),
+        NetworkTime::new(kind, clock),
     ));
     let commands = Arc::new(CommandQueue::new(wake_event.clone()));
     let environment = Environment {
@@ -219,7 +232,13 @@ fn run_component<C: Component>(
         &loaded,
         matches!(hosting, Hosting::Process),
     )?;
-    let ports = Ports::new(description, &environment, &bindings)?;
+    let mut ports = Ports::new(description, &environment, &bindings, kind)?;
+    let middleware = match &arguments.clock {
+        ClockChoice::Simulated(middleware) => middleware.as_deref(),
+        _ => None,
+    };
+    let (name, followers) = (&arguments.name, &arguments.followers);
+    let time = ports.join_time(name, &simulated, followers, middleware)?;
     management.set_addresses(ports.addresses());
     if loaded.parameters.is_some() {
         ports.parameters(&management.parameters())?;
@@ -232,10 +251,17 @@ fn run_component<C: Component>(
         other => other?,
     };
     shared.status().sent = ports.sent();
-    let ended = {
-        let mut event_loop =
-            EventLoop::new(&mut component, description, &ports, receivers, commands)
-                .map_err(|e| StartError::cannot_create("the event loop", &e))?;
+    // The ends of the network's time are closed after the last message has arrived.
+    let (ended, time) = {
+        let mut event_loop = EventLoop::new(
+            &mut component,
+            description,
+            &ports,
+            receivers,
+            commands,
+            time,
+        )
+        .map_err(|e| StartError::cannot_create("the event loop", &e))?;
         management.ready();
         if let Hosting::Thread(running) = hosting {
             // A starter that does not wait any more has stopped the component already.
@@ -243,14 +269,55 @@ fn run_component<C: Component>(
         } else {
             notify::notify(ServiceState::Ready);
         }
-        event_loop.run()
+        (event_loop.run(), event_loop.into_time())
+    };
+    let linger = if time.is_lockstep() {
+        LEAVE_LINGER
+    } else {
+        LINGER
     };
     if matches!(hosting, Hosting::Process) {
         notify::notify(ServiceState::Stopping);
     }
-    ports.linger(LINGER);
+    ports.linger(linger);
     drop(component);
+    drop(time);
     drop(ports);
     drop(management);
     ended.map_err(StartError::System)
+}
+
+/// The clock of a component, as its command line and its settings choose it.
+fn clock(
+    description: &Description,
+    arguments: &Arguments,
+    settings: &mut Settings,
+) -> Result<ClockKind, StartError> {
+    let name = description.name;
+    let usage = |message: String| Err(StartError::Usage(message));
+    let has_ros = description.backends.iter().any(|(name, _)| *name == ROS2);
+    let from_ros = has_ros && settings.bool(ROS2, "use_sim_time") == Some(true);
+    let kind = match &arguments.clock {
+        ClockChoice::Own if from_ros => ClockKind::Ros,
+        ClockChoice::Own | ClockChoice::Source if description.simulates_time => ClockKind::Source,
+        ClockChoice::Own | ClockChoice::System => ClockKind::System,
+        ClockChoice::Source => {
+            return usage(format!(
+                "--clock source: {name} does not advance time; write `simulates time;` in its .cdsl and generate it anew"
+            ));
+        }
+        ClockChoice::Simulated(_) if from_ros => {
+            return usage(
+                "--clock simulated and ros2.use_sim_time name two clocks; choose one".to_owned(),
+            );
+        }
+        ClockChoice::Simulated(_) => ClockKind::Simulated,
+    };
+    if kind != ClockKind::Source && !arguments.followers.is_empty() {
+        return usage("--followers goes with --clock source".to_owned());
+    }
+    if has_ros && matches!(kind, ClockKind::Ros | ClockKind::Source) {
+        ends::name_ros_clock(settings);
+    }
+    Ok(kind)
 }

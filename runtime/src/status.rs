@@ -1,13 +1,14 @@
 //! The state, the counters and the times of a running component.
 
+use crate::clock::{Clock, Time};
 use crate::description::Slot;
 use hdrhistogram::Histogram;
-use rc_management::component::{State, Timing};
-use rc_management::link::Overruns;
+use rc_management::component::{ClockKind, State, Timing};
+use rc_management::link::{Overruns, TimeJump};
 use rc_middleware::{Counter, WakeEvent};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// What the worker thread and the management thread share.
@@ -15,13 +16,20 @@ use std::time::{Duration, Instant};
 pub(crate) struct Shared {
     pub(crate) wake_event: WakeEvent,
     pub(crate) status: Mutex<Status>,
+    pub(crate) time: NetworkTime,
     born: Instant,
     last_turn: AtomicU64,
 }
 
 impl Shared {
-    pub(crate) fn new(wake_event: WakeEvent, period: Duration, slots: usize) -> Self {
+    pub(crate) fn new(
+        wake_event: WakeEvent,
+        period: Duration,
+        slots: usize,
+        time: NetworkTime,
+    ) -> Self {
         Self {
+            time,
             wake_event,
             status: Mutex::new(Status::new(period, slots)),
             born: Instant::now(),
@@ -51,6 +59,28 @@ impl Shared {
     }
 }
 
+/// The clock of the component, and what is known of it.
+#[derive(Debug)]
+pub(crate) struct NetworkTime {
+    pub(crate) kind: ClockKind,
+    pub(crate) clock: Arc<dyn Clock>,
+    /// The number of the present tick.
+    pub(crate) tick: AtomicU64,
+    /// For how many milliseconds the source has been silent; 0 if it is there.
+    pub(crate) lost_ms: AtomicU64,
+}
+
+impl NetworkTime {
+    pub(crate) fn new(kind: ClockKind, clock: Arc<dyn Clock>) -> Self {
+        Self {
+            kind,
+            clock,
+            tick: AtomicU64::new(0),
+            lost_ms: AtomicU64::new(0),
+        }
+    }
+}
+
 /// Counters and times of one component.
 #[derive(Debug)]
 pub(crate) struct Status {
@@ -60,6 +90,9 @@ pub(crate) struct Status {
     pub(crate) overruns: u64,
     pub(crate) slots: Vec<SlotCounters>,
     pub(crate) last_error: Option<String>,
+    /// Of a source of time: the components that follow it, and those that it waits for beyond its limit.
+    pub(crate) followers: Vec<String>,
+    pub(crate) waiting_for: Vec<String>,
     /// The counters of the sending ends, each with the index of its slot.
     pub(crate) sent: Vec<(usize, Counter)>,
     /// What the next heartbeat reports.
@@ -77,7 +110,12 @@ pub(crate) struct HeartbeatDelta {
     silent: BTreeMap<(usize, usize), Duration>,
     /// Peers that do not fit.
     pub(crate) mismatches: Vec<String>,
+    /// How time has jumped back.
+    pub(crate) jumps: Vec<TimeJump>,
 }
+
+/// How many jumps of time a heartbeat reports.
+const JUMPS: usize = 8;
 
 /// What the worker was doing.
 #[derive(Clone, Copy, Debug)]
@@ -100,6 +138,15 @@ impl HeartbeatDelta {
     pub(crate) fn silent(&mut self, slot: usize, operation: usize, time: Duration) {
         let longest = self.silent.entry((slot, operation)).or_default();
         *longest = time.max(*longest);
+    }
+
+    /// Notes that time has jumped back.
+    pub(crate) fn jumped(&mut self, from: Time, to: Time) {
+        self.jumps.truncate(JUMPS - 1);
+        self.jumps.push(TimeJump {
+            from_s: from.as_secs_f64(),
+            to_s: to.as_secs_f64(),
+        });
     }
 
     /// The overruns, if there were any.
@@ -167,6 +214,8 @@ impl Status {
             overruns: 0,
             slots,
             last_error: None,
+            followers: Vec::new(),
+            waiting_for: Vec::new(),
             sent: Vec::new(),
             delta: HeartbeatDelta::default(),
         }

@@ -61,7 +61,7 @@ static DDS: [Key; 5] = [
     },
 ];
 
-static ROS2: [Key; 8] = [
+static ROS2: [Key; 9] = [
     Key {
         name: "domain",
         kind: Kind::Int(DOMAINS),
@@ -109,6 +109,12 @@ static ROS2: [Key; 8] = [
         kind: Kind::Qos,
         default: None,
         doc: "Overrides the quality of service of the .cdsl for topics; a rule for an operation takes precedence over one for its slot.",
+    },
+    Key {
+        name: "use_sim_time",
+        kind: Kind::Bool,
+        default: Some(Value::Bool(false)),
+        doc: "Whether time comes from the topic /clock, as rosgraph_msgs/msg/Clock, instead of the system's clock.",
     },
 ];
 

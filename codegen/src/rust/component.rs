@@ -26,6 +26,7 @@ pub(crate) struct Component<'a> {
     middleware: &'a str,
     note: &'a str,
     period: Time,
+    simulates_time: bool,
     pub(crate) package: String,
     backends: Vec<BackendCrate<'a>>,
     /// Modules of types.
@@ -121,6 +122,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         middleware: &view.middleware,
         note: &view.note,
         period: view.period,
+        simulates_time: view.simulates_time,
         package: names::package(&view.name),
         backends: view
             .middlewares
@@ -166,7 +168,7 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
             let interface = component.library.interface(slot.interface);
             let help = format!("name one of them: `{} as other`", interface.name.text);
             found.push(Diagnostic::error("name-collision", slot.span, message).help(help));
-        } else if OWN.contains(&field.as_str()) {
+        } else if OWN.contains(&field.as_str()) || (field == "time" && component.simulates_time) {
             let message = format!(
                 "a slot cannot be called `{}`: generated code uses the name itself",
                 slot.name
@@ -246,6 +248,7 @@ fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
     let mut paths: Vec<String> = [
         "adapter::{Worker, embed, run}",
         "context::Context",
+        "rc_runtime::network_time",
         "rc_runtime::middleware::{CallError, InPlace, SendError}",
         "rc_runtime::tracing",
         "rc_runtime::{Embedded, ParamChange, State, WorkerError}",

@@ -31,6 +31,8 @@ pub struct Component {
     pub note: String,
     /// The default period.
     pub period: Time,
+    /// Whether the worker can advance the time of its network.
+    pub simulates_time: bool,
     /// The slots, in the order of the text.
     pub slots: Vec<Slot>,
     /// The modules that the imports reach, each after those that it imports.
@@ -158,6 +160,7 @@ pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
         middlewares,
         note: note.to_byte_string(),
         period: component.period.into(),
+        simulates_time: component.simulates_time,
         slots: slots.map(|slot| one(library, slot, middleware)).collect(),
         modules: library::of(library),
         parameters: project.parameters.as_ref().map(parameters::of),

@@ -113,7 +113,7 @@ fn a_syntax_error_does_not_hide_later_errors() {
             n.ddsl:6:14: error[syntax-error]: expected `->` or `.`, found `=`
             n.ddsl:7:12: error[unknown-middleware]: unknown middleware `iceorix2` (did you mean `iceoryx2`?)
             n.ddsl:8:8: error[syntax-error]: expected a number, found `x`
-            n.ddsl:9:1: error[unknown-field]: expected a declaration of a deployment, found `§` (expected one of `Component`, `Host`, `Group`, `bind`, `middleware`, `domain`)
+            n.ddsl:9:1: error[unknown-field]: expected a declaration of a deployment, found `§` (expected one of `Component`, `Host`, `Group`, `bind`, `middleware`, `domain`, `time`)
             n.ddsl:10:13: error[syntax-error]: expected `{`, found `cdsl`
             n.ddsl:11:1: error[text-after-end]: unexpected text: a file contains one `Deployment NAME { … };`
         "#]],
@@ -189,7 +189,7 @@ fn settings_of_middlewares_apply_to_their_block() {
             n.ddsl:4:52: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:4:22 (a further one only sets something of it, in braces: write first what the components use)
             n.ddsl:4:103: error[syntax-error]: expected a value, found `;`
             n.ddsl:4:114: error[syntax-error]: expected `,` or `;`, found `2s`
-            n.ddsl:4:118: error[unknown-field]: expected a setting of a middleware, found `§` (expected one of `domain`, `interfaces`, `peers`, `multicast`, `lease`, `service_mapping`, `namespace`, `node`, `remap`, `qos`)
+            n.ddsl:4:118: error[unknown-field]: expected a setting of a middleware, found `§` (expected one of `domain`, `interfaces`, `peers`, `multicast`, `lease`, `service_mapping`, `namespace`, `node`, `remap`, `qos`, `use_sim_time`)
             n.ddsl:4:136: error[missing-semicolon]: expected `;`
             n.ddsl:4:161: error[repeated-clause]: duplicate clause `middleware`; first used here at n.ddsl:4:92
             n.ddsl:4:191: error[syntax-error]: expected a name, found `{`
@@ -514,6 +514,47 @@ fn cycles_of_imports_are_reported() {
             c.ddsl:1:8: error[import-cycle]: cyclic import: n.ddsl → b.ddsl → c.ddsl → n.ddsl
             c.ddsl:2:8: error[import-cycle]: cyclic import: c.ddsl → c.ddsl
             c.ddsl:3:16: error[unknown-field]: expected a declaration of a deployment, found `cmponent` (did you mean `Component`?)
+        "#]],
+    );
+}
+
+#[test]
+fn the_time_of_a_network() {
+    let network = check(
+        "time simulated by world.sim;\nComponent a { cdsl \"a\"; TIME System; };\n\
+         Group world { Component sim { cdsl \"s\"; }; };",
+        &expect![[""]],
+    );
+    assert_eq!(network.time.map(|(source, _)| source), Some(1));
+    assert!(network.instances[0].system_time.is_some());
+    assert!(network.instances[1].system_time.is_none());
+}
+
+#[test]
+fn a_time_that_is_wrong() {
+    check(
+        "time simulated by smi;\ntime simulated by sim;\nComponent sim { cdsl \"s\"; time system; time system; };\n\
+         Group g { time simulated by sim; Component a { cdsl \"a\"; }; };",
+        &expect![[r#"
+            n.ddsl:2:19: error[unknown-instance]: unknown component or group `smi` (did you mean `sim`?)
+            n.ddsl:3:1: error[repeated-clause]: duplicate clause `time`; first used here at n.ddsl:2:1
+            n.ddsl:4:40: error[repeated-clause]: duplicate field `time`; first used here at n.ddsl:4:27
+            n.ddsl:5:11: error[misplaced-time]: `time` holds for the whole network, not for a group; the group at n.ddsl:5:7 (move it into the block of the deployment)
+        "#]],
+    );
+    check(
+        "time simulated by g;\nGroup g { Component a { cdsl \"a\"; }; };",
+        &expect![[r#"
+            n.ddsl:2:19: error[not-a-time-source]: `g` is a group; a component publishes time; the group at n.ddsl:3:7 (write `time simulated by g.NAME;`)
+        "#]],
+    );
+    check(
+        "time simulated by a.b;\nComponent a { cdsl \"a\"; };\ntime simulated;\ntime;\nComponent time { cdsl \"t\"; time simulated; };",
+        &expect![[r#"
+            n.ddsl:2:21: error[not-a-group]: expected a group, found component `a` (write `a.SLOT`)
+            n.ddsl:4:15: error[syntax-error]: expected `by`, found `;`
+            n.ddsl:5:5: error[syntax-error]: expected `simulated by NAME`, found `;`
+            n.ddsl:6:33: error[syntax-error]: expected `system`, found `simulated`
         "#]],
     );
 }

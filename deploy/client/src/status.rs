@@ -1,5 +1,6 @@
 //! The status of a network: whether its file has changed, and a table for people.
 
+use rc_management::component::{ClockKind, ClockStatus};
 use rc_management::supervisor::NetworkStatus;
 use std::fmt::{self, Write};
 use std::path::Path;
@@ -77,12 +78,29 @@ fn write_table(status: &NetworkStatus, f: &mut String) -> fmt::Result {
         for (slot, lost) in &component.lost {
             write!(f, "  {slot} lost {lost}")?;
         }
+        if let Some(clock) = &component.clock {
+            write!(f, "  {}", clock_text(clock))?;
+        }
         writeln!(f)?;
         for trouble in &component.troubles {
             writeln!(f, "{:width$}  {}: {}", "", trouble.code, trouble.message)?;
         }
     }
     Ok(())
+}
+
+/// A clock that is not that of the system, for people: `simulated 12.340 s`.
+pub fn clock_text(clock: &ClockStatus) -> String {
+    let stands = clock.lost_ms.is_some() || !clock.waiting_for.is_empty();
+    let stands = if stands { ", stands" } else { "" };
+    match clock.kind {
+        ClockKind::Source => format!(
+            "publishes time {:.3} s, tick {}{stands}",
+            clock.time_s, clock.tick
+        ),
+        ClockKind::Ros => format!("time of /clock {:.3} s{stands}", clock.time_s),
+        kind => format!("{} time {:.3} s{stands}", kind.word(), clock.time_s),
+    }
 }
 
 /// Processors as people write them: `0-3, 8`.

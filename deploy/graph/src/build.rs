@@ -38,6 +38,10 @@ impl Builder<'_> {
             network: self.network.name().to_owned(),
             ddsl: self.network.path.clone(),
             hosts: self.network.hosts(),
+            time: self.network.time.as_ref().map(|time| {
+                let instance = &self.network.deployment.instances[time.source];
+                instance.path.clone()
+            }),
             groups: self
                 .network
                 .deployment
@@ -71,6 +75,7 @@ impl Builder<'_> {
                 .map(|g| self.network.deployment.groups[g].path.clone()),
             host: self.network.host_name(at).to_owned(),
             middleware: instance.middleware.word(),
+            clock: self.network.clock(at).kind,
             slots: slots
                 .map(|(component, slot)| Slot {
                     name: slot.name.clone(),

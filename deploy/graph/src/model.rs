@@ -14,6 +14,8 @@ pub struct Graph {
     pub ddsl: PathBuf,
     /// The machines with components. This machine is `localhost` unless it has a name.
     pub hosts: Vec<Host>,
+    /// The component that publishes the network's time. `None`: all have their own clocks.
+    pub time: Option<String>,
     /// The groups, each before those inside it.
     pub groups: Vec<Group>,
     /// The components, in the order of the file.
@@ -48,6 +50,8 @@ pub struct Component {
     pub host: String,
     /// The middleware of its slots that name none.
     pub middleware: &'static str,
+    /// Its clock: `system`, `simulated`, `source` or `ros`.
+    pub clock: &'static str,
     /// Its slots, in the order of its `.cdsl`.
     pub slots: Vec<Slot>,
 }
@@ -95,10 +99,18 @@ pub struct Finding {
 }
 
 impl Component {
-    /// Its name in its `.cdsl`, if it differs from its own name.
-    pub(crate) fn kind(&self) -> Option<&str> {
+    /// Its name in its `.cdsl`, if it differs from its own name, and its part in the network's time,
+    /// if it has one.
+    pub(crate) fn kind(&self) -> Option<String> {
         let own = Graph::own_name(&self.name);
-        self.component.as_deref().filter(|kind| *kind != own)
+        let kind = self.component.as_deref().filter(|kind| *kind != own);
+        let clock = match self.clock {
+            "source" => Some("publishes time"),
+            "ros" => Some("time of /clock"),
+            _ => None,
+        };
+        let parts: Vec<&str> = kind.into_iter().chain(clock).collect();
+        (!parts.is_empty()).then(|| parts.join(", "))
     }
 }
 

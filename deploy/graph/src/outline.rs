@@ -117,12 +117,14 @@ mod tests {
             group: Some("arm".to_owned()),
             host: host.to_owned(),
             middleware: "iceoryx2",
+            clock: "system",
             slots: Vec::new(),
         };
         let graph = Graph {
             network: "n".to_owned(),
             ddsl: "n.ddsl".into(),
             hosts: vec![host("one"), host("two")],
+            time: None,
             groups: vec![group("arm", None), group("arm.hand", Some("arm"))],
             components: vec![component("arm.a", "two"), component("arm.b", "one")],
             connections: Vec::new(),

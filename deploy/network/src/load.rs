@@ -42,11 +42,12 @@ pub fn load(
     let (connections, more) = rc_ddsl::connect(&deployment, &components);
     found.extend(more);
     let variants = variants(&deployment, &projects, middleware);
-    let network = Network {
+    let mut network = Network {
         path: path.to_path_buf(),
         deployment,
         projects,
         connections,
+        time: None,
         middleware,
         variants,
         passed_settings,
@@ -54,6 +55,7 @@ pub fn load(
         workspaces: Workspaces::default(),
     };
     network.check_topics(&mut found);
+    network.check_time(&mut found);
     network.check_ros_names(&mut found);
     network.warn_of_what_has_no_effect(&mut found);
     Ok((Some(network), found))

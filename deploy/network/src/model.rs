@@ -1,5 +1,6 @@
 //! A network with everything that its `.ddsl` names.
 
+use crate::network_time::NetworkTime;
 use crate::workspaces::Workspaces;
 use rc_cdsl::model::{Backend, Slot};
 use rc_codegen::Project;
@@ -21,6 +22,8 @@ pub struct Network {
     pub projects: Vec<Option<Rc<Project>>>,
     /// The connections.
     pub connections: Connections,
+    /// The source of time and its followers. `None` if a component does not publish it.
+    pub time: Option<NetworkTime>,
     /// The middleware of all components, if the command line sets it.
     pub(crate) middleware: Option<Backend>,
     /// The middleware for which each instance is a variant. `None` if its program is built from its

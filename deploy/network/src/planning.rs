@@ -76,6 +76,9 @@ impl Network {
                 };
                 option("--bind", format!("{}={}", slot.name, addresses[&end]));
             }
+            for (name, value) in self.clock_options(at) {
+                option(name, value);
+            }
             args.extend(instance.args.iter().map(|a| a.text.clone()));
             let after = instance.after.iter();
             let after = after.flat_map(|(place, _)| self.deployment.instances_of(*place));

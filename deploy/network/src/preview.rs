@@ -3,6 +3,7 @@
 use crate::addresses::process_name;
 use crate::error::{Error, refused};
 use crate::model::{Network, Profile};
+use crate::network_time::ClockPlan;
 use crate::topology::{Connection, End, Host, Kind};
 use rc_ddsl::model::{Policy, Restart};
 use rc_middleware::RunDirectory;
@@ -46,6 +47,8 @@ pub struct Process {
     pub host: String,
     /// The middleware of its slots that name none.
     pub middleware: String,
+    /// Its clock.
+    pub clock: ClockPlan,
     /// Its number in `waves`, from 1.
     pub wave: usize,
     /// The components that must be ready before it starts.
@@ -131,6 +134,7 @@ impl Network {
                 component: project.map(|p| p.component.name.text.clone()),
                 host: self.host_name(at).to_owned(),
                 middleware: planned.middleware,
+                clock: self.clock(at),
                 wave: waves[at] + 1,
                 starts_after: needed.collect(),
                 executable: Some(planned.executable).filter(|p| !p.as_os_str().is_empty()),
@@ -360,6 +364,9 @@ impl Preview {
                 row("endpoint", &endpoint.to_string())?;
             }
             row("middleware", &c.middleware)?;
+            if c.clock.kind != "system" {
+                row("clock", &c.clock.to_string())?;
+            }
             row("restart", &c.restart.to_string())?;
             if !c.environment.is_empty() {
                 let all = c

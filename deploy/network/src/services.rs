@@ -10,7 +10,7 @@ use rc_cdsl::model::{Backend, Role};
 use rc_ddsl::Endpoint as End;
 use rc_ddsl::model::Host;
 use rc_idsl::canonical::{interface_hash, operation_hash};
-use rc_middleware::Qos;
+use rc_middleware::{Qos, network_time};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -37,6 +37,36 @@ impl Network {
         let hosts = instances.filter_map(|instance| self.deployment.remote_host(instance));
         let services = |host: &Host| (host.name.text.clone(), self.services(Some(host)));
         hosts.map(services).collect()
+    }
+
+    /// Adds the services by which time travels on a machine.
+    fn add_time(&self, host: Option<&Host>, services: &mut BTreeMap<String, Service>) {
+        let Some(time) = &self.time else { return };
+        let mut followers = time.followers.iter();
+        let source = &self.deployment.instances[time.source];
+        let on = self.deployment.remote_host(source);
+        let is_there = match (on, host) {
+            (Some(on), Some(host)) => on.is_same(host),
+            (on, host) => on.is_none() && host.is_none(),
+        };
+        if !is_there || !followers.any(|(_, backend)| *backend == Backend::Iceoryx2) {
+            return;
+        }
+        let Ok(address) = network_time::address(self.name()) else {
+            return;
+        };
+        let (topic, calls) = (network_time::topic_types(), network_time::call_types());
+        let depth = Qos::PUBLISHER.depth;
+        for (address, types, depth) in [(address.join("tick"), topic, depth), (address, calls, 0)] {
+            let service = Service {
+                types: types.name,
+                hash: types.hash,
+                topic: depth > 0,
+                depth,
+                keeps: false,
+            };
+            services.insert(address.to_string(), service);
+        }
     }
 
     /// The services on the default middleware that a machine needs (`None`: this machine). The
@@ -93,6 +123,7 @@ impl Network {
                     slot.role == Role::Publishes && slot.qos.transient_local == Some(true);
             }
         }
+        self.add_time(host, &mut services);
         // This cannot fail, because keys are strings.
         serde_json::to_string(&services.into_iter().collect::<Vec<_>>()).unwrap_or_default()
     }

@@ -4,6 +4,7 @@
 //! of the last five seconds had it, so that a condition that comes and goes is one event.
 
 use crate::supervisor::memory_growth::Growth;
+use rc_management::component::ClockStatus;
 use rc_management::event::Severity;
 use rc_management::link::Heartbeat;
 use rc_management::supervisor::Trouble;
@@ -30,6 +31,8 @@ pub(crate) struct HealthMonitor {
     /// Whether a slot has a peer. A slot that never had one is left out.
     peers: BTreeMap<String, bool>,
     growth: Growth,
+    /// The clock, as the last heartbeat told it.
+    clock: Option<Box<ClockStatus>>,
     troubles: BTreeMap<Key, (SystemTime, String)>,
     /// The network stops: vanishing peers are expected.
     quiet: bool,
@@ -48,6 +51,14 @@ impl HealthMonitor {
             return happened;
         }
         self.overruns(&heartbeat, &mut happened);
+        for jump in &heartbeat.jumps {
+            let text = format!(
+                "time jumped back from {:.3} s to {:.3} s",
+                jump.from_s, jump.to_s
+            );
+            happened.push((Severity::Warning, "time-jumped", text));
+        }
+        self.time(heartbeat.clock, &mut happened);
         self.silences(heartbeat.silent, &mut happened);
         for (slot, peers) in heartbeat.peers {
             self.peers(slot, peers > 0, &mut happened);
@@ -80,6 +91,49 @@ impl HealthMonitor {
         }
         self.overrun = CALM;
         self.begin("overrun", "", &text);
+    }
+
+    /// The conditions of the network's time.
+    fn time(&mut self, clock: Option<Box<ClockStatus>>, happened: &mut Vec<HealthEvent>) {
+        let lost = clock
+            .as_ref()
+            .and_then(|clock| clock.lost_ms)
+            .map(|ms| format!("its source of time has been silent for {ms} ms; its time stands"));
+        let waits = clock.as_ref().filter(|clock| !clock.waiting_for.is_empty());
+        let waits = waits.map(|clock| {
+            let names = clock.waiting_for.join(", ");
+            format!("tick {} of time waits for {names}", clock.tick)
+        });
+        for (code, over, begun, ended) in [
+            ("time-lost", "time-back", lost, "its source of time is back"),
+            (
+                "time-waits",
+                "time-goes-on",
+                waits,
+                "time waits for nobody any more",
+            ),
+        ] {
+            let was = self.troubles.contains_key(&(code, String::new()));
+            match begun {
+                Some(text) => {
+                    self.begin(code, "", &text);
+                    if !was {
+                        happened.push((Severity::Warning, code, text));
+                    }
+                }
+                None if was => {
+                    self.over(code, "");
+                    happened.push((Severity::Info, over, ended.to_owned()));
+                }
+                None => {}
+            }
+        }
+        self.clock = clock;
+    }
+
+    /// The clock, unless it is that of the system.
+    pub(crate) fn clock(&self) -> Option<&ClockStatus> {
+        self.clock.as_deref()
     }
 
     fn silences(&mut self, silent: BTreeMap<String, u64>, happened: &mut Vec<HealthEvent>) {
@@ -266,6 +320,38 @@ mod tests {
         assert_eq!(codes(&heard), ["heard-again"]);
         assert!(heard[0].2.starts_with("samples of a come"), "{heard:?}");
         assert_eq!(watch.troubles().len(), 1);
+    }
+
+    #[test]
+    fn conditions_of_time_are_told_when_they_start_and_end() {
+        let mut watch = HealthMonitor::default();
+        let clock = |lost_ms, waiting_for: &[&str]| Heartbeat {
+            clock: Some(Box::new(ClockStatus {
+                tick: 7,
+                lost_ms,
+                waiting_for: waiting_for.iter().map(|&name| name.to_owned()).collect(),
+                ..ClockStatus::default()
+            })),
+            ..Heartbeat::default()
+        };
+        assert_eq!(codes(&watch.heartbeat(clock(None, &[]))), [""; 0]);
+        let happened = watch.heartbeat(clock(Some(3200), &["a", "b"]));
+        assert_eq!(codes(&happened), ["time-lost", "time-waits"]);
+        assert_eq!(happened[1].2, "tick 7 of time waits for a, b");
+        assert_eq!(codes(&watch.heartbeat(clock(Some(3700), &["b"]))), [""; 0]);
+        assert_eq!(watch.troubles().len(), 2);
+        let happened = watch.heartbeat(clock(None, &[]));
+        assert_eq!(codes(&happened), ["time-back", "time-goes-on"]);
+        assert_eq!(watch.troubles(), []);
+        let jump = rc_management::link::TimeJump {
+            from_s: 2.5,
+            to_s: 0.0,
+        };
+        let happened = watch.heartbeat(Heartbeat {
+            jumps: vec![jump],
+            ..clock(None, &[])
+        });
+        assert_eq!(happened[0].2, "time jumped back from 2.500 s to 0.000 s");
     }
 
     #[test]

@@ -521,6 +521,7 @@ impl Unit {
             stop_ms: self.component.stop.as_millis() as u64,
             lost: self.lost.clone(),
             troubles: running.map_or_else(Vec::new, |_| self.health.troubles()),
+            clock: running.and_then(|_| self.health.clock().cloned()),
             exit: match &self.phase {
                 Phase::Ended(end) => Some(end.text.clone()),
                 _ => None,

@@ -8,7 +8,8 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::Span;
 use rc_deploy_client::params::text;
-use rc_management::component::{ParameterStatus, Role, SlotStatus};
+use rc_deploy_client::status::clock_text;
+use rc_management::component::{ClockKind, ParameterStatus, Role, SlotStatus};
 
 /// The page of one component.
 pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {
@@ -53,6 +54,10 @@ pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {
             "  overruns {}  errors {}",
             report.overruns, report.compute.errors
         );
+    }
+    let clock = component.report.as_ref().map(|report| &report.clock);
+    if let Some(clock) = clock.filter(|clock| clock.kind != ClockKind::System) {
+        facts += &format!("  {}", clock_text(clock));
     }
     next(vec![Span::raw(facts)]);
     let error = component

@@ -26,5 +26,6 @@ mod site;
 mod strangers;
 mod swap;
 mod terminal;
+mod time;
 mod variant;
 mod watched;

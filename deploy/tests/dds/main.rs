@@ -16,6 +16,7 @@ mod hosts;
 mod mixed;
 mod patrol;
 mod remote;
+mod time;
 
 use serde_json::Value;
 use site::{PATROL, Site};
@@ -42,7 +43,7 @@ fn built() {
 fn unbuilt(name: &str, domain: u32, network: &str) -> Site {
     let site = Site::new(name);
     // What the network names lies beside it, as in the repository.
-    for part in ["simulator", "avoider", "pose_monitor"] {
+    for part in ["simulator", "avoider", "pose_monitor", "clock"] {
         let there = Site::components().join(part);
         std::os::unix::fs::symlink(there, site.path(part)).expect("a link");
     }

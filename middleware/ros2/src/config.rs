@@ -141,6 +141,7 @@ mod tests {
         folder: "/nowhere",
         slots: &[],
         backends: &[(crate::NAME, record)],
+        simulates_time: false,
         note: b"",
     };
 

@@ -36,6 +36,7 @@ static NODE: Description = Description {
     folder: "/nowhere",
     slots: &[],
     backends: &[("ros2", rc_ros2::connect)],
+    simulates_time: false,
     note: b"",
 };
 

@@ -179,8 +179,61 @@ pub struct Status {
     /// The last error of `compute()` or a handler.
     #[serde(deserialize_with = "foreign::optional")]
     pub last_error: Option<String>,
+    /// Where its time comes from.
+    #[serde(default)]
+    pub clock: ClockStatus,
     /// The connections, in the order of the `.cdsl`.
     pub slots: Vec<SlotStatus>,
+}
+
+/// The clock of a component: of `ctx.now()`, its period and the deadlines of its topics.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ClockStatus {
+    /// Which clock it is.
+    pub kind: ClockKind,
+    /// The time, in seconds since its zero.
+    pub time_s: f64,
+    /// The number of the present tick; 0 if the clock has none.
+    #[serde(default)]
+    pub tick: u64,
+    /// For how many milliseconds the source has been silent, if that is too long. Then time stands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lost_ms: Option<u64>,
+    /// Of a source: the components that follow it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(deserialize_with = "foreign::texts")]
+    pub followers: Vec<String>,
+    /// Of a source: the components that it has waited for beyond its limit.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(deserialize_with = "foreign::texts")]
+    pub waiting_for: Vec<String>,
+}
+
+/// A clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ClockKind {
+    /// The clock of the system.
+    #[default]
+    System,
+    /// A component of the network publishes the time.
+    Simulated,
+    /// This component publishes the time of its network.
+    Source,
+    /// `/clock` of ROS 2.
+    Ros,
+}
+
+impl ClockKind {
+    /// The word for it in JSON.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::System => "system",
+            Self::Simulated => "simulated",
+            Self::Source => "source",
+            Self::Ros => "ros",
+        }
+    }
 }
 
 /// The status of one connection.

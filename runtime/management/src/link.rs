@@ -1,6 +1,6 @@
 //! Notifications between a component and the supervisor that started it.
 
-use crate::component::State;
+use crate::component::{ClockStatus, State};
 use crate::foreign;
 use crate::rpc::{self, Call};
 use serde::{Deserialize, Serialize};
@@ -82,6 +82,21 @@ pub struct Heartbeat {
     #[serde(default)]
     #[serde(deserialize_with = "foreign::texts")]
     pub mismatches: Vec<String>,
+    /// The clock, unless it is that of the system.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock: Option<Box<ClockStatus>>,
+    /// How time has jumped back since the last heartbeat.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub jumps: Vec<TimeJump>,
+}
+
+/// Time was set to an earlier one. Both are in seconds since the clock's zero.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimeJump {
+    /// The time before.
+    pub from_s: f64,
+    /// The time after.
+    pub to_s: f64,
 }
 
 /// Runs of the worker that took longer than the period.

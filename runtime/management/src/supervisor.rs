@@ -1,5 +1,6 @@
 //! What tools ask of the supervisor of a network, on `rcdeploy.sock` in its run directory.
 
+use crate::component::ClockStatus;
 pub use crate::event::{Event, Severity};
 use crate::foreign;
 use crate::rpc::{self, Call, Error};
@@ -265,6 +266,9 @@ pub struct ComponentStatus {
     /// The conditions that have started and not ended.
     #[serde(default)]
     pub troubles: Vec<Trouble>,
+    /// Its clock, from its last heartbeat, unless it is that of the system.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock: Option<ClockStatus>,
     /// How it ended.
     #[serde(deserialize_with = "foreign::optional")]
     pub exit: Option<String>,

@@ -119,6 +119,7 @@ fn of_components(golden: &mut Golden) {
         overruns: 4,
         compute: timing(),
         last_error: Some(text("no scan")),
+        clock: component::ClockStatus::default(),
         slots: vec![
             slot(Role::Implements, Some(text("default/Laser"))),
             slot(Role::Requires, None),
@@ -194,6 +195,18 @@ fn of_components(golden: &mut Golden) {
     golden.line(&rpc::answer(&Value::from("a"), Err(error)));
 }
 
+fn clock(kind: component::ClockKind) -> component::ClockStatus {
+    let names = |name: &str| vec![text(name)];
+    component::ClockStatus {
+        kind,
+        time_s: 1.25,
+        tick: 125,
+        lost_ms: (kind == component::ClockKind::Simulated).then_some(3200),
+        followers: names("lidar"),
+        waiting_for: names("lidar"),
+    }
+}
+
 fn of_links(golden: &mut Golden) {
     use component::State;
     use link::{ComponentMessage, Heartbeat, Overruns, SupervisorMessage, UnsavedParameters};
@@ -228,6 +241,15 @@ fn of_links(golden: &mut Golden) {
             }),
             silent: BTreeMap::from([(text("pose"), 80)]),
             mismatches: vec![text("another type")],
+            ..Heartbeat::default()
+        }),
+        ComponentMessage::Heartbeat(Heartbeat {
+            clock: Some(Box::new(clock(component::ClockKind::Source))),
+            jumps: vec![link::TimeJump {
+                from_s: 2.5,
+                to_s: 0.0,
+            }],
+            ..Heartbeat::default()
         }),
     ]);
     golden.title("messages of a supervisor to a component");
@@ -268,6 +290,7 @@ fn of_supervisors(golden: &mut Golden) {
             message: text("its loop does not turn"),
             since: text("2026-11-21T13:56:04.123Z"),
         }],
+        clock: Some(clock(component::ClockKind::Simulated)),
         exit: None,
     };
     golden.result(&supervisor::NetworkStatus {

@@ -5,4 +5,5 @@ mod parameters;
 mod process;
 mod ros_arguments;
 mod settings;
+mod time;
 mod wake;

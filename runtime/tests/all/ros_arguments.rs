@@ -62,6 +62,7 @@ static NODE: Description = Description {
         topic("base", Role::SubscribesTo, &[STATE], WANTED),
     ],
     backends: &[("ros2", connect)],
+    simulates_time: false,
     note: b"",
 };
 
@@ -74,6 +75,7 @@ static OTHER: Description = Description {
     folder: "/nowhere",
     slots: &[],
     backends: &[("local", rc_local::connect)],
+    simulates_time: false,
     note: b"",
 };
 

@@ -95,6 +95,7 @@ fn main() -> ExitCode {
         folder: "/nowhere",
         slots: &[],
         backends: &[],
+        simulates_time: false,
         note: b"",
     };
     rc_runtime::run(Box::leak(Box::new(description)), start)

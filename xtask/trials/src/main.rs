@@ -9,6 +9,7 @@ mod dds;
 mod deploy;
 mod ice;
 mod languages;
+mod lockstep;
 mod networks;
 mod pair;
 mod parameters;
@@ -37,6 +38,8 @@ fn main() -> ExitCode {
         }
         ["bench", "counts"] => counts::run(false).map_err(|e| e.to_string()),
         ["bench", "counts", "--smoke"] => counts::run(true).map_err(|e| e.to_string()),
+        ["bench", "time"] => lockstep::run(false).map_err(|e| e.to_string()),
+        ["bench", "time", "--smoke"] => lockstep::run(true).map_err(|e| e.to_string()),
         ["bench", "languages"] => bench::languages().map_err(|e| e.to_string()),
         ["chaos", ref rest @ ..] if let Some(orders) = chaos::Orders::parse(rest) => {
             chaos::run(&orders).map_err(|e| e.to_string())
@@ -60,7 +63,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | ice | dds [--smoke] | ros2 [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S]"
             );
             return ExitCode::from(2);
         }

@@ -69,5 +69,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE, SLOT_PICTURES],
     backends: backend::BACKENDS,
+    simulates_time: false,
     note: backend::NOTE,
 };

@@ -62,5 +62,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_ECHO, SLOT_TICKS, SLOT_IMAGES],
     backends: backend::BACKENDS,
+    simulates_time: false,
     note: backend::NOTE,
 };

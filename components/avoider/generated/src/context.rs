@@ -7,8 +7,8 @@ use rc_runtime::middleware::OpenError;
 use rc_runtime::{Core, Ports, Values};
 use std::ops::{Deref, DerefMut};
 
-/// The first argument of every function of the worker. It dereferences to [`Core`], which knows the name and the
-/// period of the component and stops it.
+/// The first argument of every function of the worker. It dereferences to [`Core`], which knows the name, the time and
+/// the period of the component and stops it.
 ///
 /// ```ignore
 /// fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {

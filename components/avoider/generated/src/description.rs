@@ -43,5 +43,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_LASER, SLOT_DIFFERENTIAL_ROBOT],
     backends: backend::BACKENDS,
+    simulates_time: false,
     note: backend::NOTE,
 };

@@ -19,6 +19,7 @@ pub use adapter::{Worker, embed, run};
 pub use context::Context;
 pub use parameters::Params;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
+pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;
 pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
 pub use self::interfaces::*;

@@ -42,5 +42,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_CAMERA, SLOT_CAMERA_PUB],
     backends: backend::BACKENDS,
+    simulates_time: false,
     note: backend::NOTE,
 };

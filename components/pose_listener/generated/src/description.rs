@@ -35,5 +35,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_ROS],
     backends: backend::BACKENDS,
+    simulates_time: false,
     note: backend::NOTE,
 };

@@ -39,5 +39,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_FULL_POSE_ESTIMATION_PUB],
     backends: backend::BACKENDS,
+    simulates_time: false,
     note: backend::NOTE,
 };

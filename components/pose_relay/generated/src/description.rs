@@ -52,5 +52,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_ROBOT, SLOT_ROS],
     backends: backend::BACKENDS,
+    simulates_time: false,
     note: backend::NOTE,
 };

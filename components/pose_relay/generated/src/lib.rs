@@ -17,6 +17,7 @@ pub mod types;
 pub use adapter::{Worker, embed, run};
 pub use context::Context;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
+pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;
 pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
 pub use self::interfaces::*;

@@ -119,7 +119,9 @@ impl Boxes {
         let [ours, theirs] = names.map(|names| names.into_iter().max().unwrap_or(0));
         let mark = marks.component(&component.name);
         let name = marked(Graph::own_name(&component.name), mark);
-        let kind = component.kind().map_or(0, |kind| width(kind, SMALL, false));
+        let kind = component
+            .kind()
+            .map_or(0, |kind| width(&kind, SMALL, false));
         let wide = (ours + theirs + 2 * SIDE + 14)
             .max(width(&name, NAME, true) + 2 * SIDE)
             .max(kind + 2 * SIDE)
@@ -209,7 +211,7 @@ impl Boxes {
             out += &text(middle, rect.y + 16, &(bold + &fill), &name);
             if let Some(kind) = component.kind() {
                 let italic = " font-style=\"italic\" fill=\"#444444\" text-anchor=\"middle\"";
-                out += &text(middle, rect.y + 29, italic, kind);
+                out += &text(middle, rect.y + 29, italic, &kind);
             }
             if !component.slots.is_empty() {
                 let y = rect.y + head(component);

@@ -51,6 +51,7 @@ fn status() -> NetworkStatus {
             .filter(|_| at == 4)
             .collect(),
         troubles: Vec::new(),
+        clock: None,
         exit: (at == 5).then(|| "signal 11 (SIGSEGV)".to_owned()),
     });
     NetworkStatus {

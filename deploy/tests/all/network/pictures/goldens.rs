@@ -8,7 +8,7 @@ use rc_diagnostics::{Diagnostics, SourceMap};
 use rc_middleware::RunDirectory;
 use std::path::Path;
 
-pub(super) const NETWORKS: [&str; 4] = ["patrol", "camera", "joints", "speech"];
+pub(super) const NETWORKS: [&str; 5] = ["patrol", "patrol_fast", "camera", "joints", "speech"];
 
 /// A network of the project; tests run in the folder of this crate.
 fn shipped(name: &str) -> (Network, SourceMap, Diagnostics) {

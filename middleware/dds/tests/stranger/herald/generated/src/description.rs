@@ -115,5 +115,6 @@ pub(crate) static DESCRIPTION: Description = Description {
         SLOT_ARCHIVE,
     ],
     backends: backend::BACKENDS,
+    simulates_time: false,
     note: backend::NOTE,
 };

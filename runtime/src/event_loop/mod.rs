@@ -3,14 +3,20 @@
 //! A turn runs a bounded number of handlers, then `compute()` if it is due. The loop counts and reports a `compute()`
 //! or a handler that takes longer than the period. It never catches up on missed periods.
 
+mod network_time;
+mod port;
+
 use crate::commands::{Command, CommandQueue};
 use crate::component::{Component, WorkerError};
 use crate::description::Description;
 use crate::ports::{Ports, Receiver};
 use crate::status::{Activity, Shared};
+use crate::time::TimeRole;
+use network_time::stamp;
+use port::{Handled, Port, answer};
 use rc_management::component::State;
-use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Gaps, Header, Reader, Reply};
+use rc_middleware::typed::HandlerError;
+use rc_middleware::{Gaps, Reader};
 use rustix::event::{Timespec, epoll};
 use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
@@ -35,6 +41,8 @@ const PEERS_INTERVAL: Duration = Duration::from_secs(1);
 
 const TIMER: u64 = u64::MAX;
 const WAKE_EVENT: u64 = u64::MAX - 1;
+/// The ends of the network's time, from this number on.
+const TIME: u64 = 1 << 32;
 
 pub(crate) struct EventLoop<'a> {
     component: &'a mut dyn Component,
@@ -55,60 +63,12 @@ pub(crate) struct EventLoop<'a> {
     swept: Instant,
     fatal: Option<String>,
     logged: Option<Instant>,
-}
-
-/// One handled message.
-struct Handled {
-    slot: usize,
-    took: Duration,
-    /// Samples of the same sender that were lost right before it.
-    lost: u64,
-    ok: bool,
-}
-
-struct Port {
-    slot: usize,
-    receiver: Receiver,
-    ready: bool,
-    gaps: Gaps,
-    /// Consecutive messages that could not be read.
-    failures: usize,
-    /// Whether the descriptor was readable, so that there is a wake-up to clear.
-    woken: bool,
-    /// Whether the wake-ups were cleared since the port became ready.
-    acknowledged: bool,
-    /// Until when the loop looks at the port again and again, without sleeping.
-    spin_until: Option<Instant>,
-    logged: Option<Instant>,
-    /// The longest time between two samples of a topic.
-    deadline: Option<Duration>,
-    /// When the last sample came, or the first publisher.
-    last_sample: Option<Instant>,
-}
-
-impl Port {
-    /// Makes the loop look at the port. `woken` says whether the descriptor is readable.
-    fn wake(&mut self, woken: bool) {
-        self.ready = true;
-        self.woken = woken;
-        self.acknowledged = false;
-    }
-
-    /// The port has no message. After its wake-ups are cleared, the loop looks once more for a message that came before;
-    /// a later message wakes the loop.
-    fn rest(&mut self, now: Instant) {
-        if self.spin_until.is_some_and(|until| now < until) {
-            // The wake-up stays set, so that senders need not set it again.
-            self.ready = false;
-        } else if self.spin_until.take().is_some() {
-            self.wake(false);
-        } else if self.acknowledged {
-            self.ready = false;
-        } else {
-            self.receiver.acknowledge(self.woken);
-            self.acknowledged = true;
-        }
-    }
+    /// This component's part in the time of its network.
+    role: TimeRole,
+    /// When the loop began: the zero of [`stamp`] where the system's clock rules.
+    began: Instant,
+    /// How often the ports were served in this component's turn of a tick.
+    rounds: usize,
 }
 
 impl<'a> EventLoop<'a> {
@@ -118,6 +78,7 @@ impl<'a> EventLoop<'a> {
         connections: &'a Ports,
         receivers: Vec<(usize, Receiver)>,
         commands: Arc<CommandQueue>,
+        role: TimeRole,
     ) -> io::Result<Self> {
         let shared = component.core().shared.clone();
         let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
@@ -139,6 +100,15 @@ impl<'a> EventLoop<'a> {
             match receiver {
                 Receiver::Server(port) => watch(port.descriptor(), at as u64)?,
                 Receiver::Subscriber { port, .. } => watch(port.descriptor(), at as u64)?,
+            }
+        }
+        match &role {
+            TimeRole::System => {}
+            TimeRole::Follower(follower) => watch(follower.descriptor(), TIME)?,
+            TimeRole::Source(source) => {
+                for (at, descriptor) in source.descriptors().enumerate() {
+                    watch(descriptor, TIME + at as u64)?;
+                }
             }
         }
         // The first turn serves messages that have arrived before.
@@ -179,31 +149,40 @@ impl<'a> EventLoop<'a> {
             swept: Instant::now(),
             fatal: None,
             logged: None,
+            role,
+            began: Instant::now(),
+            rounds: 0,
         })
     }
 
     /// Runs until the component is to stop. An error is the reason of a worker or a middleware that failed.
     pub(crate) fn run(&mut self) -> Result<(), String> {
-        self.arm(Duration::from_nanos(1))
-            .map_err(|e| format!("the timer cannot be set: {e}"))?;
+        if !matches!(self.role, TimeRole::Follower(_)) {
+            self.arm(Duration::from_nanos(1))
+                .map_err(|e| format!("the timer cannot be set: {e}"))?;
+        }
         self.enter(State::Running);
         while !self.shared.wake_event.is_stopping() && self.fatal.is_none() {
             let due = self
                 .wait()
                 .map_err(|e| format!("waiting for events failed: {e}"))?;
             let now = Instant::now();
-            self.wake_all(now);
+            let sweep = self.wake_all(now);
             self.shared.turned(now);
             self.execute_commands();
+            let due = self.follow_time(now, sweep, due);
             self.serve(now);
-            self.check_deadlines();
+            self.check_deadlines(now);
+            let due = due || self.ends_turn();
             if due && !self.shared.wake_event.is_stopping() && self.fatal.is_none() {
                 self.compute();
             }
+            self.tell_time(now);
             self.apply_period();
             self.update_peers(now);
         }
         self.enter(State::Stopping);
+        self.leave_time();
         self.component.finalize();
         match self.fatal.take() {
             Some(reason) => Err(reason),
@@ -238,7 +217,9 @@ impl<'a> EventLoop<'a> {
         for port in awake {
             port.ready = true;
         }
-        let limit = if self.ports.iter().any(|p| p.ready) {
+        let gated = self.is_gated();
+        let ready = self.ports.iter().any(|p| p.may_be_served(gated));
+        let limit = if ready || self.role.is_in_a_hurry() {
             Duration::ZERO
         } else {
             LONGEST_WAIT
@@ -257,9 +238,13 @@ impl<'a> EventLoop<'a> {
             match event.data.u64() {
                 TIMER => due = self.tick(),
                 WAKE_EVENT => self.shared.wake_event.clear(),
+                at if at >= TIME => self.role.wake((at - TIME) as usize),
                 at => {
                     if let Some(port) = self.ports.get_mut(at as usize) {
                         port.wake(true);
+                        if !port.may_be_served(gated) {
+                            port.postpone();
+                        }
                     }
                 }
             }
@@ -267,14 +252,16 @@ impl<'a> EventLoop<'a> {
         Ok(due)
     }
 
-    /// Makes the loop look at every port, once in the time of the longest wait.
-    fn wake_all(&mut self, now: Instant) {
-        if now.saturating_duration_since(self.swept) >= LONGEST_WAIT {
+    /// Makes the loop look at every port, once in the time of the longest wait. Says whether it does now.
+    fn wake_all(&mut self, now: Instant) -> bool {
+        let sweep = now.saturating_duration_since(self.swept) >= LONGEST_WAIT;
+        if sweep {
             self.swept = now;
             for port in self.ports.iter_mut().filter(|port| !port.ready) {
                 port.wake(false);
             }
         }
+        sweep
     }
 
     fn tick(&mut self) -> bool {
@@ -320,17 +307,18 @@ impl<'a> EventLoop<'a> {
         let mut start = now;
         let count = self.ports.len();
         let mut left = HANDLERS_A_TURN;
-        self.first_port = if self.first_port + 1 < count {
+        let gated = self.is_gated();
+        self.first_port = if self.first_port + 1 < count && !self.role.is_lockstep() {
             self.first_port + 1
         } else {
             0
         };
-        'turn: while left > 0 && self.ports.iter().any(|p| p.ready) {
+        'turn: while left > 0 && self.ports.iter().any(|p| p.may_be_served(gated)) {
             for at in (self.first_port..count).chain(0..self.first_port) {
                 if self.shared.wake_event.is_stopping() {
                     break 'turn;
                 }
-                if left > 0 && self.ports[at].ready {
+                if left > 0 && self.ports[at].may_be_served(gated) {
                     start = self.serve_port(at, start);
                     left -= 1;
                 }
@@ -373,7 +361,7 @@ impl<'a> EventLoop<'a> {
             Ok(true) => {
                 port.failures = 0;
                 let now = Instant::now();
-                port.last_sample = Some(now);
+                port.last_sample = Some(stamp(&self.role, self.began, now));
                 let spin = self.description.slots[slot].qos.spin;
                 if !spin.is_zero() {
                     self.ports[at].spin_until = Some(now + spin);
@@ -420,10 +408,11 @@ impl<'a> EventLoop<'a> {
             ok: result.is_ok(),
         });
         let waited = now.saturating_duration_since(self.handled_since);
-        if took > self.period || lost > 0 || result.is_err() || waited >= COUNT_INTERVAL {
+        let is_overrun = self.is_overrun(took);
+        if is_overrun || lost > 0 || result.is_err() || waited >= COUNT_INTERVAL {
             self.count_handled();
         }
-        if took > self.period {
+        if is_overrun {
             let message = format!(
                 "a handler took {took:?}, longer than the period of {:?}",
                 self.period
@@ -440,6 +429,7 @@ impl<'a> EventLoop<'a> {
         if self.handled.is_empty() {
             return;
         }
+        let keeps_period = self.role.keeps_period();
         let mut status = self.shared.status();
         for Handled {
             slot,
@@ -449,21 +439,21 @@ impl<'a> EventLoop<'a> {
         } in self.handled.drain(..)
         {
             status.slots[slot].handled(took, lost, ok);
-            if took > self.period {
+            if keeps_period && took > self.period {
                 status.delta.overrun(Activity::Handler(slot), took);
             }
         }
     }
 
     /// Notes topics that exceed their deadline. A sample that has come and waits to be handled counts as received.
-    fn check_deadlines(&mut self) {
+    fn check_deadlines(&mut self, now: Instant) {
         let late =
             |port: &&Port| !port.ready && port.deadline.is_some() && port.last_sample.is_some();
         for port in self.ports.iter().filter(late) {
             if let (Receiver::Subscriber { operation, .. }, Some(last_sample), Some(deadline)) =
                 (&port.receiver, port.last_sample, port.deadline)
             {
-                let silence = last_sample.elapsed();
+                let silence = stamp(&self.role, self.began, now) - last_sample;
                 if silence > deadline {
                     let mut status = self.shared.status();
                     status.delta.silent(port.slot, *operation, silence);
@@ -490,10 +480,11 @@ impl<'a> EventLoop<'a> {
         let start = Instant::now();
         let result = self.component.compute();
         let took = start.elapsed();
+        let is_overrun = self.is_overrun(took);
         let may_log = {
             let mut status = self.shared.status();
             status.compute.count(took, result.is_ok());
-            if took > self.period {
+            if is_overrun {
                 status.overruns += 1;
                 status.delta.overrun(Activity::Compute, took);
             }
@@ -503,7 +494,7 @@ impl<'a> EventLoop<'a> {
             self.logged
                 .is_none_or(|last: Instant| last.elapsed() >= LOG_PAUSE)
         };
-        let slow = took > self.period && result.is_ok();
+        let slow = is_overrun && result.is_ok();
         if may_log && (slow || matches!(result, Err(WorkerError::Failed(_)))) {
             self.logged = Some(Instant::now());
             if slow {
@@ -534,6 +525,10 @@ impl<'a> EventLoop<'a> {
         };
         self.period = period.max(Duration::from_micros(100));
         self.shared.status().period = self.period;
+        if let TimeRole::Follower(follower) = &mut self.role {
+            let now = follower.now();
+            return follower.schedule.set_period(now, self.period);
+        }
         if let Err(error) = self.arm(self.period) {
             self.fatal = Some(format!("the period cannot be set: {error}"));
         }
@@ -548,6 +543,7 @@ impl<'a> EventLoop<'a> {
             return;
         }
         self.peers_at = Some(now);
+        let here = stamp(&self.role, self.began, now);
         let mut counts = vec![0; self.description.slots.len()];
         for port in &mut self.ports {
             counts[port.slot] = match &port.receiver {
@@ -557,7 +553,7 @@ impl<'a> EventLoop<'a> {
                 } => {
                     let peers = subscriber.peers();
                     if peers > 0 {
-                        port.last_sample.get_or_insert(now);
+                        port.last_sample.get_or_insert(here);
                     }
                     peers.max(counts[port.slot])
                 }
@@ -576,19 +572,4 @@ impl<'a> EventLoop<'a> {
             self.fatal = self.connections.lost();
         }
     }
-}
-
-/// Reads the envelope of a request, lets the worker answer and sends the reply. A request without an envelope gets no
-/// reply.
-fn answer(
-    component: &mut dyn Component,
-    slot: usize,
-    header: Header,
-    body: &[u8],
-    reply: &mut dyn Reply,
-) -> Result<(), HandlerError> {
-    let mut request = Request::open(header, body, reply)?;
-    let result = component.serve(slot, &mut request);
-    request.close();
-    result
 }

@@ -1,0 +1,5 @@
+//! Runs the component `clock`.
+
+fn main() -> std::process::ExitCode {
+    clock_generated::run::<clock::SpecificWorker>()
+}

@@ -1,0 +1,275 @@
+//! The time of a network: which component publishes it, who follows, and over which middleware.
+
+use crate::addresses::process_name;
+use crate::model::Network;
+use rc_cdsl::model::Backend;
+use rc_ddsl::model::{Deployment, Instance};
+use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_middleware::qos::MAX_READERS;
+use rc_settings::Value;
+use serde::Serialize;
+use std::fmt;
+
+/// The component that publishes the time of a network, and those that follow it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NetworkTime {
+    /// The source: an index into the instances.
+    pub source: usize,
+    /// The followers in the order of their turns, that of the file, each with the middleware over
+    /// which it hears the source.
+    pub followers: Vec<(usize, Backend)>,
+}
+
+/// The clock of a component.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ClockPlan {
+    /// `system`, `simulated`, `source` or `ros`.
+    pub kind: &'static str,
+    /// The component that publishes the time, if another one does.
+    pub source: Option<String>,
+    /// The middleware over which it hears the source.
+    pub middleware: Option<&'static str>,
+}
+
+impl fmt::Display for ClockPlan {
+    /// `simulated by clock over dds`
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.kind, &self.source, self.middleware) {
+            ("source", ..) => f.write_str("publishes the network's time"),
+            ("ros", ..) => f.write_str("/clock of ROS 2"),
+            (kind, Some(source), Some(middleware)) => {
+                write!(f, "{kind} by {source} over {middleware}")
+            }
+            (kind, ..) => f.write_str(kind),
+        }
+    }
+}
+
+impl Network {
+    /// The middlewares of an instance: its own, then those that its slots choose.
+    fn middlewares(&self, at: usize) -> Vec<Backend> {
+        let mut all = vec![self.deployment.instances[at].middleware];
+        let project = self.projects[at].as_deref();
+        let slots = project.map_or(&[][..], |project| &project.component.slots);
+        for backend in slots.iter().filter_map(|slot| slot.backend) {
+            if !all.contains(&backend) {
+                all.push(backend);
+            }
+        }
+        all
+    }
+
+    fn simulates_time(&self, at: usize) -> bool {
+        let project = self.projects[at].as_deref();
+        project.is_some_and(|project| project.component.simulates_time)
+    }
+
+    /// Whether an instance takes its time from `/clock` of ROS 2.
+    fn uses_ros_clock(&self, at: usize) -> bool {
+        let set = self.deployment.instances[at].setting(Backend::Ros2, "use_sim_time");
+        set.is_some_and(|set| set.value == Value::Bool(true))
+            && self.middlewares(at).contains(&Backend::Ros2)
+    }
+
+    /// Finds the source of time and its followers, and what is wrong with them.
+    pub(crate) fn check_time(&mut self, found: &mut Diagnostics) {
+        self.warn_of_unused_sources(found);
+        self.check_ros_clocks(found);
+        let Some((source, span)) = self.deployment.time else {
+            return;
+        };
+        let instance = &self.deployment.instances[source];
+        if let Some(project) = self.projects[source].as_deref()
+            && !project.component.simulates_time
+        {
+            let name = &project.component.name;
+            let message = format!("`{}` cannot publish time", instance.path);
+            let error = Diagnostic::error("not-a-time-source", span, message)
+                .label(name.span, "it has no clause `simulates time`")
+                .help(format!(
+                    "add `simulates time;` to the .cdsl of {}",
+                    name.text
+                ));
+            return found.push(error);
+        }
+        if let Some(own) = instance.system_time {
+            let message = format!(
+                "`{}` publishes the network's time, and has the clock of the system",
+                instance.path
+            );
+            let error = Diagnostic::error("two-clocks", own, message)
+                .label(span, "the source of time")
+                .help("remove one of them");
+            return found.push(error);
+        }
+        let mut followers = Vec::new();
+        for (at, instance) in self.deployment.instances.iter().enumerate() {
+            if at == source || instance.system_time.is_some() || self.projects[at].is_none() {
+                continue;
+            }
+            match self.time_link(source, at) {
+                Ok(backend) => followers.push((at, backend)),
+                Err(why) => {
+                    let message = format!(
+                        "`{}` cannot hear the time of `{}`: {why}",
+                        instance.path, self.deployment.instances[source].path
+                    );
+                    let error = Diagnostic::error("time-out-of-reach", instance.name.span, message)
+                        .label(span, "the source of time")
+                        .help("give both one middleware that connects them, or this one `time system;`");
+                    found.push(error);
+                }
+            }
+        }
+        if followers.len() > MAX_READERS {
+            let message = format!(
+                "{} components follow the time of `{}`, but at most {MAX_READERS} can",
+                followers.len(),
+                self.deployment.instances[source].path
+            );
+            let error = Diagnostic::error("too-many-followers", span, message);
+            found.push(error.help("give some of them `time system;`"));
+        }
+        self.time = Some(NetworkTime { source, followers });
+    }
+
+    /// The first middleware of a follower that connects it with its source; else the reason why
+    /// there is none.
+    fn time_link(&self, source: usize, at: usize) -> Result<Backend, String> {
+        let theirs = self.middlewares(source);
+        let own = self.middlewares(at);
+        let common: Vec<Backend> = own.iter().copied().filter(|b| theirs.contains(b)).collect();
+        let instances = &self.deployment.instances;
+        let (one, other) = (&instances[source], &instances[at]);
+        let mut reasons = Vec::new();
+        for backend in common {
+            let apart = backend == Backend::Iceoryx2 && are_apart(&self.deployment, one, other);
+            if apart {
+                reasons.push("they are on different hosts, which iceoryx2 does not connect".into());
+            } else if domain(one, backend) != domain(other, backend) {
+                reasons.push(format!(
+                    "they are in different domains of {}",
+                    backend.word()
+                ));
+            } else {
+                return Ok(backend);
+            }
+        }
+        if reasons.is_empty() {
+            let words = |all: &[Backend]| {
+                let all: Vec<&str> = all.iter().map(|backend| backend.word()).collect();
+                all.join(", ")
+            };
+            return Err(format!(
+                "it uses {}, the source {}",
+                words(&own),
+                words(&theirs)
+            ));
+        }
+        Err(reasons.join(", and "))
+    }
+
+    fn warn_of_unused_sources(&self, found: &mut Diagnostics) {
+        if self.deployment.time.is_some() {
+            return;
+        }
+        for (at, instance) in self.deployment.instances.iter().enumerate() {
+            if self.simulates_time(at) && instance.system_time.is_none() && !self.uses_ros_clock(at)
+            {
+                let message = format!(
+                    "`{}` simulates time, but the network has the clock of the system",
+                    instance.path
+                );
+                let warning =
+                    Diagnostic::warning("unused-time-source", instance.name.span, message);
+                found.push(warning.help(format!(
+                    "write `time simulated by {};` in the deployment, or `time system;` in the component",
+                    instance.path
+                )));
+            }
+        }
+    }
+
+    /// Reports components that follow `/clock`, and have another clock by the network.
+    fn check_ros_clocks(&self, found: &mut Diagnostics) {
+        let source = self.deployment.time;
+        for (at, instance) in self.deployment.instances.iter().enumerate() {
+            let other = instance
+                .system_time
+                .map(|span| (span, "the clock of the system"));
+            let other = other.or(source.map(|(_, span)| (span, "the clock of the network")));
+            if let Some((span, label)) = other
+                && self.uses_ros_clock(at)
+                && let Some(set) = instance.setting(Backend::Ros2, "use_sim_time")
+            {
+                let message = format!("`{}` has two clocks", instance.path);
+                let error = Diagnostic::error("two-clocks", set.span, message)
+                    .label(span, label)
+                    .help("remove `use_sim_time`, or the other one");
+                found.push(error);
+            }
+        }
+    }
+
+    /// The clock of an instance.
+    pub fn clock(&self, at: usize) -> ClockPlan {
+        let (kind, followed) = match &self.time {
+            _ if self.deployment.instances[at].system_time.is_some() => ("system", None),
+            Some(time) if time.source == at => ("source", None),
+            Some(time) => {
+                let mut followers = time.followers.iter();
+                let found = followers.find(|(follower, _)| *follower == at);
+                let followed = found.map(|(_, backend)| (time.source, backend.word()));
+                ("simulated", followed)
+            }
+            None if self.uses_ros_clock(at) => ("ros", None),
+            None => ("system", None),
+        };
+        let path = |at: usize| self.deployment.instances[at].path.clone();
+        ClockPlan {
+            kind,
+            source: followed.map(|(source, _)| path(source)),
+            middleware: followed.map(|(_, middleware)| middleware),
+        }
+    }
+
+    /// The options by which an instance gets its clock.
+    pub(crate) fn clock_options(&self, at: usize) -> Vec<(&'static str, String)> {
+        let clock = self.clock(at);
+        match (clock.kind, clock.middleware) {
+            ("source", _) => {
+                let followers = self.time.iter().flat_map(|time| &time.followers);
+                let names = followers
+                    .map(|(follower, _)| process_name(&self.deployment.instances[*follower].path));
+                let names = names.collect::<Vec<_>>().join(",");
+                let mut options = vec![("--clock", "source".to_owned())];
+                if !names.is_empty() {
+                    options.push(("--followers", names));
+                }
+                options
+            }
+            ("simulated", Some(middleware)) => {
+                vec![("--clock", format!("simulated:{middleware}"))]
+            }
+            // By itself, it would be a source.
+            ("system", _) if self.simulates_time(at) => vec![("--clock", "system".to_owned())],
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// Whether two instances are on different machines.
+fn are_apart(deployment: &Deployment, one: &Instance, other: &Instance) -> bool {
+    match (deployment.remote_host(one), deployment.remote_host(other)) {
+        (Some(one), Some(other)) => !one.is_same(other),
+        (one, other) => one.is_some() || other.is_some(),
+    }
+}
+
+/// The domain of an instance, where its middleware has domains.
+fn domain(instance: &Instance, backend: Backend) -> Option<Value> {
+    let set = instance
+        .setting(backend, "domain")
+        .map(|set| set.value.clone());
+    set.or_else(|| rc_settings::key(backend.word(), "domain")?.default.clone())
+}

@@ -1,0 +1,267 @@
+//! Networks in simulated time: what is checked, what components are told, and the patrol in lockstep over shared memory.
+
+use crate::network::site::Site;
+use rc_codegen::FileLoader;
+use rc_deploy_network::{self as network, Network, Profile};
+use rc_diagnostics::{Format, SourceMap, render};
+use rustix::process::{Pid, Signal, kill_process};
+use std::path::Path;
+
+/// How many poses a run has: ten seconds of simulated time.
+const POSES: u32 = 200;
+
+/// The patrol in simulated time, as fast as it goes. `clock` holds more fields of its clock.
+fn patrol(site: &Site, clock: &str) {
+    let text = format!(
+        "Deployment patrol\n{{\n    time simulated by clock;\n\n    \
+         Component simulator {{ cdsl \"../simulator/simulator.cdsl\"; }};\n    \
+         Component monitor {{ cdsl \"../pose_monitor/pose_monitor.cdsl\"; config \"monitor.toml\"; }};\n    \
+         Component avoider {{ cdsl \"../avoider/avoider.cdsl\"; }};\n    \
+         Component clock {{ cdsl \"../clock/clock.cdsl\"; config \"clock.toml\"; {clock} }};\n\n    \
+         bind monitor.FullPoseEstimationPub -> simulator.FullPoseEstimationPub;\n}};\n"
+    );
+    site.write_ddsl(&text);
+    let clock = "[parameters]\nstep = \"50ms\"\nrate = 0.0\nlimit = \"500ms\"\n";
+    site.write("clock.toml", clock);
+}
+
+fn up(site: &Site) {
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+}
+
+fn down(site: &Site) {
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
+
+/// The poses of a run, with every digit.
+fn run(name: &str) -> String {
+    let site = Site::new(name);
+    site.monitor("trace", POSES);
+    patrol(&site, "");
+    up(&site);
+    site.await_end_of("monitor");
+    // The monitor has left in order: time goes on without it.
+    let clock = site.ask("clock", "status")["clock"].clone();
+    assert_eq!(clock["kind"], "source");
+    let tick = clock["tick"].as_u64();
+    Site::until("time to go on", || {
+        site.ask("clock", "status")["clock"]["tick"].as_u64() > tick
+    });
+    let status = site.ask("clock", "status");
+    let faster = |time: &serde_json::Value| time.as_f64() > status["uptime_s"].as_f64();
+    assert!(faster(&status["clock"]["time_s"]), "{status}");
+    let table = site.rcdeploy(&["status", &site.network], false);
+    assert!(table.stdout.contains("publishes time "), "{table:?}");
+    assert!(table.stdout.contains("simulated time "), "{table:?}");
+    let trace = std::fs::read_to_string(site.path("trace")).expect("the trace");
+    down(&site);
+    trace
+}
+
+#[test]
+fn the_patrol_in_lockstep_repeats_exactly() {
+    let first = run("time_one");
+    assert_eq!(first.lines().count(), POSES as usize);
+    assert_eq!(first, run("time_two"));
+}
+
+fn pid(site: &Site, name: &str) -> Pid {
+    let pid = site.ask(name, "status")["pid"].as_i64().expect("a pid");
+    Pid::from_raw(i32::try_from(pid).expect("a pid")).expect("a pid")
+}
+
+fn await_event(site: &Site, component: &str, code: &str, text: &str) {
+    Site::until(&format!("{code} of {component}, {text}"), || {
+        let events = site.events(component);
+        events
+            .iter()
+            .any(|(c, message)| c == code && message.contains(text))
+    });
+}
+
+fn tick(site: &Site, name: &str) -> u64 {
+    let status = site.ask(name, "status");
+    status["clock"]["tick"].as_u64().expect("a tick")
+}
+
+fn await_ticks(site: &Site) {
+    let before = tick(site, "avoider");
+    Site::until("ticks", || tick(site, "avoider") > before + 10);
+}
+
+#[test]
+fn who_hangs_is_named_time_may_be_paused_and_its_source_killed() {
+    let site = Site::new("time_troubles");
+    site.monitor("trace", 0);
+    patrol(&site, "restart on_failure;");
+    up(&site);
+    await_ticks(&site);
+
+    // A follower that hangs.
+    let avoider = pid(&site, "avoider");
+    kill_process(avoider, Signal::STOP).expect("to stop it");
+    await_event(&site, "clock", "time-waits", "waits for avoider");
+    site.await_component("clock", |c| c["clock"]["waiting_for"][0] == "avoider");
+    kill_process(avoider, Signal::CONT).expect("to go on");
+    await_event(&site, "clock", "time-goes-on", "");
+    await_ticks(&site);
+
+    // Time stands, and nobody hangs.
+    let set = |value: &str| {
+        let args = ["params", "set", &site.network, "clock", value];
+        let ran = site.rcdeploy(&args, false);
+        assert_eq!(ran.code, 0, "{ran:?}");
+    };
+    set("paused=true");
+    let stands = tick(&site, "clock");
+    let before = site.ask("monitor", "status");
+    Site::until("a second of the system's clock", || {
+        let uptime = |status: &serde_json::Value| status["uptime_s"].as_f64().expect("a time");
+        uptime(&site.ask("monitor", "status")) > uptime(&before) + 1.0
+    });
+    assert_eq!(tick(&site, "clock"), stands);
+    assert_eq!(
+        site.ask("monitor", "status")["compute"]["count"],
+        before["compute"]["count"]
+    );
+    site.await_component("monitor", |c| c["state"] == "running");
+    set("paused=false");
+    await_ticks(&site);
+
+    // A source that is killed comes back, and time begins anew.
+    let ticks = tick(&site, "avoider");
+    kill_process(pid(&site, "clock"), Signal::KILL).expect("to kill it");
+    await_event(&site, "avoider", "time-jumped", "time jumped back from");
+    assert!(ticks > 0);
+    await_ticks(&site);
+
+    // A source that is stopped is missed; that ends nobody.
+    let command = |verb: &str| {
+        let ran = site.rcdeploy(&[verb, &site.network, "clock"], false);
+        assert_eq!(ran.code, 0, "{ran:?}");
+    };
+    command("stop");
+    await_event(&site, "avoider", "time-lost", "its time stands");
+    site.await_component("avoider", |c| c["state"] == "running");
+    command("start");
+    await_event(&site, "avoider", "time-back", "");
+    await_ticks(&site);
+    down(&site);
+}
+
+/// Reads a network of a source and some followers.
+fn load(folder: &Path, body: &str) -> (Option<Network>, String) {
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.join(name), text).expect("to write");
+    };
+    for (name, clause) in [("source", "simulates time;"), ("user", "")] {
+        let text =
+            format!("Component {name} {{ Communications {{ }}; language rust; {clause} }};\n");
+        write(&format!("{name}.cdsl"), &text);
+    }
+    let body = body
+        .replace("$SOURCE", "cdsl \"source.cdsl\"; executable \"x\";")
+        .replace("$USER", "cdsl \"user.cdsl\"; executable \"x\";");
+    write("n.ddsl", &format!("Deployment n\n{{\n{body}\n}};\n"));
+    let mut sources = SourceMap::new();
+    let loader = FileLoader::default();
+    let (network, found) =
+        network::load(&folder.join("n.ddsl"), None, &mut sources, &loader).expect("the files");
+    let text = render(&sources, &found, Format::Short);
+    let text = text.replace(&format!("{}/", folder.display()), "");
+    (network.filter(|_| !found.has_errors()), text)
+}
+
+/// What the components are told of their clocks.
+fn clocks(body: &str) -> Vec<(String, Vec<String>)> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (network, found) = load(folder.path(), body);
+    let plan = network.expect(&found).plan(Profile::Dev).expect("a plan");
+    let told = |args: &[String]| {
+        let pairs = args.windows(2);
+        let told = pairs.filter(|pair| pair[0] == "--clock" || pair[0] == "--followers");
+        told.flatten().cloned().collect()
+    };
+    let components = plan.components.iter();
+    components
+        .map(|c| (c.name.clone(), told(&c.args)))
+        .collect()
+}
+
+#[test]
+fn components_are_told_their_clocks() {
+    let told = clocks(
+        "time simulated by world.sim;\n    Component a { $USER };\n    \
+         Group world { Component sim { $SOURCE }; Component b { $USER }; };\n    \
+         Component spare { $SOURCE };\n    Component screen { $USER time system; };",
+    );
+    let told: Vec<(&str, String)> = told
+        .iter()
+        .map(|(n, a)| (n.as_str(), a.join(" ")))
+        .collect();
+    let follows = "--clock simulated:iceoryx2".to_owned();
+    assert_eq!(
+        told,
+        [
+            ("a", follows.clone()),
+            (
+                "world.sim",
+                "--clock source --followers a,world-b,spare".to_owned()
+            ),
+            ("world.b", follows.clone()),
+            ("spare", follows),
+            ("screen", String::new()),
+        ]
+    );
+    let told = clocks("Component a { $SOURCE time system; };\n    Component b { $USER };");
+    assert_eq!(told[0].1, ["--clock", "system"]);
+    assert_eq!(told[1].1, [""; 0]);
+}
+
+#[track_caller]
+fn refused(body: &str, expected: &str) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (_, found) = load(folder.path(), body);
+    assert_eq!(found.trim_end(), expected);
+}
+
+#[test]
+fn what_is_wrong_with_the_time_is_found() {
+    refused(
+        "time simulated by b;\nComponent a { $SOURCE };\nComponent b { $USER };",
+        "n.ddsl:3:19: error[not-a-time-source]: `b` cannot publish time; it has no clause `simulates time` at user.cdsl:1:11 (add `simulates time;` to the .cdsl of user)",
+    );
+    refused(
+        "time simulated by a;\nComponent a { $SOURCE };\nComponent b { $USER middleware dds; };",
+        "n.ddsl:5:11: error[time-out-of-reach]: `b` cannot hear the time of `a`: it uses dds, the source iceoryx2; the source of time at n.ddsl:3:19 (give both one middleware that connects them, or this one `time system;`)",
+    );
+    refused(
+        "middleware dds;\ntime simulated by a;\nComponent a { $SOURCE };\nComponent b { $USER domain 7; };",
+        "n.ddsl:6:11: error[time-out-of-reach]: `b` cannot hear the time of `a`: they are in different domains of dds; the source of time at n.ddsl:4:19 (give both one middleware that connects them, or this one `time system;`)",
+    );
+    refused(
+        "time simulated by a;\nHost robot { address \"10.0.0.2\"; };\nComponent a { $SOURCE };\nComponent b { $USER host robot; };",
+        "n.ddsl:6:11: error[time-out-of-reach]: `b` cannot hear the time of `a`: they are on different hosts, which iceoryx2 does not connect; the source of time at n.ddsl:3:19 (give both one middleware that connects them, or this one `time system;`)",
+    );
+    refused(
+        "time simulated by a;\nComponent a { $SOURCE time system; };",
+        "n.ddsl:4:51: error[two-clocks]: `a` publishes the network's time, and has the clock of the system; the source of time at n.ddsl:3:19 (remove one of them)",
+    );
+    refused(
+        "middleware ros2 { use_sim_time true; };\ntime simulated by a;\nComponent a { $SOURCE };",
+        "n.ddsl:3:19: error[two-clocks]: `a` has two clocks; the clock of the network at n.ddsl:4:19 (remove `use_sim_time`, or the other one)",
+    );
+    refused(
+        "Component a { $SOURCE };",
+        "n.ddsl:3:11: warning[unused-time-source]: `a` simulates time, but the network has the clock of the system (write `time simulated by a;` in the deployment, or `time system;` in the component)",
+    );
+    let many: String = (0..65)
+        .map(|n| format!("Component u{n} {{ $USER }};\n"))
+        .collect();
+    refused(
+        &format!("time simulated by a;\nComponent a {{ $SOURCE }};\n{many}"),
+        "n.ddsl:3:19: error[too-many-followers]: 65 components follow the time of `a`, but at most 64 can (give some of them `time system;`)",
+    );
+}

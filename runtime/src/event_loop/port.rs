@@ -1,0 +1,90 @@
+//! The receiving ends that the loop serves.
+
+use crate::clock::Time;
+use crate::component::Component;
+use crate::ports::Receiver;
+use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::{Gaps, Header, Reply};
+use std::time::{Duration, Instant};
+
+/// One handled message.
+pub(super) struct Handled {
+    pub(super) slot: usize,
+    pub(super) took: Duration,
+    /// Samples of the same sender that were lost right before it.
+    pub(super) lost: u64,
+    pub(super) ok: bool,
+}
+
+/// A receiving end with what the loop knows of it.
+pub(super) struct Port {
+    pub(super) slot: usize,
+    pub(super) receiver: Receiver,
+    pub(super) ready: bool,
+    pub(super) gaps: Gaps,
+    /// Consecutive messages that could not be read.
+    pub(super) failures: usize,
+    /// Whether the descriptor was readable, so that there is a wake-up to clear.
+    pub(super) woken: bool,
+    /// Whether the wake-ups were cleared since the port became ready.
+    pub(super) acknowledged: bool,
+    /// Until when the loop looks at the port again and again, without sleeping.
+    pub(super) spin_until: Option<Instant>,
+    pub(super) logged: Option<Instant>,
+    /// The longest time between two samples of a topic.
+    pub(super) deadline: Option<Duration>,
+    /// When the last sample came, or the first publisher, as a `stamp`.
+    pub(super) last_sample: Option<Time>,
+}
+
+impl Port {
+    /// Makes the loop look at the port. `woken` says whether the descriptor is readable.
+    pub(super) fn wake(&mut self, woken: bool) {
+        self.ready = true;
+        self.woken = woken;
+        self.acknowledged = false;
+    }
+
+    /// Whether there may be a message that may be handled now. `gated`: samples wait for this component's turn of a
+    /// tick, and only calls are served.
+    pub(super) fn may_be_served(&self, gated: bool) -> bool {
+        self.ready && !(gated && matches!(self.receiver, Receiver::Subscriber { .. }))
+    }
+
+    /// Leaves its messages until this component's turn, which looks at all ports, and lets the loop sleep.
+    pub(super) fn postpone(&mut self) {
+        self.receiver.acknowledge(self.woken);
+        self.wake(false);
+    }
+
+    /// The port has no message. After its wake-ups are cleared, the loop looks once more for a message that came before;
+    /// a later message wakes the loop.
+    pub(super) fn rest(&mut self, now: Instant) {
+        if self.spin_until.is_some_and(|until| now < until) {
+            // The wake-up stays set, so that senders need not set it again.
+            self.ready = false;
+        } else if self.spin_until.take().is_some() {
+            self.wake(false);
+        } else if self.acknowledged {
+            self.ready = false;
+        } else {
+            self.receiver.acknowledge(self.woken);
+            self.acknowledged = true;
+        }
+    }
+}
+
+/// Reads the envelope of a request, lets the worker answer and sends the reply. A request without an envelope gets no
+/// reply.
+pub(super) fn answer(
+    component: &mut dyn Component,
+    slot: usize,
+    header: Header,
+    body: &[u8],
+    reply: &mut dyn Reply,
+) -> Result<(), HandlerError> {
+    let mut request = Request::open(header, body, reply)?;
+    let result = component.serve(slot, &mut request);
+    request.close();
+    result
+}

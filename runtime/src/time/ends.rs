@@ -1,0 +1,202 @@
+//! The ports by which time travels.
+
+use super::protocol::{DONE, TICK};
+use crate::arguments::ROS2;
+use rc_middleware::network_time::{TYPE_HASH, call_types, topic_types};
+use rc_middleware::typed::Request;
+use rc_middleware::{
+    Address, Backend, Client, Endpoint, ExternalType, OpenError, Publisher, Qos, Reader,
+    ReceiveError, Reliability, Server, Settings, Subscriber, TypeIdentity,
+};
+use rc_settings::Value;
+use rc_settings::ros::Remapping;
+use std::os::fd::BorrowedFd;
+
+/// The most messages that are taken from a port in a turn of the loop.
+const MESSAGES_A_TURN: usize = 1024;
+
+/// The slot of time, in messages and rules for names of ROS 2.
+const SLOT: &str = "rc_time";
+/// The absolute name of the clock of ROS.
+const ROS_CLOCK: &str = "/clock";
+
+fn endpoint(address: Address, types: TypeIdentity, qos: Qos, external: ExternalType) -> Endpoint {
+    Endpoint {
+        address,
+        types,
+        qos,
+        external_types: vec![external],
+    }
+}
+
+fn topic(address: &Address) -> Endpoint {
+    let qos = Qos {
+        reliability: Reliability::Reliable,
+        ..Qos::PUBLISHER
+    };
+    let external = ExternalType {
+        slot: SLOT.to_owned(),
+        operation: TICK.name.to_owned(),
+        id: TICK.id,
+        type_name: "rc_time/msg/Tick".to_owned(),
+    };
+    endpoint(address.join(TICK.name), topic_types(), qos, external)
+}
+
+fn calls(address: &Address) -> Endpoint {
+    let external = ExternalType {
+        slot: SLOT.to_owned(),
+        operation: DONE.name.to_owned(),
+        id: DONE.id,
+        type_name: "rc_time/srv/Done".to_owned(),
+    };
+    endpoint(address.clone(), call_types(), Qos::CALL, external)
+}
+
+/// The topic `/clock` of ROS 2. Nodes of ROS publish and read it best effort.
+fn ros_clock(address: &Address) -> Endpoint {
+    let external = ExternalType {
+        slot: SLOT.to_owned(),
+        operation: "clock".to_owned(),
+        id: 0,
+        type_name: "rosgraph_msgs/msg/Clock".to_owned(),
+    };
+    let qos = Qos {
+        depth: 1,
+        reliability: Reliability::BestEffort,
+        ..Qos::SUBSCRIBER
+    };
+    let types = TypeIdentity {
+        name: "rosgraph_msgs::Clock/clock".to_owned(),
+        hash: TYPE_HASH,
+    };
+    endpoint(address.join("clock"), types, qos, external)
+}
+
+/// Gives the topic of the clock its name in ROS 2, behind the rules that are set.
+pub(crate) fn name_ros_clock(settings: &mut Settings) {
+    let mut rules = settings.remappings(ROS2, "remap").to_vec();
+    rules.extend(Remapping::parse(&format!("{SLOT}/clock:={ROS_CLOCK}")));
+    settings.set(ROS2, "remap", Value::Remappings(rules));
+}
+
+pub(crate) fn publisher(
+    backend: &dyn Backend,
+    address: &Address,
+) -> Result<Box<dyn Publisher>, OpenError> {
+    backend.publisher(&topic(address))
+}
+
+pub(crate) fn server(
+    backend: &dyn Backend,
+    address: &Address,
+) -> Result<Box<dyn Server>, OpenError> {
+    backend.server(&calls(address))
+}
+
+pub(crate) fn subscriber(
+    backend: &dyn Backend,
+    address: &Address,
+) -> Result<Box<dyn Subscriber>, OpenError> {
+    backend.subscriber(&topic(address))
+}
+
+pub(crate) fn client(
+    backend: &dyn Backend,
+    address: &Address,
+) -> Result<Box<dyn Client>, OpenError> {
+    backend.client(&calls(address))
+}
+
+pub(crate) fn ros_clock_publisher(
+    backend: &dyn Backend,
+    address: &Address,
+) -> Result<Box<dyn Publisher>, OpenError> {
+    let mut endpoint = ros_clock(address);
+    endpoint.qos.reliability = Reliability::Reliable;
+    backend.publisher(&endpoint)
+}
+
+pub(crate) fn ros_clock_subscriber(
+    backend: &dyn Backend,
+    address: &Address,
+) -> Result<Box<dyn Subscriber>, OpenError> {
+    backend.subscriber(&ros_clock(address))
+}
+
+/// A receiving port, of the source or of a follower.
+pub(crate) trait Receiving {
+    /// Readable when something may be there.
+    fn descriptor(&self) -> BorrowedFd<'_>;
+    /// Clears readiness, see [`Subscriber::acknowledge`].
+    fn acknowledge(&mut self, woken: bool);
+    /// Takes one message, if there is one.
+    fn receive(&mut self, take: &mut dyn FnMut(&mut Reader<'_>)) -> Result<bool, ReceiveError>;
+}
+
+impl Receiving for Box<dyn Subscriber> {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        self.as_ref().descriptor()
+    }
+
+    fn acknowledge(&mut self, woken: bool) {
+        self.as_mut().acknowledge(woken);
+    }
+
+    fn receive(&mut self, take: &mut dyn FnMut(&mut Reader<'_>)) -> Result<bool, ReceiveError> {
+        self.as_mut()
+            .receive(&mut |_, body| take(&mut Reader::new(body)))
+    }
+}
+
+impl Receiving for Box<dyn Server> {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        self.as_ref().descriptor()
+    }
+
+    fn acknowledge(&mut self, woken: bool) {
+        self.as_mut().acknowledge(woken);
+    }
+
+    fn receive(&mut self, take: &mut dyn FnMut(&mut Reader<'_>)) -> Result<bool, ReceiveError> {
+        self.serve(&mut |header, body, reply| {
+            // What is no command of a follower is not for us.
+            if let Ok(mut request) = Request::open(header, body, reply) {
+                let _ = request.arguments(&DONE, |reader| {
+                    take(reader);
+                    Ok(())
+                });
+                request.close();
+            }
+        })
+    }
+}
+
+/// Takes all messages of a port, if it was woken or is to be looked at. Unreadable ones are
+/// dropped: the sender repeats what counts.
+pub(crate) fn drain(port: &mut dyn Receiving, woken: bool, take: &mut dyn FnMut(&mut Reader<'_>)) {
+    let mut left = MESSAGES_A_TURN;
+    let mut all = |port: &mut dyn Receiving| {
+        while left > 0 && !matches!(port.receive(take), Ok(false)) {
+            left -= 1;
+        }
+    };
+    all(port);
+    port.acknowledge(woken);
+    all(port);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_has_an_address_of_its_own() {
+        let address = rc_middleware::network_time::address("patrol").expect("an address");
+        assert_eq!(topic(&address).address.as_str(), "patrol/rc-time/tick");
+        assert_eq!(calls(&address).address.as_str(), "patrol/rc-time");
+        let mut settings = Settings::default();
+        name_ros_clock(&mut settings);
+        assert_eq!(settings.remappings(ROS2, "remap").len(), 1);
+    }
+}

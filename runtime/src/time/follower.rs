@@ -1,0 +1,258 @@
+//! A component that follows the time of its network.
+
+use super::ends::{self, drain};
+use super::protocol::{self, DONE, Done, Tick, turn_of};
+use super::schedule::Schedule;
+use crate::clock::{Clock, SimulatedClock, Time};
+use rc_middleware::typed::TypedClient;
+use rc_middleware::{Address, Backend, OpenError, Subscriber};
+use std::os::fd::BorrowedFd;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long a source may be silent. It says twice a second which tick it is, also while time
+/// stands.
+pub(crate) const SILENCE_LIMIT: Duration = Duration::from_secs(3);
+/// How often a follower without a source looks for one, and repeats what was not accepted.
+const RETRY: Duration = Duration::from_millis(100);
+
+/// How time comes.
+enum Feed {
+    /// From a source of ours, which gets acknowledgements.
+    Source(TypedClient),
+    /// From `/clock` of ROS 2.
+    Ros,
+}
+
+pub(crate) struct Follower {
+    name: String,
+    turn_number: u64,
+    clock: Arc<SimulatedClock>,
+    feed: Feed,
+    port: Box<dyn Subscriber>,
+    /// Whether the port's descriptor was readable.
+    pub(crate) woken: bool,
+    epoch: u64,
+    number: u64,
+    lockstep: bool,
+    /// The tick that is under way.
+    turn: Option<u64>,
+    /// What was done last, and whether the source has it.
+    done: Option<(u64, u64)>,
+    unsent: bool,
+    tried: Option<Instant>,
+    heard: Option<Instant>,
+    pub(crate) schedule: Schedule,
+}
+
+/// What ticks that came have changed.
+#[derive(Debug, Default, PartialEq)]
+pub(crate) struct Moved {
+    /// Time has jumped back, from the first time to the second.
+    pub(crate) jump: Option<(Time, Time)>,
+    /// A new tick: time may have moved.
+    pub(crate) ticked: bool,
+    /// It is this component's turn.
+    pub(crate) turn: bool,
+}
+
+impl Follower {
+    /// Follows the source of the network over `backend`.
+    pub(crate) fn open(
+        backend: &dyn Backend,
+        address: &Address,
+        name: &str,
+        clock: Arc<SimulatedClock>,
+    ) -> Result<Self, OpenError> {
+        let port = ends::subscriber(backend, address)?;
+        let client = TypedClient::new(ends::client(backend, address)?, RETRY);
+        Ok(Self::new(name, clock, port, Feed::Source(client)))
+    }
+
+    /// Follows `/clock`.
+    pub(crate) fn open_ros(
+        backend: &dyn Backend,
+        address: &Address,
+        name: &str,
+        clock: Arc<SimulatedClock>,
+    ) -> Result<Self, OpenError> {
+        let port = ends::ros_clock_subscriber(backend, address)?;
+        Ok(Self::new(name, clock, port, Feed::Ros))
+    }
+
+    fn new(name: &str, clock: Arc<SimulatedClock>, port: Box<dyn Subscriber>, feed: Feed) -> Self {
+        Self {
+            name: name.to_owned(),
+            turn_number: turn_of(name),
+            clock,
+            feed,
+            port,
+            woken: true,
+            epoch: 0,
+            number: 0,
+            lockstep: false,
+            turn: None,
+            done: None,
+            unsent: false,
+            tried: None,
+            heard: None,
+            schedule: Schedule::default(),
+        }
+    }
+
+    /// Readable when a tick may be there.
+    pub(crate) fn descriptor(&self) -> BorrowedFd<'_> {
+        self.port.descriptor()
+    }
+
+    /// The number of the present tick.
+    pub(crate) fn tick(&self) -> u64 {
+        self.number
+    }
+
+    /// The present time.
+    pub(crate) fn now(&self) -> Time {
+        self.clock.now()
+    }
+
+    /// Whether the source waits for its followers.
+    pub(crate) fn is_lockstep(&self) -> bool {
+        self.lockstep
+    }
+
+    /// Whether the tick under way waits for this component.
+    pub(crate) fn has_turn(&self) -> bool {
+        self.turn.is_some()
+    }
+
+    /// How long the source has been silent, if that is too long. A clock of ROS may stand in
+    /// silence; then its publisher has to be gone.
+    pub(crate) fn silence(&self, now: Instant) -> Option<Duration> {
+        let silence = now.saturating_duration_since(self.heard?);
+        let is_lost = silence >= SILENCE_LIMIT
+            && (matches!(self.feed, Feed::Source(_)) || self.port.peers() == 0);
+        is_lost.then_some(silence)
+    }
+
+    /// Takes the ticks that have come. Of several, the newest counts.
+    pub(crate) fn receive(&mut self, now: Instant, sweep: bool) -> Moved {
+        let mut moved = Moved::default();
+        let woken = std::mem::take(&mut self.woken);
+        if woken || sweep {
+            let mut newest = None;
+            let is_ros = matches!(self.feed, Feed::Ros);
+            let number = &mut self.number;
+            drain(&mut self.port, woken, &mut |reader| {
+                if is_ros {
+                    newest = protocol::read_ros_clock(reader).ok().map(|time| {
+                        *number += 1;
+                        Tick {
+                            epoch: 1,
+                            number: *number,
+                            time,
+                            ..Tick::default()
+                        }
+                    });
+                } else if let Ok(tick) = Tick::read(reader) {
+                    newest = Some(tick);
+                }
+            });
+            if let Some(tick) = newest.filter(|tick| tick.epoch != 0) {
+                if is_ros {
+                    self.number = tick.number - 1;
+                }
+                self.heard = Some(now);
+                self.apply(tick, &mut moved);
+            }
+        }
+        self.report(now);
+        moved
+    }
+
+    fn apply(&mut self, tick: Tick, moved: &mut Moved) {
+        let new_source = tick.epoch != self.epoch;
+        if new_source {
+            if self.epoch != 0 {
+                tracing::info!("the source of time has started anew");
+            }
+            self.epoch = tick.epoch;
+            self.turn = None;
+            self.done = None;
+            self.schedule.restart();
+        }
+        let (before, time) = (self.clock.now(), Time::from_nanos(tick.time));
+        let fresh = new_source || tick.number != self.number;
+        if fresh {
+            if time < before {
+                moved.jump = Some((before, time));
+                self.schedule.restart();
+            }
+            self.clock.set(time);
+            moved.ticked = tick.number > 0;
+            self.turn = None;
+        }
+        self.number = tick.number;
+        self.lockstep = tick.lockstep;
+        if !tick.lockstep {
+            self.turn = None;
+            // It joins; nobody waits.
+            if self.done.is_none_or(|(epoch, _)| epoch != self.epoch) {
+                self.finish();
+            }
+            return;
+        }
+        let mine = tick.turn == 0 || tick.turn == self.turn_number;
+        if self.done == Some((self.epoch, self.number)) {
+            // The source repeats itself, possibly because it has not heard this component.
+            self.unsent |= !fresh && mine;
+        } else if mine && self.turn.is_none() {
+            self.turn = Some(self.number);
+            moved.turn = true;
+        } else if self.done.is_none() {
+            // It joins, and waits for its turn.
+            self.unsent = true;
+        }
+    }
+
+    /// Acknowledges the present tick: what was due has run.
+    pub(crate) fn finish(&mut self) {
+        self.turn = None;
+        self.done = Some((self.epoch, self.number));
+        self.unsent = true;
+        self.tried = None;
+    }
+
+    /// Sends what the source does not have yet.
+    pub(crate) fn report(&mut self, now: Instant) {
+        let pause = |tried: Instant| now.saturating_duration_since(tried) < RETRY;
+        if (!self.unsent && self.epoch != 0) || self.tried.is_some_and(pause) {
+            return;
+        }
+        self.tried = Some(now);
+        let (epoch, number) = self.done.unwrap_or_default();
+        if self.send(epoch, number, false) {
+            self.unsent = false;
+        }
+    }
+
+    /// Leaves: nobody is to wait for this component.
+    pub(crate) fn leave(&mut self) {
+        if self.epoch != 0 {
+            self.send(self.epoch, self.number, true);
+        }
+    }
+
+    /// Whether the source has accepted it.
+    fn send(&mut self, epoch: u64, number: u64, leaving: bool) -> bool {
+        let Feed::Source(client) = &mut self.feed else {
+            return true;
+        };
+        let done = Done {
+            epoch,
+            number,
+            follower: self.name.clone(),
+            leaving,
+        };
+        client.send_with(&DONE, |writer| done.write(writer)).is_ok()
+    }
+}

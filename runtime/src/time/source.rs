@@ -1,0 +1,558 @@
+//! The component that publishes the time of its network.
+
+use super::ends::{self, Receiving, drain};
+use super::protocol::{Done, TICK, Tick, turn_of, write_ros_clock};
+use crate::clock::{Clock, SimulatedClock, Time};
+use rc_middleware::qos::MAX_READERS;
+use rc_middleware::typed::TypedPublisher;
+use rc_middleware::{Address, Backend, OpenError, SendError, Server};
+use std::cell::RefCell;
+use std::os::fd::BorrowedFd;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// How often a source repeats its present tick.
+const REPEAT: Duration = Duration::from_millis(500);
+/// The turn of nobody.
+const NOBODY: u64 = u64::MAX;
+
+/// In which order followers do a tick that the source waits for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Order {
+    /// One after the other, as the network lists them, then by name. A run repeats exactly.
+    #[default]
+    InTurn,
+    /// All at the same time. What they send each other may come in this tick or in the next one.
+    AtOnce,
+}
+
+/// Why time did not advance.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TimeError {
+    /// The network has another clock.
+    #[error(
+        "this component is not the source of its network's time; start it with --clock source, or write `time simulated by NAME;` in the .ddsl"
+    )]
+    Inactive,
+    /// The tick before is not done yet.
+    #[error("tick {tick} waits for {}", waiting_for.join(", "))]
+    Waiting {
+        /// The tick.
+        tick: u64,
+        /// The followers that have not done it.
+        waiting_for: Vec<String>,
+    },
+}
+
+/// Advances the time of the network: `ctx.time` of a component whose `.cdsl` has `simulates time;`.
+///
+/// Time advances when the present call of the worker returns: then the runtime sends the tick.
+///
+/// ```no_run
+/// # use std::time::Duration;
+/// # use rc_runtime::{TimeError, TimeSource};
+/// # fn initialize(time: &mut TimeSource) {
+/// // Each tick waits until all followers have done the one before, at most for a second.
+/// time.wait_for_all(Duration::from_secs(1));
+/// // compute() comes as soon as they have, not with its period.
+/// time.set_paced(false);
+/// # }
+/// # fn compute(time: &mut TimeSource) -> Result<(), TimeError> {
+/// if time.missing().is_empty() {
+///     time.advance(Duration::from_millis(10))?;
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct TimeSource(Option<Rc<RefCell<State>>>);
+
+impl TimeSource {
+    pub(crate) fn new(state: Option<Rc<RefCell<State>>>) -> Self {
+        Self(state)
+    }
+
+    /// Whether the network takes its time from this component. Otherwise nothing here has an
+    /// effect.
+    pub fn is_active(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Moves time forward. Gives the number of the tick, from 1. It fails while the source waits
+    /// for the tick before and [`TimeSource::missing`] is empty.
+    pub fn advance(&mut self, step: Duration) -> Result<u64, TimeError> {
+        let state = self.0.as_ref().ok_or(TimeError::Inactive)?;
+        let time = state.borrow().clock.now() + step;
+        state.borrow_mut().begin(time)
+    }
+
+    /// Sets time, possibly to an earlier one: followers begin their periods anew and report the
+    /// jump. Otherwise as [`TimeSource::advance`].
+    pub fn set(&mut self, time: Time) -> Result<u64, TimeError> {
+        let state = self.0.as_ref().ok_or(TimeError::Inactive)?;
+        state.borrow_mut().begin(time)
+    }
+
+    /// From the next tick on, `compute()` runs when every follower has done what was due in it, or
+    /// when none has for `limit`, to within 50 ms; then [`TimeSource::missing`] names who is
+    /// missing. A `compute()` that does not advance goes on waiting.
+    pub fn wait_for_all(&mut self, limit: Duration) {
+        self.with(|state| state.limit = Some(limit));
+    }
+
+    /// From the next tick on, `compute()` runs with its period and waits for nobody.
+    pub fn wait_for_nobody(&mut self) {
+        self.with(|state| state.limit = None);
+    }
+
+    /// Sets the order in which followers do a tick that this component waits for.
+    pub fn set_order(&mut self, order: Order) {
+        self.with(|state| state.order = order);
+    }
+
+    /// Whether `compute()` comes with its period, in real time (the default), or as soon as all
+    /// have done the tick. Without [`TimeSource::wait_for_all`] it always comes with its period.
+    pub fn set_paced(&mut self, paced: bool) {
+        self.with(|state| state.paced = paced);
+    }
+
+    /// The number of the last tick.
+    pub fn tick(&self) -> u64 {
+        self.0.as_ref().map_or(0, |state| state.borrow().number)
+    }
+
+    /// Who has not done the last tick within its limit. In turn, this is the one whose turn it is.
+    pub fn missing(&self) -> Vec<String> {
+        let missing = |state: &Rc<RefCell<State>>| state.borrow().missing.clone();
+        self.0.as_ref().map(missing).unwrap_or_default()
+    }
+
+    /// The components that follow.
+    pub fn followers(&self) -> Vec<String> {
+        self.0
+            .as_ref()
+            .map(|state| state.borrow().names(|entry| entry.is_here))
+            .unwrap_or_default()
+    }
+
+    /// Waits no more for a follower, until it acknowledges again. Says whether there was one of
+    /// this name.
+    pub fn release(&mut self, name: &str) -> bool {
+        let Some(state) = &self.0 else { return false };
+        state.borrow_mut().release(name)
+    }
+
+    fn with(&self, change: impl FnOnce(&mut State)) {
+        if let Some(state) = &self.0 {
+            change(&mut state.borrow_mut());
+        }
+    }
+}
+
+/// What the worker and the event loop share.
+#[derive(Debug)]
+pub(crate) struct State {
+    epoch: u64,
+    number: u64,
+    clock: Arc<SimulatedClock>,
+    limit: Option<Duration>,
+    order: Order,
+    paced: bool,
+    followers: Vec<Entry>,
+    /// A tick is to be sent.
+    unsent: bool,
+    /// Whether the last `compute()` has advanced.
+    advanced: bool,
+    missing: Vec<String>,
+}
+
+#[derive(Debug)]
+struct Entry {
+    name: String,
+    /// The place in the network's list; those that it does not list come behind, by name.
+    place: usize,
+    /// Whether it has said something in this run.
+    is_here: bool,
+    /// Whether it is waited for.
+    is_awaited: bool,
+    /// The last tick that it has done.
+    done: Option<u64>,
+}
+
+impl State {
+    /// `expected` are the followers that the network lists, in their order.
+    pub(crate) fn new(clock: Arc<SimulatedClock>, expected: &[String]) -> Self {
+        let nanoseconds = SystemTime::now().duration_since(UNIX_EPOCH);
+        let epoch = nanoseconds.unwrap_or_default().as_nanos() as u64;
+        let expected = expected.iter().take(MAX_READERS).enumerate();
+        Self {
+            epoch: epoch.max(1),
+            number: 0,
+            clock,
+            limit: None,
+            order: Order::default(),
+            paced: true,
+            followers: expected
+                .map(|(place, name)| Entry {
+                    name: name.clone(),
+                    place,
+                    is_here: false,
+                    is_awaited: true,
+                    done: None,
+                })
+                .collect(),
+            unsent: true,
+            advanced: false,
+            missing: Vec::new(),
+        }
+    }
+
+    fn begin(&mut self, time: Time) -> Result<u64, TimeError> {
+        if self.limit.is_some() && self.missing.is_empty() && !self.is_complete() {
+            return Err(TimeError::Waiting {
+                tick: self.number,
+                waiting_for: self.waiting_for(),
+            });
+        }
+        self.clock.set(time);
+        self.number += 1;
+        self.unsent = true;
+        self.advanced = true;
+        self.missing.clear();
+        Ok(self.number)
+    }
+
+    fn names(&self, which: impl Fn(&Entry) -> bool) -> Vec<String> {
+        let which = self.followers.iter().filter(|entry| which(entry));
+        which.map(|entry| entry.name.clone()).collect()
+    }
+
+    fn awaits(&self, entry: &Entry) -> bool {
+        entry.is_awaited && entry.done != Some(self.number)
+    }
+
+    fn first_awaited(&self) -> Option<&Entry> {
+        self.followers.iter().find(|entry| self.awaits(entry))
+    }
+
+    /// Whether all have done the present tick. A source that waits for nobody is always complete.
+    fn is_complete(&self) -> bool {
+        self.limit.is_none() || self.first_awaited().is_none()
+    }
+
+    /// The followers that the present tick waits for; in turn, the one whose turn it is.
+    fn waiting_for(&self) -> Vec<String> {
+        match self.order() {
+            Order::InTurn => self
+                .first_awaited()
+                .map(|e| e.name.clone())
+                .into_iter()
+                .collect(),
+            Order::AtOnce => self.names(|entry| self.awaits(entry)),
+        }
+    }
+
+    /// Before the first tick there is nothing to do in turn.
+    fn order(&self) -> Order {
+        match self.number {
+            0 => Order::AtOnce,
+            _ => self.order,
+        }
+    }
+
+    fn turn(&self) -> u64 {
+        match (self.limit, self.order()) {
+            (None, _) | (_, Order::AtOnce) => 0,
+            _ => self.first_awaited().map_or(NOBODY, |e| turn_of(&e.name)),
+        }
+    }
+
+    fn release(&mut self, name: &str) -> bool {
+        let entry = self.followers.iter_mut().find(|entry| entry.name == name);
+        if let Some(entry) = entry {
+            entry.is_awaited = false;
+            self.missing.retain(|missing| missing != name);
+            return true;
+        }
+        false
+    }
+
+    /// Takes a message of a follower.
+    fn hear(&mut self, done: Done) -> Heard {
+        let at = self.followers.iter().position(|e| e.name == done.follower);
+        if done.leaving {
+            if let Some(at) = at {
+                self.followers[at].is_here = false;
+                self.release(&done.follower);
+                if self.followers[at].place == usize::MAX {
+                    self.followers.remove(at);
+                }
+            }
+            return Heard::Nothing;
+        }
+        let at = match at {
+            Some(at) => at,
+            None if self.followers.len() >= MAX_READERS => return Heard::Nothing,
+            None => {
+                let place = usize::MAX;
+                let key = |e: &Entry| (e.place, e.name.clone());
+                let new = (place, done.follower.clone());
+                let at = self.followers.partition_point(|e| key(e) < new);
+                let entry = Entry {
+                    name: done.follower,
+                    place,
+                    is_here: false,
+                    is_awaited: true,
+                    done: None,
+                };
+                self.followers.insert(at, entry);
+                at
+            }
+        };
+        let entry = &mut self.followers[at];
+        let joins = done.epoch != self.epoch;
+        if joins || !entry.is_here {
+            tracing::info!("{} follows this component's time", entry.name);
+        }
+        entry.is_here = true;
+        entry.is_awaited = true;
+        if joins {
+            entry.done = None;
+            return Heard::Joins;
+        }
+        let before = entry.done.replace(done.number);
+        if done.number != self.number || before == entry.done {
+            return Heard::Nothing;
+        }
+        let name = entry.name.clone();
+        self.missing.retain(|missing| *missing != name);
+        Heard::Done
+    }
+}
+
+/// What a message of a follower says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Heard {
+    /// Nothing new.
+    Nothing,
+    /// It has done the present tick.
+    Done,
+    /// It wants to know the present tick.
+    Joins,
+}
+
+/// The ends of a source over one middleware.
+struct Link {
+    ticks: TypedPublisher,
+    server: Box<dyn Server>,
+    woken: bool,
+    ros_clock: Option<TypedPublisher>,
+}
+
+pub(crate) struct Source {
+    state: Rc<RefCell<State>>,
+    links: Vec<Link>,
+    /// When the present tick began, or the wait for it was renewed.
+    began: Instant,
+    /// What was sent last, and when.
+    sent: Option<(u64, u64, bool)>,
+    sent_at: Instant,
+    /// The period is over.
+    pub(crate) is_due: bool,
+    has_turn: bool,
+}
+
+impl Source {
+    /// Publishes time over all `backends`.
+    pub(crate) fn open(
+        backends: &[(&'static str, Box<dyn Backend>)],
+        address: &Address,
+        state: Rc<RefCell<State>>,
+    ) -> Result<Self, OpenError> {
+        let mut links = Vec::new();
+        for (name, backend) in backends {
+            let backend = backend.as_ref();
+            let server = ends::server(backend, address)?;
+            let ticks = TypedPublisher::new(ends::publisher(backend, address)?, TICK);
+            let ros_clock = if *name == crate::arguments::ROS2 {
+                let publisher = ends::ros_clock_publisher(backend, address)?;
+                Some(TypedPublisher::new(publisher, TICK))
+            } else {
+                None
+            };
+            links.push(Link {
+                ticks,
+                server,
+                woken: true,
+                ros_clock,
+            });
+        }
+        let now = Instant::now();
+        Ok(Self {
+            state,
+            links,
+            began: now,
+            sent: None,
+            sent_at: now,
+            is_due: false,
+            has_turn: false,
+        })
+    }
+
+    /// Readable when a follower may have said something, by number.
+    pub(crate) fn descriptors(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
+        self.links.iter().map(|link| link.server.descriptor())
+    }
+
+    /// The descriptor of this number was readable.
+    pub(crate) fn wake(&mut self, at: usize) {
+        if let Some(link) = self.links.get_mut(at) {
+            link.woken = true;
+        }
+    }
+
+    /// The number of the present tick.
+    pub(crate) fn tick(&self) -> u64 {
+        self.state.borrow().number
+    }
+
+    /// The present time.
+    pub(crate) fn now(&self) -> Time {
+        self.state.borrow().clock.now()
+    }
+
+    /// The components that follow, and those that are missing.
+    pub(crate) fn followers(&self) -> (Vec<String>, Vec<String>) {
+        let state = self.state.borrow();
+        (state.names(|entry| entry.is_here), state.missing.clone())
+    }
+
+    /// Whether it waits for its followers.
+    pub(crate) fn waits(&self) -> bool {
+        self.state.borrow().limit.is_some()
+    }
+
+    /// Whether `compute()` comes with its period.
+    pub(crate) fn is_paced(&self) -> bool {
+        let state = self.state.borrow();
+        state.paced || state.limit.is_none()
+    }
+
+    /// Whether it is this component's turn, behind all followers.
+    pub(crate) fn has_turn(&self) -> bool {
+        self.has_turn
+    }
+
+    /// `compute()` has run.
+    pub(crate) fn end_turn(&mut self) {
+        self.has_turn = false;
+    }
+
+    /// Takes what followers have said, and sends what follows from it.
+    pub(crate) fn receive(&mut self, now: Instant, sweep: bool) {
+        let (mut joined, mut done, state) = (false, false, &self.state);
+        for link in &mut self.links {
+            let woken = std::mem::take(&mut link.woken);
+            if woken || sweep {
+                let server: &mut dyn Receiving = &mut link.server;
+                drain(server, woken, &mut |reader| {
+                    if let Ok(message) = Done::read(reader) {
+                        match state.borrow_mut().hear(message) {
+                            Heard::Nothing => {}
+                            Heard::Done => done = true,
+                            Heard::Joins => joined = true,
+                        }
+                    }
+                });
+            }
+        }
+        if done {
+            self.began = now;
+        }
+        self.send(now, joined);
+        let mut state = self.state.borrow_mut();
+        if state.is_complete() {
+            state.missing.clear();
+        } else if let Some(limit) = state.limit
+            && state.missing.is_empty()
+            && now.saturating_duration_since(self.began) >= limit
+        {
+            state.missing = state.waiting_for();
+            tracing::warn!(
+                "tick {} waits for {} for {limit:?}",
+                state.number,
+                state.missing.join(", ")
+            );
+        }
+    }
+
+    /// Whether `compute()` is to run: its turn begins.
+    pub(crate) fn takes_turn(&mut self, now: Instant) -> bool {
+        let state = self.state.borrow();
+        if state.limit.is_none() {
+            drop(state);
+            return std::mem::take(&mut self.is_due);
+        }
+        let complete = state.is_complete();
+        let hurries = !state.paced && state.advanced && complete;
+        // While somebody is missing, it comes once a limit.
+        let waited = now.saturating_duration_since(self.began) >= state.limit.unwrap_or_default();
+        let may = complete || (waited && !state.missing.is_empty());
+        drop(state);
+        if !may || !(self.is_due || hurries) {
+            return false;
+        }
+        self.is_due = false;
+        self.has_turn = true;
+        self.began = now;
+        self.state.borrow_mut().advanced = false;
+        true
+    }
+
+    /// Whether the loop must not sleep: `compute()` follows at once.
+    pub(crate) fn is_in_a_hurry(&self) -> bool {
+        let state = self.state.borrow();
+        state.limit.is_some() && !state.paced && state.advanced && state.is_complete()
+    }
+
+    /// Sends the tick that the worker has begun, another turn of it, or repeats it.
+    pub(crate) fn send(&mut self, now: Instant, repeat: bool) {
+        let mut state = self.state.borrow_mut();
+        let turn = state.turn();
+        let what = (state.number, turn, state.limit.is_some());
+        let fresh = std::mem::take(&mut state.unsent);
+        if fresh {
+            self.began = now;
+        }
+        let old = now.saturating_duration_since(self.sent_at) >= REPEAT;
+        if !fresh && !repeat && !old && self.sent == Some(what) {
+            return;
+        }
+        let tick = Tick {
+            epoch: state.epoch,
+            number: state.number,
+            time: state.clock.now().as_nanos(),
+            turn,
+            lockstep: state.limit.is_some(),
+        };
+        drop(state);
+        self.sent = Some(what);
+        self.sent_at = now;
+        for link in &mut self.links {
+            let mut sent = link.ticks.publish_with(|writer| tick.write(writer));
+            if fresh && let Some(clock) = &mut link.ros_clock {
+                let ros = clock.publish_with(|writer| write_ros_clock(tick.time, writer));
+                sent = sent.and(ros);
+            }
+            report(sent);
+        }
+    }
+}
+
+fn report(sent: Result<(), SendError>) {
+    if let Err(error) = sent {
+        tracing::warn!("a tick was not sent: {error}");
+    }
+}
