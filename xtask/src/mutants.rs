@@ -174,11 +174,11 @@ mod tests {
                         #[test] fn test() { assert!(tested(8) && !tested(7)); }\n";
 
     #[test]
-    fn changes_that_no_test_notices_are_listed() {
+    fn undetected_mutants_are_listed() {
         let program = program();
         if !program.exists() {
             let reason = "`cargo xtask mutants` installs cargo-mutants";
-            println!("skipped: changes_that_no_test_notices_are_listed: {reason}");
+            println!("skipped: undetected_mutants_are_listed: {reason}");
             return;
         }
         let folder = std::env::temp_dir().join(format!("rc-mutants-{}", std::process::id()));

@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_log_is_followed_over_its_restart() {
+    fn a_log_is_followed_after_truncation() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.log");
         std::fs::write(&path, "one\ntwo\nthr").expect("written");
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn a_log_is_followed_over_its_border() {
+    fn a_log_is_followed_across_its_rotation() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.log");
         let turn = |part: u64, left_out: u64, text: &str| {

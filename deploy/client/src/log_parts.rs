@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_older_part_says_what_it_is() {
+    fn the_name_of_an_older_part_is_recognised() {
         let header = Header {
             part: 3,
             left_out: 70,

@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn processors_are_told_in_ranges() {
+    fn processors_are_printed_in_ranges() {
         assert_eq!(processors(&[8, 2, 1, 0, 3]), "0-3, 8");
         assert_eq!(processors(&[3, 2]), "2, 3");
     }

@@ -254,7 +254,7 @@ mod tests {
     use super::{quoted, word};
 
     #[test]
-    fn words_that_mean_something_to_systemd_are_quoted() {
+    fn special_words_of_systemd_are_quoted() {
         assert_eq!(word("a/b=c"), "a/b=c");
         assert_eq!(word(""), "\"\"");
         assert_eq!(word(";"), "\";\"");

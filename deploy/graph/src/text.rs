@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn what_xml_cannot_hold_is_shown() {
+    fn characters_that_xml_forbids_are_replaced() {
         assert_eq!(
             xml("a<b>&\"'\u{1}\n"),
             "a&lt;b&gt;&amp;&quot;&#39;\u{fffd} "

@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_invalid_input_is_a_fault_of_the_workspace() {
+    fn only_invalid_input_counts_as_a_user_error() {
         let error = |kind: io::ErrorKind| refused("add")(kind.into());
         let invalid = error(io::ErrorKind::InvalidInput);
         assert!(matches!(invalid, Error::Workspace(_)), "{invalid}");

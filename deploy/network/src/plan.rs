@@ -232,13 +232,13 @@ mod tests {
     }
 
     #[test]
-    fn a_chain_starts_one_by_one() {
+    fn a_chain_starts_in_order() {
         let chain = needs(&[("a", &[]), ("b", &["a"]), ("c", &["b", "a"])]);
         assert_eq!(chain, [vec![], vec![0], vec![0, 1]]);
     }
 
     #[test]
-    fn a_cycle_starts_together_after_what_any_of_it_needs() {
+    fn a_cycle_starts_together_after_its_dependencies() {
         let cycle = needs(&[
             ("base", &[]),
             ("a", &["b", "base"]),

@@ -396,14 +396,14 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn a_wave_is_behind_all_that_is_needed() {
+    fn a_wave_follows_its_dependencies() {
         let set = |all: &[usize]| all.iter().copied().collect::<BTreeSet<usize>>();
         let needs = [set(&[2]), set(&[]), set(&[1]), set(&[1])];
         assert_eq!(waves(&needs), [2, 0, 1, 1]);
     }
 
     #[test]
-    fn long_lists_go_on_below() {
+    fn long_lists_continue_on_the_next_line() {
         let words: Vec<String> = (0..30).map(|n| format!("component{n}")).collect();
         let text = listed(&words, 40);
         assert!(

@@ -402,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_workspace_shares_leads_to_the_same_places() {
+    fn paths_of_a_workspace_stay_valid_in_a_variant() {
         let folder = folder(
             "[package]\nname = \"root\"\nedition = \"2024\"\n\n[workspace]\nmembers = [\"a\"]\nexclude = [\"b\"]\n\n\
              [workspace.dependencies]\nnear = { path = \"near\" }\nfar = \"1\"\n\n[patch.crates-io]\n\
@@ -424,7 +424,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_is_of_one_build_at_a_time() {
+    fn a_folder_is_locked_during_a_build() {
         let place = tempfile::tempdir().expect("a folder");
         let folder = place.path().join("dds");
         let lock = |patience| lock_folder(&folder, patience);

@@ -44,7 +44,7 @@ mod tests {
     use rc_management::event::Severity;
 
     #[test]
-    fn a_reader_who_is_too_slow_is_told_how_much_it_has_missed() {
+    fn a_slow_reader_learns_how_many_events_it_missed() {
         let mut journal = Journal::default();
         assert_eq!(journal.get(0), None);
         for i in 0..KEPT + 3 {

@@ -193,7 +193,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_a_log_that_is_much_too_long_the_end_is_kept() {
+    fn the_end_of_a_far_too_long_log_is_kept() {
         let folder = tempfile::tempdir().expect("a folder");
         let log = folder.path().join("a.log");
         std::fs::write(&log, "0123456789".repeat(10)).expect("written");
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn who_reads_is_waited_for_but_not_for_ever() {
+    fn rotation_waits_for_readers_for_a_limited_time() {
         let folder = tempfile::tempdir().expect("a folder");
         let log = folder.path().join("a.log");
         std::fs::write(&log, "text").expect("written");

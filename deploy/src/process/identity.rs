@@ -280,14 +280,14 @@ mod tests {
     use std::process::Command;
 
     #[test]
-    fn the_name_of_a_program_cannot_hide_its_start() {
+    fn the_name_of_a_program_does_not_confuse_its_start_time() {
         let stat = "7 (a) Z (b) S 1 7 7 0 -1 4194560 1 0 0 0 1 2 0 0 20 0 1 0 4711 10 20";
         assert_eq!(starttime(stat), Some(4711));
         assert_eq!(starttime(&stat.replace(") S", ") Z")), None);
     }
 
     #[test]
-    fn a_process_is_not_another_one_with_its_pid() {
+    fn a_reused_pid_is_another_process() {
         let own = Identity::own().expect("this process runs");
         assert!(own.is_alive() && own.open().is_some());
         let other = Identity {
@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_program_can_be_on_its_way() {
+    fn only_a_running_program_can_be_between_fork_and_exec() {
         let stat = |flags: u64, end: u64| {
             let middle = "0 ".repeat(41);
             format!("7 (a) S 1 7 7 0 -1 {flags} {middle}{end} 0")
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sweep_finds_its_own_and_no_others() {
+    fn a_sweep_finds_processes_of_its_network_only() {
         let own = Identity::own().expect("this process runs");
         let mark = Mark::new("sweep-test", own);
         let spawn = |value: &str| {

@@ -177,14 +177,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lists_of_processors_are_read_and_told() {
+    fn lists_of_processors_are_parsed_and_printed() {
         let all = read_list("0-3,8").expect("a list");
         assert_eq!(all.iter().copied().collect::<Vec<_>>(), [0, 1, 2, 3, 8]);
         assert_eq!(read_list("0-"), None);
     }
 
     #[test]
-    fn a_processor_that_is_not_there_is_named_beside_those_that_are() {
+    fn a_missing_processor_is_reported_with_the_existing_ones() {
         let first = *online().expect("Linux lists them").first().expect("one");
         assert_eq!(missing(&[first]), Ok(()));
         let told = missing(&[first, 1023]).expect_err("nobody has so many");
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_forbidden_is_told_what_to_do() {
+    fn a_missing_permission_is_reported_with_its_remedy() {
         let told = forbidden(10, 0);
         for word in [
             "priority 10",

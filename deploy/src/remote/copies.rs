@@ -181,7 +181,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_known_by_its_bytes() {
+    fn a_file_is_identified_by_its_content() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("x/../a");
         fs::create_dir(folder.path().join("x")).expect("a folder");
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn other_bytes_than_announced_are_not_stored() {
+    fn files_that_differ_from_their_hash_are_not_stored() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a");
         fs::write(&path, "abc").expect("written");
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_leads_out_of_the_copies() {
+    fn no_path_leads_out_of_the_copies() {
         let at = |path: &str| mirrored(Path::new("/cache"), Path::new(path));
         assert_eq!(at("/a/b/../c.map"), Path::new("/cache/a/c.map"));
         assert_eq!(at("/../../etc/passwd"), Path::new("/cache/etc/passwd"));

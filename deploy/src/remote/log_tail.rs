@@ -88,7 +88,7 @@ mod tests {
     use std::io::Write;
 
     #[test]
-    fn characters_are_told_whole() {
+    fn characters_are_sent_whole() {
         let folder = tempfile::tempdir().expect("a folder");
         let mut printed = LogTail::new(folder.path(), "a").expect("a log");
         assert_eq!(printed.next(), None);

@@ -261,7 +261,7 @@ mod tests {
     use std::os::unix::net::UnixListener;
 
     #[test]
-    fn a_caller_is_heard_at_the_other_end() {
+    fn requests_reach_the_other_end() {
         let folder = tempfile::tempdir().expect("a folder");
         let (here, there) = (folder.path().join("here"), folder.path().join("there"));
         let component = UnixListener::bind(&there).expect("a socket");
@@ -295,7 +295,7 @@ mod tests {
         assert!(connections.call(7, &here).is_err());
     }
     #[test]
-    fn the_caller_that_was_idle_the_longest_gives_way() {
+    fn the_longest_idle_connection_is_closed_first() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("here");
         let mut sockets = SocketProxy::default();

@@ -157,14 +157,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_script_goes_through_any_shell() {
+    fn a_script_passes_through_any_shell() {
         let script = script("abc", 7);
         assert!(!script.contains(['\'', '\n', '!']), "{script}");
         assert!(script.contains("/rcdeploy-abc\"; "), "{script}");
     }
 
     #[test]
-    fn each_refusal_says_what_to_do() {
+    fn each_error_of_ssh_has_a_remedy() {
         let host = Host {
             name: "robot".to_owned(),
             address: "10.0.0.2".to_owned(),

@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_plan_is_refused_by_name() {
+    fn errors_of_a_plan_name_the_component() {
         let message =
             |components: &[(&str, &[&str])]| check(&plan(components)).unwrap_err().to_string();
         assert!(message(&[("a", &["b"])]).contains("a starts after b"));

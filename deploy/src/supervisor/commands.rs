@@ -275,13 +275,13 @@ mod tests {
     }
 
     #[test]
-    fn a_group_means_all_that_is_in_it() {
+    fn a_group_selects_all_its_members() {
         assert_eq!(selected(&["base"]), Ok(vec![0, 1]));
         assert_eq!(selected(&["base.arm", "lidar", "lidar"]), Ok(vec![1, 3]));
     }
 
     #[test]
-    fn a_wrong_name_gets_the_nearest() {
+    fn an_unknown_name_is_reported_with_the_nearest_one() {
         let near = |name| selected(&["lidar", name]).unwrap_err();
         assert!(near("base.amr").ends_with("did you mean `base.arm`?"));
         assert!(near("ldar").ends_with("did you mean `lidar`?"));

@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn overruns_that_come_and_go_are_one_event() {
+    fn intermittent_overruns_are_one_event() {
         let mut watch = HealthMonitor::default();
         let text = &watch.heartbeat(slow())[0].2;
         assert_eq!(
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn each_topic_is_silent_by_itself() {
+    fn silence_is_detected_per_topic() {
         let mut watch = HealthMonitor::default();
         assert_eq!(
             codes(&watch.heartbeat(silent(&["a", "b"]))),
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn conditions_of_time_are_told_when_they_start_and_end() {
+    fn conditions_of_time_are_reported_when_they_start_and_end() {
         let mut watch = HealthMonitor::default();
         let clock = |lost_ms, waiting_for: &[&str]| Heartbeat {
             clock: Some(Box::new(ClockStatus {
@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn a_peer_can_only_vanish_where_one_was() {
+    fn only_a_known_peer_can_be_lost() {
         let mut watch = HealthMonitor::default();
         let mut after = |count| codes(&watch.heartbeat(peers(count)));
         assert_eq!(after(0), [""; 0]);

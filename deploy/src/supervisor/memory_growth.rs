@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn a_leak_is_told_once_and_again_when_it_has_doubled() {
+    fn a_leak_is_reported_once_and_after_each_doubling() {
         // 100 MiB, and one more at each reading.
         let leak = told((0..300).map(|at| 100 + at));
         assert_eq!(leak[0], 43, "{leak:?}");
@@ -160,14 +160,14 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_leak_is_seen_within_hours() {
+    fn a_slow_leak_is_detected_within_hours() {
         // 1 MiB in 25 minutes.
         let leak = told((0..700).map(|at| 50 + at / 50));
         assert_eq!(leak.len(), 1, "{leak:?}");
     }
 
     #[test]
-    fn what_is_no_leak_is_not_told() {
+    fn steady_and_fluctuating_memory_is_not_reported() {
         let start = told((0..2000).map(|at| (10 * at).min(40)));
         assert_eq!(start, [0; 0], "memory that is taken at the start");
         let step = told((0..2000).map(|at| if at < 500 { 50 } else { 500 }));

@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn the_policy_says_which_ends_count() {
+    fn the_policy_determines_which_exits_lead_to_a_restart() {
         let now = Instant::now();
         let again = Next::Again(Duration::from_secs(2));
         for (policy, success, failure) in [
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn pauses_double_until_a_run_lasts() {
+    fn pauses_double_until_a_component_stays_up() {
         let now = Instant::now();
         let mut restarts = rules(Policy::Always, None);
         let mut pause = |ran| match restarts.after(true, ran, now) {
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_counts_the_starts_of_its_time() {
+    fn a_limit_counts_the_starts_in_its_period() {
         let start = Instant::now();
         let within = Duration::from_mins(1);
         let mut restarts = rules(Policy::OnFailure, Some((2, within)));

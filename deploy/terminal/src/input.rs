@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_of_no_use_is_passed_over() {
+    fn unused_sequences_are_skipped() {
         // A function key, one with alt, a position of the mouse, bytes that are no letter.
         let bytes = b"\x1b[15~\x1bOP\x1b[[A\x1bx\x1b[<0;3;4M\x00\xff\xc3(j";
         assert_eq!(keys(bytes), [Key::Char('('), Key::Char('j')]);

@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_in_a_group_stands_below_it() {
+    fn members_of_a_group_are_below_it() {
         let names = ["base", "left.arm.hand", "right.eye", "left.eye", "lefty"];
         assert_eq!(
             shown(&names, &[]),

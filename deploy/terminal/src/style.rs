@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn figures_are_short() {
+    fn numbers_are_abbreviated() {
         assert_eq!(
             [0.0, 61.9, 11_045.0, 183_600.0].map(uptime),
             ["0s", "1m01s", "3h04m", "2d03h"]
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn what_components_print_does_not_reach_the_terminal_as_it_is() {
+    fn control_characters_of_components_are_escaped() {
         assert_eq!(
             plain("\u{1b}[32m INFO\u{1b}[0m a\tb\r\u{7}c\u{1b}[2J"),
             " INFO a    bc"

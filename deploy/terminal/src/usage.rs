@@ -29,7 +29,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_process_may_be_called_anything() {
+    fn any_process_name_is_parsed() {
         let stat = "42 (a ) b) S 1 42 42 0 -1 4194560 100 0 0 0 150 50 0 0 20 0 1 0 1 2 3";
         let sample = parse(stat, "1000 300 20 1 0 100 0", 4096, 100).expect("a sample");
         assert_eq!(sample.busy, Duration::from_secs(2));

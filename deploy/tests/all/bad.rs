@@ -1,4 +1,4 @@
-//! Programs, disks and people that do what nobody wants: the network bears it, or says what to do.
+//! Misbehaving programs, full disks and wrong use: the network tolerates them, or reports a remedy.
 
 use crate::bench::{self, Bench, await_end, codes, component, kill, text, well};
 use crate::python;
@@ -10,10 +10,11 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// How much memory a supervisor may take, in kB, whatever is printed: this one is built without optimisation.
+/// The maximum memory of a supervisor in kB, whatever components print. This build is not
+/// optimised.
 const MEMORY: u64 = 64 * 1024;
 
-/// What an `up` says of a program that cannot be run.
+/// The error of `up` about a program that cannot be executed.
 fn refusal(name: &str, content: &[u8], mode: u32) -> String {
     let bench = Bench::new();
     let program = bench.path(name);
@@ -31,7 +32,7 @@ fn refusal(name: &str, content: &[u8], mode: u32) -> String {
 }
 
 #[test]
-fn a_program_that_cannot_be_run_says_why_and_what_to_do() {
+fn a_program_that_cannot_be_executed_is_reported_with_a_remedy() {
     let message = refusal("plain", b"#!/bin/sh\n", 0o644);
     assert!(message.contains("Permission denied"), "{message}");
     assert!(
@@ -45,7 +46,7 @@ fn a_program_that_cannot_be_run_says_why_and_what_to_do() {
 }
 
 #[test]
-fn children_are_gone_before_their_component_starts_again() {
+fn children_are_killed_before_their_component_restarts() {
     let bench = Bench::new();
     let parent = Component {
         restart: Restart {
@@ -79,7 +80,7 @@ fn children_are_gone_before_their_component_starts_again() {
 }
 
 #[test]
-fn a_component_without_its_output_lives_on() {
+fn a_component_survives_the_loss_of_its_output() {
     let bench = Bench::new();
     let program = env!("CARGO_BIN_EXE_rc-test-misbehave");
     let mute = Component {
@@ -97,7 +98,7 @@ fn a_component_without_its_output_lives_on() {
     bench.assert_nothing_left();
 }
 
-/// The most memory that a process has had, in kB.
+/// The peak memory of a process, in kB.
 fn peak(process: Identity) -> u64 {
     let status = std::fs::read_to_string(format!("/proc/{}/status", process.pid));
     let status = status.expect("it runs");
@@ -107,8 +108,8 @@ fn peak(process: Identity) -> u64 {
 }
 
 #[test]
-fn a_gigabyte_of_log_neither_delays_nor_fills_the_supervisor() {
-    // In the foreground as well, before a terminal that nobody reads.
+fn a_gigabyte_of_log_neither_blocks_nor_grows_the_supervisor() {
+    // In the foreground too, in a terminal that nothing reads.
     for flags in [&[][..], &["--relay"]] {
         let bench = Bench::new();
         let plan = bench.write(vec![component("loud", "flood 1024", &[]), well("still")]);
@@ -120,14 +121,14 @@ fn a_gigabyte_of_log_neither_delays_nor_fills_the_supervisor() {
         let end = Instant::now() + 4 * bench::LIMIT;
         let mut answers = 0;
         while !bench.journal().contains(&"loud flooded".to_owned()) {
-            assert!(Instant::now() < end, "it is not done with printing");
-            // Whoever asks waits at most for three seconds.
+            assert!(Instant::now() < end, "the component still prints");
+            // A request waits at most three seconds.
             if bench.journal().contains(&"loud ready".to_owned()) {
                 assert_eq!(bench.status().components.len(), 2);
                 answers += 1;
             }
         }
-        assert!(answers > 0, "nobody asked meanwhile");
+        assert!(answers > 0, "no request was served meanwhile");
         assert_eq!(bench.status().components[1].state, ComponentState::Running);
         assert!(peak(supervisor) < MEMORY, "{} kB", peak(supervisor));
         let down = bench.command("down", &[]);
@@ -141,11 +142,11 @@ fn a_gigabyte_of_log_neither_delays_nor_fills_the_supervisor() {
 }
 
 #[test]
-fn of_many_who_start_a_network_at_once_one_does() {
+fn only_one_of_several_concurrent_starts_succeeds() {
     let bench = Bench::new();
     let plan = bench.write(vec![well("a")]);
     let mut ups: Vec<_> = (0..6).map(|_| bench.start_plan(&plan, &[], &[])).collect();
-    // Each says at once whether it is the one: nobody waits for another one's end.
+    // Each process decides at once whether it starts the network. None waits for another one's end.
     let mut first = Vec::new();
     for up in ups.drain(..) {
         let mut up = up;
@@ -165,7 +166,7 @@ fn of_many_who_start_a_network_at_once_one_does() {
     bench.assert_nothing_left();
 }
 
-/// How a program gets a place for files of its own; none where this user may not.
+/// How to run a program in a mount namespace of its own. `None` if this user may not.
 fn unshare() -> Option<&'static [&'static str]> {
     static FOUND: OnceLock<Option<&[&str]>> = OnceLock::new();
     *FOUND.get_or_init(|| {
@@ -183,7 +184,8 @@ fn unshare() -> Option<&'static [&'static str]> {
     })
 }
 
-/// An `up` for which the folder `name` of the bench is a disk of so many kB; none where the system has no such thing.
+/// An `up` for which the folder `name` of the bench is a disk of `size` kB. `None` if the system
+/// does not allow that.
 fn up_on_a_small_disk(
     bench: &Bench,
     test: &str,
@@ -205,9 +207,9 @@ fn up_on_a_small_disk(
 }
 
 #[test]
-fn logs_on_a_full_disk_are_lost_and_nothing_else() {
+fn a_full_disk_loses_logs_only() {
     let bench = Bench::new();
-    let test = "logs_on_a_full_disk_are_lost_and_nothing_else";
+    let test = "a_full_disk_loses_logs_only";
     let components = vec![
         component("loud", "flood 1", &[]),
         component("next", "well", &["loud"]),
@@ -217,7 +219,7 @@ fn logs_on_a_full_disk_are_lost_and_nothing_else() {
     };
     up.await_event("up", None);
     assert_eq!(bench.status().components[0].state, ComponentState::Running);
-    // The guard has a log there, too, and does its work nevertheless.
+    // The guard also logs to this disk, and works all the same.
     let guard = Identity::of(bench.status().guard.expect("a guard")).expect("it runs");
     await_journal(&bench, "loud flooded");
     up.kill();
@@ -227,10 +229,10 @@ fn logs_on_a_full_disk_are_lost_and_nothing_else() {
 }
 
 #[test]
-fn a_program_that_cannot_bear_a_full_disk_is_told_from_others() {
+fn a_program_that_fails_at_a_full_disk_is_reported_as_such() {
     let bench = Bench::new();
-    let test = "a_program_that_cannot_bear_a_full_disk_is_told_from_others";
-    // It panics where it cannot print, as every `println!` does.
+    let test = "a_program_that_fails_at_a_full_disk_is_reported_as_such";
+    // It panics if it cannot print, as `println!` does.
     let components = vec![
         filler(&bench, "state/rest"),
         component("bad", "exit 7", &["filler"]),
@@ -248,7 +250,7 @@ fn a_program_that_cannot_bear_a_full_disk_is_told_from_others() {
 }
 
 #[test]
-fn a_process_that_met_the_end_of_the_shared_memory_says_so() {
+fn a_process_killed_by_full_shared_memory_is_reported_as_such() {
     let bench = Bench::new();
     let mut up = bench.start(vec![component("bad", "bus", &[])]);
     let message = up.await_event("start-failed", Some("bad"));
@@ -262,9 +264,9 @@ fn a_process_that_met_the_end_of_the_shared_memory_says_so() {
 }
 
 #[test]
-fn a_run_directory_on_a_full_disk_is_no_end() {
+fn a_network_survives_a_full_run_directory() {
     let bench = Bench::new();
-    let test = "a_run_directory_on_a_full_disk_is_no_end";
+    let test = "a_network_survives_a_full_run_directory";
     let filler = filler(&bench, "run/rest");
     let components = vec![filler, component("next", "well", &["filler"])];
     let Some(mut up) = up_on_a_small_disk(&bench, test, "run", 64, components) else {
@@ -283,10 +285,10 @@ fn a_run_directory_on_a_full_disk_is_no_end() {
 }
 
 #[test]
-fn a_disk_that_is_full_before_the_start_is_told() {
+fn a_disk_that_is_full_before_the_start_is_reported() {
     let bench = Bench::new();
-    let test = "a_disk_that_is_full_before_the_start_is_told";
-    // One page: it holds the lock, and no more.
+    let test = "a_disk_that_is_full_before_the_start_is_reported";
+    // One page: enough for the lock file only.
     let Some(mut up) = up_on_a_small_disk(&bench, test, "run", 4, vec![well("a")]) else {
         return;
     };
@@ -317,9 +319,9 @@ fn await_journal(bench: &Bench, entry: &str) {
 }
 
 #[test]
-fn a_supervisor_may_die_while_its_disk_is_full() {
+fn a_supervisor_killed_at_a_full_disk_leaves_nothing() {
     let bench = Bench::new();
-    let test = "a_supervisor_may_die_while_its_disk_is_full";
+    let test = "a_supervisor_killed_at_a_full_disk_leaves_nothing";
     let filler = filler(&bench, "run/rest");
     let deaf = Component {
         stop: Duration::from_millis(100),

@@ -1,4 +1,4 @@
-//! Components and groups are stopped, started and restarted while the rest of the network runs on.
+//! Stopping, starting and restarting components and groups while the rest of the network runs.
 
 use crate::bench::{self, Bench, codes, component, text, well};
 use rc_deploy::ComponentState::{self, Running, Stopped};
@@ -10,7 +10,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
-/// A group in a group, each of whose components needs the one before it, and two that stand outside.
+/// Nested groups whose components depend on each other in a chain, and two components outside.
 fn grouped() -> Vec<Component> {
     vec![
         well("a.base"),
@@ -27,7 +27,7 @@ fn result(bench: &Bench, verb: &str, names: &[&str]) -> CommandResult {
     serde_json::from_slice(&output.stdout).expect("the result of the command")
 }
 
-/// What happened since the journal had so many entries.
+/// The journal entries from index `start` on.
 fn since(bench: &Bench, start: usize) -> Vec<String> {
     bench.journal().split_off(start)
 }
@@ -38,7 +38,7 @@ fn states(bench: &Bench) -> Vec<ComponentState> {
 }
 
 #[test]
-fn a_group_stops_backwards_and_starts_in_order() {
+fn a_group_stops_in_reverse_and_starts_in_order() {
     let bench = Bench::new();
     let mut up = bench.start(grouped());
     up.await_event("up", None);
@@ -53,7 +53,7 @@ fn a_group_stops_backwards_and_starts_in_order() {
         .map(|name| [format!("{name} start"), format!("{name} ready")]);
     assert_eq!(happened, [expected.concat(), started.concat()].concat());
 
-    // What is stopped stays so; what needs it runs on.
+    // A stopped component stays stopped; components that need it keep running.
     let said = result(&bench, "stop", &["a.arm"]);
     assert_eq!(said.done, ["a.arm.joint", "a.arm.grip"]);
     assert_eq!(
@@ -112,7 +112,7 @@ fn a_network_of_stopped_components_is_still_up() {
         states(&bench),
         [ComponentState::Stopped, ComponentState::Running]
     );
-    // Not one of these starts was by the policy.
+    // None of these starts was by the policy.
     assert!(bench.status().components.iter().all(|c| c.restarts == 0));
     assert!(bench.command("down", &[]).status.success());
     assert_eq!(up.end().0, Some(0));
@@ -120,7 +120,7 @@ fn a_network_of_stopped_components_is_still_up() {
 }
 
 #[test]
-fn a_start_that_fails_is_told_and_takes_nothing_with_it() {
+fn a_failed_start_is_reported_and_affects_no_other_component() {
     let bench = Bench::new();
     let short = Component {
         ready: Duration::from_millis(300),
@@ -155,13 +155,13 @@ fn a_start_that_fails_is_told_and_takes_nothing_with_it() {
     assert_eq!(said.done, ["a", "late"]);
     up.signal(Signal::TERM);
     let (code, events) = up.end();
-    // Whatever had failed runs again.
+    // The failed components run again.
     assert_eq!(code, Some(0), "{events:#?}");
     bench.assert_nothing_left();
 }
 
 #[test]
-fn who_waits_for_what_has_failed_is_told_so() {
+fn a_component_that_waits_for_a_failed_one_is_reported() {
     let bench = Bench::new();
     let tried = Component {
         restart: Restart {
@@ -188,7 +188,7 @@ fn who_waits_for_what_has_failed_is_told_so() {
     bench.assert_nothing_left();
 }
 
-/// Asks without waiting for the answer.
+/// Sends a request without waiting for the reply.
 fn ask(bench: &Bench, request: &str) -> BufReader<UnixStream> {
     let socket = bench.run_directory().join("rcdeploy.sock");
     let mut stream = UnixStream::connect(socket).expect("its socket");
@@ -206,9 +206,9 @@ fn answer(stream: &mut BufReader<UnixStream>) -> Value {
 }
 
 #[test]
-fn a_later_command_and_the_end_of_the_network_come_first() {
+fn a_later_command_or_stop_replaces_a_pending_one() {
     let bench = Bench::new();
-    // It is ready at once, and at its second start never.
+    // It is ready at once at its first start, and never at its second.
     let mut up = bench.start(vec![component("a", "turns 0 3", &[]), well("b")]);
     up.await_event("up", None);
     let restart = r#"{"id":1,"method":"restart","params":{"names":["a"]}}"#.to_owned() + "\n";
@@ -234,7 +234,7 @@ fn a_later_command_and_the_end_of_the_network_come_first() {
 }
 
 #[test]
-fn wrong_requests_are_refused() {
+fn invalid_requests_are_rejected() {
     let bench = Bench::new();
     let mut up = bench.start(grouped());
     up.await_event("up", None);
@@ -245,7 +245,7 @@ fn wrong_requests_are_refused() {
         said.contains("no component and no group `a.amr`; did you mean `a.arm`?"),
         "{said}"
     );
-    // Nothing of it was done.
+    // No part of the requests was executed.
     assert!(
         states(&bench)
             .iter()

@@ -1,4 +1,4 @@
-//! A supervisor that has no free file descriptor.
+//! A supervisor without a free file descriptor.
 
 use crate::bench::Bench;
 use rustix::process::{Pid, Resource, Rlimit, Signal, getrlimit, prlimit};
@@ -7,7 +7,7 @@ use std::time::Duration;
 
 /// More clients than the supervisor has gaps between its descriptors.
 const CLIENTS: usize = 8;
-/// How much processor time a supervisor that waits may take in a second, in hundredths.
+/// The maximum processor time of a waiting supervisor per second, in hundredths of a second.
 const TICKS: u64 = 20;
 
 /// Processor time of a process so far, in clock ticks: `utime` and `stime` of proc(5).
@@ -41,7 +41,7 @@ fn a_supervisor_without_a_free_descriptor_waits_for_one() {
     std::thread::sleep(Duration::from_secs(1));
     let taken = ticks(pid) - start;
     assert!(taken <= TICKS, "{taken} ticks in a second");
-    // It accepts again as soon as it can.
+    // It accepts connections again as soon as a descriptor is free.
     prlimit(process, Resource::Nofile, before).expect("the limit before");
     assert_eq!(bench.status().network, bench.network);
     drop(clients);

@@ -1,4 +1,4 @@
-//! Events for those who follow them on the supervisor's socket, and for who looks at a terminal.
+//! Events for clients of the supervisor's socket, and for the user at a terminal.
 
 use crate::bench::{Bench, LIMIT, component, well};
 use crate::pty::{SETSID, Terminal};
@@ -25,7 +25,7 @@ impl Client {
         self.0.get_mut().write_all(line.as_bytes()).expect("to ask");
     }
 
-    /// The next message; none when the supervisor has closed the connection.
+    /// The next message. `None` when the supervisor has closed the connection.
     fn next(&mut self) -> Option<Value> {
         let mut line = String::new();
         self.0.read_line(&mut line).expect("a message in time");
@@ -34,7 +34,7 @@ impl Client {
 }
 
 #[test]
-fn who_follows_events_gets_those_before_and_all_to_the_end() {
+fn a_follower_gets_earlier_events_and_all_until_the_end() {
     let bench = Bench::new();
     let up = bench.start_well();
     let mut client = Client::connect(&bench);
@@ -42,10 +42,10 @@ fn who_follows_events_gets_those_before_and_all_to_the_end() {
     let answer = client.next().expect("an answer");
     assert_eq!(answer["id"], 7);
     assert!(answer["result"]["kept"].as_u64() > Some(5), "{answer}");
-    // One that asks and never reads holds up nobody.
+    // A client that sends requests and never reads blocks no other client.
     let mut idle = Client::connect(&bench);
     idle.ask("events");
-    // The connection serves other questions as well.
+    // The connection serves other requests, too.
     client.ask("status");
     up.signal(Signal::TERM);
     let (code, printed) = up.end();
@@ -80,7 +80,7 @@ fn screen(bench: &Bench, components: Vec<rc_deploy::Component>) -> Terminal {
 }
 
 #[test]
-fn a_panic_gives_the_terminal_back_and_can_be_read() {
+fn a_panic_restores_the_terminal_and_is_readable() {
     let bench = Bench::new();
     let mut terminal = screen(&bench, vec![well("a")]);
     terminal.until_text("1 running");
@@ -88,7 +88,7 @@ fn a_panic_gives_the_terminal_back_and_can_be_read() {
     std::fs::write(bench.path("panic"), "").expect("written");
     terminal.until_text("a panic was asked for");
     terminal.until("the usual screen", |screen| !screen.alternate_screen());
-    // The network goes on; Ctrl-C is a signal again.
+    // The network continues, and Ctrl-C is a signal again.
     assert!(!terminal.is_raw());
     assert_eq!(
         bench.status().components[0].state,
@@ -102,7 +102,7 @@ fn a_panic_gives_the_terminal_back_and_can_be_read() {
 }
 
 #[test]
-fn a_second_control_c_kills_what_does_not_stop() {
+fn a_second_control_c_kills_components_that_do_not_stop() {
     let bench = Bench::new();
     let mut deaf = component("deaf", "deaf", &[]);
     deaf.stop = LIMIT * 10;
@@ -111,7 +111,7 @@ fn a_second_control_c_kills_what_does_not_stop() {
     terminal.press("\u{3}");
     terminal.until_text("STOPPING");
     terminal.until_text("1 stopping");
-    // It is no second wish.
+    // `q` during a stop is not a second Ctrl-C.
     terminal.press("q");
     terminal.until_text("it is stopping");
     terminal.press("\u{3}");
@@ -122,7 +122,7 @@ fn a_second_control_c_kills_what_does_not_stop() {
 }
 
 #[test]
-fn a_start_that_fails_is_told_behind_the_view() {
+fn a_failed_start_is_printed_after_the_view() {
     let bench = Bench::new();
     let terminal = screen(&bench, vec![well("a"), component("bad", "exit 7", &["a"])]);
     let (code, screen) = terminal.end();

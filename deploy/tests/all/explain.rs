@@ -1,4 +1,4 @@
-//! The pages of `rcgen explain`: every code has one, and its examples are what they say.
+//! Pages of `rcgen explain`: each code has one page, and its examples are accurate.
 
 use rc_cdsl::model::Backend;
 use rc_codegen::explain::{Page, pages};
@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Words of the sources that look like codes and are none.
+/// Words in the sources that look like codes and are none.
 const NO_CODES: [&str; 17] = [
     "build-dependencies",
     "default-features",
@@ -34,7 +34,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Every text of the sources that is made like a code.
+/// Collects every string in the sources that has the form of a code.
 fn codes(folder: &Path, found: &mut BTreeSet<String>) {
     for entry in fs::read_dir(folder).expect("a folder of sources") {
         let path = entry.expect("an entry").path();
@@ -103,7 +103,7 @@ fn blocks(text: &str) -> Vec<Block<'_>> {
     blocks
 }
 
-/// What is found in one example, which stands beside the files of its page.
+/// Checks one example together with the other files of its page.
 fn check(files: &[Block<'_>], example: &Block<'_>) -> (Vec<&'static str>, bool, String) {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| {
@@ -148,7 +148,7 @@ fn check(files: &[Block<'_>], example: &Block<'_>) -> (Vec<&'static str>, bool, 
     (found.iter().map(|d| d.code).collect(), wrong, told)
 }
 
-/// What is wrong with one page.
+/// The errors of one page.
 fn faults(page: &Page) -> Vec<String> {
     if page.text.contains("No example: ") {
         return Vec::new();
@@ -177,7 +177,7 @@ fn faults(page: &Page) -> Vec<String> {
 }
 
 #[test]
-fn wrong_examples_are_wrong_and_right_ones_are_right() {
+fn examples_cause_exactly_the_diagnostics_they_claim() {
     let all: Vec<String> = pages()
         .iter()
         .flat_map(|page| {

@@ -1,4 +1,4 @@
-//! What is exported: its texts, and whether those take it for whom it is made.
+//! Exports: golden texts, and acceptance by the tools they are made for.
 
 use crate::python;
 use expect_test::expect_file;
@@ -30,7 +30,7 @@ fn root() -> PathBuf {
     root.canonicalize().expect("the repository")
 }
 
-/// A network's files, with the folder of what cargo builds.
+/// The exported files of a network, with its target folder.
 fn exported(network: &str, engine: Engine) -> (Export, PathBuf) {
     let mut sources = SourceMap::new();
     let path = root().join(network);
@@ -46,7 +46,7 @@ fn exported(network: &str, engine: Engine) -> (Export, PathBuf) {
     (export, target)
 }
 
-/// All files in one text, with paths that are the same everywhere.
+/// All files in one text, with paths that are the same on every machine.
 fn text(export: &Export, target: &Path) -> String {
     let files = export.files.iter();
     let all = files.map(|(path, _, text)| format!("==> {} <==\n{text}\n", path.display()));
@@ -56,7 +56,7 @@ fn text(export: &Export, target: &Path) -> String {
 }
 
 #[test]
-fn the_files_are_as_recorded() {
+fn files_equal_their_goldens() {
     for network in NETWORKS {
         for (word, engine) in Engine::WORDS {
             let (export, target) = exported(network, engine);
@@ -67,9 +67,9 @@ fn the_files_are_as_recorded() {
     }
 }
 
-/// What is different is told to who exports, and stands in the files.
+/// Each difference is reported to the user and noted in the files.
 #[test]
-fn every_note_stands_in_a_file() {
+fn every_note_is_in_a_file() {
     for (_, engine) in Engine::WORDS {
         let (export, _) = exported(NETWORKS[4], engine);
         assert!(export.notes.len() > 3, "{:?}", export.notes);
@@ -83,7 +83,7 @@ fn every_note_stands_in_a_file() {
     }
 }
 
-/// Writes the units into a folder, with programs that are there.
+/// Writes the units into a folder, with stub programs.
 fn units(network: &str, folder: &Path) -> Vec<PathBuf> {
     let (export, target) = exported(network, Engine::Systemd);
     let programs = folder.join("programs");
@@ -110,7 +110,8 @@ fn units(network: &str, folder: &Path) -> Vec<PathBuf> {
     written
 }
 
-/// What `systemd-analyze verify` says of units of one folder, without what older versions do not know.
+/// The output of `systemd-analyze verify` for the units of one folder, without keys that older
+/// versions do not know.
 fn verify(units: &[PathBuf]) -> Result<String, std::io::Error> {
     let folder = units[0].parent().expect("a folder");
     let output = Command::new("systemd-analyze")
@@ -122,7 +123,7 @@ fn verify(units: &[PathBuf]) -> Result<String, std::io::Error> {
     let newer = ["RestartSteps", "RestartMaxDelaySec"];
     let lines = said.lines().filter(|line| {
         let unknown = line.contains("Unknown key") && newer.iter().any(|key| line.contains(key));
-        // Units of the machine that runs the tests are none of ours.
+        // Ignore units of the machine that runs the tests.
         !unknown && line.contains("robocomp-")
     });
     let mut said: String = lines.map(|line| format!("{line}\n")).collect();
@@ -133,7 +134,7 @@ fn verify(units: &[PathBuf]) -> Result<String, std::io::Error> {
 }
 
 #[test]
-fn systemd_finds_nothing_wrong_in_the_units() {
+fn systemd_accepts_the_units() {
     for network in NETWORKS {
         let folder = tempfile::tempdir().expect("a folder");
         let units = units(network, folder.path());
@@ -150,7 +151,7 @@ fn systemd_finds_nothing_wrong_in_the_units() {
                 Ok(said) => assert_eq!(said, "", "{network}"),
                 Err(error) => {
                     return python::skipped(
-                        "systemd_finds_nothing_wrong_in_the_units",
+                        "systemd_accepts_the_units",
                         &format!("systemd-analyze: {error}"),
                     );
                 }
@@ -159,9 +160,9 @@ fn systemd_finds_nothing_wrong_in_the_units() {
     }
 }
 
-/// It does find what is wrong.
+/// The check detects faults.
 #[test]
-fn systemd_finds_what_was_spoilt() {
+fn systemd_detects_faults() {
     let folder = tempfile::tempdir().expect("a folder");
     let units = units(NETWORKS[2], folder.path());
     for unit in &units {
@@ -173,14 +174,14 @@ fn systemd_finds_what_was_spoilt() {
     match verify(&units) {
         Ok(said) => assert!(said.contains("kill mode"), "{said}"),
         Err(error) => python::skipped(
-            "systemd_finds_what_was_spoilt",
+            "systemd_detects_faults",
             &format!("systemd-analyze: {error}"),
         ),
     }
 }
 
-/// Reads a manifest as what it says it is. Types of Kubernetes pass over what they do not know, so that all has to be
-/// there again when it is written.
+/// Reads a manifest as the type it declares. The types of Kubernetes ignore unknown keys, so the
+/// manifest must be complete again when it is written.
 fn read<T: DeserializeOwned + Serialize>(manifest: &Value) -> T {
     let read: T =
         serde_json::from_value(manifest.clone()).unwrap_or_else(|e| panic!("{e}: {manifest:#}"));
@@ -200,7 +201,7 @@ fn documents(export: &Export) -> Vec<Value> {
 }
 
 #[test]
-fn kubernetes_reads_every_manifest() {
+fn every_manifest_fits_the_types_of_kubernetes() {
     for network in NETWORKS {
         let (export, _) = exported(network, Engine::Kubernetes);
         let documents = documents(&export);
@@ -233,7 +234,7 @@ fn kubernetes_reads_every_manifest() {
     }
 }
 
-/// The schema that Docker publishes comes with its own program of old.
+/// Docker publishes the schema with its old Python program.
 const VALIDATE: &str = r#"
 import glob, json, subprocess, sys, zipfile
 import jsonschema
@@ -250,7 +251,7 @@ for number, file in enumerate(json.load(sys.stdin)):
         print(number, list(error.path), error.message)
 "#;
 
-/// What the schema of Compose says of files.
+/// The errors that the schema of Compose finds in files.
 fn validate(files: &[Value], test: &str) -> Option<String> {
     let python = python::interpreter("jsonschema==4.23.0", test)?;
     let mut child = Command::new(python)
@@ -276,14 +277,15 @@ fn validate(files: &[Value], test: &str) -> Option<String> {
 }
 
 #[test]
-fn the_schema_of_compose_accepts_every_file_and_no_spoilt_one() {
-    let test = "the_schema_of_compose_accepts_every_file_and_no_spoilt_one";
+fn the_schema_of_compose_accepts_every_file_and_rejects_faults() {
+    let test = "the_schema_of_compose_accepts_every_file_and_rejects_faults";
     let networks = NETWORKS.iter();
     let mut files: Vec<Value> = networks
         .flat_map(|network| documents(&exported(network, Engine::Compose).0))
         .collect();
     for file in &mut files {
-        // That schema does not know it yet: small letters, digits, `_` and `-`, the first no `-`.
+        // This old schema does not have the rule: lower-case letters, digits, `_` and `-`, not
+        // starting with `-`.
         let name = file.as_object_mut().and_then(|file| file.remove("name"));
         let name = name.as_ref().and_then(Value::as_str).expect("a name");
         assert!(
@@ -304,7 +306,7 @@ fn the_schema_of_compose_accepts_every_file_and_no_spoilt_one() {
     assert!(said.contains("restrat"), "{said}");
 }
 
-/// Each service waits for what its unit and its Pod wait for.
+/// A service waits for the same components as its unit and its Pod.
 #[test]
 fn order_and_policies_are_the_same_for_all_engines() {
     let (systemd, _) = exported(NETWORKS[2], Engine::Systemd);

@@ -1,4 +1,4 @@
-//! Whichever process is killed, nothing of the network is left.
+//! Killed supervisors and guards: nothing of the network is left.
 
 use crate::bench::{self, Bench, await_end, component, kill, well};
 use rc_deploy::Component;
@@ -6,7 +6,7 @@ use rc_deploy::process::Identity;
 use rustix::process::Signal;
 use std::time::Duration;
 
-/// A network of the good and the bad: one that ends by itself, one that does not, one with children.
+/// A network with a component that exits by itself, one that does not, and one with children.
 fn mixed(bench: &Bench) -> bench::Up {
     let deaf = Component {
         stop: Duration::from_millis(300),
@@ -75,7 +75,7 @@ fn signals_do_not_end_the_guard() {
     for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
         rustix::process::kill_process(pid, signal).expect("it runs");
     }
-    // A group of its own: Ctrl-C does not even reach it.
+    // The guard has its own process group, which Ctrl-C does not reach.
     assert_eq!(rustix::process::getpgid(Some(pid)).expect("it runs"), pid);
     up.kill();
     await_end(&[guard]);
@@ -97,7 +97,7 @@ fn a_killed_guard_is_replaced() {
 }
 
 #[test]
-fn a_guard_that_never_lives_is_given_up_and_the_network_goes_on() {
+fn a_guard_that_cannot_start_is_given_up_and_the_network_continues() {
     let bench = Bench::new();
     let mut up = bench.start_well();
     for _ in 0..4 {
@@ -121,13 +121,13 @@ fn the_next_up_recovers_when_supervisor_and_guard_are_killed() {
     let children = bench.processes("parent child");
     let parent = bench.processes("parent start");
     let guard = guard(&bench);
-    // Stopped, it can neither clean up nor be replaced.
+    // A stopped guard can neither clean up nor be replaced.
     let pid = rustix::process::Pid::from_raw(guard.pid).expect("a pid");
     rustix::process::kill_process(pid, Signal::STOP).expect("it runs");
     up.kill();
     kill(guard);
     await_end(&[guard]);
-    // By the end of its link.
+    // The components stop because their link closes.
     await_end(&well);
     await_end(&parent);
     assert!(deaf[0].is_alive() && children[0].is_alive() && children[1].is_alive());
@@ -146,7 +146,7 @@ fn the_next_up_recovers_when_supervisor_and_guard_are_killed() {
 }
 
 #[test]
-fn recover_without_an_up() {
+fn recover_cleans_up_without_an_up() {
     let bench = Bench::new();
     let up = mixed(&bench);
     let guard = guard(&bench);
@@ -170,7 +170,7 @@ fn a_supervisor_can_be_killed_at_any_moment() {
         let up = bench.start(components.to_vec());
         std::thread::sleep(Duration::from_millis(milliseconds) / 2);
         up.kill();
-        // It waits for the guard, if that had come so far; and does its work, if not.
+        // `recover` waits for a guard if there is one. Otherwise it cleans up itself.
         let recovered = bench.command("recover", &[]);
         assert!(recovered.status.success(), "{recovered:?}");
         bench.assert_no_process_left();
@@ -184,7 +184,7 @@ fn a_supervisor_can_be_killed_at_any_moment() {
 }
 
 #[test]
-fn a_supervisor_killed_at_its_very_beginning_leaves_no_directory() {
+fn a_supervisor_killed_at_its_start_leaves_no_directory() {
     for files in [
         &["rcdeploy.lock"][..],
         &["rcdeploy.lock", "components.json.new"],
@@ -199,7 +199,7 @@ fn a_supervisor_killed_at_its_very_beginning_leaves_no_directory() {
         assert!(recovered.status.success(), "{recovered:?}");
         assert!(!bench.run_directory().exists(), "{files:?}");
     }
-    // A component that was started by hand may be in a folder of that name.
+    // The folder may also belong to a component that was started by hand.
     let bench = Bench::new();
     std::fs::create_dir_all(bench.run_directory()).expect("a folder");
     std::fs::write(bench.run_directory().join("lidar.sock"), "").expect("written");
@@ -211,10 +211,10 @@ fn a_supervisor_killed_at_its_very_beginning_leaves_no_directory() {
 }
 
 #[test]
-fn a_half_done_clean_up_is_not_in_the_way() {
+fn an_incomplete_clean_up_does_not_prevent_a_start() {
     let bench = Bench::new();
     std::fs::create_dir_all(bench.run_directory()).expect("a folder");
-    // What is left where somebody is killed who empties the folder, in whatever order that happens.
+    // A folder that a killed process has partly emptied, in every order of removal.
     for name in ["rcdeploy.sock", "a.sock"] {
         let socket = std::os::unix::net::UnixListener::bind(bench.run_directory().join(name));
         drop(socket.expect("a socket"));

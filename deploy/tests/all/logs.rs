@@ -1,4 +1,4 @@
-//! Logs are bounded, whatever components print, and a full disk stops nobody.
+//! Logs are bounded whatever components print, and a full disk stops no component.
 
 use crate::bench::{self, Bench, component, text, well};
 use rc_deploy::ComponentState;
@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// That of `--small-logs`.
+/// The limit of `--small-logs`.
 const LIMIT: u64 = 256 * 1024;
 
 fn older(bench: &Bench, name: &str) -> PathBuf {
@@ -25,7 +25,7 @@ fn number(line: &str) -> Option<u64> {
 }
 
 #[test]
-fn a_log_that_turns_over_is_followed_and_shown_across_the_border() {
+fn a_log_is_followed_and_shown_across_its_rotation() {
     const LINES: u64 = 10_000;
     let bench = Bench::new();
     let plan = bench.write(vec![component("a", &format!("count {LINES}"), &[])]);
@@ -47,9 +47,10 @@ fn a_log_that_turns_over_is_followed_and_shown_across_the_border() {
     follow.wait().expect("it ended");
     assert!(
         numbers.is_sorted_by(|a, b| a < b),
-        "told twice, or in another order"
+        "printed twice, or in another order"
     );
-    // What is printed in the moment of the turn may be lost, and it begins with the last ten lines.
+    // Lines printed at the moment of a rotation may be lost. The output begins with the last ten
+    // lines.
     assert!(
         numbers.len() as u64 > LINES * 9 / 10,
         "{} of {LINES}",
@@ -61,7 +62,7 @@ fn a_log_that_turns_over_is_followed_and_shown_across_the_border() {
     assert!(length(&older) > LIMIT);
     let start = Instant::now();
     while length(&log) > LIMIT {
-        assert!(start.elapsed() < bench::LIMIT, "it stays too long");
+        assert!(start.elapsed() < bench::LIMIT, "the log stays too long");
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
     assert!(bench.command("down", &[]).status.success());
@@ -75,7 +76,7 @@ fn a_log_that_turns_over_is_followed_and_shown_across_the_border() {
 }
 
 #[test]
-fn a_component_that_prints_without_end_keeps_its_log_short() {
+fn endless_output_does_not_exceed_the_limit_of_a_log() {
     let bench = Bench::new();
     let mut up = bench.start_with(
         vec![component("loud", "chatter 1500", &[]), well("calm")],
@@ -85,8 +86,8 @@ fn a_component_that_prints_without_end_keeps_its_log_short() {
     let (log, older) = (bench.log("loud"), older(&bench, "loud"));
     let start = Instant::now();
     while length(&older) == 0 || length(&log) > LIMIT || start.elapsed().as_millis() < 1500 {
-        assert!(start.elapsed() < bench::LIMIT, "it stays too long");
-        // Meanwhile everybody else is served.
+        assert!(start.elapsed() < bench::LIMIT, "the log stays too long");
+        // The supervisor serves other requests meanwhile.
         assert!(
             bench
                 .status()
@@ -102,7 +103,8 @@ fn a_component_that_prints_without_end_keeps_its_log_short() {
     bench.assert_nothing_left();
 }
 
-/// Runs a command where the folder of logs is a small disk; none where the system does not let us.
+/// A command for which the folder of logs is a small disk. `None` if the system does not allow
+/// that.
 fn on_small_disk(bench: &Bench, arguments: &[&str]) -> Option<Command> {
     let state = bench.path("state");
     std::fs::create_dir_all(&state).expect("a folder");
@@ -134,13 +136,13 @@ fn on_small_disk(bench: &Bench, arguments: &[&str]) -> Option<Command> {
 }
 
 #[test]
-fn a_full_disk_is_told_and_stops_nobody() {
+fn a_full_disk_is_reported_and_stops_no_component() {
     let bench = Bench::new();
     let plan = bench.write(vec![well("a"), component("filler", "ballast", &[])]);
     let flags = ["up", &plan, "--json", "--small-logs", "--hasty"];
     let Some(mut command) = on_small_disk(&bench, &flags) else {
         bench::skipped(
-            "a_full_disk_is_told_and_stops_nobody",
+            "a_full_disk_is_reported_and_stops_no_component",
             "unshare gives no disk of one's own",
         );
         return;

@@ -1,4 +1,4 @@
-//! All integration tests of rcdeploy but those in `tests/dds`, in one program.
+//! All integration tests of rcdeploy in one program, except those in `tests/dds`.
 
 mod bad;
 mod bench;

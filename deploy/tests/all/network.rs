@@ -1,4 +1,4 @@
-//! Whole networks of the components of this repository.
+//! Complete networks of the components of this repository.
 
 mod asker;
 mod bytes;

@@ -1,9 +1,9 @@
-//! Output that cannot be written: the exit code says what became of the command.
+//! Output that cannot be written: the exit code still reports the result of the command.
 
 use std::fs::File;
 use std::process::{Command, Stdio};
 
-/// Runs rcdeploy with both streams on a disk that is full. Gives its exit code.
+/// Runs rcdeploy with both output streams on a full disk. Returns its exit code.
 fn on_a_full_disk(arguments: &[&str]) -> Option<i32> {
     let full = || {
         Stdio::from(
@@ -19,7 +19,7 @@ fn on_a_full_disk(arguments: &[&str]) -> Option<i32> {
 }
 
 #[test]
-fn findings_that_cannot_be_printed_are_still_errors() {
+fn unprintable_diagnostics_still_set_the_exit_code() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("wrong.ddsl");
     std::fs::write(&file, "network wrong { component }").expect("written");

@@ -1,4 +1,4 @@
-//! Programs in Python with the package of a middleware, which know of this project what its documents say.
+//! Programs in Python that use the package of a middleware and implement the documented protocol.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -7,11 +7,11 @@ use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// For each step of the installation.
+/// The time limit of each step of the installation.
 const LIMIT: Duration = Duration::from_mins(2);
 
-/// An interpreter that has `package`, in an environment below the target folder which is made once; without Python, or
-/// without a way to the package, `test` is listed as skipped.
+/// An interpreter with `package`, in a virtual environment below the target folder that is created
+/// once. Without Python, or without access to the package, reports `test` as skipped.
 pub(crate) fn interpreter(package: &'static str, test: &str) -> Option<&'static Path> {
     static FOUND: Mutex<BTreeMap<&str, Result<&Path, String>>> = Mutex::new(BTreeMap::new());
     let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
@@ -28,10 +28,10 @@ pub(crate) fn interpreter(package: &'static str, test: &str) -> Option<&'static 
     }
 }
 
-/// Says that a test could not be run; `cargo xtask test` repeats it at its end.
+/// Reports a skipped test. `cargo xtask test` repeats the line at its end.
 pub(crate) fn skipped(test: &str, reason: &str) {
     let line = format!("skipped: {test}: {reason}\n");
-    // Past the test harness, which keeps what successful tests print to itself.
+    // Written directly, because the test harness captures the output of successful tests.
     let _ = std::io::stderr().write_all(line.as_bytes());
     if let Some(list) = std::env::var_os("RC_TEST_SKIPPED") {
         let list = std::fs::File::options()
@@ -43,7 +43,7 @@ pub(crate) fn skipped(test: &str, reason: &str) {
     }
 }
 
-/// `package` is its name, `==` and its version.
+/// Installs `package`, which has the form `NAME==VERSION`.
 fn install(package: &str) -> Result<PathBuf, String> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let place = folder.join(package.replace("==", "-"));
@@ -52,7 +52,8 @@ fn install(package: &str) -> Result<PathBuf, String> {
     if run(&python, &["-c", &format!("import {name}")]).is_ok() {
         return Ok(python);
     }
-    // Made under another name, so that what is found is whole, whoever else does the same now.
+    // Created under another name and renamed, so that an existing environment is complete even with
+    // concurrent runs.
     let new = folder.join(format!("python-{}", std::process::id()));
     let path = new.display().to_string();
     let made = run(Path::new("python3"), &["-m", "venv", &path]).and_then(|()| {
@@ -61,7 +62,7 @@ fn install(package: &str) -> Result<PathBuf, String> {
         run(&new.join("bin/python"), &pip)
     });
     if made.is_ok() && std::fs::rename(&new, &place).is_err() && place.exists() {
-        // What is there is another one's, or was spoilt.
+        // The existing environment belongs to a concurrent run, or is damaged.
         let _ = std::fs::remove_dir_all(&place);
         let _ = std::fs::rename(&new, &place);
     }
@@ -69,7 +70,7 @@ fn install(package: &str) -> Result<PathBuf, String> {
     made.map(|()| python)
 }
 
-/// Runs one step; an error says what it was and the last that it printed.
+/// Runs one step. The error contains the command and its last output.
 pub(crate) fn run(program: &Path, args: &[&str]) -> Result<(), String> {
     let what = format!("{} {}", program.display(), args.join(" "));
     let mut child = Command::new(program)

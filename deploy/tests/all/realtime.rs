@@ -1,4 +1,5 @@
-//! Processors and real-time priorities, as the system sees them. Where the machine forbids them to the tests, too, that is listed.
+//! Processor affinity and real-time priorities, as the system reports them. Tests that the machine
+//! does not permit are skipped.
 
 use crate::bench::{Bench, well};
 use crate::python;
@@ -6,7 +7,7 @@ use rc_deploy::Component;
 use rc_deploy_client::status::table;
 use std::process::{Command, Output};
 
-/// The processors that a process may run on, as the system lists them.
+/// The processors that a process may use, as the system lists them.
 fn allowed(pid: &str) -> String {
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).expect("it runs");
     let mut lines = status.lines();
@@ -14,7 +15,8 @@ fn allowed(pid: &str) -> String {
     list.expect("Linux tells it").trim().to_owned()
 }
 
-/// The policy of a process (1 is `SCHED_FIFO`) and its real-time priority: fields 41 and 40 of proc(5).
+/// The policy (1 is `SCHED_FIFO`) and the real-time priority of a process: fields 41 and 40 of
+/// proc(5).
 fn scheduling(pid: i32) -> (u32, u32) {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).expect("it runs");
     let (_, rest) = stat.rsplit_once(')').expect("a name");
@@ -61,7 +63,7 @@ fn a_component_runs_on_its_processors_only() {
         .map(|c| c.pid.expect("it runs").to_string())
         .collect();
     assert_eq!(allowed(&pids[0]), cpu[0].to_string());
-    // Neither the other components nor rcdeploy itself are held there.
+    // Neither the other components nor rcdeploy itself are restricted to them.
     assert_eq!(allowed(&pids[1]), allowed("self"));
     assert_eq!(allowed(&status.pid.to_string()), allowed("self"));
     assert_eq!(status.components[0].cpu, cpu);
@@ -75,7 +77,7 @@ fn a_component_runs_on_its_processors_only() {
 }
 
 #[test]
-fn a_processor_that_is_not_there_stops_the_start() {
+fn a_missing_processor_stops_the_start() {
     let bench = Bench::new();
     let mut up = bench.start(vec![Component {
         cpu: vec![1023],
@@ -90,10 +92,10 @@ fn a_processor_that_is_not_there_stops_the_start() {
 }
 
 #[test]
-fn a_priority_is_that_of_the_process_and_of_no_other() {
+fn a_priority_applies_to_its_process_only() {
     if !may_have_priorities() {
         return python::skipped(
-            "a_priority_is_that_of_the_process_and_of_no_other",
+            "a_priority_applies_to_its_process_only",
             "this user may not have real-time priorities",
         );
     }
@@ -111,9 +113,9 @@ fn a_priority_is_that_of_the_process_and_of_no_other() {
     bench.assert_nothing_left();
 }
 
-/// Without the capability; root keeps what its bounding set has.
+/// Drops the capability; root keeps what its bounding set contains.
 #[test]
-fn who_may_not_have_a_priority_is_told_what_to_do() {
+fn a_forbidden_priority_is_reported_with_a_remedy() {
     let bench = Bench::new();
     let plan = bench.write(vec![with_priority("urgent", 7)]);
     let driver = bench.driver(&["up", &plan, "--json"]);
@@ -135,7 +137,7 @@ fn who_may_not_have_a_priority_is_told_what_to_do() {
     };
     let Ok(Output { status, stdout, .. }) = command.output() else {
         return python::skipped(
-            "who_may_not_have_a_priority_is_told_what_to_do",
+            "a_forbidden_priority_is_reported_with_a_remedy",
             "there is no setpriv",
         );
     };

@@ -1,5 +1,5 @@
-//! Components on another machine, as far as that needs neither a machine nor a network: in the place of ssh stands a
-//! script that runs what it is given here, with the folders of another machine.
+//! Components on another host, without a second machine or a network: a script replaces ssh and
+//! runs its command on this machine, with the folders of the other host.
 
 use crate::bench::{Bench, Up, await_end, codes, component, kill, well};
 use rc_deploy::process::Identity;
@@ -10,7 +10,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// `ssh`, which runs the command here; while the file `unplugged` is there, nobody answers.
+/// `ssh` that runs its command on this machine. While the file `unplugged` exists, it gets no
+/// reply.
 const SSH: &str = r#"#!/bin/sh
 if [ -e FOLDER/unplugged ]; then
     echo "ssh: connect to host robot port 22: No route to host" >&2
@@ -88,7 +89,7 @@ impl Away {
         })
     }
 
-    /// Ends the ssh of the last connection.
+    /// Kills the ssh of the last connection.
     fn cut(&self) {
         let [ssh, _] = self.connection();
         let group = Pid::from_raw(ssh.pid).expect("a pid");
@@ -108,7 +109,7 @@ fn component_status(bench: &Bench, name: &str) -> ComponentStatus {
 }
 
 #[test]
-fn both_machines_are_one_network() {
+fn both_hosts_are_one_network() {
     let away = Away::new();
     let bench = &away.bench;
     let mut up = away.start(vec![
@@ -127,7 +128,7 @@ fn both_machines_are_one_network() {
     );
     assert!(status.components.iter().all(|c| c.pid.is_some() && c.ready));
     assert!(away.run_directory().is_dir());
-    // What it runs is a copy.
+    // The program that runs is a copy.
     let copies = bench
         .path("away/home/.cache/robocomp/networks")
         .join(&bench.network);
@@ -162,7 +163,7 @@ fn both_machines_are_one_network() {
 }
 
 #[test]
-fn children_there_are_gone_before_their_component_starts_again() {
+fn remote_children_are_killed_before_their_component_restarts() {
     let away = Away::new();
     let bench = &away.bench;
     let parent = component("parent", "turns 8 0", &[]);
@@ -187,9 +188,9 @@ fn children_there_are_gone_before_their_component_starts_again() {
     away.assert_nothing_left();
 }
 
-/// What ran on a machine that is lost is started again where its policy says so; all else goes on.
+/// Components of a lost host restart as their policies say. All others continue.
 #[test]
-fn a_machine_that_is_lost_comes_back() {
+fn a_lost_host_is_reconnected() {
     let away = Away::new();
     let bench = &away.bench;
     let mut up = away.start(vec![
@@ -233,7 +234,7 @@ fn a_machine_that_is_lost_comes_back() {
     assert_eq!((far.state, far.restarts), (ComponentState::Running, 1));
     up.signal(Signal::TERM);
     let (code, events) = up.end();
-    // One has failed: it was not to be started again.
+    // One component has failed, because its policy does not restart it.
     assert_eq!(code, Some(3), "{events:#?}");
     assert_eq!(
         bench
@@ -269,7 +270,7 @@ fn a_killed_agent_leaves_nothing_and_is_replaced() {
 }
 
 #[test]
-fn a_silent_machine_is_lost() {
+fn a_silent_host_is_lost() {
     let away = Away::new();
     let mut up = away.start(vec![again(on_robot(well("far")))]);
     up.await_event("up", None);
@@ -281,7 +282,7 @@ fn a_silent_machine_is_lost() {
     signal(Signal::STOP);
     let lost = up.await_event("host-lost", None);
     assert!(lost.contains("no message came from it"), "{lost}");
-    // Until it has left the network, the next one waits.
+    // The next connection waits until the old agent has left the network.
     signal(Signal::CONT);
     up.await_event("host-back", None);
     up.await_event("ready", Some("far"));
@@ -291,7 +292,7 @@ fn a_silent_machine_is_lost() {
 }
 
 #[test]
-fn nothing_starts_where_a_machine_cannot_be_reached() {
+fn nothing_starts_if_a_host_is_unreachable() {
     let away = Away::new();
     fs::write(away.bench.path("unplugged"), "").expect("written");
     let up = away.start(vec![well("near"), on_robot(well("far"))]);
@@ -305,7 +306,7 @@ fn nothing_starts_where_a_machine_cannot_be_reached() {
 }
 
 #[test]
-fn a_component_that_fails_there_is_told_with_its_last_words() {
+fn a_failed_remote_component_is_reported_with_its_last_output() {
     let away = Away::new();
     let up = away.start(vec![
         well("near"),
@@ -322,7 +323,7 @@ fn a_component_that_fails_there_is_told_with_its_last_words() {
 }
 
 #[test]
-fn a_supervisor_that_is_killed_takes_the_other_machine_with_it() {
+fn killing_the_supervisor_stops_the_remote_components() {
     let away = Away::new();
     let bench = &away.bench;
     let mut up = away.start(vec![on_robot(component("far", "deaf", &[]))]);
@@ -333,7 +334,7 @@ fn a_supervisor_that_is_killed_takes_the_other_machine_with_it() {
     await_end(&[ssh, agent]);
     await_end(&far);
     assert!(!away.run_directory().exists(), "something is left there");
-    // And it starts anew.
+    // The network can be started again.
     let mut up = away.start(vec![on_robot(well("far"))]);
     let connected = up.await_event("host-connected", None);
     assert!(
@@ -347,7 +348,7 @@ fn a_supervisor_that_is_killed_takes_the_other_machine_with_it() {
 }
 
 #[test]
-fn a_workspace_has_to_be_there() {
+fn a_missing_remote_workspace_is_reported() {
     let away = Away::new();
     let bench = &away.bench;
     let workspace = bench.path("workspace");
@@ -371,9 +372,9 @@ fn a_workspace_has_to_be_there() {
     away.assert_nothing_left();
 }
 
-/// Whoever asks it to stop while it connects does not wait for it.
+/// A stop during the connection attempt does not wait for the attempt.
 #[test]
-fn a_machine_that_does_not_answer_stops_nobody() {
+fn an_unresponsive_host_does_not_delay_a_stop() {
     let away = Away::new();
     let ssh = "#!/bin/sh\necho waiting > FOLDER/ssh.pid\nexec sleep 600\n";
     let ssh = ssh.replace("FOLDER", &away.bench.path("").display().to_string());
@@ -390,9 +391,9 @@ fn a_machine_that_does_not_answer_stops_nobody() {
     away.assert_nothing_left();
 }
 
-/// Lines that need much escaping, that are too long, and that are none.
+/// Lines with many escapes, overlong lines, and invalid lines.
 #[test]
-fn what_a_component_says_wrongly_harms_nobody() {
+fn invalid_messages_of_a_remote_component_are_tolerated() {
     let away = Away::new();
     let mut up = away.start(vec![
         on_robot(component("far", "garbage", &[])),

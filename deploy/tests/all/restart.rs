@@ -1,4 +1,4 @@
-//! A component that ends is started again, as far as its description says.
+//! Restarts of components as their descriptions say.
 
 use crate::bench::{Bench, codes, component, well};
 use rc_deploy::{Component, ComponentState, Policy, Restart};
@@ -6,7 +6,7 @@ use rc_deploy_client::status::table;
 use rustix::process::Signal;
 use std::time::Duration;
 
-/// A component that does what `turns` says, one code a start.
+/// A component that follows `turns`, one exit code per start.
 fn turns(name: &str, turns: &str, policy: Policy, limit: Option<u32>) -> Component {
     Component {
         restart: Restart {
@@ -20,7 +20,7 @@ fn turns(name: &str, turns: &str, policy: Policy, limit: Option<u32>) -> Compone
 }
 
 #[test]
-fn a_component_that_fails_is_started_again() {
+fn a_failed_component_is_restarted() {
     let bench = Bench::new();
     let mut up = bench.start(vec![
         turns("a", "1 4 1 0", Policy::OnFailure, Some(3)),
@@ -38,9 +38,9 @@ fn a_component_that_fails_is_started_again() {
     assert!(table(&status).contains("restarted 3 times"), "{status:?}");
     up.signal(Signal::TERM);
     let (code, events) = up.end();
-    // All failures were mended.
+    // A restart resolved all failures.
     assert_eq!(code, Some(0), "{events:#?}");
-    // The other one never noticed.
+    // The other component was not affected.
     assert_eq!(
         codes(&events, "other"),
         ["starting", "state", "ready", "exited"]
@@ -73,7 +73,7 @@ fn a_component_that_fails_too_often_stops_the_network() {
 }
 
 #[test]
-fn success_is_repeated_only_where_it_is_always() {
+fn a_successful_exit_is_restarted_by_always_only() {
     let bench = Bench::new();
     let mut up = bench.start(vec![
         Component {
@@ -88,7 +88,7 @@ fn success_is_repeated_only_where_it_is_always() {
     up.await_event("ready", Some("always"));
     up.signal(Signal::INT);
     let (code, events) = up.end();
-    // A failure that nothing follows is one in the end, as ever.
+    // A failure without a restart remains a failure.
     assert_eq!(code, Some(3), "{events:#?}");
     for name in ["once", "failed"] {
         let codes = codes(&events, name);
@@ -98,7 +98,7 @@ fn success_is_repeated_only_where_it_is_always() {
 }
 
 #[test]
-fn a_component_that_does_not_get_ready_again_is_ended_and_started_again() {
+fn a_component_that_does_not_become_ready_again_is_restarted() {
     let bench = Bench::new();
     let mut up = bench.start(vec![Component {
         ready: Duration::from_millis(300),
@@ -138,9 +138,9 @@ fn a_network_can_be_stopped_while_a_component_waits_for_its_start() {
     bench.assert_nothing_left();
 }
 
-/// Whoever needs it would wait for ever.
+/// Components that need it would wait for ever.
 #[test]
-fn an_end_before_it_is_ready_again_is_a_failure() {
+fn an_exit_before_becoming_ready_again_is_a_failure() {
     let bench = Bench::new();
     let a = turns("a", "1 6 0", Policy::OnFailure, Some(3));
     let mut up = bench.start(vec![a, component("b", "well", &["a"])]);
@@ -154,9 +154,9 @@ fn an_end_before_it_is_ready_again_is_a_failure() {
     bench.assert_nothing_left();
 }
 
-/// While it is being built anew, for instance.
+/// For example, while the program is being rebuilt.
 #[test]
-fn a_program_that_is_away_for_a_moment_is_tried_again() {
+fn a_missing_program_is_tried_again() {
     let bench = Bench::new();
     let a = turns("a", "1 0", Policy::Always, None);
     let folder = tempfile::tempdir().expect("a folder");
@@ -191,7 +191,7 @@ fn a_program_that_is_away_for_a_moment_is_tried_again() {
 }
 
 #[test]
-fn a_component_that_hangs_for_too_long_is_started_again() {
+fn a_component_that_hangs_too_long_is_restarted() {
     let bench = Bench::new();
     let a = turns("a", "9 0", Policy::OnFailure, Some(3));
     let a = Component {
@@ -201,7 +201,7 @@ fn a_component_that_hangs_for_too_long_is_started_again() {
         },
         ..a
     };
-    // Without `hung`, a policy leaves it alone.
+    // Without `hung`, a policy ignores it.
     let patient = turns("patient", "9", Policy::OnFailure, Some(3));
     let mut up = bench.start(vec![patient, a, well("other")]);
     up.await_event("hung", Some("a"));

@@ -1,5 +1,5 @@
-//! Nodes, services and topics of a network that are one in ROS 2, and ends of a connection that are two, are told before
-//! anything starts, each once.
+//! Nodes, services and topics that coincide in ROS 2, and ends of a connection that do not, are
+//! reported before the start, each once.
 
 use rc_codegen::FileLoader;
 use rc_codegen::note::Note;
@@ -24,7 +24,7 @@ fn component(name: &str, communications: &str) -> (String, String) {
     (format!("{name}.cdsl"), text)
 }
 
-/// The errors and warnings about a network `robot` of these components, which stands in `robot.ddsl`.
+/// The errors and warnings for a network `robot` of these components in `robot.ddsl`.
 fn findings(further: &[(&str, &str)], content: &str) -> Vec<String> {
     let folder = tempfile::tempdir().expect("a folder");
     let mut files = vec![
@@ -54,8 +54,8 @@ fn findings(further: &[(&str, &str)], content: &str) -> Vec<String> {
     let path = folder.path().join("robot.ddsl");
     let (network, mut found) = network::load(&path, None, &mut sources, &loader).expect("a file");
     network.expect("a network").check_generated(&mut found);
-    let told = render(&sources, &found, Format::Short);
-    let told = told.replace(&format!("{}/", folder.path().display()), "");
+    let reported = render(&sources, &found, Format::Short);
+    let reported = reported.replace(&format!("{}/", folder.path().display()), "");
     let unmeant = [
         ": note[",
         "[no-publisher]",
@@ -63,19 +63,19 @@ fn findings(further: &[(&str, &str)], content: &str) -> Vec<String> {
         "[missing-generated]",
         "[stale-generated]",
     ];
-    let lines = told.lines();
+    let lines = reported.lines();
     let lines = lines.filter(|line| !unmeant.iter().any(|u| line.contains(u)));
     let without_help = lines.map(|line| line.split(" (").next().unwrap_or(line).to_owned());
     without_help.collect()
 }
 
-fn told(content: &str) -> Vec<String> {
+fn reported(content: &str) -> Vec<String> {
     findings(&[], content)
 }
 
 const NOTHING: [&str; 0] = [];
 
-/// `a.b` and `a_b`, with more said of the second one.
+/// `a.b` and `a_b`, with additional clauses for the second one.
 fn two_nodes(more: &str) -> String {
     format!(
         "middleware ros2;\nGroup a {{ Component b {{ cdsl \"poses.cdsl\"; }}; }};\nComponent a_b {{ cdsl \"poses.cdsl\"; {more} }};\n"
@@ -83,9 +83,9 @@ fn two_nodes(more: &str) -> String {
 }
 
 #[test]
-fn two_nodes_of_one_name_are_told() {
+fn two_nodes_of_one_name_are_reported() {
     let expected = "robot.ddsl:4:11: warning[ros-same-node]: `a.b` and `a_b` are one node in ROS 2, `/robot/a_b`: tools of ROS 2 take them for the same; another one at robot.ddsl:3:21";
-    assert_eq!(told(&two_nodes("")), [expected]);
+    assert_eq!(reported(&two_nodes("")), [expected]);
     for right in [
         "middleware ros2 { node \"other\"; };",
         "middleware ros2 { namespace \"/other\"; };",
@@ -94,30 +94,30 @@ fn two_nodes_of_one_name_are_told() {
         "middleware iceoryx2;",
         "args \"--ros-args\", \"-r\", \"__node:=other\";",
     ] {
-        assert_eq!(told(&two_nodes(right)), NOTHING, "{right}");
+        assert_eq!(reported(&two_nodes(right)), NOTHING, "{right}");
     }
     let one_domain = "domain 7; }; Component x { cdsl \"reader.cdsl\"; middleware ros2 { node \"a_b\"; }; env { ROS_DOMAIN_ID \"7\"; };";
-    let found = told(&two_nodes(one_domain));
+    let found = reported(&two_nodes(one_domain));
     assert!(found[0].contains("`a_b` and `x` are one node"), "{found:?}");
     assert_eq!(found.len(), 1, "{found:?}");
 }
 
 #[test]
-fn a_slot_is_enough_to_be_a_node_and_ten_nodes_are_told_once() {
+fn one_slot_makes_a_node_and_ten_equal_nodes_are_reported_once() {
     let one = |n: usize| {
         format!(
             "Component c{n} {{ cdsl \"mixed.cdsl\"; middleware iceoryx2; middleware ros2 {{ node \"x\"; }}; }};\n"
         )
     };
     let ten: String = (0..10).map(one).collect();
-    let found = told(&ten);
+    let found = reported(&ten);
     assert_eq!(found.len(), 1, "{found:?}");
     let expected = "robot.ddsl:3:11: warning[ros-same-node]: `c0`, `c1`, `c2`, `c3`, `c4`, `c5`, `c6`, `c7` and 2 more are one node";
     assert!(found[0].starts_with(expected), "{found:?}");
 }
 
 #[test]
-fn nodes_with_parameters_cannot_be_one() {
+fn nodes_with_parameters_cannot_share_a_name() {
     let files = [
         ("p.pdsl", "ComponentParams p { gain int 1; };\n"),
         (
@@ -134,14 +134,14 @@ fn nodes_with_parameters_cannot_be_one() {
 }
 
 #[test]
-fn two_servers_of_one_service_are_told_once_a_slot() {
+fn two_servers_of_one_service_are_reported_once_per_slot() {
     let two = |more: &str| {
         format!(
             "middleware ros2;\nComponent a {{ cdsl \"base.cdsl\"; middleware ros2 {{ remap \"Laser:=/front\"; }}; }};\nComponent b {{ cdsl \"lidar.cdsl\"; {more} }};\n"
         )
     };
     let rule = "middleware ros2 { remap \"Laser:=/front\"; };";
-    let found = told(&two(rule));
+    let found = reported(&two(rule));
     assert_eq!(found.len(), 1, "{found:?}");
     assert!(
         found[0].starts_with("robot.ddsl:4:11: error[ros-same-service]: `a.Laser/get")
@@ -150,12 +150,12 @@ fn two_servers_of_one_service_are_told_once_a_slot() {
             ),
         "{found:?}"
     );
-    assert_eq!(told(&two(&format!("domain 7; {rule}"))), NOTHING);
+    assert_eq!(reported(&two(&format!("domain 7; {rule}"))), NOTHING);
     assert_eq!(
-        told(&two("middleware ros2 { remap \"Laser:=/rear\"; };")),
+        reported(&two("middleware ros2 { remap \"Laser:=/rear\"; };")),
         NOTHING
     );
-    // What a configuration says, within the namespace of its node.
+    // Names of a configuration in the namespace of its node.
     let config = [(
         "b.toml",
         "[middleware.ros2]\nnamespace = \"/\"\n[middleware.ros2.remap]\n\"Laser/getLaserData\" = \"front/getLaserData\"\n",
@@ -166,28 +166,28 @@ fn two_servers_of_one_service_are_told_once_a_slot() {
 }
 
 #[test]
-fn names_that_ros_cannot_tell_apart_are_told_once_a_component() {
-    let found = told(
+fn names_that_ros_cannot_distinguish_are_reported_once_per_component() {
+    let found = reported(
         "middleware ros2;\nComponent base__1 { cdsl \"base.cdsl\"; };\nComponent base_1 { cdsl \"base.cdsl\"; };\n",
     );
     assert_eq!(found.len(), 1, "{found:?}");
     assert!(found[0].contains("error[ros-same-service]"), "{found:?}");
-    // Also where nobody would notice: subscribers hear the publisher of others.
+    // Also for topics, where subscribers would receive samples of both publishers.
     let two = |first: &str| {
         format!(
             "middleware ros2;\nComponent s__1 {{ cdsl \"scans.cdsl\"; }};\nComponent s_1 {{ cdsl \"scans.cdsl\"; {first} }};\nComponent x {{ cdsl \"reader.cdsl\"; }};\nComponent y {{ cdsl \"reader.cdsl\"; }};\nbind x.LaserPub -> s__1.LaserPub;\nbind y.LaserPub -> s_1.LaserPub;\n"
         )
     };
     let expected = "robot.ddsl:4:11: error[ros-same-topic]: `s__1.LaserPub/pushLaserData` and `s_1.LaserPub/pushLaserData` are one topic in ROS 2, `/robot/s_1/LaserPub/pushLaserData`: they would meet, though nobody connects them; the other one at robot.ddsl:3:11";
-    assert_eq!(told(&two("")), [expected]);
+    assert_eq!(reported(&two("")), [expected]);
     assert_eq!(
-        told(&two("middleware ros2 { node \"other\"; };")),
+        reported(&two("middleware ros2 { node \"other\"; };")),
         [expected]
     );
 }
 
 #[test]
-fn slots_of_one_component_are_compared_as_well() {
+fn slots_of_one_component_are_compared() {
     let files = [component(
         "two",
         "implements Laser as front__1, Laser as front_1, Laser as rear;",
@@ -203,7 +203,7 @@ fn slots_of_one_component_are_compared_as_well() {
     assert!(found[0].starts_with(expected), "{found:?}");
 }
 
-/// An operation may be the same, and the ends of a service refuse each other for another one.
+/// Operations may be equal; the ends of a service refuse each other because of a different one.
 #[test]
 fn services_of_one_name_have_one_type() {
     let idsl =
@@ -236,7 +236,7 @@ fn services_of_one_name_have_one_type() {
         )
     };
     assert_eq!(findings(&files, &network("")), NOTHING);
-    // The client of one of both only: its service has one server, of another type.
+    // Only the client of one of them: its service has one server, of another type.
     let strange = network("").replace(
         "\"other/calls.cdsl\";",
         "\"other/calls.cdsl\"; middleware ros2 { remap \"Arm/get:=/robot/one/s/Arm/get\"; };",
@@ -252,23 +252,23 @@ fn topics_of_one_name_have_one_type() {
             "middleware ros2;\nComponent a {{ cdsl \"scans.cdsl\"; middleware ros2 {{ remap \"LaserPub/pushLaserData:=/scan\"; }}; }};\nComponent b {{ {second} }};\n"
         )
     };
-    let found = told(&at_scan(
+    let found = reported(&at_scan(
         "cdsl \"poses.cdsl\"; middleware ros2 { remap \"FullPoseEstimationPub/newFullPose:=/scan\"; };",
     ));
     let expected = "robot.ddsl:4:11: error[ros-same-topic]: `a.LaserPub/pushLaserData` and `b.FullPoseEstimationPub/newFullPose` are one topic in ROS 2, `/scan`: their types differ, so they cannot meet there; the other one at robot.ddsl:3:11; renamed here at robot.ddsl:3:52; renamed here at robot.ddsl:4:52";
     assert_eq!(found, [expected]);
-    // One type at one name is what is meant, and a service is no topic.
+    // Equal types at one name are intended, and a service is not a topic.
     for right in [
         "cdsl \"scans.cdsl\"; middleware ros2 { remap \"LaserPub/pushLaserData:=/scan\"; };",
         "cdsl \"lidar.cdsl\"; middleware ros2 { remap \"Laser/getLaserData:=/scan\"; };",
     ] {
-        assert_eq!(told(&at_scan(right)), NOTHING, "{right}");
+        assert_eq!(reported(&at_scan(right)), NOTHING, "{right}");
     }
 }
 
-/// What generation for ROS 2 would refuse, of components that were generated for another middleware.
+/// The errors of generation for ROS 2, for components that were generated for another middleware.
 #[test]
-fn types_that_are_one_in_ros_are_told_once() {
+fn types_that_coincide_in_ros_are_reported_once() {
     let idsl = "module M { struct Data { int a; }; struct D_Ata { int a; }; interface A { void push(Data x, D_Ata y); }; };\n";
     let cdsl =
         "import \"A.idsl\"; Component c { Communications { publishes A; }; language rust; };\n";
@@ -296,7 +296,7 @@ fn types_that_are_one_in_ros_are_told_once() {
 }
 
 #[test]
-fn ends_of_a_connection_have_one_name() {
+fn ends_of_a_connection_must_have_one_name() {
     let renamed = "middleware ros2 { remap \"LaserPub:=/scan\"; };";
     let two = |publisher: &str, subscriber: &str| {
         format!(
@@ -307,23 +307,24 @@ fn ends_of_a_connection_have_one_name() {
     let expected = format!(
         "robot.ddsl:4:11: warning[ros-renamed-alone]: {meet}; renamed here at robot.ddsl:3:52"
     );
-    assert_eq!(told(&two(renamed, "")), [expected]);
-    let found = told(&two("", renamed));
+    assert_eq!(reported(&two(renamed, "")), [expected]);
+    let found = reported(&two("", renamed));
     assert_eq!(found.len(), 1, "{found:?}");
     assert!(
         found[0].contains("3:11: warning[ros-renamed-alone]"),
         "{found:?}"
     );
-    // Both, to one name, or for something that stands between them; or one of whom nothing is known.
+    // Both ends renamed to one name, or to names that a program in between uses, or one end
+    // unknown.
     let other = "middleware ros2 { remap \"LaserPub:=/filtered\"; };";
     let alone = "args \"--ros-args\", \"-r\", \"LaserPub:=/scan\";";
     for (publisher, subscriber) in [(renamed, renamed), (renamed, other), (alone, "")] {
-        assert_eq!(told(&two(publisher, subscriber)), NOTHING);
+        assert_eq!(reported(&two(publisher, subscriber)), NOTHING);
     }
 }
 
 #[test]
-fn ends_that_are_refused_are_not_told_again() {
+fn refused_connections_are_not_reported_again() {
     let idsl = |ty: &str| format!("module M {{ interface Pub {{ void push({ty} value); }}; }};\n");
     let cdsl = |role: &str| {
         format!(

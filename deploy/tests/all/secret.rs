@@ -1,4 +1,4 @@
-//! `rcdeploy params` with parameters that are secret, and with arrays of texts.
+//! `rcdeploy params` with secret parameters and arrays of strings.
 
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Reader, RunDirectory};
@@ -27,7 +27,7 @@ static DESCRIPTION: Description = Description {
     note: b"",
 };
 
-/// What the worker was last given.
+/// The last values that the worker received.
 static GIVEN: Mutex<(String, i64, Vec<String>)> = Mutex::new((String::new(), 0, Vec::new()));
 
 struct Vault(Core);
@@ -93,13 +93,13 @@ fn a_secret_comes_from_standard_input_and_is_not_shown() {
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("a text");
         (ran.status.code(), text(ran.stdout), text(ran.stderr))
     };
-    // One line for each, in the order of the command line.
+    // One line for each secret, in the order of the command line.
     let (code, out, err) = set(&["token=-", "pin=-"], " 12 34 \n5678\n");
     assert_eq!((code, err.as_str()), (Some(0), ""));
     assert_eq!(out, "pin: *** -> ***\ntoken: *** -> ***\n");
     let given = || GIVEN.lock().expect("the values").clone();
     assert_eq!((given().0.as_str(), given().1), (" 12 34 ", 5678));
-    // Each element of an array is a text by itself; the whole of it is written as TOML writes it.
+    // An array element is a string without quotes; a whole array is written in TOML.
     for (change, names) in [
         ("names[1]=7", ["x", "7"]),
         ("names[0]=-", ["-", "7"]),

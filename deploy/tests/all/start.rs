@@ -1,4 +1,4 @@
-//! A network starts in order, or not at all, and what happens to it is told.
+//! Starts of networks: in order or not at all, with their events.
 
 use crate::bench::{Bench, codes, component, text, well};
 use rc_deploy::{Component, ComponentState};
@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 #[test]
-fn components_start_when_those_before_them_are_ready() {
+fn components_start_when_their_dependencies_are_ready() {
     let bench = Bench::new();
     let mut up = bench.start(vec![
         component("a", "well 200", &[]),
@@ -55,7 +55,7 @@ fn components_that_need_each_other_start_together() {
     bench.assert_nothing_left();
 }
 
-/// The message of an `up` that fails because of `bad`, which starts after another one.
+/// The error of an `up` that fails because of `bad`, which starts after another component.
 fn failure(bad: Component) -> String {
     let bench = Bench::new();
     let name = bad.name.clone();
@@ -135,7 +135,7 @@ fn a_guard_that_does_not_start_stops_the_start() {
 }
 
 #[test]
-fn a_wrong_plan_is_refused() {
+fn an_invalid_plan_is_rejected() {
     let bench = Bench::new();
     let mut up = bench.start(vec![component("a", "well", &["b"])]);
     let message = up.await_event("refused", None);
@@ -178,7 +178,7 @@ fn a_component_that_fails_later_leaves_the_others_alone() {
 }
 
 #[test]
-fn a_component_that_hangs_is_told_once() {
+fn a_component_that_hangs_is_reported_once() {
     let bench = Bench::new();
     let mut up = bench.start(vec![
         component("stuck", "stuck", &[]),
@@ -202,7 +202,7 @@ fn a_component_that_hangs_is_told_once() {
 }
 
 #[test]
-fn garbage_and_a_closed_link_are_told_and_borne() {
+fn garbage_and_a_closed_link_are_reported_and_tolerated() {
     let bench = Bench::new();
     let mut up = bench.start(vec![
         component("garbage", "garbage", &[]),

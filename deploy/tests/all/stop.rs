@@ -1,4 +1,4 @@
-//! A network stops when it is asked to, in order, completely and in time.
+//! Stops of networks: in order, complete and in time.
 
 use crate::bench::{Bench, await_end, component, text, well};
 use rc_deploy::Component;
@@ -68,7 +68,7 @@ fn a_second_ctrl_c_kills_at_once() {
 }
 
 #[test]
-fn children_that_are_left_behind_are_killed() {
+fn orphaned_children_are_killed() {
     let bench = Bench::new();
     let mut up = bench.start(vec![component("parent", "children", &[])]);
     up.await_event("up", None);
@@ -103,7 +103,7 @@ fn down_returns_when_the_network_can_start_again() {
 }
 
 #[test]
-fn down_says_when_it_takes_too_long() {
+fn down_reports_a_timeout() {
     let bench = Bench::new();
     let mut up = bench.start(vec![component("deaf", "deaf", &[])]);
     up.await_event("up", None);
@@ -115,7 +115,7 @@ fn down_says_when_it_takes_too_long() {
 }
 
 #[test]
-fn a_network_is_up_only_once() {
+fn a_network_can_be_up_only_once() {
     let bench = Bench::new();
     let up = bench.start_well();
     let mut second = bench.start(vec![well("c")]);
@@ -140,7 +140,7 @@ fn a_network_is_up_only_once() {
 }
 
 #[test]
-fn a_detached_network_lives_on_until_down() {
+fn a_detached_network_runs_until_down() {
     let bench = Bench::new();
     let plan = bench.write(vec![well("a"), component("b", "well", &["a"])]);
     let up = bench
@@ -182,7 +182,7 @@ fn a_detached_network_lives_on_until_down() {
 }
 
 #[test]
-fn a_detached_start_that_fails_says_why() {
+fn a_failed_detached_start_gives_the_reason() {
     let bench = Bench::new();
     let plan = bench.write(vec![well("a"), component("bad", "exit 7", &["a"])]);
     let up = bench

@@ -38,17 +38,17 @@ fn told(command: &mut Command) -> String {
     String::from_utf8(output.stderr).expect("UTF-8")
 }
 
-/// What `rcdeploy check` reports of a network in a workspace with this manifest.
+/// The output of `rcdeploy check` for a network in a workspace with this manifest.
 fn check(root: &Path, manifest: &str, target: Option<&str>) -> String {
     let mut command = rcdeploy(root, manifest, &CHECK);
     told(command.envs(target.map(|target| ("CARGO_TARGET_DIR", target))))
 }
 
 #[test]
-fn programs_are_where_cargo_builds_them() {
+fn programs_are_found_where_cargo_builds_them() {
     let folder = tempfile::tempdir().expect("a folder");
     let root = folder.path().canonicalize().expect("a folder");
-    // A comment behind the header, and another way to write the table.
+    // A comment after the header, and the table in another notation.
     for manifest in [
         "[workspace] # robots\nmembers = [\"hello\"]\n",
         "workspace.members = [\"hello\"]\n",
@@ -73,7 +73,7 @@ fn programs_are_where_cargo_builds_them() {
 }
 
 #[test]
-fn a_workspace_that_cargo_refuses_is_reported_once_with_cargos_words() {
+fn a_workspace_that_cargo_rejects_is_reported_once_with_its_message() {
     let folder = tempfile::tempdir().expect("a folder");
     let manifest = "[workspace]\nmembers = [\"hello\", \"missing\"]\n";
     let told = check(folder.path(), manifest, None);
@@ -83,7 +83,7 @@ fn a_workspace_that_cargo_refuses_is_reported_once_with_cargos_words() {
 }
 
 #[test]
-fn a_plan_of_descriptions_asks_no_cargo() {
+fn a_plan_from_descriptions_does_not_run_cargo() {
     let folder = tempfile::tempdir().expect("a folder");
     let root = folder.path().canonicalize().expect("a folder");
     let manifest = "[workspace]\nmembers = [\"hello\", \"missing\"]\n";
@@ -117,7 +117,7 @@ fn without_cargo_programs_are_in_the_usual_folder() {
 }
 
 #[test]
-fn a_manifest_that_is_not_toml_is_reported_with_its_place() {
+fn a_manifest_that_is_not_toml_is_reported_with_its_location() {
     let folder = tempfile::tempdir().expect("a folder");
     let told = check(folder.path(), "[workspace\n", None);
     assert!(told.contains("error[cargo-failed]"), "{told}");
@@ -125,9 +125,10 @@ fn a_manifest_that_is_not_toml_is_reported_with_its_place() {
     assert!(!told.contains("is in no cargo workspace"), "{told}");
 }
 
-/// Commands that do not look for programs fail at the same manifests, with the code for wrong input.
+/// Commands that do not need the programs reject the same manifests, with the exit code for invalid
+/// input.
 #[test]
-fn a_faulty_manifest_is_wrong_input_of_every_command() {
+fn every_command_rejects_an_invalid_manifest_as_input_error() {
     let folder = tempfile::tempdir().expect("a folder");
     for manifest in [
         "[workspace\n",

@@ -1,4 +1,4 @@
-//! What components tell of themselves, and what can be seen of their processes, becomes events.
+//! Events from the heartbeats of components and from the state of their processes.
 
 use crate::bench::{Bench, codes, component, well};
 use rc_deploy::Component;
@@ -10,7 +10,7 @@ use rustix::process::Signal;
 use std::path::Path;
 
 #[test]
-fn what_comes_and_goes_is_no_flood() {
+fn intermittent_conditions_do_not_flood_the_events() {
     let bench = Bench::new();
     let mut up = bench.start(vec![component("a", "ill", &[]), well("b")]);
     let message = up.await_event("overrun", Some("a"));
@@ -52,7 +52,7 @@ fn what_comes_and_goes_is_no_flood() {
 }
 
 #[test]
-fn a_process_that_grows_and_grows_is_told_of() {
+fn a_growing_process_is_reported() {
     let bench = Bench::new();
     let plan = vec![component("leaky", "leak 10", &[]), well("well")];
     let mut up = bench.start_with(plan, &["--hasty"]);
@@ -112,7 +112,7 @@ fn herald(bench: &Bench, domain: &str) -> Component {
 }
 
 #[test]
-fn an_end_that_does_not_fit_and_comes_later_is_told_of() {
+fn a_mismatched_endpoint_that_joins_later_is_reported() {
     const DOMAIN: &str = "61";
     let bench = Bench::new();
     let mut up = bench.start(vec![herald(&bench, DOMAIN)]);

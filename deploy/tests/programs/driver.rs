@@ -1,7 +1,7 @@
-//! The smallest rcdeploy: the commands of the library without a language.
+//! A minimal rcdeploy: the commands of the library without the DDSL.
 //!
-//! Its clean-up leaves a line in the file that `RC_TEST_CLEANED` names. A thread panics as soon as there
-//! is a file that `RC_TEST_PANIC` names.
+//! Its clean-up writes a line to the file `RC_TEST_CLEANED`. A thread panics as soon as the file
+//! `RC_TEST_PANIC` exists.
 
 use rc_deploy::{Format, GuardCommand, Options, Plan, Verb};
 use std::fs::File;
@@ -17,7 +17,7 @@ fn cleanup() {
     }
 }
 
-/// Panics, on a thread of its own, when that file is there.
+/// Panics on a separate thread when the file exists.
 fn panic_at(path: PathBuf) {
     std::thread::spawn(move || {
         while !path.exists() {

@@ -1,6 +1,6 @@
 //! A component that behaves as its arguments say: `NAME BEHAVIOUR [NUMBER…]`.
 //!
-//! It writes what it does to the file that `RC_TEST_JOURNAL` names, a line each: `NAME WHAT PID`.
+//! It writes its actions to the file `RC_TEST_JOURNAL`, one line each: `NAME WHAT PID`.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::fs::File;
@@ -27,7 +27,7 @@ impl Program {
         let _ = file.and_then(|mut file| file.write_all(line.as_bytes()));
     }
 
-    /// How often a program of this name was started.
+    /// The number of starts of a program with this name.
     fn starts(&self) -> usize {
         let path = std::env::var_os("RC_TEST_JOURNAL").unwrap_or_default();
         let journal = std::fs::read_to_string(path).unwrap_or_default();
@@ -55,7 +55,8 @@ impl Program {
         self.notify("ready", "{}");
     }
 
-    /// Lives until SIGTERM, the end of the link, or for `time`; beats with this age. A deaf one lives on.
+    /// Lives until SIGTERM, until the link closes, or for `time`; sends heartbeats with this age.
+    /// If `deaf`, ignores SIGTERM and the link.
     fn live(&self, age: Option<u64>, deaf: bool, time: Option<u64>) {
         let end = time.map(|ms| Instant::now() + Duration::from_millis(ms));
         let mut beat = Instant::now();
@@ -123,7 +124,7 @@ fn main() -> ExitCode {
         signals,
     };
     program.note("start");
-    // `println!` would panic where the disk of its log is full.
+    // `println!` would panic if the disk of the log is full.
     let _ = writeln!(std::io::stdout(), "{} says hello", program.name);
     let mut status = 0;
     match behaviour.as_str() {
@@ -139,10 +140,10 @@ fn main() -> ExitCode {
             status = number(0);
         }
         "abort" => std::process::abort(),
-        // It meets the end of a memory that cannot grow.
+        // Dies of SIGBUS, as at an access to full shared memory.
         "bus" => {
             let signal = rustix::process::Signal::BUS;
-            // The first one ends the handler that every program in Rust has.
+            // The first one ends the handler that the Rust runtime installs.
             for _ in 0..2 {
                 let _ = rustix::process::kill_process(rustix::process::getpid(), signal);
             }
@@ -153,7 +154,7 @@ fn main() -> ExitCode {
             program.live(Some(0), false, Some(number(0)));
             status = number(1);
         }
-        // It is ready with its very last breath.
+        // Sends `ready` right before its exit.
         "brief" => program.ready(),
         "never-ready" => program.live(Some(0), false, None),
         "deaf" => {
@@ -170,7 +171,7 @@ fn main() -> ExitCode {
             program.ready();
             program.live(Some(0), false, None);
         }
-        // MILLISECONDS: of silence, then it beats.
+        // MILLISECONDS: of silence before the heartbeats.
         "silent" => {
             program.ready();
             program.live(None, false, Some(number(0)));
@@ -183,13 +184,13 @@ fn main() -> ExitCode {
         "garbage" => {
             program.say("hello?");
             program.say(&"x".repeat(100_000));
-            // As long as it may be, and much longer when it is quoted.
+            // A message of maximum length, which becomes much longer when it is quoted.
             program.say(&"\u{1}\"".repeat(32_000));
             program.say(r#"{"method":"dance"}"#);
             program.ready();
             program.live(Some(0), false, None);
         }
-        // It sends nothing but garbage, until it is asked to end.
+        // Sends garbage only, until it is asked to stop.
         "babble" => {
             program.ready();
             program.signals.set_nonblocking(true).expect("a mode");
@@ -197,13 +198,13 @@ fn main() -> ExitCode {
                 program.say(&"x".repeat(5000));
             }
         }
-        // It closes its link and lives.
+        // Closes its link and keeps running.
         "shut" => {
             program.ready();
             let _ = program.link.shutdown(std::net::Shutdown::Both);
             std::thread::sleep(Duration::from_mins(1));
         }
-        // MILLISECONDS: after each, it takes another MiB.
+        // MILLISECONDS: the pause after which it allocates another MiB.
         "leak" => {
             program.ready();
             let pause = Duration::from_millis(number(0));
@@ -216,7 +217,7 @@ fn main() -> ExitCode {
             });
             program.live(Some(0), false, None);
         }
-        // It is ill and well by turns, and then well.
+        // Alternates between errors and success, then stays well.
         "ill" => {
             program.ready();
             for at in 0..40 {
@@ -240,7 +241,7 @@ fn main() -> ExitCode {
             );
             program.live(Some(0), false, None);
         }
-        // LINES: it prints so many, numbered, at a pace that can be followed.
+        // LINES: the number of numbered lines that it prints, at a readable pace.
         "count" => {
             program.ready();
             for line in 0..number(0) {
@@ -251,7 +252,7 @@ fn main() -> ExitCode {
             }
             program.live(Some(0), false, None);
         }
-        // It fills the disk of the logs until it ends.
+        // Fills the disk of the logs until it is stopped.
         "ballast" => {
             program.ready();
             let state = std::env::var_os("XDG_STATE_HOME").unwrap_or_default();
@@ -261,7 +262,7 @@ fn main() -> ExitCode {
             program.live(Some(0), false, None);
             let _ = std::fs::remove_file(ballast);
         }
-        // MILLISECONDS: it prints that long, as fast as it can.
+        // MILLISECONDS: how long it prints, as fast as it can.
         "chatter" => {
             program.ready();
             let end = Instant::now() + Duration::from_millis(number(0));
@@ -270,7 +271,7 @@ fn main() -> ExitCode {
             }
             program.live(Some(0), false, None);
         }
-        // MEGABYTES: it prints so much, as fast as it can, and does not care whether it is taken.
+        // MEGABYTES: how much it prints, as fast as it can, ignoring errors.
         "flood" => {
             program.ready();
             let line = format!("{}\n", "blah ".repeat(20));
@@ -283,7 +284,7 @@ fn main() -> ExitCode {
             program.note("flooded");
             program.live(Some(0), false, None);
         }
-        // It fills the disk of the file that `RC_TEST_FILL` names, and is ready then.
+        // Fills the disk of the file `RC_TEST_FILL`, then becomes ready.
         "fill" => {
             let path = std::env::var_os("RC_TEST_FILL").expect("a file");
             let mut file = File::create(path).expect("it can be made");
@@ -291,24 +292,25 @@ fn main() -> ExitCode {
             program.ready();
             program.live(Some(0), false, None);
         }
-        // CODES: what it does at its first start, its second …; the last one counts for all further ones.
+        // CODES: the behaviour at its first start, its second …; the last one holds for all further
+        // starts.
         "turns" => match number(program.starts().min(numbers.len()) - 1) {
             0 => {
                 program.ready();
                 program.live(Some(0), false, None);
             }
-            // It fails once it was ready.
+            // Fails after becoming ready.
             1 => {
                 program.ready();
                 println!("{} is about to fail", program.name);
                 status = 7;
             }
-            // It ends well.
+            // Exits with success.
             2 => program.ready(),
-            // It ends well, and never was ready.
+            // Exits with success without becoming ready.
             6 => {}
             3 => program.live(Some(0), false, None),
-            // It fails, and leaves a child in a group of its own.
+            // Fails and leaves a child in a process group of its own.
             8 => {
                 let mut sleep = Command::new("sleep");
                 let far = sleep.arg("600").stdin(Stdio::null()).process_group(0);
@@ -316,12 +318,12 @@ fn main() -> ExitCode {
                 program.ready();
                 status = 7;
             }
-            // It is ready, and its loop never turns again.
+            // Becomes ready, then its loop hangs.
             9 => {
                 program.ready();
                 program.live(Some(5000), false, None);
             }
-            // It fails before it is ready.
+            // Fails before becoming ready.
             code => status = code,
         },
         other => panic!("unknown behaviour {other}"),

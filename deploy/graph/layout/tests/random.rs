@@ -1,10 +1,10 @@
-//! What must hold of every picture, tried on random networks.
+//! Properties of every layout, checked on random networks.
 
 use arbtest::arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use rc_graph_layout::{Layout, Net, Node, Point, Port, Rect, Shape, layout};
 
-/// Boxes and lines of any kind: clusters in clusters, circles, lines to itself, several lines to one port.
+/// Random boxes and lines: nested clusters, cycles, self-loops, several lines at one port.
 fn network(u: &mut Unstructured<'_>) -> Result<(Vec<Node>, Vec<Net>)> {
     let mut nodes: Vec<Node> = Vec::new();
     let mut clusters: Vec<usize> = Vec::new();
@@ -66,7 +66,7 @@ fn within(inner: &Rect, outer: &Rect, header: i32) -> bool {
         && inner.y + inner.height < outer.y + outer.height
 }
 
-/// Whether a line runs through the inside of a box.
+/// Whether a line crosses the inside of a box.
 fn crosses(one: Point, other: Point, rect: &Rect) -> bool {
     one.x.min(other.x) < rect.x + rect.width
         && one.x.max(other.x) > rect.x
@@ -111,7 +111,7 @@ fn check_route(nodes: &[Node], drawn: &Layout, from: Port, to: Port, route: &[Po
     assert!(source.y <= first.y && first.y <= source.y + source.height);
     assert_eq!(last.x, target.x);
     assert!(target.y <= last.y && last.y <= target.y + target.height);
-    // It leaves to the right and comes from the left.
+    // A line leaves a port to the right and arrives from the left.
     assert!(route[1].x > first.x && route[route.len() - 2].x < last.x);
     for pair in route.windows(2) {
         let (one, other) = (pair[0], pair[1]);
@@ -131,7 +131,7 @@ fn check_route(nodes: &[Node], drawn: &Layout, from: Port, to: Port, route: &[Po
 }
 
 #[test]
-fn boxes_keep_apart_and_lines_run_round_them() {
+fn boxes_do_not_overlap_and_lines_avoid_them() {
     arbtest(|u| {
         let (nodes, nets) = network(u)?;
         let drawn = layout(&nodes, &nets);
@@ -148,7 +148,7 @@ fn boxes_keep_apart_and_lines_run_round_them() {
     .size_max(4_000);
 }
 
-/// Parts of two lines on one line, longer than a point.
+/// Whether two segments overlap in more than a point.
 fn upon(one: (Point, Point), other: (Point, Point)) -> bool {
     let overlap = |a: i32, b: i32, c: i32, d: i32| a.max(b).min(c.max(d)) > a.min(b).max(c.min(d));
     let ((a, b), (c, d)) = (one, other);
@@ -157,7 +157,7 @@ fn upon(one: (Point, Point), other: (Point, Point)) -> bool {
 }
 
 #[test]
-fn lines_of_different_nets_do_not_lie_upon_each_other() {
+fn lines_of_different_nets_do_not_overlap() {
     arbtest(|u| {
         let (nodes, nets) = network(u)?;
         let drawn = layout(&nodes, &nets);
@@ -185,7 +185,7 @@ fn lines_of_different_nets_do_not_lie_upon_each_other() {
 }
 
 #[test]
-fn nothing_is_drawn_of_nothing_and_the_same_of_the_same() {
+fn an_empty_network_has_no_layout_and_layouts_are_deterministic() {
     let drawn = layout(&[], &[]);
     assert_eq!((drawn.width, drawn.height), (0, 0));
     arbtest(|u| {

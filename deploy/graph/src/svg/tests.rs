@@ -1,4 +1,4 @@
-//! What must hold of every picture, tried on random networks with names and messages of any kind.
+//! Properties of every picture, checked on random networks with arbitrary names and messages.
 
 use super::draw;
 use crate::model::{Component, Finding, Graph, Group, Slot};
@@ -139,7 +139,7 @@ fn number(node: Node<'_, '_>, name: &str) -> i32 {
     value.unwrap_or_else(|| panic!("{name} of {node:?}"))
 }
 
-/// How far what is inside is moved.
+/// The translation of an element's content.
 fn moved(node: Node<'_, '_>) -> (i32, i32) {
     let all = node.ancestors().filter_map(|n| n.attribute("transform"));
     let numbers = all.map(|text| {
@@ -150,7 +150,7 @@ fn moved(node: Node<'_, '_>) -> (i32, i32) {
     numbers.fold((0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1))
 }
 
-/// From where to where a text goes, and its base line.
+/// The start and the end of a text, and its base line.
 fn extent(node: Node<'_, '_>) -> (i32, i32, i32) {
     let inherited = node.ancestors().find_map(|n| n.attribute("font-size"));
     let size: f64 = inherited.and_then(|s| s.parse().ok()).expect("a size");
@@ -167,7 +167,7 @@ fn extent(node: Node<'_, '_>) -> (i32, i32, i32) {
 }
 
 #[test]
-fn every_text_is_in_the_picture_and_no_box_covers_another() {
+fn every_text_is_inside_the_picture_and_no_box_covers_another() {
     arbtest(|u| {
         let graph = network(u)?;
         let text = draw(&graph);
@@ -203,7 +203,7 @@ fn every_text_is_in_the_picture_and_no_box_covers_another() {
                     "{one:?} {other:?}"
                 );
             }
-            // What a component says stands in its box.
+            // The texts of a component are inside its box.
             let (by, _) = moved(*one);
             let texts = one.parent().into_iter().flat_map(|g| g.children());
             for node in texts.filter(|n| n.has_tag_name("text")) {

@@ -1,11 +1,11 @@
-//! What keys and news change.
+//! Reactions of the model to keys and messages.
 
 #![allow(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 use super::*;
 
 #[test]
-fn groups_are_folded_and_hold_what_is_in_them() {
+fn folded_groups_summarise_their_components() {
     let mut model = model(Host::Top);
     for _ in 0..2 {
         press(&mut model, Key::Down);
@@ -31,7 +31,7 @@ fn groups_are_folded_and_hold_what_is_in_them() {
         r restart  x stop  s start  e emergency  ? help  q leave
     "#]],
     );
-    // A group is ordered about as a whole.
+    // A command for a group affects all its components.
     assert_eq!(keys(&mut model, "r"), None);
     assert_eq!(keys(&mut model, "y"), Some(control(Verb::Restart, "left")));
     press(&mut model, Key::Right);
@@ -46,7 +46,7 @@ fn groups_are_folded_and_hold_what_is_in_them() {
 }
 
 #[test]
-fn what_hurts_is_asked_and_what_is_urgent_is_not() {
+fn stop_asks_for_confirmation_and_emergency_does_not() {
     let mut model = model(Host::Up);
     assert_eq!(keys(&mut model, "x"), None);
     let asked = screen(&mut model, 40, 10);
@@ -82,7 +82,7 @@ fn what_hurts_is_asked_and_what_is_urgent_is_not() {
     model.selected = "monitor".to_owned();
     assert_eq!(keys(&mut model, "e"), None);
     assert_eq!(model.notice.as_ref().map(|n| n.failed), Some(true));
-    // The way out is always open.
+    // `q` works in every state.
     keys(&mut model, "r");
     let control_c = Key::Control('c');
     assert_eq!(
@@ -138,7 +138,7 @@ fn parameters_are_shown_and_edited() {
     keys(&mut model, "j");
     press(&mut model, Key::Enter);
     keys(&mut model, "12");
-    // A text stays one.
+    // A string stays a string.
     assert_eq!(press(&mut model, Key::Enter), set("name", json!("left12")));
     keys(&mut model, "j");
     press(&mut model, Key::Enter);
@@ -155,7 +155,7 @@ fn parameters_are_shown_and_edited() {
 }
 
 #[test]
-fn a_log_follows_until_it_is_scrolled() {
+fn a_log_is_followed_until_the_user_scrolls() {
     let mut model = model(Host::Top);
     press(&mut model, Key::Enter);
     model.log_lines((1..=50).map(|i| format!("line {i}")).collect());
@@ -200,7 +200,7 @@ fn a_log_follows_until_it_is_scrolled() {
 }
 
 #[test]
-fn what_is_wrong_with_a_component_is_marked_and_told() {
+fn conditions_of_a_component_are_marked_and_shown() {
     let mut model = model(Host::Top);
     let mut status = status();
     status.components[1].troubles.push(Trouble {
@@ -219,7 +219,7 @@ fn what_is_wrong_with_a_component_is_marked_and_told() {
 }
 
 #[test]
-fn a_restarted_component_begins_anew() {
+fn a_restarted_component_has_no_old_report() {
     let mut model = model(Host::Up);
     assert!(model.components[0].report.is_some());
     let mut status = status();
@@ -227,10 +227,10 @@ fn a_restarted_component_begins_anew() {
     model.status(status.clone());
     assert!(model.components[0].report.is_none() && model.components[0].rates.is_empty());
     assert!(model.components[1].report.is_some());
-    // Long without an answer.
+    // Without a report for a long time.
     model.tick(Duration::from_mins(1));
     assert!(screen(&mut model, 80, 24).contains("avoider          silent"));
-    // What is gone is not selected any more.
+    // A removed component is no longer selected.
     model.selected = "monitor".to_owned();
     status.components.pop();
     model.status(status);

@@ -1,4 +1,4 @@
-//! Golden screens, and what keys do.
+//! Golden screens, and reactions to keys.
 
 mod keys;
 mod screens;
@@ -65,7 +65,7 @@ fn status() -> NetworkStatus {
     }
 }
 
-/// A slot whose counters have run for so many seconds.
+/// A slot whose counters have run for `seconds`.
 fn slot(name: &str, role: &str, address: &str, rate: u64, seconds: u64) -> Value {
     let count = rate * seconds;
     let received = ["implements", "subscribesTo"].contains(&role);

@@ -1,4 +1,4 @@
-//! What is seen.
+//! Golden screens.
 
 #![allow(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -46,7 +46,7 @@ fn a_wide_terminal_shows_all_columns() {
 }
 
 #[test]
-fn a_usual_terminal_shows_the_most_important_ones() {
+fn a_medium_terminal_shows_the_most_important_columns() {
     shows(
         &mut model(Host::Top),
         80,
@@ -102,7 +102,7 @@ fn a_small_terminal_shows_names_and_states() {
 }
 
 #[test]
-fn no_size_is_too_small() {
+fn every_size_is_drawn_without_a_panic() {
     for page in [
         Page::Table,
         Page::Log,
@@ -121,7 +121,7 @@ fn no_size_is_too_small() {
 }
 
 #[test]
-fn without_colours_there_are_none() {
+fn without_colours_no_colour_is_printed() {
     let colours = |wanted| {
         let mut model = model(Host::Up);
         model.colours = wanted;
@@ -139,7 +139,7 @@ fn without_colours_there_are_none() {
 }
 
 #[test]
-fn connections_say_who_is_at_the_other_end() {
+fn connections_show_their_peers() {
     let mut model = model(Host::Up);
     keys(&mut model, "c");
     shows(
@@ -164,7 +164,7 @@ fn connections_say_who_is_at_the_other_end() {
 }
 
 #[test]
-fn the_help_fits_a_usual_terminal() {
+fn the_help_fits_a_medium_terminal() {
     let mut model = model(Host::Top);
     keys(&mut model, "?");
     shows(

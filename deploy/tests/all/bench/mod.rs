@@ -1,4 +1,4 @@
-//! A place for one test: folders of its own, programs that misbehave, a supervisor and what it reports.
+//! A test environment: folders of its own, misbehaving programs, a supervisor and its events.
 
 #![allow(
     dead_code,
@@ -20,7 +20,7 @@ use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// No test waits longer for anything.
+/// The longest wait of a test.
 pub const LIMIT: Duration = Duration::from_secs(15);
 
 static NETWORKS: AtomicU32 = AtomicU32::new(0);
@@ -121,7 +121,7 @@ impl Bench {
         self.start_in(components, flags, &[])
     }
 
-    /// The same with environment variables.
+    /// Like `start`, with environment variables.
     pub fn start_in(
         &self,
         components: Vec<Component>,
@@ -131,8 +131,8 @@ impl Bench {
         self.start_by(&[], &self.write(components), flags, variables)
     }
 
-    /// Starts a plan that was written. Where there is a `way`, the driver is run by that program, with these first
-    /// arguments.
+    /// Starts a written plan. If `way` is not empty, it is the program, with its first arguments,
+    /// that runs the driver.
     pub fn start_plan(&self, plan: &str, way: &[&str], flags: &[&str]) -> Up {
         self.start_by(way, plan, flags, &[])
     }
@@ -187,7 +187,7 @@ impl Bench {
         serde_json::from_slice(&output.stdout).expect("a status")
     }
 
-    /// What components did, in order: `NAME WHAT`.
+    /// The journal of the components in order, as lines `NAME WHAT`.
     pub fn journal(&self) -> Vec<String> {
         let lines = self.entries();
         lines
@@ -196,7 +196,7 @@ impl Bench {
             .collect()
     }
 
-    /// The processes behind these entries. They have to be alive.
+    /// The processes of these entries. They must be alive.
     pub fn processes(&self, entry: &str) -> Vec<Identity> {
         self.entries()
             .iter()
@@ -221,11 +221,12 @@ impl Bench {
         text.lines().count()
     }
 
-    /// Nothing is left of the network: no process that ever wrote to the journal, no run directory.
+    /// Checks that no process that ever wrote to the journal is alive, and that the run directory
+    /// is removed.
     pub fn assert_nothing_left(&self) {
         self.assert_no_process_left();
         assert!(!self.run_directory().exists(), "the run directory is left");
-        assert!(self.cleanups() > 0, "it was not cleaned up");
+        assert!(self.cleanups() > 0, "no clean-up ran");
     }
 
     pub fn assert_no_process_left(&self) {
@@ -242,7 +243,7 @@ impl Up {
         Identity::of(self.child.id().try_into().expect("a pid")).expect("it runs")
     }
 
-    /// Waits for an event of the network of either kind, and gives its code and its message.
+    /// Waits for an event with one of the codes. Returns its code and message.
     pub fn await_either(&mut self, either: [&str; 2]) -> (String, String) {
         loop {
             let event = self.events.recv_timeout(LIMIT);
@@ -257,7 +258,7 @@ impl Up {
         }
     }
 
-    /// Waits for an event, and gives its message.
+    /// Waits for an event. Returns its message.
     pub fn await_event(&mut self, code: &str, component: Option<&str>) -> String {
         let deadline = Instant::now() + LIMIT;
         loop {
@@ -279,7 +280,7 @@ impl Up {
         kill_process(pid, signal).expect("it runs");
     }
 
-    /// Waits for its end, and gives its exit code and all its events.
+    /// Waits for the exit of the supervisor. Returns its exit code and all its events.
     pub fn end(mut self) -> (Option<i32>, Vec<Value>) {
         await_end(&[self.identity_or_ended()]);
         let status = self.child.wait().expect("it has ended");
@@ -293,7 +294,7 @@ impl Up {
         Identity::of(pid).unwrap_or(Identity { pid, starttime: 0 })
     }
 
-    /// Ends it by SIGKILL.
+    /// Kills the supervisor by SIGKILL.
     pub fn kill(mut self) {
         self.child.kill().expect("it runs");
         self.child.wait().expect("it has ended");
@@ -307,7 +308,7 @@ impl Drop for Up {
     }
 }
 
-/// Waits for the end of processes.
+/// Waits for the exit of processes.
 pub fn await_end(processes: &[Identity]) {
     let timeout = Timespec::try_from(LIMIT).expect("a short time");
     for process in processes {
@@ -335,10 +336,10 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// Says that a test could not be run; `cargo xtask test` repeats it at its end.
+/// Reports a skipped test. `cargo xtask test` repeats the line at its end.
 pub fn skipped(test: &str, reason: &str) {
     let line = format!("skipped: {test}: {reason}\n");
-    // Past the test harness, which keeps what successful tests print to itself.
+    // Written directly, because the test harness captures the output of successful tests.
     let _ = std::io::stderr().write_all(line.as_bytes());
     if let Some(list) = std::env::var_os("RC_TEST_SKIPPED") {
         let list = std::fs::File::options()

@@ -1,4 +1,4 @@
-//! A real terminal for a program under test, and somebody who looks at its screen and presses keys.
+//! A pseudo terminal for a program under test: reads its screen and presses keys.
 
 #![allow(
     dead_code,
@@ -15,13 +15,13 @@ use std::os::fd::OwnedFd;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The program, of util-linux, and its argument that let another one have a terminal as its own.
+/// `setsid` of util-linux, with the argument that makes a terminal the controlling one.
 pub const SETSID: [&str; 2] = ["setsid", "--ctty"];
 
-/// No test waits longer for anything.
+/// The longest wait of a test.
 const LIMIT: Duration = Duration::from_secs(20);
 
-/// A terminal in which one command runs. The command is killed at the latest when the test ends.
+/// A terminal in which one command runs. Dropping it kills the command.
 pub struct Terminal {
     user: OwnedFd,
     program: OwnedFd,
@@ -31,7 +31,8 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// Starts a command that runs a program by [`SETSID`] in a terminal of that size, which it controls.
+    /// Starts a command in a terminal of this size. The command runs a program by [`SETSID`], which
+    /// gets the terminal as its controlling one.
     pub fn start(mut command: Command, (columns, lines): (u16, u16)) -> Self {
         let user = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC);
         let user = user.expect("a terminal");
@@ -59,10 +60,10 @@ impl Terminal {
         }
     }
 
-    /// Reads what is written until the screen is as it should be.
-    pub fn until(&mut self, what: &str, so: impl Fn(&vt100::Screen) -> bool) {
+    /// Reads output until `condition` holds for the screen.
+    pub fn until(&mut self, what: &str, condition: impl Fn(&vt100::Screen) -> bool) {
         let deadline = Instant::now() + LIMIT;
-        while !so(self.parser.screen()) {
+        while !condition(self.parser.screen()) {
             let left = deadline.saturating_duration_since(Instant::now());
             let read = self.read(left);
             let screen = self.parser.screen().contents();
@@ -74,7 +75,7 @@ impl Terminal {
         self.until(text, |screen| screen.contents().contains(text));
     }
 
-    /// Reads once; false where nothing came.
+    /// Reads once. Returns false if nothing arrived in time.
     fn read(&mut self, limit: Duration) -> bool {
         let limit = Timespec::try_from(limit).expect("a short time");
         let mut polled = [PollFd::new(&self.user, PollFlags::IN)];
@@ -101,19 +102,19 @@ impl Terminal {
         self.parser.screen()
     }
 
-    /// Makes it another size.
+    /// Changes the size of the terminal.
     pub fn resize(&mut self, columns: u16, lines: u16) {
         tcsetwinsize(&self.user, size(columns, lines)).expect("another size");
         self.parser.screen_mut().set_size(lines, columns);
     }
 
-    /// The terminal goes away, and the command ends.
+    /// Closes the terminal and waits for the exit of the command.
     pub fn hang_up(mut self) {
         let other = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("another terminal");
         drop(std::mem::replace(&mut self.user, other));
         let start = Instant::now();
         while self.child.try_wait().expect("a child").is_none() {
-            assert!(start.elapsed() < LIMIT, "it does not end");
+            assert!(start.elapsed() < LIMIT, "the command does not exit");
             std::thread::sleep(Duration::from_millis(10));
         }
     }
@@ -122,7 +123,8 @@ impl Terminal {
         Pid::from_child(&self.child)
     }
 
-    /// Waits for the end of the command: its exit code, and what is on the screen then. The terminal is as it was.
+    /// Waits for the exit of the command. Returns its exit code and the final screen. Checks that
+    /// the terminal mode is restored.
     pub fn end(mut self) -> (Option<i32>, String) {
         let start = Instant::now();
         let status = loop {
@@ -131,7 +133,10 @@ impl Terminal {
                 break status;
             }
             let screen = self.parser.screen().contents();
-            assert!(start.elapsed() < LIMIT, "it does not end:\n{screen}");
+            assert!(
+                start.elapsed() < LIMIT,
+                "the command does not exit:\n{screen}"
+            );
         };
         while self.read(Duration::ZERO) {}
         let screen = self.parser.screen();

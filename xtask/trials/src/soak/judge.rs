@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn memory_that_grows_is_found_and_noise_is_not() {
+    fn growth_of_memory_is_detected_and_noise_is_not() {
         let noise = samples(|at| 20.0 + 0.4 * f64::from(at % 3));
         assert_eq!(grown(&noise), [""; 0]);
         let warming = samples(|at| if at < 10 { 10.0 } else { 20.0 });
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn work_and_descriptors_that_grow_are_found() {
+    fn growth_of_cpu_time_and_descriptors_is_detected() {
         let mut growing = samples(|_| 20.0);
         for (at, sample) in growing.iter_mut().enumerate() {
             sample.descriptors += at;
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn what_did_not_arrive_is_found() {
+    fn missing_messages_are_detected() {
         let read = |line: &str| Counts::read(line).expect("counts");
         let sent = read("counts ticks=100 images=3 asked=20 answered=20");
         let came = read("counts ticks_next=100 images_next=3");
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_in_a_status_is_found() {
+    fn errors_in_a_status_are_detected() {
         let status = |text: &str| serde_json::from_str::<Value>(text).expect("JSON");
         let good = r#"{"state":"running","compute":{"errors":0},"slots":[{"handlers":{"errors":0}}],"last_error":null}"#;
         assert_eq!(complaint("it", &status(good)), None);
