@@ -24,12 +24,13 @@ pub mod process;
 mod remote;
 pub mod supervisor;
 
-pub use guard::guard_process::{GuardCommand, guard};
+pub use guard::guard_process::{GuardCommand, HoldTask, guard};
 pub use guard::process_registry::recover;
 pub use rc_deploy_client::Error;
 pub use rc_deploy_client::Format;
 pub use rc_deploy_client::connection::{down, status};
 pub use rc_deploy_network::plan::{Component, Host, Plan, Policy, Restart};
+pub use rc_deploy_network::services::Service;
 pub use rc_management::supervisor::{
     CommandResult, ComponentState, ComponentStatus, Event, NetworkStatus, Severity, Trouble, Verb,
 };

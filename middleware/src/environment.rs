@@ -38,18 +38,21 @@ impl RunDirectory {
     /// The same in `base`, for a user.
     fn open_below(base: &Path, network: &str, uid: u32) -> io::Result<Self> {
         let path = base.join(network);
-        std::fs::DirBuilder::new()
+        let created = std::fs::DirBuilder::new()
             .recursive(true)
             .mode(0o700)
-            .create(&path)?;
-        let owner = std::fs::symlink_metadata(base)?;
-        if !owner.is_dir() || owner.uid() != uid || owner.mode() & 0o022 != 0 {
+            .create(&path);
+        // Checked first: the folder of another user is also the reason why it cannot be created.
+        if let Ok(found) = std::fs::symlink_metadata(base)
+            && let Some(wrong) = not_private(&found, uid)
+        {
             let message = format!(
-                "{} is not a private folder of this user; remove it, or set XDG_RUNTIME_DIR to a private folder",
+                "{} {wrong}; remove it, or set XDG_RUNTIME_DIR to a private folder",
                 base.display()
             );
             return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
         }
+        created?;
         Ok(Self(path))
     }
 
@@ -94,6 +97,33 @@ impl RunDirectory {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
             _ => Ok(()),
         }
+    }
+}
+
+/// Why a folder is not private to a user; `None` if it is.
+fn not_private(found: &std::fs::Metadata, uid: u32) -> Option<String> {
+    if !found.is_dir() {
+        return Some("is no folder".to_owned());
+    }
+    if found.uid() != uid {
+        return Some(format!("belongs to user {}", user_name(found.uid())));
+    }
+    let others_write = found.mode() & 0o022 != 0;
+    others_write.then(|| "can be written by other users".to_owned())
+}
+
+/// The name and the number of a user, as in `mia (1001)`.
+pub fn user_name(uid: u32) -> String {
+    let users = std::fs::read_to_string("/etc/passwd").unwrap_or_default();
+    // passwd(5): name, password, uid.
+    let is = |line: &&str| line.split(':').nth(2).and_then(|id| id.parse().ok()) == Some(uid);
+    match users
+        .lines()
+        .find(is)
+        .and_then(|line| line.split(':').next())
+    {
+        Some(name) => format!("{name} ({uid})"),
+        None => uid.to_string(),
     }
 }
 

@@ -40,7 +40,7 @@ pub use backend::{
 };
 pub use cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
 pub use counter::Counter;
-pub use environment::{Environment, RunDirectory};
+pub use environment::{Environment, RunDirectory, user_name};
 pub use error::{CallError, OpenError, ReceiveError, SendError};
 pub use gaps::{Gaps, Unread};
 pub use header::{Encoding, Header, now};

@@ -17,10 +17,10 @@ fn main() -> ExitCode {
         ["test", ref rest @ ..] => test(rest),
         ["mutants", ref rest @ ..] => mutants::run(rest),
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
-        ["bench" | "soak" | "chaos", ..] => return trials(&args),
+        ["bench" | "soak" | "chaos" | "deny", ..] => return trials(&args),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | bench … | soak … | chaos … | fuzz SECONDS | mutants [--count N] [--seed S]"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | bench … | soak … | chaos … | deny [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S]"
             );
             return ExitCode::from(2);
         }

@@ -189,6 +189,22 @@ impl Plan {
     }
 }
 
+/// For each component, the length of the longest chain of components that it waits for.
+pub fn waves(needs: &[BTreeSet<usize>]) -> Vec<usize> {
+    let mut waves = vec![0; needs.len()];
+    // The needs have no cycle, so this ends.
+    for _ in 0..needs.len() {
+        let next =
+            |all: &BTreeSet<usize>| all.iter().map(|other| waves[*other] + 1).max().unwrap_or(0);
+        let better: Vec<usize> = needs.iter().map(next).collect();
+        if better == waves {
+            break;
+        }
+        waves = better;
+    }
+    waves
+}
+
 /// The nodes that can be reached from a node.
 pub fn reachable(edges: &[BTreeSet<usize>], from: usize) -> BTreeSet<usize> {
     let mut seen = BTreeSet::new();

@@ -4,6 +4,7 @@ use crate::addresses::process_name;
 use crate::error::{Error, refused};
 use crate::model::{Network, Profile};
 use crate::network_time::ClockPlan;
+use crate::plan;
 use crate::topology::{Connection, End, Host, Kind};
 use rc_ddsl::model::{Policy, Restart};
 use rc_middleware::RunDirectory;
@@ -119,7 +120,7 @@ impl Network {
     pub fn preview(&self, profile: Profile) -> Result<Preview, Error> {
         let plan = self.plan(profile)?;
         let needs = plan.needs();
-        let waves = waves(&needs);
+        let waves = plan::waves(&needs);
         let run = RunDirectory::of(self.name());
         let mut components = Vec::new();
         for (at, planned) in plan.components.into_iter().enumerate() {
@@ -173,23 +174,6 @@ impl Network {
                 .collect(),
         })
     }
-}
-
-/// For each component, the length of the longest chain of components that it waits for.
-fn waves(needs: &[std::collections::BTreeSet<usize>]) -> Vec<usize> {
-    let mut waves = vec![0; needs.len()];
-    // The needs have no cycle, so this ends.
-    for _ in 0..needs.len() {
-        let next = |all: &std::collections::BTreeSet<usize>| {
-            all.iter().map(|other| waves[*other] + 1).max().unwrap_or(0)
-        };
-        let better: Vec<usize> = needs.iter().map(next).collect();
-        if better == waves {
-            break;
-        }
-        waves = better;
-    }
-    waves
 }
 
 /// A time as people write it.
@@ -399,7 +383,7 @@ mod tests {
     fn a_wave_follows_its_dependencies() {
         let set = |all: &[usize]| all.iter().copied().collect::<BTreeSet<usize>>();
         let needs = [set(&[2]), set(&[]), set(&[1]), set(&[1])];
-        assert_eq!(waves(&needs), [2, 0, 1, 1]);
+        assert_eq!(plan::waves(&needs), [2, 0, 1, 1]);
     }
 
     #[test]

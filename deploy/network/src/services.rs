@@ -1,9 +1,9 @@
 //! The shared-memory services of a network, which the guard holds open.
 //!
 //! A process that is killed while it creates a service can leave it half made, so that nobody can
-//! open it. A service that is held open stays whole. The guard creates all services before the
-//! first component starts, with the greatest depth of their endpoints, so that these may come in
-//! any order.
+//! open it. A service that is held open stays whole. The guard creates the services of a component
+//! before the component starts, with the greatest depth of their endpoints, so that these may come
+//! in any order.
 
 use crate::model::Network;
 use rc_cdsl::model::{Backend, Role};
@@ -14,9 +14,11 @@ use rc_middleware::{Qos, network_time};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// One service. The guard gets a JSON list of pairs, address and service.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
+/// One service.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Service {
+    /// Its address.
+    pub address: String,
     /// The name of its types.
     pub types: String,
     /// Their hash.
@@ -27,15 +29,21 @@ pub struct Service {
     pub depth: u32,
     /// Of a topic: whether late subscribers get the last sample.
     pub keeps: bool,
+    /// The names of the components with an endpoint of it, each once.
+    pub users: Vec<String>,
 }
 
 impl Network {
-    /// For each other machine by name, its services on the default middleware, see
+    /// For each other machine by name, its services on the default middleware as JSON, see
     /// [`Self::services`].
     pub fn services_elsewhere(&self) -> BTreeMap<String, String> {
         let instances = self.deployment.instances.iter();
         let hosts = instances.filter_map(|instance| self.deployment.remote_host(instance));
-        let services = |host: &Host| (host.name.text.clone(), self.services(Some(host)));
+        let services = |host: &Host| {
+            // This cannot fail, because keys are strings.
+            let text = serde_json::to_string(&self.services(Some(host)));
+            (host.name.text.clone(), text.unwrap_or_default())
+        };
         hosts.map(services).collect()
     }
 
@@ -57,21 +65,29 @@ impl Network {
         };
         let (topic, calls) = (network_time::topic_types(), network_time::call_types());
         let depth = Qos::PUBLISHER.depth;
+        let followers = time.followers.iter();
+        let users = followers.filter(|(_, backend)| *backend == Backend::Iceoryx2);
+        let users = users.map(|(at, _)| *at).chain([time.source]);
+        let users: Vec<String> = users
+            .map(|at| self.deployment.instances[at].path.clone())
+            .collect();
         for (address, types, depth) in [(address.join("tick"), topic, depth), (address, calls, 0)] {
             let service = Service {
+                address: address.to_string(),
                 types: types.name,
                 hash: types.hash,
                 topic: depth > 0,
                 depth,
                 keeps: false,
+                users: users.clone(),
             };
             services.insert(address.to_string(), service);
         }
     }
 
-    /// The services on the default middleware that a machine needs (`None`: this machine). The
-    /// result is the JSON text of a list of pairs, address and [`Service`].
-    pub fn services(&self, host: Option<&Host>) -> String {
+    /// The services on the default middleware that a machine needs (`None`: this machine), sorted by
+    /// address.
+    pub fn services(&self, host: Option<&Host>) -> Vec<Service> {
         let mut services: BTreeMap<String, Service> = BTreeMap::new();
         for (End { instance, slot }, address) in self.addresses() {
             let on = self
@@ -93,29 +109,39 @@ impl Network {
                 continue;
             }
             let path = library.interface_path(slot.interface);
+            let user = &self.deployment.instances[instance].path;
+            let uses = |service: &mut Service| {
+                if !service.users.contains(user) {
+                    service.users.push(user.clone());
+                }
+            };
             if !slot.role.is_topic() {
                 let hash = interface_hash(library, slot.interface);
-                let service = Service {
+                let service = services.entry(address.clone()).or_insert_with(|| Service {
+                    address,
                     types: path,
                     hash,
                     topic: false,
                     depth: 0,
                     keeps: false,
-                };
-                services.insert(address, service);
+                    users: Vec::new(),
+                });
+                uses(service);
                 continue;
             }
             for operation in &library.interface(slot.interface).operations {
                 let name = &operation.name.text;
-                let service = services
-                    .entry(format!("{address}/{name}"))
-                    .or_insert_with(|| Service {
-                        types: format!("{path}/{name}"),
-                        hash: operation_hash(library, slot.interface, operation),
-                        topic: true,
-                        depth: 0,
-                        keeps: false,
-                    });
+                let address = format!("{address}/{name}");
+                let service = services.entry(address.clone()).or_insert_with(|| Service {
+                    address,
+                    types: format!("{path}/{name}"),
+                    hash: operation_hash(library, slot.interface, operation),
+                    topic: true,
+                    depth: 0,
+                    keeps: false,
+                    users: Vec::new(),
+                });
+                uses(service);
                 service.depth = service
                     .depth
                     .max(slot.qos.depth.unwrap_or(Qos::PUBLISHER.depth));
@@ -124,7 +150,6 @@ impl Network {
             }
         }
         self.add_time(host, &mut services);
-        // This cannot fail, because keys are strings.
-        serde_json::to_string(&services.into_iter().collect::<Vec<_>>()).unwrap_or_default()
+        services.into_values().collect()
     }
 }

@@ -203,9 +203,6 @@ enum Command {
     Guard {
         #[arg(long)]
         network: String,
-        /// The services to hold open, as JSON.
-        #[arg(long, default_value = "[]")]
-        hold: String,
     },
 }
 
@@ -257,6 +254,7 @@ fn run(command: Command) -> Result<u8, Failure> {
                 guard: None,
                 log_limit: Some(log_limit << 20),
                 memory_pause: None,
+                hold: Vec::new(),
                 services: BTreeMap::new(),
             };
             up::up(&input, build, detach, &options)
@@ -320,8 +318,8 @@ fn run(command: Command) -> Result<u8, Failure> {
             up::agent();
             Ok(0)
         }
-        Command::Guard { network, hold } => {
-            up::guard(&network, &hold);
+        Command::Guard { network } => {
+            up::guard(&network);
             Ok(0)
         }
     }

@@ -3,15 +3,14 @@
 use super::arguments::Input;
 use super::description::load;
 use super::output::{Failure, print_line, system};
+use crate::Options;
 use crate::guard::services;
 use crate::process::machine;
-use crate::{GuardCommand, Options};
 use rc_deploy_client::error::print_error;
 use rc_deploy_client::status;
 use rc_deploy_network::{Network, Profile};
 use rc_diagnostics::Diagnostics;
 use rc_middleware::RunDirectory;
-use std::cell::RefCell;
 use std::process::Command as Process;
 
 pub(super) fn up(
@@ -67,14 +66,8 @@ pub(super) fn up(
         ));
         return Ok(outcome.exit_code());
     }
-    let own = GuardCommand::own().map_err(|e| system(&e))?;
-    let args = own
-        .args
-        .into_iter()
-        .chain(["--hold".to_owned(), network.services(None)])
-        .collect();
     let options = Options {
-        guard: Some(GuardCommand { args, ..own }),
+        hold: network.services(None),
         services: network.services_elsewhere(),
         ..options.clone()
     };
@@ -102,14 +95,9 @@ fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
 }
 
 /// Runs the process that cleans up when its supervisor has ended.
-pub(super) fn guard(network: &str, hold: &str) {
-    let held = RefCell::new(services::hold(network, hold));
-    let clean = || {
-        held.take();
-        wipe(network);
-    };
+pub(super) fn guard(network: &str) {
     // Nobody reads its exit code: its supervisor is gone.
-    let _ = crate::guard(network, &clean);
+    let _ = crate::guard(network, services::hold, &|| wipe(network));
 }
 
 /// Runs the agent of a supervisor on another machine.

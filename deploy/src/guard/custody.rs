@@ -1,15 +1,20 @@
 //! Keeps lock, process registry and guard of a network on one machine together.
 
-use crate::guard::guard_process::{Guard, GuardCommand};
+use crate::guard::guard_link::Guard;
+use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{ProcessRegistry, RegisteredProcess};
 use crate::process::identity::{Identity, Mark};
 use rc_deploy_client::error::{Error, ErrorContext};
+use rc_deploy_network::services::Service;
 use rc_middleware::RunDirectory;
+use rustix::event::PollFlags;
+use std::collections::HashMap;
 use std::io;
 use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// How many guards may fail in a row.
 const GUARD_STARTS: u32 = 5;
@@ -19,8 +24,16 @@ const GUARD_STEADY: Duration = Duration::from_secs(5);
 /// The custody of a network on this machine.
 pub(crate) struct Custody {
     network: String,
-    /// The processes that run, as written to the run directory.
+    /// The processes that run.
     registry: ProcessRegistry,
+    /// Whether the file in the run directory differs from the registry.
+    unwritten: bool,
+    /// The services that the guard holds, in the order of their creation.
+    services: Vec<Service>,
+    /// For each component, how many of the services must have been created before it starts.
+    needs: HashMap<String, usize>,
+    /// How many have been created, by this guard or an earlier one; `None` until a guard guards.
+    held: Option<usize>,
     lock: Lock,
     command: GuardCommand,
     log: PathBuf,
@@ -30,6 +43,8 @@ pub(crate) struct Custody {
 
 /// What followed the end of a guard.
 pub(crate) enum GuardChange {
+    /// The first guard has never guarded. The text says why.
+    NotStarted(String),
     /// A new guard runs. The text describes the end of the old one.
     Restarted(String),
     /// There is no guard any more. The text says why.
@@ -38,12 +53,13 @@ pub(crate) enum GuardChange {
 
 impl Custody {
     /// Takes custody of a network whose lock is held. From now on, a later `up` can recover it. The
-    /// guard prints to `log`.
+    /// guard prints to `log`, and creates the services in this order.
     pub(crate) fn new(
         network: &str,
         lock: Lock,
         command: GuardCommand,
         log: PathBuf,
+        services: Vec<Service>,
     ) -> Result<Self, Error> {
         let own = Identity::own().ok_or_else(|| io::Error::from(io::ErrorKind::Unsupported));
         let own = own.context("read /proc/self/stat")?;
@@ -51,9 +67,17 @@ impl Custody {
         registry
             .write(lock.directory())
             .context("write to the run directory")?;
+        let mut needs = HashMap::new();
+        for (at, service) in services.iter().enumerate() {
+            needs.extend(service.users.iter().map(|user| (user.clone(), at + 1)));
+        }
         Ok(Self {
             network: network.to_owned(),
             registry,
+            unwritten: false,
+            services,
+            needs,
+            held: None,
             lock,
             command,
             log,
@@ -62,21 +86,46 @@ impl Custody {
         })
     }
 
-    /// Starts the guard, and waits until it is ready.
+    /// Starts the guard.
     pub(crate) fn start_guard(&mut self) -> Result<(), Error> {
-        self.new_guard()?.await_ready()
-    }
-
-    fn new_guard(&mut self) -> Result<&mut Guard, Error> {
         self.starts += 1;
-        let guard = Guard::start(
+        self.guard = Some(Guard::start(
             &self.command,
             &self.network,
             &self.lock,
             &self.log,
             &self.registry,
-        )?;
-        Ok(self.guard.insert(guard))
+            &self.services,
+        )?);
+        Ok(())
+    }
+
+    /// Whether a component may start: a guard runs, and has created the component's services.
+    pub(crate) fn lets_start(&self, component: &str) -> bool {
+        let needed = self.needs.get(component).copied().unwrap_or(0);
+        self.held.is_some_and(|held| held >= needed)
+    }
+
+    /// Waits until the guard has created all services. Calls `beat` at least once in a `pause`.
+    pub(crate) fn await_services(
+        &mut self,
+        pause: Duration,
+        mut beat: impl FnMut() -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        while self.held.is_none_or(|held| held < self.services.len()) {
+            let Some(guard) = &mut self.guard else { break };
+            let lives = guard.await_turn(pause);
+            guard.check(Instant::now());
+            self.held = self.held.max(guard.held());
+            if !lives
+                && let Some(GuardChange::NotStarted(why) | GuardChange::Lost(why)) =
+                    self.guard_ended()
+            {
+                return Err(Error::Guard(why));
+            }
+            beat()?;
+        }
+        Ok(())
     }
 
     /// The run directory.
@@ -99,23 +148,56 @@ impl Custody {
         self.guard.as_ref().map(Guard::descriptor)
     }
 
-    /// Registers a process. The next `up` needs the file only if supervisor and guard are both
-    /// killed.
-    pub(crate) fn started(&mut self, component: RegisteredProcess) -> io::Result<()> {
+    /// The socket of the guard, and what to wait for there.
+    pub(crate) fn link(&self) -> Option<(&UnixStream, PollFlags)> {
+        self.guard.as_ref().map(Guard::link)
+    }
+
+    /// Reads what the guard says, and writes what it has not read yet.
+    pub(crate) fn turn(&mut self) {
+        if let Some(guard) = &mut self.guard {
+            guard.turn();
+            self.held = self.held.max(guard.held());
+        }
+    }
+
+    /// When to look whether the guard is stuck.
+    pub(crate) fn deadline(&self) -> Option<Instant> {
+        self.guard.as_ref().and_then(Guard::deadline)
+    }
+
+    /// Kills a guard that is stuck.
+    pub(crate) fn check(&mut self, now: Instant) {
+        if let Some(guard) = &mut self.guard {
+            guard.check(now);
+        }
+    }
+
+    /// Registers a process, see [`Self::save`].
+    pub(crate) fn started(&mut self, component: RegisteredProcess) {
         if let Some(guard) = &mut self.guard {
             guard.started(&component);
         }
         self.registry.components.push(component);
-        self.registry.write(self.lock.directory())
+        self.unwritten = true;
     }
 
-    /// Removes the process of a component from the registry.
-    pub(crate) fn ended(&mut self, name: &str) -> io::Result<()> {
+    /// Removes the process of a component from the registry, see [`Self::save`].
+    pub(crate) fn ended(&mut self, name: &str) {
         let found = self.registry.components.iter().position(|c| c.name == name);
-        let Some(index) = found else { return Ok(()) };
+        let Some(index) = found else { return };
         let registry = self.registry.components.remove(index);
         if let Some(guard) = &mut self.guard {
             guard.ended(registry.process.pid);
+        }
+        self.unwritten = true;
+    }
+
+    /// Writes the registry if it has changed. The next `up` needs the file only if supervisor and
+    /// guard are both killed, so one turn of the loop writes it once.
+    pub(crate) fn save(&mut self) -> io::Result<()> {
+        if !std::mem::take(&mut self.unwritten) {
+            return Ok(());
         }
         self.registry.write(self.lock.directory())
     }
@@ -127,14 +209,21 @@ impl Custody {
             self.starts = 0;
         }
         let how = guard.reap();
+        if self.held.is_none() {
+            return Some(GuardChange::NotStarted(format!(
+                "{how}; see {}, and try again when the machine is less busy",
+                self.log.display()
+            )));
+        }
         if self.starts >= GUARD_STARTS {
+            self.held = Some(self.services.len());
             return Some(GuardChange::Lost(format!(
                 "the guard process ended again ({how}) and is not started any more; see {}",
                 self.log.display()
             )));
         }
-        Some(match self.new_guard() {
-            Ok(_) => GuardChange::Restarted(format!(
+        Some(match self.start_guard() {
+            Ok(()) => GuardChange::Restarted(format!(
                 "the guard process ended ({how}); a new one is started"
             )),
             Err(error) => GuardChange::Lost(format!("the guard process ended ({how}): {error}")),
@@ -152,6 +241,9 @@ impl Custody {
     /// killed processes, and the lock, which the caller releases last.
     pub(crate) fn finish(mut self, cleanup: &dyn Fn()) -> (usize, io::Result<()>, Lock) {
         let left = self.registry.mark.sweep();
+        if let Some(guard) = &mut self.guard {
+            guard.release();
+        }
         cleanup();
         let removed = self.lock.remove_directory();
         if let Some(guard) = self.guard.take() {

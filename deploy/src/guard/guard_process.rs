@@ -1,35 +1,33 @@
 //! The guard: a second process that ends the components and removes all traces if its supervisor is
-//! killed.
+//! killed. It also holds the services of the network open, see [`HoldServices`].
 //!
 //! The supervisor reports each process over a socket, the guard's standard input. If the socket
 //! closes without a farewell, the supervisor has ended unexpectedly. Components notice this through
-//! their own links.
+//! their own links. The guard answers over the same socket how far it is, see
+//! [`crate::guard::guard_link`].
 
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{ProcessRegistry, RegisteredProcess};
-use crate::process::identity::{Identity, Mark, first_readable};
-use rc_deploy_client::connection::KILL_LIMIT;
+use crate::process::identity::{Identity, Mark};
 use rc_deploy_client::error::{Error, ErrorContext, print_error};
+use rc_deploy_network::services::Service;
 use rc_management::lines::{self, Lines, Overlong};
-use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
 use serde::{Deserialize, Serialize};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-use std::fs::File;
-use std::io::{self, ErrorKind, Read, Write};
-use std::os::fd::{AsFd, OwnedFd};
+use std::io::{self, ErrorKind, Write};
+use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitCode, Stdio};
+use std::path::PathBuf;
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How long a guard may take to become ready.
-const START_LIMIT: Duration = Duration::from_secs(5);
-/// How long a write to the guard may take. A guard that does not read is replaced.
-const WRITE_LIMIT: Duration = Duration::from_millis(200);
-/// What the guard writes when it is ready: signals of the terminal do not reach it any more.
-const GUARDING: &[u8] = b"guarding\n";
+/// How long a guard waits for its thread that holds services: longer than one opening may take.
+const HOLD_LIMIT: Duration = Duration::from_secs(10);
+const HOLD_LOOK: Duration = Duration::from_millis(5);
 
 /// How the guard process is started: `PROGRAM ARGUMENTS… --network NETWORK`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,144 +49,54 @@ impl GuardCommand {
 }
 
 /// The reports of a supervisor to its guard, one JSON line each.
-#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Report {
+pub(crate) enum Report {
     /// The first line.
     Network { mark: Mark },
+    /// A service to hold.
+    Hold(Service),
     /// A component was started.
     Started(RegisteredProcess),
     /// One has ended, with its process group.
     Ended { pid: i32 },
+    /// All components have ended: no service is needed any more.
+    Release,
     /// Everything is cleaned up. The guard has nothing to do.
     Farewell,
 }
 
-/// A running guard, as its supervisor sees it.
+/// What a guard answers, one JSON line each.
+#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Answer {
+    /// It guards: signals of the terminal do not reach it any more.
+    Guarding,
+    /// So many services were created, or could not be, which is in its log.
+    Held { count: usize },
+    /// It holds no service any more.
+    Released,
+}
+
+/// Work of [`HoldServices`].
 #[derive(Debug)]
-pub(crate) struct Guard {
-    started: Instant,
-    child: Child,
-    link: UnixStream,
-    pidfd: OwnedFd,
+pub enum HoldTask {
+    /// Create this service, and keep it open.
+    Hold(Box<Service>),
+    /// Clean up after processes that have died.
+    CleanUp,
 }
 
-impl Guard {
-    /// Starts a guard, which shares the lock.
-    pub(crate) fn start(
-        command: &GuardCommand,
-        network: &str,
-        lock: &Lock,
-        log: &Path,
-        registry: &ProcessRegistry,
-    ) -> Result<Self, Error> {
-        let (link, theirs) = UnixStream::pair().context("make a socket for the guard")?;
-        link.set_write_timeout(Some(WRITE_LIMIT))
-            .context("limit the time of a write")?;
-        let log = File::options()
-            .create(true)
-            .append(true)
-            .open(log)
-            .context(format!("open {}", log.display()))?;
-        let child = Command::new(&command.program)
-            .args(&command.args)
-            .args(["--network", network])
-            .stdin(Stdio::from(OwnedFd::from(theirs)))
-            .stdout(Stdio::from(lock.share().context("share the lock")?))
-            .stderr(Stdio::from(log))
-            .spawn()
-            .map_err(|error| Error::Guard(format!("{}: {error}", command.program.display())))?;
-        let pidfd = pidfd_open(Pid::from_child(&child), PidfdFlags::empty())
-            .context("watch the guard process")?;
-        let mut guard = Self {
-            started: Instant::now(),
-            child,
-            link,
-            pidfd,
-        };
-        let mark = registry.mark.clone();
-        guard.tell(&Report::Network { mark });
-        for component in &registry.components {
-            guard.started(component);
-        }
-        Ok(guard)
-    }
-
-    /// Waits until the guard is ready.
-    pub(crate) fn await_ready(&mut self) -> Result<(), Error> {
-        let mut said = [0; GUARDING.len()];
-        let read = self
-            .link
-            .set_read_timeout(Some(START_LIMIT))
-            .and_then(|()| self.link.read_exact(&mut said));
-        match read {
-            Ok(()) if said == GUARDING => Ok(()),
-            Ok(()) => Err(Error::Guard(
-                "it is another program; does it know the argument `guard`?".to_owned(),
-            )),
-            Err(error) => Err(Error::Guard(error.to_string())),
-        }
-    }
-
-    pub(crate) fn pid(&self) -> i32 {
-        Pid::from_child(&self.child).as_raw_nonzero().get()
-    }
-
-    /// Becomes readable when the guard ends.
-    pub(crate) fn descriptor(&self) -> &OwnedFd {
-        &self.pidfd
-    }
-
-    /// How long it has lived.
-    pub(crate) fn age(&self) -> Duration {
-        self.started.elapsed()
-    }
-
-    /// How it ended. Call it after the descriptor is readable.
-    pub(crate) fn reap(mut self) -> String {
-        match self.child.wait() {
-            Ok(status) => status.to_string(),
-            Err(error) => error.to_string(),
-        }
-    }
-
-    pub(crate) fn started(&mut self, component: &RegisteredProcess) {
-        self.tell(&Report::Started(component.clone()));
-    }
-
-    pub(crate) fn ended(&mut self, pid: i32) {
-        self.tell(&Report::Ended { pid });
-    }
-
-    /// Dismisses the guard, and waits for its end.
-    pub(crate) fn dismiss(mut self) {
-        self.tell(&Report::Farewell);
-        if first_readable([&self.pidfd], KILL_LIMIT).is_none() {
-            self.kill();
-        }
-        if first_readable([&self.pidfd], KILL_LIMIT).is_some() {
-            let _ = self.child.wait();
-        }
-    }
-
-    fn tell(&mut self, report: &Report) {
-        if self.link.write_all(&lines::encode(report)).is_err() {
-            // It has ended, or it hangs. The supervisor notices the end and starts another one.
-            self.kill();
-        }
-    }
-
-    fn kill(&self) {
-        crate::process::identity::signal(&self.pidfd, Signal::KILL);
-    }
-}
+/// Holds the services of `network` on a thread of its own until `tasks` ends, and calls `held` after
+/// each service, whether it could be created or not.
+pub type HoldServices = fn(network: &str, tasks: &Receiver<HoldTask>, held: &dyn Fn());
 
 /// Runs the guard process: `rcdeploy guard --network NETWORK`, which people never type.
 ///
 /// `cleanup` removes what the middleware keeps in memory for this network. It is also called if
 /// there is nothing to remove.
-pub fn guard(network: &str, cleanup: &dyn Fn()) -> ExitCode {
-    match watch(network, cleanup) {
+pub fn guard(network: &str, hold: HoldServices, cleanup: &dyn Fn()) -> ExitCode {
+    match watch(network, hold, cleanup) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             print_error(format_args!("guard of {network}: {error}"));
@@ -197,7 +105,7 @@ pub fn guard(network: &str, cleanup: &dyn Fn()) -> ExitCode {
     }
 }
 
-fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
+fn watch(network: &str, hold: HoldServices, cleanup: &dyn Fn()) -> Result<(), Error> {
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)))
             .context("ignore signals")?;
@@ -209,8 +117,8 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
         .as_fd()
         .try_clone_to_owned()
         .context("take over the supervisor's socket")?;
-    let mut supervisor = UnixStream::from(stdin);
-    match supervisor.write_all(GUARDING) {
+    let supervisor = UnixStream::from(stdin);
+    match (&supervisor).write_all(&lines::encode(&Answer::Guarding)) {
         // A supervisor that was killed in the meantime: its reports can still be read.
         Err(error)
             if !matches!(
@@ -222,10 +130,11 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
         }
         _ => {}
     }
-    let registry = match listen(&supervisor) {
+    let mut holder = Holder::start(network, hold, &supervisor).context("make a thread")?;
+    let registry = match listen(&supervisor, &mut holder) {
         LinkEnd::Farewell => return Ok(()),
         // The supervisor was killed before its first report: nothing runs yet.
-        LinkEnd::Gone(None) => return wipe(&lock, cleanup),
+        LinkEnd::Gone(None) => return wipe(&lock, holder, cleanup),
         LinkEnd::Gone(Some(registry)) => registry,
     };
     let names: Vec<&str> = registry
@@ -246,17 +155,65 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
     print_error(format_args!(
         "guard of {network}: {killed} processes had to be killed"
     ));
-    wipe(&lock, cleanup)
+    wipe(&lock, holder, cleanup)
 }
 
 /// Removes the traces of the network, unless a new network has taken its place.
-fn wipe(lock: &Lock, cleanup: &dyn Fn()) -> Result<(), Error> {
+fn wipe(lock: &Lock, mut holder: Holder, cleanup: &dyn Fn()) -> Result<(), Error> {
+    holder.release();
     if lock.is_current() {
         cleanup();
         lock.remove_directory()
             .context("remove the run directory")?;
     }
     Ok(())
+}
+
+/// The thread that holds the services.
+struct Holder {
+    tasks: Option<Sender<HoldTask>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Holder {
+    fn start(network: &str, hold: HoldServices, supervisor: &UnixStream) -> io::Result<Self> {
+        let (tasks, received) = channel();
+        let network = network.to_owned();
+        let supervisor = supervisor.try_clone()?;
+        let thread = std::thread::Builder::new().name("hold".to_owned());
+        let thread = thread.spawn(move || {
+            let count = std::cell::Cell::new(0);
+            hold(&network, &received, &|| {
+                count.set(count.get() + 1);
+                let answer = Answer::Held { count: count.get() };
+                // A supervisor that was killed does not read.
+                let _ = (&supervisor).write_all(&lines::encode(&answer));
+            });
+        })?;
+        Ok(Self {
+            tasks: Some(tasks),
+            thread: Some(thread),
+        })
+    }
+
+    fn give(&self, task: HoldTask) {
+        if let Some(tasks) = &self.tasks {
+            // A thread that panicked has said so in the log.
+            let _ = tasks.send(task);
+        }
+    }
+
+    /// Ends the thread after its present task. Waits for it, with a limit.
+    fn release(&mut self) {
+        self.tasks = None;
+        let end = Instant::now() + HOLD_LIMIT;
+        let Some(thread) = self.thread.take() else {
+            return;
+        };
+        while !thread.is_finished() && Instant::now() < end {
+            std::thread::sleep(HOLD_LOOK);
+        }
+    }
 }
 
 /// How the reports of the supervisor ended.
@@ -268,7 +225,7 @@ enum LinkEnd {
 }
 
 /// Reads the reports of the supervisor until they end.
-fn listen(supervisor: &UnixStream) -> LinkEnd {
+fn listen(supervisor: &UnixStream, holder: &mut Holder) -> LinkEnd {
     let mut lines = Lines::new(Overlong::Skip);
     let mut registry: Option<ProcessRegistry> = None;
     loop {
@@ -279,11 +236,18 @@ fn listen(supervisor: &UnixStream) -> LinkEnd {
             };
             match (serde_json::from_str(&text), &mut registry) {
                 (Ok(Report::Network { mark }), _) => registry = Some(ProcessRegistry::new(mark)),
+                (Ok(Report::Hold(service)), _) => holder.give(HoldTask::Hold(Box::new(service))),
                 (Ok(Report::Started(component)), Some(registry)) => {
                     registry.components.push(component);
                 }
                 (Ok(Report::Ended { pid }), Some(registry)) => {
                     registry.components.retain(|c| c.process.pid != pid);
+                    holder.give(HoldTask::CleanUp);
+                }
+                (Ok(Report::Release), _) => {
+                    holder.release();
+                    // A supervisor that was killed does not read.
+                    let _ = { supervisor }.write_all(&lines::encode(&Answer::Released));
                 }
                 (Ok(Report::Farewell), _) => return LinkEnd::Farewell,
                 (Ok(_), None) => {

@@ -2,6 +2,7 @@
 //! process, which cleans up if the supervisor is killed.
 
 pub(crate) mod custody;
+pub(crate) mod guard_link;
 pub mod guard_process;
 pub(crate) mod lock;
 pub mod process_registry;

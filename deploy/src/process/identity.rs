@@ -4,6 +4,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process_group, pidfd_open, pidfd_send_signal};
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 use std::io::Read;
 use std::os::fd::{AsFd, OwnedFd};
 use std::time::{Duration, Instant};
@@ -136,38 +137,52 @@ impl Mark {
 
     /// Kills every process with this mark. Returns how many there were.
     pub fn sweep(&self) -> usize {
-        self.sweep_those(&[format!("{MARK}={}", self.0)])
+        self.sweep_those(None).len()
     }
 
-    /// Kills the processes that one run of a component has left. Returns how many there were.
-    pub(crate) fn sweep_of(&self, run: &str) -> usize {
-        self.sweep_those(&[format!("{MARK}={}", self.0), format!("{COMPONENT}={run}")])
-    }
-
-    fn sweep_those(&self, wanted: &[String]) -> usize {
-        if *self == Self::nobody() {
-            return 0;
+    /// Kills the processes that these runs of components have left. Returns how many there were of
+    /// each.
+    pub(crate) fn sweep_of(&self, runs: &[String]) -> Vec<usize> {
+        let mut killed = vec![0; runs.len()];
+        for at in self.sweep_those(Some(runs)) {
+            killed[at] += 1;
         }
-        let mut killed = 0;
+        killed
+    }
+
+    /// Kills the processes with this mark, with `runs` only those of these runs. Returns for each of
+    /// them the index of its run.
+    fn sweep_those(&self, runs: Option<&[String]>) -> Vec<usize> {
+        let mut killed = Vec::new();
+        if *self == Self::nobody() {
+            return killed;
+        }
+        let wanted = Wanted {
+            mark: format!("{MARK}={}", self.0),
+            runs: runs.map(|runs| {
+                let entry = |(at, run): (usize, &String)| (format!("{COMPONENT}={run}"), at);
+                runs.iter().enumerate().map(entry).collect()
+            }),
+        };
         let mut patience = EXEC_LIMIT;
         // A process may have forked during the search.
         for _ in 0..5 {
-            let mut found = bearers(wanted);
+            let mut found = bearers(&wanted);
             while found.is_none() && !patience.is_zero() {
                 patience = patience.saturating_sub(EXEC_PAUSE);
                 std::thread::sleep(EXEC_PAUSE);
-                found = bearers(wanted);
+                found = bearers(&wanted);
             }
             let Some(found) = found else { break };
             if found.is_empty() {
                 break;
             }
-            killed += found.len();
-            for process in &found {
+            for (process, run) in &found {
+                killed.push(*run);
                 signal(process, Signal::KILL);
             }
             let deadline = Instant::now() + Duration::from_millis(500);
-            for process in &found {
+            for (process, _) in &found {
                 let left = deadline.saturating_duration_since(Instant::now());
                 first_readable([process], left);
             }
@@ -176,9 +191,31 @@ impl Mark {
     }
 }
 
-/// The processes with all these entries in their environment. `None` if there are none, but a
+/// The entries of the environment by which processes are found.
+struct Wanted {
+    mark: String,
+    /// The entry of each run, and its index; `None`: any.
+    runs: Option<HashMap<String, usize>>,
+}
+
+impl Wanted {
+    /// The index of the run to which a process with this environment belongs.
+    fn run_of(&self, environment: &[u8]) -> Option<usize> {
+        let mut entries = environment.split(|&byte| byte == 0);
+        if !entries.any(|entry| entry == self.mark.as_bytes()) {
+            return None;
+        }
+        let Some(runs) = &self.runs else {
+            return Some(0);
+        };
+        let mut entries = environment.split(|&byte| byte == 0);
+        entries.find_map(|entry| runs.get(std::str::from_utf8(entry).ok()?).copied())
+    }
+}
+
+/// The processes that are wanted, with the index of their run. `None` if there are none, but a
 /// process between `fork` and `execve` may become one.
-fn bearers(wanted: &[String]) -> Option<Vec<OwnedFd>> {
+fn bearers(wanted: &Wanted) -> Option<Vec<(OwnedFd, usize)>> {
     let own = std::process::id();
     let program = std::fs::read_link("/proc/self/exe").ok();
     let mut unsettled = false;
@@ -210,14 +247,10 @@ fn bearers(wanted: &[String]) -> Option<Vec<OwnedFd>> {
             }
         }
         let Some(environment) = seen else { continue };
-        let has = |wanted: &String| {
-            let mut entries = environment.split(|&byte| byte == 0);
-            entries.any(|entry| entry == wanted.as_bytes())
-        };
-        if !wanted.iter().all(has) {
-            unsettled |= is_copy && is_before_exec(pid);
-        } else if Identity::of(pid).is_some() {
-            found.push(descriptor);
+        match wanted.run_of(&environment) {
+            None => unsettled |= is_copy && is_before_exec(pid),
+            Some(run) if Identity::of(pid).is_some() => found.push((descriptor, run)),
+            Some(_) => {}
         }
     }
     (!found.is_empty() || !unsettled).then_some(found)

@@ -1,6 +1,7 @@
 //! The process of a component on this machine: start, link, signals, end. It decides nothing.
 
 use crate::guard::process_registry::RegisteredProcess;
+use crate::process::descriptors;
 use crate::process::identity::{self, COMPONENT, Identity, MARK, Mark, kill_group};
 use crate::process::realtime;
 use rc_deploy_network::plan::Component;
@@ -80,6 +81,7 @@ impl LocalProcess {
         // The command holds the component's end of the link.
         drop(command);
         let pid = Pid::from_child(&child);
+        descriptors::restore(pid);
         let pidfd = match pidfd_open(pid, PidfdFlags::empty()) {
             Ok(pidfd) => pidfd,
             Err(error) => {

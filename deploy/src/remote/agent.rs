@@ -10,6 +10,7 @@ use super::{BEAT, HOST_LIMIT};
 use crate::guard::custody::{Custody, GuardChange};
 use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
+use crate::process::descriptors;
 use crate::process::launch::LocalProcess;
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
@@ -23,7 +24,7 @@ use rc_management::agent::{AgentMessage, Exit, LONGEST};
 use rc_management::lines::{self, Line, Lines, Overlong};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::BTreeMap;
-use std::io::{self, BufReader};
+use std::io::{self, BufReader, Write as _};
 use std::os::fd::{AsFd, OwnedFd};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -42,6 +43,7 @@ enum Source {
     Output,
     Signals,
     Guard,
+    GuardLink,
     Logs,
     ProxyConnection(u64),
     Link(String),
@@ -91,21 +93,25 @@ impl Agent {
         lock: Lock,
         services: &str,
         input: BufReader<TimedStream>,
-        output: TimedStream,
+        mut output: TimedStream,
     ) -> Result<Self, Error> {
-        let own = GuardCommand::own().context("find out which program this is")?;
-        let hold = ["--hold".to_owned(), services.to_owned()];
-        let command = GuardCommand {
-            args: own.args.into_iter().chain(hold).collect(),
-            ..own
-        };
+        let command = GuardCommand::own().context("find out which program this is")?;
+        let services = serde_json::from_str(services)
+            .map_err(|error| Error::Plan(format!("its supervisor sent wrong services: {error}")))?;
+        // The supervisor knows how many components come.
+        descriptors::raise(0)?;
         let logs = logs::open_directory(network)?;
         let guard_log = logs::file(&logs, logs::GUARD);
         logs::clear(&guard_log).context(format!("write {}", guard_log.display()))?;
         let watch = DirectoryWatch::new(&logs).context("follow the logs")?;
         let signals = Signals::new().context("listen to signals")?;
-        let mut custody = Custody::new(network, lock, command, guard_log)?;
+        let mut custody = Custody::new(network, lock, command, guard_log, services)?;
         custody.start_guard()?;
+        // The supervisor starts components as soon as this agent is ready.
+        custody.await_services(BEAT, || {
+            let beat = output.write_all(&lines::encode(&AgentMessage::Heartbeat));
+            beat.context("answer its supervisor")
+        })?;
         let now = Instant::now();
         Ok(Self {
             network: network.to_owned(),
@@ -145,6 +151,8 @@ impl Agent {
                 self.read_logs();
             }
             self.report_ends();
+            self.custody.check(now);
+            self.save();
             if let Err(why) = self.write() {
                 break Ending::Alone(why);
             }
@@ -180,6 +188,9 @@ impl Agent {
         if let Some(guard) = self.custody.descriptor() {
             add(Source::Guard, guard.as_fd(), PollFlags::IN);
         }
+        if let Some((link, flags)) = self.custody.link() {
+            add(Source::GuardLink, link.as_fd(), flags);
+        }
         if self.look.is_none() {
             add(Source::Logs, self.watch.descriptor().as_fd(), PollFlags::IN);
         }
@@ -203,6 +214,7 @@ impl Agent {
             Some(silence),
             self.look,
             self.sweeps.deadline(),
+            self.custody.deadline(),
         ];
         let next = times.into_iter().flatten().min().unwrap_or(silence);
         let left = next.saturating_duration_since(Instant::now());
@@ -230,11 +242,16 @@ impl Agent {
             Source::Signals => return Some(Ending::Alone("this agent was told to end".to_owned())),
             Source::Output => {}
             Source::Guard => match self.custody.guard_ended() {
-                Some(GuardChange::Restarted(text) | GuardChange::Lost(text)) => {
+                Some(
+                    GuardChange::NotStarted(text)
+                    | GuardChange::Restarted(text)
+                    | GuardChange::Lost(text),
+                ) => {
                     self.send(&AgentMessage::Note(text));
                 }
                 None => {}
             },
+            Source::GuardLink => self.custody.turn(),
             Source::Logs => {
                 self.watch.drain();
                 self.look = Some(Instant::now() + LOOK);
@@ -311,7 +328,7 @@ impl Agent {
                 let registered = process.registered(component);
                 let pid = process.pid();
                 self.running.insert(name.clone(), Running { process, run });
-                self.note(|custody| custody.started(registered));
+                self.custody.started(registered);
                 self.send(&AgentMessage::Started { name, pid });
             }
             Err(reason) => self.send(&AgentMessage::NotStarted { name, reason }),
@@ -343,10 +360,10 @@ impl Agent {
         LocalProcess::start(component, run, greeting, log, self.custody.mark())
     }
 
-    /// Reports that the process registry could not be written. It is needed only if all of rcdeploy
-    /// is killed.
-    fn note(&mut self, change: impl FnOnce(&mut Custody) -> io::Result<()>) {
-        if let Err(error) = change(&mut self.custody) {
+    /// Writes the process registry. Reports if it could not be written: it is needed only if all of
+    /// rcdeploy is killed.
+    fn save(&mut self) {
+        if let Err(error) = self.custody.save() {
             let text = format!(
                 "cannot write to the run directory: {error}{}",
                 advice(&error)
@@ -382,7 +399,7 @@ impl Agent {
         let words = process.last_words();
         self.forward_lines(name, words);
         let exit = process.reap();
-        self.note(|custody| custody.ended(name));
+        self.custody.ended(name);
         // Its last output belongs to the report of its end.
         self.send_output(name);
         // Its end is reported when it may restart.

@@ -13,6 +13,7 @@ mod parameter_changes;
 mod process_handle;
 mod requests;
 pub(crate) mod restart;
+mod starts;
 mod supervise;
 mod unit;
 pub mod up;

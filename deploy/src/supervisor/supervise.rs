@@ -16,6 +16,7 @@ use crate::supervisor::detach::Launcher;
 use crate::supervisor::health::MemoryRounds;
 use crate::supervisor::options::{Options, Outcome};
 use crate::supervisor::restart::Next;
+use crate::supervisor::starts::in_order_of_start;
 use crate::supervisor::unit::{Overdue, Unit, until};
 use rc_deploy_client::error::{Error, ErrorContext, advice};
 use rc_deploy_client::logs;
@@ -31,7 +32,6 @@ use std::time::{Duration, Instant};
 
 /// How often the supervisor reads the memory of the components.
 const MEMORY_PAUSE: Duration = Duration::from_secs(30);
-
 /// Why the network ends.
 #[derive(Debug)]
 pub(super) enum StopReason {
@@ -48,6 +48,7 @@ enum Source {
     Rotation,
     Control(ServerSource),
     Guard,
+    GuardLink,
     Host(usize, HostSource),
     Link(usize),
     Process(usize),
@@ -68,6 +69,8 @@ pub(crate) struct Supervisor<'p> {
     pub(super) custody: Custody,
     pub(super) control: Control,
     pub(super) commands: Commands,
+    /// When a component may start that waits for the starts of others.
+    pub(super) next_start: Option<Instant>,
     pub(super) signals: Signals,
     pub(super) relay: Option<Relay>,
     pub(super) rotation: Rotation,
@@ -122,12 +125,13 @@ impl<'p> Supervisor<'p> {
             Some(command) => command.clone(),
             None => GuardCommand::own().context("find out which program this is")?,
         };
-        let mut custody = Custody::new(&plan.network, lock, guard_command, guard_log)?;
+        let needs = plan.needs();
+        let services = in_order_of_start(options.hold.clone(), plan, &needs);
+        let mut custody = Custody::new(&plan.network, lock, guard_command, guard_log, services)?;
         let socket = custody.directory().socket(supervisor::SOCKET);
         let control =
             Control::listen(&socket).context(format!("listen at {}", socket.display()))?;
         custody.start_guard()?;
-        let needs = plan.needs();
         Ok(Self {
             plan,
             digest: digest(&plan.ddsl),
@@ -139,6 +143,7 @@ impl<'p> Supervisor<'p> {
             host_of,
             custody,
             control,
+            next_start: None,
             signals,
             relay,
             rotation,
@@ -172,6 +177,8 @@ impl<'p> Supervisor<'p> {
             if !alive && !to_come && self.leave_hosts() {
                 return self.finish(cleanup);
             }
+            let saved = self.custody.save();
+            self.account(saved);
             self.control.send_events(&self.report.journal());
             for (source, events) in self.wait() {
                 self.dispatch(source, events);
@@ -190,29 +197,13 @@ impl<'p> Supervisor<'p> {
         self.report.event(Event::network(severity, code, message));
     }
 
-    /// Returns whether a unit was started. Other units may wait for one that failed to start.
-    fn start_ready_units(&mut self) -> bool {
-        let mut any = false;
-        for i in 0..self.units.len() {
-            let lets = |&j: &usize| self.units[j].lets_others_start();
-            let may = self.needs[i].iter().all(lets);
-            let due = self.units[i].is_due() && !self.sweeps.hold_back(self.units[i].name());
-            if self.ending.is_none() && may && due && self.has_host(i) {
-                self.start(i);
-                any = true;
-            }
-        }
-        any
-    }
-
-    fn start(&mut self, i: usize) {
+    pub(super) fn start(&mut self, i: usize) {
         let unit = &mut self.units[i];
         unit.event(self.report, Severity::Info, "starting", "starting");
         match unit.start(self.custody.mark()) {
             Ok(()) => {
                 if let Some(process) = unit.registered() {
-                    let noted = self.custody.started(process);
-                    self.account(noted);
+                    self.custody.started(process);
                 }
             }
             Err(reason) => self.not_started(i, &reason),
@@ -312,6 +303,9 @@ impl<'p> Supervisor<'p> {
         if let Some(guard) = self.custody.descriptor() {
             add(Source::Guard, guard.as_fd(), PollFlags::IN);
         }
+        if let Some((link, flags)) = self.custody.link() {
+            add(Source::GuardLink, link.as_fd(), flags);
+        }
         for (h, host) in self.hosts.iter().enumerate() {
             for (part, descriptor, flags) in host.descriptors() {
                 add(Source::Host(h, part), descriptor, flags);
@@ -338,6 +332,9 @@ impl<'p> Supervisor<'p> {
         let deadline = units.chain(relay).chain(hosts).chain(commands);
         let deadline = deadline.chain(self.sweeps.deadline());
         let deadline = deadline.chain(self.control.deadline());
+        let deadline = deadline
+            .chain(self.custody.deadline())
+            .chain(self.next_start);
         let deadline = deadline.chain(self.rotation.deadline());
         let deadline = deadline.chain([self.rounds.deadline()]).min();
         // A limit that no Timespec can hold is none.
@@ -374,6 +371,7 @@ impl<'p> Supervisor<'p> {
             Source::Rotation => self.rotation.wake(),
             Source::Control(source) => self.control.turn(source, events),
             Source::Guard => self.guard_ended(),
+            Source::GuardLink => self.custody.turn(),
             Source::Host(h, HostSource::Link) => self.read_host(h),
             Source::Host(h, HostSource::Socket(number)) => self.hosts[h].turn_socket(number),
             Source::Link(i) => self.units[i].read_link(self.report),
@@ -397,6 +395,11 @@ impl<'p> Supervisor<'p> {
 
     fn guard_ended(&mut self) {
         match self.custody.guard_ended() {
+            Some(GuardChange::NotStarted(text)) => {
+                let message = Error::Guard(text).to_string();
+                self.network_event(Severity::Error, "refused", message.clone());
+                self.stop(StopReason::Failed(message), "it has no guard");
+            }
             Some(GuardChange::Restarted(text)) => {
                 self.network_event(Severity::Warning, "guard-ended", text);
             }
@@ -413,8 +416,7 @@ impl<'p> Supervisor<'p> {
             return;
         };
         if self.host_of[i].is_none() {
-            let noted = self.custody.ended(self.units[i].name());
-            self.account(noted);
+            self.custody.ended(self.units[i].name());
         }
         let unit = &self.units[i];
         let goes_on = self.ending.is_none();
@@ -499,6 +501,7 @@ impl<'p> Supervisor<'p> {
         }
         self.control.check(now);
         self.check_hosts(now);
+        self.custody.check(now);
         self.rotation.check(now, self.report);
         if self.rounds.is_due(now) {
             self.rotation.check_disk(self.report);

@@ -26,6 +26,10 @@ pub(super) const HEARTBEAT_LIMIT: Duration = Duration::from_secs(2);
 /// How long after its link a process may end. Later, the closed link is an event.
 const CLOSED_LIMIT: Duration = Duration::from_secs(1);
 
+/// How long a start counts for the number of starts at once. A start is work for the processor at
+/// its beginning; a component that waits for a device afterwards keeps no other one from starting.
+const START_SHARE: Duration = Duration::from_millis(250);
+
 /// A component of the plan and its state.
 #[derive(Debug)]
 pub(crate) struct Unit {
@@ -207,6 +211,16 @@ impl Unit {
 
     pub(crate) fn is_alive(&self) -> bool {
         matches!(self.phase, Phase::Alive(_))
+    }
+
+    /// If it starts: until when it counts for the number of starts at once.
+    pub(crate) fn starting(&self) -> Option<Instant> {
+        match &self.phase {
+            Phase::Alive(running) if !self.ready && running.stop == Stop::No => {
+                Some(running.started + START_SHARE)
+            }
+            _ => None,
+        }
     }
 
     /// Whether it has reported ready since its last start.

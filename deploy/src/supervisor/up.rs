@@ -3,6 +3,7 @@
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{Recovered, recover_locked};
 use crate::log::reporter::{Output, Reporter};
+use crate::process::descriptors;
 use crate::supervisor::check;
 use crate::supervisor::detach::Launcher;
 use crate::supervisor::options::{Options, Outcome};
@@ -74,6 +75,8 @@ fn prepare<'p>(
     report: &'p Reporter,
 ) -> Result<Supervisor<'p>, Error> {
     check::check(plan)?;
+    let here = plan.components.iter().filter(|c| c.host.is_none());
+    descriptors::raise(here.count())?;
     let lock = Lock::acquire(&plan.network)?;
     if let Recovered::Killed(count) = recover_locked(&lock, cleanup)? {
         let text = format!(

@@ -1,6 +1,6 @@
-//! A supervisor without a free file descriptor.
+//! A supervisor without a free file descriptor, or with few of them.
 
-use crate::bench::Bench;
+use crate::bench::{Bench, well};
 use rustix::process::{Pid, Resource, Rlimit, Signal, getrlimit, prlimit};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
@@ -48,4 +48,46 @@ fn a_supervisor_without_a_free_descriptor_waits_for_one() {
     up.signal(Signal::TERM);
     assert_eq!(up.end().0, Some(0));
     bench.assert_nothing_left();
+}
+
+/// Starts the driver with a limit of open files: `-Sn 64` is one that it may raise.
+fn limited(bench: &Bench, components: usize, limit: &str) -> crate::bench::Up {
+    let names: Vec<String> = (0..components).map(|at| format!("c{at}")).collect();
+    let plan = bench.write(names.iter().map(|name| well(name)).collect());
+    let script = format!("ulimit {limit} && exec \"$@\"");
+    bench.start_plan(&plan, &["sh", "-c", &script, "sh"], &[])
+}
+
+/// A component costs the supervisor three descriptors.
+#[test]
+fn a_low_soft_limit_is_raised_for_the_supervisor_and_kept_for_components() {
+    let bench = Bench::new();
+    let mut up = limited(&bench, 25, "-Sn 64");
+    up.await_event("up", None);
+    let component = bench.status().components[0].pid.expect("it runs");
+    let limits = std::fs::read_to_string(format!("/proc/{component}/limits")).expect("it runs");
+    let line = limits
+        .lines()
+        .find(|line| line.starts_with("Max open files"));
+    let soft = line.and_then(|line| line.split_whitespace().nth(3));
+    assert_eq!(soft, Some("64"), "{limits}");
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_limit_that_is_too_low_refuses_the_start_and_says_what_to_do() {
+    let bench = Bench::new();
+    let mut up = limited(&bench, 25, "-n 128");
+    let message = up.await_event("refused", None);
+    for part in [
+        "25 components need 200 open files",
+        "is 128",
+        "`ulimit -n 200`",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+    assert_eq!(up.end().0, Some(1));
+    assert!(bench.journal().is_empty() && !bench.run_directory().exists());
 }

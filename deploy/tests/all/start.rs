@@ -1,10 +1,10 @@
 //! Starts of networks: in order or not at all, with their events.
 
-use crate::bench::{Bench, codes, component, text, well};
+use crate::bench::{Bench, LIMIT, codes, component, text, well};
 use rc_deploy::{Component, ComponentState};
 use rustix::process::Signal;
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 #[test]
 fn components_start_when_their_dependencies_are_ready() {
@@ -132,6 +132,85 @@ fn a_guard_that_does_not_start_stops_the_start() {
     );
     assert_eq!(up.end().0, Some(3));
     assert!(bench.journal().is_empty() && !bench.run_directory().exists());
+}
+
+/// A command line has room for a tenth of them.
+#[test]
+fn a_guard_gets_any_number_of_services() {
+    let bench = Bench::new();
+    let mut up = bench.start_with(vec![well("a"), well("b")], &["--hold", "10000"]);
+    up.await_event("up", None);
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
+/// The guard needs its time for the second half of the services.
+#[test]
+fn components_start_as_soon_as_their_own_services_are_held() {
+    let bench = Bench::new();
+    let permit = bench.path("permit");
+    let mut up = bench.start_in(
+        vec![well("first"), well("last")],
+        &["--hold", "10"],
+        &[("RC_TEST_HOLD", permit.to_str().expect("a path"))],
+    );
+    up.await_event("ready", Some("first"));
+    assert!(bench.position("first ready") > bench.position("first start"));
+    assert!(!bench.journal().contains(&"last start".to_owned()));
+    assert_eq!(bench.status().components[1].state, ComponentState::Waiting);
+    std::fs::write(&permit, "").expect("written");
+    up.await_event("ready", Some("last"));
+    up.await_event("up", None);
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
+/// No component may start yet: the guard has not said that it guards.
+#[test]
+fn a_down_is_served_while_the_guard_starts() {
+    let bench = Bench::new();
+    let up = bench.start_with(vec![well("a")], &["--silent-guard"]);
+    let end = Instant::now() + LIMIT;
+    while !bench.command("status", &[]).status.success() {
+        assert!(Instant::now() < end, "no supervisor");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let components = bench.status().components;
+    assert_eq!(components[0].state, ComponentState::Waiting);
+    let down = bench.command("down", &["5000"]);
+    assert!(down.status.success(), "{down:?}");
+    assert_eq!(up.end().0, Some(0));
+    assert!(!bench.journal().contains(&"a start".to_owned()));
+    bench.assert_nothing_left();
+}
+
+/// They would only delay each other.
+#[test]
+fn only_some_components_start_at_once() {
+    const MANY: usize = 30;
+    let bench = Bench::new();
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let count = MANY + 4 * processors;
+    let components = (0..count).map(|at| component(&format!("c{at}"), "well 20", &[]));
+    let mut up = bench.start(components.collect());
+    up.await_event("up", None);
+    let (mut starting, mut most) = (0_usize, 0);
+    up.signal(Signal::TERM);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    for event in &events {
+        match event["code"].as_str() {
+            Some("starting") => starting += 1,
+            Some("ready") => starting -= 1,
+            _ => {}
+        }
+        most = most.max(starting);
+    }
+    // On a busy machine, a start that takes long makes room for another one.
+    assert!(most < count / 2, "{most} of {count}");
+    bench.assert_nothing_left();
 }
 
 #[test]

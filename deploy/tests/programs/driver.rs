@@ -1,19 +1,53 @@
 //! A minimal rcdeploy: the commands of the library without the DDSL.
 //!
 //! Its clean-up writes a line to the file `RC_TEST_CLEANED`. A thread panics as soon as the file
-//! `RC_TEST_PANIC` exists.
+//! `RC_TEST_PANIC` exists. Its guard holds half of its services only when the file `RC_TEST_HOLD`
+//! exists.
 
-use rc_deploy::{Format, GuardCommand, Options, Plan, Verb};
+use rc_deploy::{Format, GuardCommand, HoldTask, Options, Plan, Service, Verb};
 use std::fs::File;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
+use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 fn cleanup() {
     if let Some(path) = std::env::var_os("RC_TEST_CLEANED") {
         let file = File::options().append(true).create(true).open(path);
         let _ = file.and_then(|mut file| file.write_all(b"cleaned\n"));
+    }
+}
+
+/// So many services with long names: each component of the plan uses a part of them.
+fn services(plan: &Plan, count: usize) -> Vec<Service> {
+    let service = |at: usize| Service {
+        address: format!("net/{at}/{}", "x".repeat(200)),
+        types: "T".to_owned(),
+        hash: 1,
+        topic: false,
+        depth: 0,
+        keeps: false,
+        users: vec![
+            plan.components[at * plan.components.len() / count]
+                .name
+                .clone(),
+        ],
+    };
+    (0..count).map(service).collect()
+}
+
+/// Holds nothing, and reports that it does; the second half only when the file exists.
+fn hold(_: &str, tasks: &Receiver<HoldTask>, held: &dyn Fn()) {
+    let permit = std::env::var_os("RC_TEST_HOLD").map(PathBuf::from);
+    for (count, task) in tasks.iter().enumerate() {
+        if matches!(task, HoldTask::CleanUp) {
+            continue;
+        }
+        while count >= 5 && permit.as_ref().is_some_and(|file| !file.exists()) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        held();
     }
 }
 
@@ -61,10 +95,21 @@ fn up(arguments: &[String]) -> ExitCode {
         supervisor: has("--supervisor"),
         log_limit: has("--small-logs").then_some(256 * 1024),
         memory_pause: has("--hasty").then_some(Duration::from_millis(20)),
-        guard: has("--no-guard").then(|| GuardCommand {
-            program: "/bin/false".into(),
-            ..own
-        }),
+        guard: if has("--no-guard") {
+            Some(GuardCommand {
+                program: "/bin/false".into(),
+                ..own
+            })
+        } else {
+            has("--silent-guard").then(|| GuardCommand {
+                program: "/bin/sh".into(),
+                args: ["-c", "exec sleep 60", "guard"].map(str::to_owned).into(),
+            })
+        },
+        hold: match arguments.iter().position(|word| word == "--hold") {
+            Some(at) => services(&plan, arguments[at + 1].parse().expect("a number")),
+            None => Vec::new(),
+        },
         ..Options::default()
     };
     ExitCode::from(rc_deploy::up(&plan, &options, &cleanup).exit_code())
@@ -75,10 +120,10 @@ fn main() -> ExitCode {
     let argument = |i: usize| arguments.get(i).map_or("", String::as_str);
     let done = match argument(0) {
         "up" => return up(&arguments),
-        // `guard [--hold SERVICES] --network NETWORK`
+        // `guard --network NETWORK`
         "guard" => {
             let network = arguments.last().map_or("", String::as_str);
-            return rc_deploy::guard(network, &cleanup);
+            return rc_deploy::guard(network, hold, &cleanup);
         }
         "agent" => return rc_deploy::agent(&|_| cleanup()),
         "status" => rc_deploy::status(argument(1))

@@ -4,16 +4,20 @@
 //! removes it. Each opening therefore runs on a thread of its own. When the limit expires, the
 //! caller gets an error and the thread is abandoned.
 
-use crate::incomplete_files;
+use crate::names::Place;
 use crate::session::Session;
+use crate::{incomplete_files, service_files};
 use rc_middleware::{Endpoint, OpenError, RunDirectory};
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Limit of one opening, clean-ups included. `rcdeploy` waits ten seconds for a component; this
 /// limit is shorter, so that the component reports the reason itself.
 const LIMIT: Duration = Duration::from_secs(8);
+
+/// How long an opening is tried again as long as dead endpoints are removed.
+const PATIENCE: Duration = Duration::from_secs(6);
 
 /// Opens one endpoint with `work`.
 pub(crate) fn open<T: Send + 'static>(
@@ -23,14 +27,23 @@ pub(crate) fn open<T: Send + 'static>(
 ) -> Result<T, OpenError> {
     let (own_session, own_endpoint) = (Arc::clone(session), endpoint.clone());
     let directory = &session.environment.directory;
-    run(directory, endpoint.address.as_str(), move || {
-        match work(&own_session, &own_endpoint) {
-            // Dead endpoints may occupy all places.
-            Err(OpenError::Backend { .. }) if own_session.clean() > 0 => {
-                work(&own_session, &own_endpoint)
+    let outcome = run(directory, endpoint.address.as_str(), move || {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            match work(&own_session, &own_endpoint) {
+                // Dead endpoints may occupy all places.
+                Err(OpenError::Backend { .. })
+                    if Instant::now() < end && own_session.clean_some() > 0 => {}
+                outcome => return outcome,
             }
-            outcome => outcome,
         }
+    });
+    outcome.map_err(|error| match (error, obstacles(directory)) {
+        (OpenError::Backend { address, reason }, Some(obstacles)) => OpenError::Backend {
+            address,
+            reason: format!("{reason}; {obstacles}"),
+        },
+        (error, _) => error,
     })
 }
 
@@ -62,9 +75,25 @@ pub(crate) fn run<T: Send + 'static>(
     }
 }
 
+/// What the user can do about files in the way.
+const START_AGAIN: &str =
+    "end all processes of the network (`rcdeploy down`, or by hand), then start again";
+
+/// The last part of an error message: files of other users in the way of the network, and what the
+/// user can do; `None` if there are none.
+fn obstacles(directory: &RunDirectory) -> Option<String> {
+    let place = Place::find(directory).ok()??;
+    let foreign = service_files::foreign(&place);
+    (!foreign.is_empty()).then(|| {
+        let foreign = foreign.join(", ");
+        format!("in its way: {foreign}; {START_AGAIN}: the network then gets other names")
+    })
+}
+
 /// The last part of an error message: the incomplete files, and what the user can do.
 pub(crate) fn recovery_hint(directory: &RunDirectory) -> String {
-    let files = incomplete_files::list(directory);
+    let place = Place::find(directory).ok().flatten();
+    let files = place.as_ref().map_or_else(Vec::new, incomplete_files::list);
     let left = if files.is_empty() {
         "no file of the network is incomplete".to_owned()
     } else {
@@ -74,8 +103,5 @@ pub(crate) fn recovery_hint(directory: &RunDirectory) -> String {
             files.join(", ")
         )
     };
-    format!(
-        "{left}; end all processes of the network (`rcdeploy down`, or by hand), then start again: the first \
-         process removes what is left"
-    )
+    format!("{left}; {START_AGAIN}: the first process removes what is left")
 }

@@ -1,79 +1,156 @@
 //! Removes the resources of dead nodes: their places in services, their shared memory, their files.
 //!
-//! For each dead node iceoryx2 lists all shared memory several times; on a busy machine 40 dead
-//! nodes take seconds. A process therefore cleans up after one dead node at a time and lets
-//! openings run in between (see
-//! [`open_lock`]). A caller with a deadline, such as a client that finds its server dead, wakes the
-//! clean-up thread of its session instead.
+//! For each dead node iceoryx2 lists all shared memory several times, so that the time grows with
+//! the number of the dead and the size of the network. One process of a network cleans up at a time
+//! ([`LeaderLock`]) for all that wait ([`crate::rounds`]). It lets openings run after every
+//! [`BATCH`] (see [`open_lock`]). A caller with a deadline, such as a client that finds its server
+//! dead, wakes the clean-up thread of its session instead.
 
+use crate::leader::LeaderLock;
+use crate::names::Place;
 use crate::nodes::{self, Dead};
-use crate::{names, open_lock, port_tags};
-use iceoryx2::node::{NodeCleanupFailure, NodeView as _};
+use crate::rounds::{RoundCounter, Rounds};
+use crate::{open_lock, port_tags};
+use iceoryx2::node::NodeView as _;
 use iceoryx2::prelude::Config;
-use rc_middleware::RunDirectory;
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Pause after a round that removed nothing, which limits the rate of rounds.
 const PAUSE: Duration = Duration::from_millis(20);
+/// Time between the start of a process and its first clean-up, so that processes that start together
+/// share one.
+const JOIN_PAUSE: Duration = Duration::from_millis(200);
+/// How long openings are kept out at a time. One dead node takes some milliseconds.
+const BATCH: Duration = Duration::from_millis(20);
+/// Pauses of a process that waits for another one's round, from the first to the longest.
+const WAITS: [Duration; 2] = [Duration::from_millis(2), Duration::from_millis(20)];
 
 /// The dead nodes of one network.
 #[derive(Clone)]
 pub(crate) struct DeadNodes {
     config: Config,
     root: PathBuf,
-    prefix: String,
 }
 
 impl DeadNodes {
-    pub(crate) fn of(directory: &RunDirectory, config: &Config) -> Self {
+    pub(crate) fn of(place: &Place, config: &Config) -> Self {
         Self {
             config: config.clone(),
-            root: names::root(directory),
-            prefix: names::prefix(directory),
+            root: place.root.clone(),
         }
     }
 
-    /// Cleans up after dead nodes while `goes_on` returns true. Returns how many of the nodes found
-    /// are gone afterwards, whichever process removed them, and whether all are.
+    /// The clean-ups so far.
+    fn rounds(&self) -> Rounds {
+        RoundCounter::of(&self.root).read()
+    }
+
+    /// Waits until all nodes that are dead now are cleaned up, or does it, while `goes_on` returns
+    /// true. Returns how many nodes were removed meanwhile, whichever process removed them, and
+    /// whether the round was completed.
     pub(crate) fn clean(&self, goes_on: impl Fn() -> bool) -> (usize, bool) {
-        let dead = nodes::dead(&self.config);
-        let all = dead.len();
-        let mut gone = 0;
-        for node in dead {
-            if !goes_on() {
-                break;
-            }
-            gone += usize::from(self.remove(node));
-        }
-        (gone, gone == all)
+        self.clean_since(self.rounds(), goes_on, |_| false)
     }
 
-    /// Returns whether the node is gone afterwards.
+    /// The same until some nodes were removed, for an opening that tries again then.
+    pub(crate) fn clean_some(&self, goes_on: impl Fn() -> bool) -> (usize, bool) {
+        self.clean_since(self.rounds(), goes_on, |removed| removed > 0)
+    }
+
+    /// Waits for a round that began after the counters were `before`, or until `suffices` returns
+    /// true for the number of nodes removed since then.
+    fn clean_since(
+        &self,
+        before: Rounds,
+        goes_on: impl Fn() -> bool,
+        suffices: impl Fn(u64) -> bool,
+    ) -> (usize, bool) {
+        let counter = RoundCounter::of(&self.root);
+        let mut leader = LeaderLock::new(&self.root.join("cleaning.lock"));
+        let [mut pause, longest] = WAITS;
+        loop {
+            let now = counter.read();
+            let removed = now.removed.saturating_sub(before.removed);
+            let is_complete = now.completed > before.begun;
+            if is_complete || suffices(removed) || !goes_on() {
+                return (removed as usize, is_complete);
+            }
+            if leader.is_leader() {
+                let removed = || counter.read().removed.saturating_sub(before.removed);
+                let goes_on = || goes_on() && !suffices(removed());
+                let is_complete = self.round(&mut leader, &counter, &goes_on);
+                leader.resign();
+                if is_complete {
+                    let removed = counter.read().removed.saturating_sub(before.removed);
+                    return (removed as usize, true);
+                }
+            } else {
+                std::thread::sleep(pause);
+                pause = (pause * 2).min(longest);
+            }
+        }
+    }
+
+    /// Cleans up after all nodes that are dead now. Returns whether it came to the end.
+    fn round(
+        &self,
+        leader: &mut LeaderLock,
+        counter: &RoundCounter,
+        goes_on: &impl Fn() -> bool,
+    ) -> bool {
+        // Without counters, which need a writable root, each process works for itself.
+        let number = counter.begin().ok();
+        // Components restart in the order of their first start, so the oldest node goes first.
+        let mut dead = nodes::dead(&self.config);
+        dead.sort_by_key(|node| nodes::age(*node.id()));
+        let mut dead = dead.into_iter().peekable();
+        let mut patience = open_lock::TIMEOUT;
+        while dead.peek().is_some() {
+            let lock = open_lock::exclusive(&self.root, patience);
+            if !lock.is_held() {
+                // A process was stopped while it opened an endpoint. It was waited for once.
+                patience = open_lock::OPENING_WINDOW;
+            }
+            let end = Instant::now() + BATCH;
+            let mut removed = 0;
+            let mut is_stopped = false;
+            while Instant::now() < end
+                && !is_stopped
+                && let Some(node) = dead.next()
+            {
+                removed += u64::from(self.remove(node));
+                leader.is_leader();
+                is_stopped = !goes_on();
+            }
+            port_tags::discard_backups(&self.root);
+            drop(lock);
+            let _ = counter.note(removed, None);
+            if dead.peek().is_some() {
+                if is_stopped || !goes_on() {
+                    return false;
+                }
+                std::thread::sleep(open_lock::OPENING_WINDOW);
+            }
+        }
+        let _ = counter.note(0, number);
+        true
+    }
+
+    /// Returns whether this process has removed the node. The caller holds the lock.
     fn remove(&self, node: Dead) -> bool {
-        let id = node.id().value();
-        let monitor = format!("{}{id}.node_monitor", self.prefix);
-        let monitor = self.root.join("nodes").join(monitor);
-        let Some(lock) = open_lock::exclusive(&self.root, || monitor.exists()) else {
-            return true;
-        };
-        port_tags::back_up(&self.root, &[id]);
-        let removed = node.try_remove_stale_resources();
-        port_tags::discard_backups(&self.root);
-        lock.release();
-        matches!(
-            removed,
-            Ok(()) | Err(NodeCleanupFailure::ResourcesAlreadyCleanedUp)
-        )
+        port_tags::back_up(&self.root, &[node.id().value()]);
+        node.try_remove_stale_resources().is_ok()
     }
 }
 
-/// A thread that cleans up after each [`CleanupThread::wake`]. Ends when this value is dropped.
+/// A thread that cleans up some time after its start and after each [`CleanupThread::wake`]. Ends
+/// when this value is dropped.
 pub(crate) struct CleanupThread {
     wake: Option<SyncSender<()>>,
     ended: Arc<AtomicBool>,
@@ -88,11 +165,15 @@ impl CleanupThread {
         let thread = std::thread::Builder::new().name("iceoryx2-clean".to_owned());
         let thread = thread.spawn(move || {
             let goes_on = || !end.load(Ordering::Relaxed);
-            while woken.recv().is_ok() {
-                let (gone, _) = dead_nodes.clean(goes_on);
+            let mut since = dead_nodes.rounds();
+            let mut woken_by = woken.recv_timeout(JOIN_PAUSE);
+            while woken_by != Err(RecvTimeoutError::Disconnected) {
+                let (gone, _) = dead_nodes.clean_since(since, goes_on, |_| false);
                 if gone == 0 && goes_on() {
                     std::thread::sleep(PAUSE);
                 }
+                woken_by = woken.recv().map_err(|_| RecvTimeoutError::Disconnected);
+                since = dead_nodes.rounds();
             }
         })?;
         Ok(Self {

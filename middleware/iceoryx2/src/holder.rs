@@ -73,6 +73,11 @@ impl Holder {
         Ok(())
     }
 
+    /// Requests a clean-up after dead processes, and returns at once.
+    pub fn request_cleanup(&self) {
+        self.session.request_cleanup();
+    }
+
     /// Cleans up after dead processes. Returns their number.
     pub fn clean(&self) -> usize {
         self.session.clean()

@@ -9,9 +9,8 @@
 //! thousands of files.
 
 use crate::leader::LeaderLock;
-use crate::names;
+use crate::names::Place;
 use crate::service_files::{self, MEMORY};
-use rc_middleware::RunDirectory;
 use rustix::fs::{FlockOperation, flock};
 use std::collections::HashMap;
 use std::fs::{File, Metadata};
@@ -42,9 +41,9 @@ pub(crate) struct IncompleteFileRemover {
 
 impl IncompleteFileRemover {
     /// Starts the thread for one network.
-    pub(crate) fn start(directory: &RunDirectory) -> io::Result<Self> {
+    pub(crate) fn start(place: &Place) -> io::Result<Self> {
         let (stop, stopped) = channel();
-        let mut files = Files::of(directory);
+        let mut files = Files::of(place);
         let thread = std::thread::Builder::new().name("iceoryx2-files".to_owned());
         let thread = thread.spawn(move || {
             while stopped.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
@@ -68,8 +67,8 @@ impl Drop for IncompleteFileRemover {
 }
 
 /// The files of a network that are incomplete now.
-pub(crate) fn list(directory: &RunDirectory) -> Vec<PathBuf> {
-    let files = Files::of(directory);
+pub(crate) fn list(place: &Place) -> Vec<PathBuf> {
+    let files = Files::of(place);
     files
         .incomplete()
         .into_iter()
@@ -109,12 +108,12 @@ struct Files {
 }
 
 impl Files {
-    fn of(directory: &RunDirectory) -> Self {
-        let root = names::root(directory);
+    fn of(place: &Place) -> Self {
+        let root = place.root.clone();
         Self {
-            prefix: names::prefix(directory),
+            prefix: place.prefix.clone(),
             services: root.join("services"),
-            leader: LeaderLock::new(root.join("looking.lock")),
+            leader: LeaderLock::new(&root.join("looking.lock")),
             root,
             suspects: HashMap::new(),
             stamps: Stamps::default(),
@@ -148,6 +147,7 @@ impl Files {
     }
 
     fn incomplete(&self) -> Vec<(PathBuf, Identity)> {
+        let own = rustix::process::getuid().as_raw();
         let memory =
             service_files::with_prefix(Path::new(MEMORY), &self.prefix).filter(|(_, metadata)| {
                 metadata.is_file()
@@ -159,6 +159,7 @@ impl Files {
             });
         memory
             .chain(services)
+            .filter(|(_, metadata)| metadata.uid() == own)
             .map(|(path, metadata)| (path, Identity::of(&metadata)))
             .collect()
     }

@@ -1,57 +1,106 @@
-//! Leader election by a file lock with a lease.
+//! Leader election by file locks with a lease.
 //!
-//! The leader renews its lease by touching the file. A killed leader loses the lock. A stopped one
-//! keeps it, but its lease expires; then every other process does the work, which must therefore be
-//! safe to do twice.
+//! The leader renews its lease by touching its file. A killed leader loses the lock. A stopped one
+//! keeps it, but its lease expires; then a candidate leads from the next seat, a second file. The
+//! work must be safe to do twice, because a stopped leader may continue.
 
 use rustix::fs::{FlockOperation, flock};
 use std::fs::File;
 use std::io;
 use std::os::unix::fs::MetadataExt;
-use std::path::PathBuf;
-use std::time::{Duration, SystemTime};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant, SystemTime};
 
-/// Time after the last renewal at which other processes act, too.
+/// Time after the last renewal at which a leader counts as stopped.
 const LEASE: Duration = Duration::from_secs(1);
+/// How many leaders may be stopped at once.
+const SEATS: usize = 4;
 
 /// One candidate.
 pub(crate) struct LeaderLock {
+    seats: Vec<Seat>,
+    /// The seat from which it leads, and its locked file.
+    held: Option<(usize, File)>,
+}
+
+/// A lock file, and when its holder last renewed its lease, as far as this candidate has seen.
+struct Seat {
     path: PathBuf,
-    held: Option<File>,
+    renewed: Option<(SystemTime, Instant)>,
+}
+
+impl Seat {
+    /// Whether the holder has not renewed its lease for too long. Compares the time of the file with
+    /// the one that this candidate saw before, never with the clock, which may be set.
+    fn is_expired(&mut self, file: &File) -> io::Result<bool> {
+        let modified = file.metadata()?.modified()?;
+        match self.renewed {
+            Some((seen, since)) if seen == modified => Ok(since.elapsed() > LEASE),
+            _ => {
+                self.renewed = Some((modified, Instant::now()));
+                Ok(false)
+            }
+        }
+    }
 }
 
 impl LeaderLock {
-    /// `path` is the lock file, the same for all candidates.
-    pub(crate) fn new(path: PathBuf) -> Self {
-        Self { path, held: None }
+    /// `path` is the first lock file, the same for all candidates.
+    pub(crate) fn new(path: &Path) -> Self {
+        let seat = |number: usize| {
+            let mut path = path.to_owned();
+            if number > 0 {
+                path.set_extension(format!("lock{number}"));
+            }
+            Seat {
+                path,
+                renewed: None,
+            }
+        };
+        Self {
+            seats: (0..SEATS).map(seat).collect(),
+            held: None,
+        }
     }
 
-    /// Whether this process has to act now. Renews the lease; call it several times within
-    /// [`LEASE`].
+    /// Whether this candidate leads now. Renews the lease; call it several times within [`LEASE`].
     pub(crate) fn is_leader(&mut self) -> bool {
-        // If the file cannot be locked, every process acts.
+        // If no file can be locked, every candidate leads.
         self.try_lead().unwrap_or(true)
     }
 
-    fn try_lead(&mut self) -> io::Result<bool> {
-        if let Some(file) = &self.held
-            && file.metadata()?.nlink() > 0
-        {
-            file.set_modified(SystemTime::now())?;
-            return Ok(true);
-        }
+    /// Lets another candidate lead.
+    pub(crate) fn resign(&mut self) {
         self.held = None;
-        let mut options = File::options();
-        let file = options.create(true).truncate(false).write(true);
-        let file = file.open(&self.path)?;
-        if flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok() {
-            file.set_modified(SystemTime::now())?;
-            self.held = Some(file);
-            return Ok(true);
+    }
+
+    fn try_lead(&mut self) -> io::Result<bool> {
+        if let Some((_, file)) = &self.held
+            && file.metadata()?.nlink() == 0
+        {
+            self.held = None;
         }
-        let silence = file.metadata()?.modified()?.elapsed();
-        // A renewal in the future means that the clock was set back.
-        Ok(silence.is_ok_and(|time| time > LEASE))
+        for (number, seat) in self.seats.iter_mut().enumerate() {
+            if let Some((held, file)) = &self.held
+                && *held == number
+            {
+                file.set_modified(SystemTime::now())?;
+                return Ok(true);
+            }
+            let mut options = File::options();
+            let file = options.create(true).truncate(false).write(true);
+            let file = file.open(&seat.path)?;
+            if flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok() {
+                file.set_modified(SystemTime::now())?;
+                self.held = Some((number, file));
+                return Ok(true);
+            }
+            if !seat.is_expired(&file)? {
+                self.held = None;
+                return Ok(false);
+            }
+        }
+        Ok(false)
     }
 }
 
@@ -64,19 +113,29 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("rc-leader-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder");
         let path = folder.join("leader.lock");
-        let new = || LeaderLock::new(path.clone());
+        let new = || LeaderLock::new(&path);
         let (mut first, mut second, mut third) = (new(), new(), new());
         assert!(first.is_leader() && !second.is_leader() && !third.is_leader());
         assert!(first.is_leader());
-        // The leader is stopped.
+        // The leader is stopped. The clock, which somebody sets meanwhile, does not matter.
         let file = File::options().write(true).open(&path).expect("the lock");
-        let past = SystemTime::now() - 2 * LEASE;
-        file.set_modified(past).expect("a time");
-        assert!(second.is_leader() && third.is_leader());
-        assert!(first.is_leader() && !second.is_leader());
-        // The leader is killed.
+        let future = SystemTime::now() + Duration::from_hours(1);
+        file.set_modified(future).expect("a time");
+        assert!(!second.is_leader() && !third.is_leader());
+        let long_ago = Instant::now().checked_sub(2 * LEASE).expect("a time");
+        for candidate in [&mut second, &mut third] {
+            candidate.seats[0].renewed = Some((future, long_ago));
+        }
+        assert!(second.is_leader() && !third.is_leader());
+        // It goes on, so the second one no longer leads.
+        assert!(second.is_leader() && first.is_leader());
+        assert!(!second.is_leader() && !third.is_leader());
+        // The leader is killed, the next one resigns.
         drop(first);
         assert!(second.is_leader() && !third.is_leader());
+        second.resign();
+        assert!(third.is_leader() && !second.is_leader());
+        third.resign();
         // The folder is removed and created again.
         std::fs::remove_dir_all(&folder).expect("it is ours");
         assert!(second.is_leader() && third.is_leader());

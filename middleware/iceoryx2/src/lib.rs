@@ -23,6 +23,7 @@ mod open_lock;
 mod port_tags;
 mod process_monitor;
 mod publisher;
+mod rounds;
 mod server;
 mod service;
 mod service_files;

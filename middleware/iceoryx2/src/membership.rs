@@ -9,8 +9,9 @@
 //! iceoryx2 without this crate, hold no lock: while one of them has a live node, nobody removes the
 //! files, and the first process that joins afterwards does.
 
+use crate::names::Place;
+use crate::session::configuration;
 use crate::{nodes, service_files};
-use iceoryx2::prelude::Config;
 use rc_middleware::RunDirectory;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::File;
@@ -21,31 +22,32 @@ use std::path::PathBuf;
 /// Membership of this process in a network.
 pub(crate) struct Membership {
     directory: RunDirectory,
-    config: Config,
     lock: File,
 }
 
 impl Membership {
-    /// Joins the network. The first process alive removes the files of dead ones, unless an
-    /// external program is alive. Waits while another process removes files; the caller limits the
-    /// time.
-    pub(crate) fn join(directory: &RunDirectory, config: &Config) -> io::Result<Self> {
+    /// Joins the network. The first process alive removes the files of dead ones and chooses the
+    /// place of the new ones, unless an external program is alive. Waits while another process
+    /// removes files; the caller limits the time.
+    pub(crate) fn join(directory: &RunDirectory) -> io::Result<(Self, Place)> {
         loop {
             let membership = Self {
                 directory: directory.clone(),
-                config: config.clone(),
                 lock: File::create(path(directory))?,
             };
             let first = flock(&membership.lock, FlockOperation::NonBlockingLockExclusive).is_ok();
             if first && membership.is_current() && !membership.has_external_nodes() {
                 service_files::wipe(directory)?;
+                Place::choose(directory)?;
             }
             // The kernel may release the lock for a moment while it becomes shared, and another
             // process may remove the files in that moment. This process has none yet.
             flock(&membership.lock, FlockOperation::LockShared)?;
             // The last process that left may have removed the file after it was opened here.
-            if membership.is_current() {
-                return Ok(membership);
+            if membership.is_current()
+                && let Some(place) = Place::find(directory)?
+            {
+                return Ok((membership, place));
             }
         }
     }
@@ -53,7 +55,10 @@ impl Membership {
     /// Whether an external program has a live node. Call it only while no other process holds the
     /// lock and this process has no node.
     fn has_external_nodes(&self) -> bool {
-        nodes::any_alive(&self.config)
+        let Ok(Some(place)) = Place::find(&self.directory) else {
+            return false;
+        };
+        configuration(&place).is_ok_and(|config| nodes::any_alive(&config))
     }
 
     /// Whether the locked file is still the one at its path.

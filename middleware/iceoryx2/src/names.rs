@@ -2,31 +2,99 @@
 
 use rc_middleware::{Address, RunDirectory};
 use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, Read as _, Write as _};
 use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::PathBuf;
 
 /// Longest root path: a listener's socket is `ROOT/PREFIX<id>.event`, and the path of a socket has
 /// at most 107 bytes. The prefix has 20 bytes, the id at most 36.
 const LONGEST_ROOT: usize = 107 - 20 - 36 - 7;
+/// The digits of a prefix, five bits each.
+const DIGITS: &[u8; 32] = b"0123456789abcdefghijklmnopqrstuv";
+/// How many digits of a prefix are a hash of the run directory's path, and how many are random.
+const HASHED: u32 = 9;
+const RANDOM: u32 = 7;
 
-/// Prefix of the names of all shared memory of the network: `rc_<16 hex digits>_`, with the FNV-1a
-/// hash of the path of its run directory.
-pub fn prefix(directory: &RunDirectory) -> String {
-    format!(
-        "rc_{:016x}_",
-        fnv1a(directory.path().as_os_str().as_bytes())
-    )
+/// Where iceoryx2 has the files of a network.
+#[derive(Clone, Debug)]
+pub(crate) struct Place {
+    /// Prefix of the names of all its files and shared memory.
+    pub(crate) prefix: String,
+    /// Its root folder.
+    pub(crate) root: PathBuf,
 }
 
-/// The root folder of the network: `iceoryx2` in the run directory, or `/dev/shm/PREFIXroot` if
-/// that path is too long for the sockets in it.
-pub(crate) fn root(directory: &RunDirectory) -> PathBuf {
-    let inside = directory.middleware(crate::NAME);
-    if inside.as_os_str().len() <= LONGEST_ROOT {
-        inside
-    } else {
-        PathBuf::from(format!("/dev/shm/{}root", prefix(directory)))
+impl Place {
+    /// The place that the first process of the network has chosen; `None` before.
+    pub(crate) fn find(directory: &RunDirectory) -> io::Result<Option<Self>> {
+        let mut prefix = String::new();
+        match File::open(file(directory)) {
+            Ok(file) => file.take(64).read_to_string(&mut prefix)?,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(error),
+        };
+        let fits = prefix.starts_with(&start(directory)) && prefix.len() == length();
+        Ok(fits.then(|| Self::with(directory, prefix)))
     }
+
+    /// Chooses a place with a name that nobody can guess: another user of the machine can then make
+    /// no file in its way. Call it only while no other process does.
+    pub(crate) fn choose(directory: &RunDirectory) -> io::Result<Self> {
+        let mut random = [0; 8];
+        File::open("/dev/urandom")?.read_exact(&mut random)?;
+        let random = digits(u64::from_le_bytes(random), RANDOM);
+        let prefix = format!("{}{random}_", start(directory));
+        let path = file(directory);
+        let unfinished = path.with_extension("new");
+        let mut options = File::options();
+        let options = options.create(true).truncate(true).write(true).mode(0o600);
+        options.open(&unfinished)?.write_all(prefix.as_bytes())?;
+        std::fs::rename(&unfinished, &path)?;
+        Ok(Self::with(directory, prefix))
+    }
+
+    fn with(directory: &RunDirectory, prefix: String) -> Self {
+        let inside = directory.middleware(crate::NAME);
+        let root = if inside.as_os_str().len() <= LONGEST_ROOT {
+            inside
+        } else {
+            PathBuf::from(format!("/dev/shm/{prefix}root"))
+        };
+        Self { prefix, root }
+    }
+}
+
+/// Prefix of the names of all shared memory of the network. If no process has joined it yet, a
+/// prefix is chosen, for a program that uses iceoryx2 without this crate.
+pub fn prefix(directory: &RunDirectory) -> io::Result<String> {
+    let place = match Place::find(directory)? {
+        Some(place) => place,
+        None => Place::choose(directory)?,
+    };
+    Ok(place.prefix)
+}
+
+/// The file that holds the prefix.
+pub(crate) fn file(directory: &RunDirectory) -> PathBuf {
+    directory.path().join("iceoryx2.prefix")
+}
+
+/// The first part of every prefix of the network: `rc_` and a hash of the path of its run directory.
+pub(crate) fn start(directory: &RunDirectory) -> String {
+    let hash = fnv1a(directory.path().as_os_str().as_bytes());
+    format!("rc_{}", digits(hash, HASHED))
+}
+
+fn length() -> usize {
+    "rc__".len() + (HASHED + RANDOM) as usize
+}
+
+/// The lower bits of a number.
+fn digits(number: u64, count: u32) -> String {
+    let digit = |at: u32| char::from(DIGITS[(number >> (5 * at)) as usize % DIGITS.len()]);
+    (0..count).map(digit).collect()
 }
 
 /// The publish/subscribe service of volatile publishers, and the event service of the topic.
@@ -81,8 +149,21 @@ mod tests {
     }
 
     #[test]
-    fn a_long_network_gets_a_short_root() {
-        let directory = RunDirectory::of(&"n".repeat(60));
-        assert!(root(&directory).as_os_str().len() <= LONGEST_ROOT);
+    fn a_place_is_found_where_it_was_chosen_and_cannot_be_guessed() {
+        let folder = std::env::temp_dir().join(format!("rc-names-{}", std::process::id()));
+        let directory = RunDirectory::below(&folder, &"n".repeat(60));
+        std::fs::create_dir_all(directory.path()).expect("a folder");
+        assert!(Place::find(&directory).expect("a folder").is_none());
+        let first = Place::choose(&directory).expect("a place");
+        let found = Place::find(&directory).expect("a file").expect("a place");
+        assert_eq!((&first.prefix, &first.root), (&found.prefix, &found.root));
+        assert_eq!(first.prefix.len(), length());
+        assert!(first.root.as_os_str().len() <= LONGEST_ROOT);
+        let second = Place::choose(&directory).expect("a place");
+        assert_ne!(first.prefix, second.prefix);
+        assert!(second.prefix.starts_with(&start(&directory)));
+        std::fs::write(file(&directory), "rc_").expect("written");
+        assert!(Place::find(&directory).expect("a file").is_none());
+        std::fs::remove_dir_all(&folder).expect("it is ours");
     }
 }

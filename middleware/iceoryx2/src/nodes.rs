@@ -38,6 +38,13 @@ pub(crate) fn is_dead(config: &Config, node: UniqueNodeId) -> bool {
     )
 }
 
+/// A number that is smaller for an older node: the time in its id, seconds and nanoseconds.
+pub(crate) fn age(node: UniqueNodeId) -> (u32, u32) {
+    // `UniqueSystemId`: seconds, nanoseconds, process and counter, 32 bits each.
+    let id = node.value();
+    (id as u32, (id >> 32) as u32)
+}
+
 /// Calls `each` for every node until it returns false.
 fn list(config: &Config, mut each: impl FnMut(NodeState<Service>) -> bool) {
     // iceoryx2 ends the list early at an entry that it cannot read; the entries before it are

@@ -3,7 +3,7 @@
 
 use crate::message::{MessageHeader, RequestHeader};
 use crate::session::Session;
-use crate::{bounded, names, open_lock};
+use crate::{bounded, open_lock};
 use iceoryx2::port::{client, listener, notifier, publisher, server, subscriber};
 use iceoryx2::prelude::{AttributeVerifier, MessagingPattern, SemanticString, ServiceName};
 use iceoryx2::service::Service as _;
@@ -14,7 +14,7 @@ use iceoryx2::service::port_factory::{event, publish_subscribe, request_response
 use rc_middleware::qos::{MAX_NODES, MAX_PUBLISHERS, MAX_READERS, REQUEST_QUEUE};
 use rc_middleware::{OpenError, Qos, TypeIdentity};
 use std::fmt::Debug;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 pub(crate) use crate::variant::Service;
 
@@ -46,6 +46,8 @@ const TYPES: &[u8] = b"rc.types";
 const DEPTH: usize = Qos::PUBLISHER.depth as usize;
 /// Attempts to open a service that is being created or removed, or whose users have died.
 const ATTEMPTS: u32 = 4;
+/// How long an opening is tried again as long as dead nodes are removed.
+const PATIENCE: Duration = Duration::from_secs(4);
 /// Pause between two attempts.
 const PAUSE: Duration = Duration::from_millis(20);
 
@@ -248,11 +250,11 @@ impl Session {
         };
         let service = ServiceName::new(name).map_err(|e| refused(format!("{e:?}")))?;
         let directory = &self.environment.directory;
-        let root = names::root(directory);
+        let end = Instant::now() + PATIENCE;
         let mut attempt = 1;
         loop {
             let outcome = {
-                let _lock = open_lock::shared(&root);
+                let _lock = open_lock::shared(&self.place.root);
                 open(&service)
             };
             let error = match outcome {
@@ -260,8 +262,7 @@ impl Session {
                 Err(error) => error,
             };
             // The service may be one of dead processes, with other types and settings.
-            if self.clean() > 0 && attempt < ATTEMPTS {
-                attempt += 1;
+            if Instant::now() < end && self.clean_some() > 0 {
                 continue;
             }
             if let Some(theirs) = self.other_types(&service, pattern, types) {

@@ -1,9 +1,10 @@
 //! The files and shared memory that iceoryx2 has of one network, and their removal.
 
-use crate::names;
+use crate::names::{self, Place};
 use rc_middleware::RunDirectory;
 use std::fs::Metadata;
 use std::io;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 /// The folder of shared memory.
@@ -12,10 +13,13 @@ pub(crate) const MEMORY: &str = "/dev/shm";
 /// Removes all files and shared memory that iceoryx2 has of the network, whether a process uses
 /// them or not. Returns their number. Call it only when no process of the network is alive. An
 /// error names the first path that cannot be removed; the others are removed all the same.
+///
+/// The next process that joins chooses another prefix, so that files of another user, which this one
+/// cannot remove, are not in its way.
 pub fn wipe(directory: &RunDirectory) -> io::Result<usize> {
     let found = leftovers(directory);
     let mut failure = None;
-    for path in &found {
+    for path in found.iter().chain([&names::file(directory)]) {
         let removed = match std::fs::symlink_metadata(path) {
             Ok(metadata) if metadata.is_dir() => std::fs::remove_dir_all(path),
             Ok(_) => std::fs::remove_file(path),
@@ -32,15 +36,30 @@ pub fn wipe(directory: &RunDirectory) -> io::Result<usize> {
     failure.map_or(Ok(found.len()), Err)
 }
 
-/// The root folder and the shared memory that iceoryx2 has of the network now, sorted.
+/// The root folder and the shared memory that iceoryx2 has of the network now, sorted; also under
+/// the prefixes of earlier runs.
 pub fn leftovers(directory: &RunDirectory) -> Vec<PathBuf> {
     let root = directory.middleware(crate::NAME);
     let mut found: Vec<PathBuf> = root.exists().then_some(root).into_iter().collect();
-    let prefix = names::prefix(directory);
-    let ours = with_prefix(Path::new(MEMORY), &prefix);
+    let own = rustix::process::getuid().as_raw();
+    let start = names::start(directory);
+    let ours = with_prefix(Path::new(MEMORY), &start);
+    let ours = ours.filter(|(_, metadata)| metadata.uid() == own);
     found.extend(ours.map(|(path, _)| path));
     found.sort();
     found
+}
+
+/// What other users of the machine have put in the way of this network.
+pub(crate) fn foreign(place: &Place) -> Vec<String> {
+    let own = rustix::process::getuid().as_raw();
+    with_prefix(Path::new(MEMORY), &place.prefix)
+        .filter(|(_, metadata)| metadata.uid() != own)
+        .map(|(path, metadata)| {
+            let owner = rc_middleware::user_name(metadata.uid());
+            format!("{} belongs to user {owner}", path.display())
+        })
+        .collect()
 }
 
 /// The entries of `folder` whose names begin with `prefix`.

@@ -1,11 +1,12 @@
 //! The state that all ports of one component share: the node, its configuration, and undelivered
 //! messages.
 
+use crate::bounded;
 use crate::cleanup::{CleanupThread, DeadNodes};
 use crate::incomplete_files::{CREATION, IncompleteFileRemover};
 use crate::membership::Membership;
+use crate::names::Place;
 use crate::service::{Node, PendingResponse, Service};
-use crate::{bounded, names};
 use iceoryx2::prelude::{
     Config, FileName, LogLevel, NodeBuilder, NodeName, Path, SemanticString, SignalHandlingMode,
     set_log_level,
@@ -26,7 +27,7 @@ const ATTEMPTS: u32 = 4;
 /// enough in 30 of 30 runs on an idle machine.
 const SETTLE: Duration = Duration::from_millis(100);
 
-/// Longest clean-up before an opening is tried again.
+/// Longest wait for a clean-up before an opening is tried again.
 const ROUND: Duration = Duration::from_secs(2);
 
 /// The last command of a client, until the server has handled it.
@@ -35,6 +36,7 @@ pub(crate) type PendingCommand = Arc<Mutex<Option<PendingResponse>>>;
 /// The shared state of the ports of one component.
 pub(crate) struct Session {
     pub(crate) environment: Environment,
+    pub(crate) place: Place,
     pub(crate) config: Config,
     pub(crate) node: Node,
     /// Time of the last publication in nanoseconds of the monotonic clock; 0 for none.
@@ -54,27 +56,28 @@ impl Session {
     pub(crate) fn open(environment: &Environment) -> Result<Arc<Self>, OpenError> {
         set_log_level(LogLevel::Fatal);
         let owned = environment.clone();
-        let session = bounded::run(&environment.directory, &environment.network, move || {
+        bounded::run(&environment.directory, &environment.network, move || {
             let refused = |reason: String| OpenError::Backend {
                 address: owned.network.clone(),
                 reason,
             };
-            let config = configuration(&owned).map_err(refused)?;
-            let membership = Membership::join(&owned.directory, &config).map_err(|e| {
+            let (membership, place) = Membership::join(&owned.directory).map_err(|e| {
                 refused(format!(
                     "the network cannot be joined: {e}; remove by hand what is in the way"
                 ))
             })?;
-            let root = names::root(&owned.directory);
-            private(&root).map_err(|e| refused(format!("{}: {e}", root.display())))?;
-            let incomplete_files = IncompleteFileRemover::start(&owned.directory)
+            let config = configuration(&place).map_err(refused)?;
+            let root = &place.root;
+            private(root).map_err(|e| refused(format!("{}: {e}", root.display())))?;
+            let incomplete_files = IncompleteFileRemover::start(&place)
                 .map_err(|e| refused(format!("no thread for incomplete files: {e}")))?;
-            let dead_nodes = DeadNodes::of(&owned.directory, &config);
+            let dead_nodes = DeadNodes::of(&place, &config);
             let cleaner = CleanupThread::start(dead_nodes.clone())
                 .map_err(|e| refused(format!("no thread for clean-ups: {e}")))?;
             let node = node(&owned, &config).map_err(refused)?;
             let session = Self {
                 environment: owned,
+                place,
                 config,
                 node,
                 published: AtomicU64::new(0),
@@ -85,20 +88,25 @@ impl Session {
                 _membership: membership,
             };
             Ok(Arc::new(session))
-        })?;
-        // A clean-up that exceeds the limit continues on its thread; that is no failure.
-        let own = Arc::clone(&session);
-        let _ = bounded::run(&environment.directory, &environment.network, move || {
-            Ok(own.clean())
-        });
-        Ok(session)
+        })
     }
 
-    /// Cleans up after dead processes, for an opening: it may take some seconds. Returns the number
-    /// of nodes removed.
+    /// Waits until all dead processes are cleaned up: it may take some seconds. Returns the number of
+    /// nodes removed.
     pub(crate) fn clean(&self) -> usize {
         let end = Instant::now() + ROUND;
         let (gone, all) = self.dead_nodes.clean(|| Instant::now() < end);
+        if !all {
+            self.cleaner.wake();
+        }
+        gone
+    }
+
+    /// Waits until some dead processes are cleaned up, for an opening that failed and can then try
+    /// again. Returns the number of nodes removed; 0: there are none left, or it takes too long.
+    pub(crate) fn clean_some(&self) -> usize {
+        let end = Instant::now() + ROUND;
+        let (gone, all) = self.dead_nodes.clean_some(|| Instant::now() < end);
         if !all {
             self.cleaner.wake();
         }
@@ -157,14 +165,13 @@ pub(crate) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 /// The configuration of the node. Without one, iceoryx2 reads `./config/iceoryx2.toml`.
-fn configuration(environment: &Environment) -> Result<Config, String> {
-    let root = names::root(&environment.directory);
+pub(crate) fn configuration(place: &Place) -> Result<Config, String> {
+    let root = &place.root;
     let says = |error: &dyn Debug| format!("{} as its root: {error:?}", root.display());
     let mut config = Config::default();
     let path = Path::new(root.as_os_str().as_bytes()).map_err(|e| says(&e))?;
     config.global.set_root_path(&path);
-    config.global.prefix =
-        FileName::new(names::prefix(&environment.directory).as_bytes()).map_err(|e| says(&e))?;
+    config.global.prefix = FileName::new(place.prefix.as_bytes()).map_err(|e| says(&e))?;
     config.global.creation_timeout = CREATION;
     // Clean-ups run exclusively, see [`open_lock`].
     config.global.node.cleanup_dead_nodes_on_creation = false;

@@ -9,6 +9,13 @@
     reason = "a trait of iceoryx2 has an unsafe function, which does nothing here"
 )]
 
+use iceoryx2::config::Config;
+use iceoryx2::prelude::{PortName, ProcessId};
+use iceoryx2::unique_id_generator::unique_system_id::UniqueSystemId;
+use iceoryx2::unique_id_generator::{
+    Entity, UniqueId as Id, UniqueIdGenerator, UniqueIdGeneratorDetailsError,
+    UniqueIdGeneratorGenerateError,
+};
 use iceoryx2_bb_elementary_traits::testing::abandonable::Abandonable;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 use iceoryx2_cal::arc_sync_policy::{ArcSyncPolicy, ArcSyncPolicyCreationError, LockGuard};
@@ -47,10 +54,35 @@ impl iceoryx2::service::Service for Service {
     type BlackboardMgmt<T: Send + Sync + Debug + ZeroCopySend + 'static> =
         dynamic_storage::recommended::Ipc<T>;
     type BlackboardPayload = shared_memory::recommended::Ipc<BumpAllocator>;
-    type UniqueId = iceoryx2::unique_id_generator::unique_system_id::UniqueSystemId;
+    type UniqueId = UniqueId;
 }
 
 impl iceoryx2::service::internal::ServiceInternal<Self> for Service {}
+
+/// The ids of nodes, services and ports: process id, time in nanoseconds and a counter.
+///
+/// iceoryx2 (0.10.0) takes the counter of a node from a shared memory that every user of the machine
+/// may write (mode 0666), and whoever breaks its first eight bytes keeps everybody from starting.
+/// Here a node gets its id as a port does, from a counter of its process.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct UniqueId;
+
+impl UniqueIdGenerator for UniqueId {
+    fn generate<S: iceoryx2::service::Service>(
+        entity: Entity,
+        config: &Config,
+    ) -> Result<Id, UniqueIdGeneratorGenerateError> {
+        let entity = match entity {
+            Entity::Node(_) => Entity::Listener(PortName::new_empty()),
+            other => other,
+        };
+        UniqueSystemId::generate::<S>(entity, config)
+    }
+
+    fn pid(id: Id) -> Result<ProcessId, UniqueIdGeneratorDetailsError> {
+        <UniqueSystemId as UniqueIdGenerator>::pid(id)
+    }
+}
 
 /// The state of a port or a loan, behind a lock that its holder may take again, as iceoryx2 wants it.
 #[derive(Debug)]

@@ -3,12 +3,14 @@
 //!
 //! Half of the kills are in networks without a supervisor, half under rcdeploy. The network is the
 //! one of the components simulator, avoider and `pose_monitor`: a query, a command and a topic.
-//! `--minutes` runs twenty components under rcdeploy and kills one a second, see `minutes`.
+//! `--minutes` runs twenty components under rcdeploy, kills one a second, and makes other troubles, see
+//! `minutes` and `trouble`.
 
 mod by_hand;
 mod ground;
 mod minutes;
 mod supervised;
+mod trouble;
 
 use crate::programs::{Failure, cargo};
 use ground::Ground;

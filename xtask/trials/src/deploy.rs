@@ -1,10 +1,14 @@
 //! `cargo xtask bench deploy`: the time until many small programs run and have ended, and the
 //! memory of their supervisor: rcdeploy beside supervisord, with a shell script as the lower bound.
-//! All three start the same executable with the same addresses.
+//! All three start the same executable with the same addresses. Then half of a network is killed at
+//! once, see `mass_kill`.
+
+mod mass_kill;
 
 use crate::bench::{BUILD, machine};
 use crate::pair::quantile;
 use crate::programs::{END, Failure, LOOK, Running, cargo, finish, root, target};
+use crate::pypi;
 use crate::usage::memory;
 use rc_deploy_network::Profile;
 use rustix::process::{Pid, Signal, kill_process};
@@ -21,6 +25,12 @@ const PROGRAM: &str = "speech_server";
 /// How many programs run at once.
 const SIZES: [usize; 2] = [20, 100];
 const ROUNDS: usize = 7;
+/// How many programs run at once in a few rounds more, without supervisord, and within how many times
+/// the time of the shell script they are to run and have ended.
+const LARGE: (usize, f64) = (300, 1.5);
+const LARGE_ROUNDS: usize = 3;
+/// How many of how many are killed at once.
+const KILLED: (usize, usize) = (100, 200);
 /// The goal for so many components on two cores.
 const GOAL: (usize, Duration) = (100, Duration::from_secs(3));
 /// No start and no end of a network takes longer.
@@ -57,7 +67,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
         profile.word()
     );
     finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
-    let supervisord = install();
+    let supervisord = pypi::install(PACKAGE, "supervisord");
     println!("{}\n", machine());
     let starters: &[Starter] = match &supervisord {
         Ok(_) => &[Starter::Rcdeploy, Starter::Supervisord, Starter::Shell],
@@ -66,25 +76,28 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
             &[Starter::Rcdeploy, Starter::Shell]
         }
     };
-    let (sizes, rounds) = if smoke {
-        (&[5][..], 1)
+    let sizes = if smoke {
+        vec![(5, 1, starters)]
     } else {
-        (&SIZES[..], ROUNDS)
+        let mut sizes: Vec<_> = SIZES.map(|size| (size, ROUNDS, starters)).into();
+        sizes.push((LARGE.0, LARGE_ROUNDS, &[Starter::Rcdeploy, Starter::Shell]));
+        sizes
     };
     println!(
         "| programs | started by | all running, s | all ended, s | memory of the starter, MB | the same a program, kB |"
     );
     println!("|---|---|---|---|---|---|");
-    let mut met = true;
-    for &count in sizes {
+    let (mut missed, mut first) = (Vec::new(), Duration::ZERO);
+    for (count, rounds, starters) in sizes {
         let mut turns: Vec<Vec<Turn>> = starters.iter().map(|_| Vec::new()).collect();
-        // In turns, so that a slow minute of the machine slows all three.
+        // In turns, so that a slow minute of the machine slows all.
         for _ in 0..rounds {
             for (&starter, turns) in starters.iter().zip(&mut turns) {
                 let place = Place::new(count, profile, supervisord.as_deref().ok())?;
                 turns.push(place.turn(starter)?);
             }
         }
+        let mut totals = Vec::new();
         for (&starter, turns) in starters.iter().zip(&turns) {
             let [up, down] = [|turn: &Turn| turn.up, |turn: &Turn| turn.down]
                 .map(|of| quantile(&mut turns.iter().map(of).collect::<Vec<_>>(), 0.5));
@@ -97,16 +110,37 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
                 spread(down, turns.iter().map(|turn| turn.down)),
                 memory * 1000.0 / count as f64,
             );
-            if starter == Starter::Rcdeploy && count == GOAL.0 {
-                met = up < GOAL.1;
+            totals.push((starter, (up + down).as_secs_f64()));
+            if starter == Starter::Rcdeploy && (smoke || count == KILLED.0) {
+                first = up;
+            }
+            if starter == Starter::Rcdeploy && count == GOAL.0 && up >= GOAL.1 {
+                missed.push(format!("{count} components are not up within {:?}", GOAL.1));
             }
         }
+        let total = |of| totals.iter().find(|(starter, _)| *starter == of);
+        if count == LARGE.0
+            && let (Some((_, ours)), Some((_, lowest))) =
+                (total(Starter::Rcdeploy), total(Starter::Shell))
+            && *ours > LARGE.1 * lowest
+        {
+            missed.push(format!(
+                "{count} components take {ours:.2} s up and down, the shell script {lowest:.2} s"
+            ));
+        }
     }
-    if !met {
-        eprintln!(
-            "xtask: {} components are not up within {:?}",
-            GOAL.0, GOAL.1
-        );
+    println!(
+        "\n| killed at once | first start of as many, s | all ready again, s | `status` before, ms | longest `status` meanwhile, ms |"
+    );
+    println!("|---|---|---|---|---|");
+    let (killed, count) = if smoke { (10, 20) } else { KILLED };
+    if !mass_kill::run(count, killed, profile, first)? && !smoke {
+        missed.push(format!(
+            "{killed} of {count} killed at once recover too slowly"
+        ));
+    }
+    for missed in missed {
+        eprintln!("xtask: {missed}");
     }
     Ok(())
 }
@@ -120,28 +154,6 @@ fn spread(median: Duration, all: impl Iterator<Item = Duration> + Clone) -> Stri
         seconds(all.clone().min()),
         seconds(all.max())
     )
-}
-
-/// supervisord, in a virtual environment below the target folder, made once.
-fn install() -> Result<PathBuf, Failure> {
-    let folder = target()?.join(PACKAGE.replace("==", "-"));
-    let program = folder.join("bin/supervisord");
-    let works = || -> Result<(), Failure> {
-        let mut command = Command::new(&program);
-        command.arg("--version");
-        finish(command, BUILD).map(drop)
-    };
-    if works().is_err() {
-        let mut command = Command::new("python3");
-        command.args(["-m", "venv", "--clear"]).arg(&folder);
-        finish(command, BUILD)?;
-        let mut command = Command::new(folder.join("bin/python"));
-        let pip = "-m pip install --quiet --disable-pip-version-check --retries 1 --timeout 15";
-        command.args(pip.split(' ')).arg(PACKAGE);
-        finish(command, BUILD)?;
-        works()?;
-    }
-    Ok(program)
 }
 
 impl Starter {
@@ -160,6 +172,8 @@ struct Place<'s> {
     count: usize,
     profile: Profile,
     supervisord: Option<&'s Path>,
+    /// More fields of each component, for rcdeploy.
+    fields: String,
     /// The socket on which programs without a link report readiness (`sd_notify`).
     notified: UnixDatagram,
 }
@@ -178,6 +192,7 @@ impl<'s> Place<'s> {
             count,
             profile,
             supervisord,
+            fields: String::new(),
             notified,
         })
     }
@@ -186,8 +201,8 @@ impl<'s> Place<'s> {
         self.folder.path().join(name)
     }
 
-    /// Starts all programs, waits until all run, stops all.
-    fn turn(&self, starter: Starter) -> Result<Turn, Failure> {
+    /// Starts the starter, which prints errors to `starter.log`.
+    fn command(&self, starter: Starter) -> Result<Command, Failure> {
         let mut command = match starter {
             Starter::Rcdeploy => self.rcdeploy()?,
             Starter::Supervisord => self.supervisord()?,
@@ -200,6 +215,12 @@ impl<'s> Place<'s> {
             .env("XDG_STATE_HOME", self.path("state"))
             .stdin(Stdio::null())
             .stderr(log);
+        Ok(command)
+    }
+
+    /// Starts all programs, waits until all run, stops all.
+    fn turn(&self, starter: Starter) -> Result<Turn, Failure> {
+        let mut command = self.command(starter)?;
         if starter == Starter::Rcdeploy {
             command.stdout(Stdio::piped());
         } else {
@@ -252,8 +273,11 @@ impl<'s> Place<'s> {
         let cdsl = folder.join(PROGRAM).with_extension("cdsl");
         let mut text = "Deployment bench\n{\n".to_owned();
         for number in 0..self.count {
-            let cdsl = cdsl.display();
-            writeln!(text, "    Component c{number} {{ cdsl \"{cdsl}\"; }};")?;
+            let (cdsl, fields) = (cdsl.display(), &self.fields);
+            writeln!(
+                text,
+                "    Component c{number} {{ cdsl \"{cdsl}\"; {fields}}};"
+            )?;
         }
         let file = self.path("bench.ddsl");
         std::fs::write(&file, text + "};\n")?;

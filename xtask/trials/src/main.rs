@@ -1,11 +1,12 @@
 //! Benchmarks and long tests, which `cargo xtask` runs: `bench` measures, `soak` runs two components
-//! for an hour, `chaos` kills processes.
+//! for an hour, `chaos` kills processes, `deny` checks the dependencies.
 
 mod bench;
 mod chaos;
 mod compare;
 mod counts;
 mod dds;
+mod deny;
 mod deploy;
 mod ice;
 mod languages;
@@ -14,6 +15,7 @@ mod networks;
 mod pair;
 mod parameters;
 mod programs;
+mod pypi;
 mod ros2;
 mod slots;
 mod soak;
@@ -50,6 +52,8 @@ fn main() -> ExitCode {
         ["bench", "ros2", "--smoke"] => ros2::run(5, 0.4).map_err(|e| e.to_string()),
         ["bench", "deploy"] => deploy::run(false).map_err(|e| e.to_string()),
         ["bench", "deploy", "--smoke"] => deploy::run(true).map_err(|e| e.to_string()),
+        ["deny"] => deny::run(false).map_err(|e| e.to_string()),
+        ["deny", "--smoke"] => deny::run(true).map_err(|e| e.to_string()),
         ["bench", "ice"] => ice::run().map_err(|e| e.to_string()),
         ["soak", "dds", ref rest @ ..] if let Some(soak) = soak(Middleware::Dds, "600", rest) => {
             soak.map_err(|e| e.to_string())
@@ -63,7 +67,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | deny [--smoke]"
             );
             return ExitCode::from(2);
         }

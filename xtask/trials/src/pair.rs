@@ -91,7 +91,7 @@ impl Network {
     pub(crate) fn files(&self) -> Result<(String, String), Failure> {
         let root = self.directory.middleware(rc_iceoryx2::NAME);
         std::fs::create_dir_all(&root)?;
-        let prefix = rc_iceoryx2::prefix(&self.directory);
+        let prefix = rc_iceoryx2::prefix(&self.directory)?;
         Ok((root.to_string_lossy().into_owned(), prefix))
     }
 }

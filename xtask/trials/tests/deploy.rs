@@ -1,4 +1,5 @@
-//! A short run of `cargo xtask bench deploy`: each starter starts, is measured, and ends.
+//! A short run of `cargo xtask bench deploy`: each starter starts, is measured, and ends, and half of a
+//! network recovers from its death.
 
 use std::process::Command;
 
@@ -11,7 +12,7 @@ fn everybody_starts_and_ends_a_few_programs() {
     let said = String::from_utf8_lossy(&run.stdout);
     let errors = String::from_utf8_lossy(&run.stderr);
     assert_eq!(run.status.code(), Some(0), "{said}{errors}");
-    for row in ["| 5 | rcdeploy | ", "| 5 | sh | "] {
+    for row in ["| 5 | rcdeploy | ", "| 5 | sh | ", "| 10 of 20 | "] {
         assert!(said.contains(row), "{said}");
     }
     let skipped = said.lines().find(|line| line.starts_with("skipped: "));

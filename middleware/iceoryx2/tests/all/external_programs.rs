@@ -31,7 +31,7 @@ fn node(network: &Network) -> Node<ipc::Service> {
     let mut config = Config::default();
     let root = Path::new(root.as_os_str().as_bytes()).expect("a path");
     config.global.set_root_path(&root);
-    let prefix = rc_iceoryx2::prefix(&directory);
+    let prefix = rc_iceoryx2::prefix(&directory).expect("a prefix");
     config.global.prefix = FileName::new(prefix.as_bytes()).expect("a prefix");
     NodeBuilder::new()
         .config(&config)

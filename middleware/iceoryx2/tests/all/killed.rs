@@ -126,10 +126,10 @@ fn a_call_keeps_its_deadline_while_many_processes_die() {
     });
 }
 
-/// The clean-up releases the lock for openings after each dead process.
+/// The clean-up releases the lock for openings again and again.
 #[test]
 fn openings_proceed_during_the_clean_up_of_many_processes() {
-    const DEAD: usize = 12;
+    const DEAD: usize = 24;
     let network = Network::new("kb");
     let holder = rc_iceoryx2::Holder::new(&network.environment("holder")).expect("a holder");
     let mut killed: Vec<_> = (0..DEAD).map(|_| network.begin("idle")).collect();
@@ -156,7 +156,60 @@ fn openings_proceed_during_the_clean_up_of_many_processes() {
         }
         turns
     });
-    assert!(turns >= DEAD / 2, "{turns} turns");
+    assert!(turns >= 2, "{turns} turns");
+}
+
+/// Many processes that need the places of the dead wait for one that cleans up, and do not list all
+/// nodes themselves.
+#[test]
+fn one_clean_up_serves_all_that_wait() {
+    const DEAD: usize = 8;
+    const WAITING: usize = 10;
+    let network = Network::new("ko");
+    let holders: Vec<_> = (0..WAITING)
+        .map(|at| network.environment(&format!("holder{at}")))
+        .map(|environment| rc_iceoryx2::Holder::new(&environment).expect("a holder"))
+        .collect();
+    let mut killed: Vec<_> = (0..DEAD).map(|_| network.begin("idle")).collect();
+    killed.iter_mut().for_each(|process| process.says("ready"));
+    let root = network
+        .environment("holder")
+        .directory
+        .middleware(rc_iceoryx2::NAME);
+    // Each process cleans up some time after it has joined.
+    until("nobody cleans up", || {
+        let before = rounds(&root);
+        wait(&[], Duration::from_millis(400));
+        before.0 == before.1 && before == rounds(&root)
+    });
+    killed.iter_mut().for_each(Process::kill);
+    let (before, _) = rounds(&root);
+    let removed = std::thread::scope(|scope| {
+        let cleaning: Vec<_> = holders
+            .iter()
+            .map(|holder| scope.spawn(|| holder.clean()))
+            .collect();
+        let counts = cleaning.into_iter().map(|thread| {
+            let count = thread.join();
+            count.expect("to clean up")
+        });
+        counts.max()
+    });
+    assert_eq!(removed, Some(DEAD));
+    // One that the first begins, and one for those that came after it had begun.
+    let (after, completed) = rounds(&root);
+    assert!(after - before <= 3, "{} rounds", after - before);
+    assert_eq!(completed, after);
+}
+
+/// How many clean-ups have begun and were completed: the first numbers of `cleaning.rounds`.
+fn rounds(root: &Path) -> (u64, u64) {
+    let bytes = std::fs::read(root.join("cleaning.rounds")).unwrap_or_default();
+    let number = |at: usize| {
+        let bytes = bytes.get(at..at + 8).map(TryInto::try_into);
+        bytes.map_or(0, |bytes| u64::from_le_bytes(bytes.expect("eight bytes")))
+    };
+    (number(0), number(8))
 }
 
 /// The processes die with a loan that is written and not sent.

@@ -6,6 +6,7 @@ mod half_made;
 mod killed;
 mod leaving;
 mod memory;
+mod other_user;
 mod processes;
 mod stopped;
 mod wakes;

@@ -85,10 +85,7 @@ class Network:
         if not base.is_absolute():
             base = pathlib.Path(f"/dev/shm/robocomp-{os.getuid()}")
         directory = base / network
-        fnv1a = 0xCBF29CE484222325
-        for byte in os.fsencode(directory):
-            fnv1a = (fnv1a ^ byte) * 0x100000001B3 % (1 << 64)
-        prefix = f"rc_{fnv1a:016x}_"
+        prefix = (directory / "iceoryx2.prefix").read_text()
         root = directory / "iceoryx2"
         if len(os.fsencode(root)) > 44:
             root = pathlib.Path(f"/dev/shm/{prefix}root")

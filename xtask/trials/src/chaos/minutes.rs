@@ -1,9 +1,10 @@
 //! Twenty components under load. Every second one component is killed, also during its start; every
-//! half minute rcdeploy, and sometimes its guard. The times in the events of rcdeploy are the
-//! measure.
+//! half minute rcdeploy, and sometimes its guard. In some seconds there is other trouble, see
+//! `trouble`. The times in the events of rcdeploy are the measure.
 
 use super::ground::{Ground, NETWORK, Text};
 use super::supervised::{Supervisor, kill_one, pid};
+use super::trouble::{NO_DESCRIPTOR, Troubles};
 use super::{Dice, Tally};
 use crate::bench::{Figure, table};
 use crate::pair::quantile;
@@ -33,6 +34,8 @@ const BESIDE: Duration = Duration::from_millis(100);
 const SLACK: u32 = 5;
 /// The shortest life time of a guard.
 const GUARDED: Duration = Duration::from_secs(6);
+/// In how many of a hundred seconds there is other trouble.
+const TROUBLED: usize = 15;
 /// The sleep of the thread that measures how busy the machine is.
 const NAP: Duration = Duration::from_millis(5);
 /// The limit until the network is up.
@@ -51,6 +54,7 @@ struct Seen {
     /// The longest `compute()` that contains a call.
     longest_call: Duration,
     hung: u32,
+    troubles: Troubles,
     /// Times beyond a limit, with their time of day.
     late: Vec<String>,
 }
@@ -241,6 +245,11 @@ impl<'g> Network<'g> {
     fn take(&mut self, event: &Value, seen: &mut Seen) -> Result<(), Failure> {
         let text = |key: &str| event[key].as_str().unwrap_or_default();
         let (name, message) = (text("component"), text("message"));
+        if message.contains(NO_DESCRIPTOR) {
+            // It was left none; it tries again.
+            self.starting.remove(name);
+            return Ok(());
+        }
         match text("code") {
             "up" => self.is_up = true,
             "starting" => {
@@ -287,6 +296,9 @@ impl<'g> Network<'g> {
         // The times that clients have measured so far.
         for name in names.iter().filter(|name| name.starts_with("avoider")) {
             self.look_at(name, seen);
+        }
+        if dice.falls(TROUBLED) {
+            seen.troubles.make(self.ground, dice)?;
         }
         let name = &names[dice.below(names.len())];
         let mut last = None;
@@ -384,6 +396,7 @@ impl Seen {
             "{kills} components were killed, {during_start} of them during start, rcdeploy {} times, its guard {} times",
             self.supervisors, self.guards
         );
+        println!("{}", self.troubles);
         let ms = |time: Duration| format!("{:.0} ms", time.as_secs_f64() * 1e3);
         let three = |times: &mut [Duration]| {
             let [p50, p99, most] = [0.5, 0.99, 1.0].map(|part| quantile(times, part));

@@ -1,0 +1,113 @@
+//! Another user of the machine: what it can see, and what it puts in the way.
+
+use crate::processes::{Network, ask};
+use rc_conformance::network::endpoint;
+use rc_middleware::RunDirectory;
+use std::os::unix::fs::MetadataExt as _;
+use std::os::unix::process::CommandExt as _;
+use std::path::Path;
+use std::process::Command;
+
+/// A user that owns nothing here, by number: `nobody` of most systems.
+const OTHER: u32 = 65534;
+
+/// Runs a program as the other user. Returns false where this user must not.
+fn as_other(test: &str, program: &str, argument: &Path) -> bool {
+    if !rustix::process::getuid().is_root() {
+        let line = format!("skipped: {test}: only root can run a process of another user\n");
+        print!("{line}");
+        if let Some(list) = std::env::var_os("RC_TEST_SKIPPED") {
+            let mut options = std::fs::File::options();
+            let list = options.append(true).create(true).open(list);
+            std::io::Write::write_all(&mut list.expect("a list"), line.as_bytes())
+                .expect("written");
+        }
+        return false;
+    }
+    let mut command = Command::new(program);
+    let status = command.arg(argument).uid(OTHER).gid(OTHER).status();
+    let argument = argument.display();
+    assert!(status.expect("to run").success(), "{program} {argument}");
+    true
+}
+
+/// Every file and every shared memory of a network at work.
+#[test]
+fn nothing_is_open_to_others() {
+    let network = Network::new("op");
+    let backend = network.join("client");
+    let mut client = backend
+        .client(&endpoint("default/Motor"))
+        .expect("a client");
+    let _server = network.start("server");
+    let _idle = network.start("idle");
+    assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
+    let directory = RunDirectory::of(&network.0);
+    let mut seen = 0;
+    for path in rc_iceoryx2::leftovers(&directory) {
+        let mode = path.metadata().expect("a file").mode() & 0o777;
+        assert_eq!(mode & 0o077, 0, "{} has mode {mode:o}", path.display());
+        seen += 1;
+    }
+    // The root, and the segments of server, clients and subscribers.
+    assert!(seen > 5, "{seen} files");
+}
+
+/// The prefix of a run that is over is known to whoever looked; the next run has another one.
+#[test]
+fn files_in_the_way_of_one_run_are_not_in_that_of_the_next() {
+    let network = Network::new("ow");
+    let directory = RunDirectory::of(&network.0);
+    let (first, seen) = {
+        let _backend = network.join("first");
+        let server = network.start("server");
+        let prefix = rc_iceoryx2::prefix(&directory).expect("a prefix");
+        let seen = rc_iceoryx2::leftovers(&directory);
+        drop(server);
+        (prefix, seen)
+    };
+    // The files of the next run, if it had the same names.
+    let segments = seen
+        .iter()
+        .filter(|path| path.parent() == Some(Path::new("/dev/shm")) && !path.exists());
+    let management = format!("/dev/shm/{first}node.node_mgmt");
+    let segments = segments.cloned().chain([management.into()]);
+    let foreign: Vec<_> = segments.collect();
+    for path in &foreign {
+        if !as_other("files_in_the_way_of_one_run", "touch", path) {
+            return;
+        }
+    }
+    let backend = network.join("second");
+    assert_ne!(rc_iceoryx2::prefix(&directory).expect("a prefix"), first);
+    let _server = network.start("server");
+    let mut client = backend
+        .client(&endpoint("default/Motor"))
+        .expect("a client");
+    assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
+    // They are none of its files, so it leaves them.
+    let own = rc_iceoryx2::leftovers(&directory);
+    assert!(foreign.iter().all(|path| !own.contains(path)), "{own:?}");
+    for path in foreign {
+        std::fs::remove_file(path).expect("root may");
+    }
+}
+
+#[test]
+fn a_run_directory_of_another_user_is_refused_by_the_name_of_its_owner() {
+    let base = tempfile::tempdir_in("/dev/shm").expect("a folder");
+    std::os::unix::fs::chown(base.path(), Some(OTHER), Some(OTHER)).unwrap_or(());
+    let robocomp = base.path().join("robocomp");
+    if !as_other("a_run_directory_of_another_user", "mkdir", &robocomp) {
+        return;
+    }
+    let told = Command::new(std::env::current_exe().expect("this binary"))
+        .args(["role", "--exact", "--nocapture", "--test-threads=1"])
+        .envs([("RC_TEST_ROLE", "idle"), ("RC_TEST_NETWORK", "foreign")])
+        .env("XDG_RUNTIME_DIR", base.path())
+        .output()
+        .expect("a process");
+    let said = String::from_utf8_lossy(&[told.stdout, told.stderr].concat()).into_owned();
+    let owner = format!("belongs to user {}", rc_middleware::user_name(OTHER));
+    assert!(said.contains(&owner), "{said}");
+}
