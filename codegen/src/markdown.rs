@@ -5,6 +5,7 @@ use crate::view::library::{Interface, Member, Operation, Type};
 use crate::view::parameters::{Parameter, Parameters, Rule};
 use crate::view::{Component, Slot};
 use serde::Serialize;
+use std::sync::OnceLock;
 use tera::{Context, Tera};
 
 /// The templates of the pages.
@@ -13,17 +14,20 @@ const TEMPLATES: &[(&str, &str)] = generate::templates!["markdown":
     "parameters.md" = "parameters.md.tera",
 ];
 
+static TERA: OnceLock<Result<Tera, TemplateError>> = OnceLock::new();
+
 /// The pages of a component, with their names.
 pub(crate) fn pages(component: &Component) -> Result<Vec<(&'static str, String)>, TemplateError> {
-    let tera = generate::tera(TEMPLATES)?;
+    let tera = TERA.get_or_init(|| generate::tera(TEMPLATES));
+    let tera = tera.as_ref().map_err(Clone::clone)?;
     let mut context = Context::new();
     context.insert("file", &component.file);
     context.insert("name", &component.name);
     context.insert("slots", &slots(component));
-    let mut pages = vec![("operations.md", print(&tera, "operations.md", &context)?)];
+    let mut pages = vec![("operations.md", print(tera, "operations.md", &context)?)];
     if let Some(parameters) = &component.parameters {
         context.insert("sections", &sections(parameters));
-        pages.push(("parameters.md", print(&tera, "parameters.md", &context)?));
+        pages.push(("parameters.md", print(tera, "parameters.md", &context)?));
     }
     Ok(pages)
 }

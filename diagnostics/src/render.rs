@@ -5,6 +5,7 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde_json::json;
 use std::borrow::Cow;
 use std::collections::HashSet;
+use std::path::{Component, Path, PathBuf};
 
 /// An output format for diagnostics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -125,7 +126,7 @@ fn snippet<'a>(
     let range = |span: Span| within(span.start)..within(span.end);
     let mut snippet = Snippet::source(text)
         .line_start(sources.position(source, start).line)
-        .path(sources.path(source).to_string_lossy().into_owned());
+        .path(shown(sources.path(source)));
     if source == diagnostic.span.source {
         snippet = snippet.annotation(AnnotationKind::Primary.span(range(diagnostic.span)));
     }
@@ -140,11 +141,26 @@ fn snippet<'a>(
     snippet
 }
 
+/// A path for people: `a/b/../c` as `a/c`. JSON has the path with which the file was opened.
+fn shown(path: &Path) -> String {
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        let before = out.components().next_back();
+        match part {
+            Component::ParentDir if matches!(before, Some(Component::Normal(_))) => {
+                out.pop();
+            }
+            part => out.push(part),
+        }
+    }
+    out.to_string_lossy().into_owned()
+}
+
 fn place(sources: &SourceMap, span: Span) -> String {
     let at = sources.position(span.source, span.start);
     format!(
         "{}:{}:{}",
-        sources.path(span.source).display(),
+        shown(sources.path(span.source)),
         at.line,
         at.column
     )
@@ -207,6 +223,20 @@ fn json_line(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn people_see_no_detours() {
+        for (path, seen) in [
+            ("networks/../robot/a.cdsl", "robot/a.cdsl"),
+            ("../robot/a.cdsl", "../robot/a.cdsl"),
+            ("a/b/../../../c", "../c"),
+            ("./a.idsl", "./a.idsl"),
+            ("/../a", "/../a"),
+            ("<shipped>/Laser.idsl", "<shipped>/Laser.idsl"),
+        ] {
+            assert_eq!(shown(Path::new(path)), seen);
+        }
+    }
 
     #[test]
     fn the_three_formats_give_the_same_location() {
