@@ -151,7 +151,7 @@ impl Part {
         let domain = Domain::new(domain.parse()?, &xml)?;
         Ok(Self {
             inbox: Inbox::new()?,
-            participant: domain.participant()?,
+            participant: domain.participant(b"")?,
             _domain: domain,
         })
     }

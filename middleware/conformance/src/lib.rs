@@ -28,10 +28,8 @@ pub mod network;
 pub mod topics;
 pub mod typed;
 
-use rc_middleware::qos::MAX_READERS;
 use rc_middleware::{Backend, Environment, OpenError, RunDirectory};
 use std::path::PathBuf;
-use std::sync::MutexGuard;
 
 /// A backend under test.
 pub trait Subject: Sync {
@@ -53,36 +51,6 @@ pub trait Subject: Sync {
     /// none.
     fn keeps_or_refuses(&self) -> bool {
         false
-    }
-
-    /// Whether more samples than requested may be kept for a while.
-    fn keeps_more(&self) -> bool {
-        false
-    }
-
-    /// Number of clients, each a component, that call one server at once.
-    fn clients(&self) -> usize {
-        MAX_READERS
-    }
-
-    /// Size of the largest sample that arrives whatever load the receiving machine has.
-    fn largest(&self) -> usize {
-        usize::MAX
-    }
-
-    /// Whether a descriptor may become readable without a sample.
-    fn rings_for_less(&self) -> bool {
-        false
-    }
-
-    /// Whether zeros may follow a body that was sent without them.
-    fn pads(&self) -> bool {
-        false
-    }
-
-    /// The lock that each test holds, for a subject whose tests have to run one at a time.
-    fn alone(&self) -> Option<MutexGuard<'static, ()>> {
-        None
     }
 
     /// Removes the files that the network may leave.
@@ -151,7 +119,6 @@ macro_rules! suite {
         $(
             #[test]
             fn $name() {
-                let _alone = $crate::Subject::alone(&$subject);
                 $crate::$module::$name(&$subject);
             }
         )*

@@ -42,7 +42,7 @@ pub fn a_thousand_requests_get_their_own_replies(subject: &dyn Subject) {
     const ROUNDS: u8 = 3;
     const COMMANDS: u8 = REQUEST_QUEUE as u8 - 1;
     let network = Network::new(subject);
-    let all = subject.clients();
+    let all = MAX_READERS;
     let address = endpoint("default/Motor");
     let served = RefCell::new([0; MAX_READERS]);
     let handler = |_: Header, request: &[u8], reply: &mut Vec<u8>| {

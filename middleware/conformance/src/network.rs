@@ -61,8 +61,7 @@ impl<'a> Network<'a> {
     /// Connects the component of `environment` for the calling thread.
     pub fn join_as(&self, environment: &Environment) -> Box<dyn Backend> {
         let backend = self.subject.connect(environment).expect("the network");
-        let pads = self.subject.pads();
-        Box::new(Enveloping { backend, pads })
+        Box::new(Enveloping(backend))
     }
 
     /// The same, with requests and replies in envelopes.

@@ -1,15 +1,14 @@
 //! The client: a writer of requests and a reader of replies.
 
-use crate::endpoint_state::Peer;
-use crate::inbox::{self, Replies};
+use crate::inbox::Replies;
 use crate::names;
-use crate::port::{EndpointSpec, Opening, ReaderPort, WriterPort, signal};
-use crate::qos::call_qos;
-use crate::session::Session;
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::rpc::{self, RequestId};
 use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, wait};
-use rc_network::{GuidPrefix, Role, stamp};
+use rc_network::{
+    EndpointSpec, GuidPrefix, Opening, Peer, ReaderPort, Role, Session, WriterPort, body, call_qos,
+    sample_header, signal, stamp,
+};
 use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::AsFd;
 use std::rc::Rc;
@@ -39,12 +38,13 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
         types: &endpoint.types,
         qos: call_qos(),
         signal: signal.clone(),
+        labels: String::new(),
     };
     let [request, reply] = names::service(endpoint);
     let opening = Opening::begin(session, &address)?;
     // The reader comes first: a server that has found the writer soon finds the reader, too.
     let replies = opening.reader(spec(reply), Arc::clone(&inbox) as _)?;
-    let requests = opening.writer(spec(request))?;
+    let requests = opening.writer(spec(request), Arc::new(()))?;
     inbox.set_client(requests.guid);
     opening.meet(&[replies.state(), requests.state()]);
     let client = DdsClient {
@@ -58,7 +58,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
     };
     let found = || client.server().is_some();
     let state = client.requests.state();
-    session.opener.wait_for_remote(state, found);
+    session.wait_for_remote(state, found);
     Ok(client)
 }
 
@@ -98,7 +98,7 @@ impl DdsClient {
 
     /// Whether `server` is another program, which tells nothing of itself.
     fn is_external(&self, server: GuidPrefix) -> bool {
-        let same = |peer: &Peer| peer.prefix() == server && peer.info.is_none();
+        let same = |peer: &Peer| peer.prefix() == server && peer.is_external();
         self.requests.state().has(same)
     }
 
@@ -169,9 +169,9 @@ impl DdsClient {
             if id != wanted {
                 continue;
             }
-            return Some(match inbox::body(&sample) {
+            return Some(match body(&sample) {
                 Ok(body) => {
-                    take(inbox::header(&sample, sample.writer().into(), 0), body);
+                    take(sample_header(&sample, sample.writer().into(), 0), body);
                     Ok(())
                 }
                 Err(reason) => Err(CallError::Backend {

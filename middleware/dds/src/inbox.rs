@@ -1,47 +1,10 @@
-//! How samples of the library get into queues, and how a sample becomes a body.
+//! How samples of calls get into queues.
 
-use crate::endpoint_state::Inbox;
 use rc_ddsc::{Guid, Sample};
-use rc_middleware::Header;
 use rc_middleware::rpc::{self, RequestId};
-use rc_network::{Backlog, RateLimit, ReplyQueue, RequestQueues, SampleQueue};
-
-/// Length of the encapsulation before a body (RTPS 2.5, 10.2): the representation, and the number
-/// of padding bytes.
-const ENCAPSULATION: usize = 4;
-
-/// The body of a sample, or why it cannot be read.
-pub(crate) fn body(sample: &[u8]) -> Result<&[u8], String> {
-    let Some((head, body)) = sample.split_at_checked(ENCAPSULATION) else {
-        return Err(format!(
-            "a sample of {} bytes has no encapsulation",
-            sample.len()
-        ));
-    };
-    match head[..2] {
-        [0, 1] => {}
-        [0, 0] => return Err("a sample is big endian; only little endian is read".to_owned()),
-        [a, b] => {
-            return Err(format!(
-                "a sample has the representation {a:02x}{b:02x}; only XCDR1, little endian (0001), is read"
-            ));
-        }
-        _ => return Err("a sample has no encapsulation".to_owned()),
-    }
-    let padding = usize::from(head[3] & 3);
-    Ok(&body[..body.len().saturating_sub(padding)])
-}
-
-/// The header of a sample. `type_hash` is 0 where the sender tells none.
-pub(crate) fn header(sample: &Sample, sender: u128, type_hash: u64) -> Header {
-    rc_network::header(sample.sequence(), sample.stamp(), sender, type_hash)
-}
-
-impl Inbox for SampleQueue<Sample> {
-    fn put(&self, sample: Sample) {
-        SampleQueue::put(self, sample);
-    }
-}
+use rc_network::{Backlog, Inbox, RateLimit, ReplyQueue, RequestQueues, body, lock};
+use std::collections::BTreeSet;
+use std::sync::Mutex;
 
 /// The replies to one client.
 pub(crate) struct Replies {
@@ -89,25 +52,42 @@ impl Inbox for Replies {
     }
 }
 
+/// Most requests without room that are kept for a refusal.
+const MOST_REFUSED: usize = 256;
+
 /// The requests to a server. The library names clients by handles.
-impl Inbox for RequestQueues<u64, Sample> {
-    fn put(&self, sample: Sample) {
-        let id = |sample: &Sample| body(sample).ok().and_then(rpc::request_id);
-        RequestQueues::put(self, sample.writer(), sample.len(), sample, id);
+#[derive(Default)]
+pub(crate) struct Requests {
+    pub(crate) waiting: RequestQueues<u64, Sample>,
+    /// Requests that found no room; the server refuses them.
+    refused: Mutex<BTreeSet<(Guid, u64)>>,
+}
+
+impl Requests {
+    /// Takes a request that found no room.
+    pub(crate) fn refused(&self) -> Option<RequestId> {
+        let (writer, sequence) = lock(&self.refused).pop_first()?;
+        Some(RequestId { writer, sequence })
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+impl Backlog for Requests {
+    fn awaits_peers(&self) -> bool {
+        self.waiting.awaits_peers()
+    }
+}
 
-    #[test]
-    fn encapsulation_and_padding_are_removed() {
-        assert_eq!(body(&[0, 1, 0, 0, 7, 8]), Ok(&[7, 8][..]));
-        assert_eq!(body(&[0, 1, 0, 3, 7, 0, 0, 0]), Ok(&[7][..]));
-        assert_eq!(body(&[0, 1, 0, 3]), Ok(&[][..]));
-        for wrong in [&[][..], &[0, 1, 0], &[0, 0, 0, 0, 1], &[0, 7, 0, 0, 1]] {
-            assert!(body(wrong).is_err(), "{wrong:?}");
+impl Inbox for Requests {
+    fn put(&self, sample: Sample) {
+        let (client, size) = (sample.writer(), sample.len());
+        let Err(sample) = self.waiting.put((client, 0), size, sample) else {
+            return;
+        };
+        let mut refused = lock(&self.refused);
+        if refused.len() < MOST_REFUSED
+            && let Some(id) = body(&sample).ok().and_then(rpc::request_id)
+        {
+            refused.insert((id.writer, id.sequence));
         }
     }
 }

@@ -3,24 +3,14 @@
 
 mod client;
 mod config;
-mod endpoint_state;
 mod inbox;
 mod names;
-mod port;
-mod publisher;
-mod qos;
-mod report;
 mod server;
-mod session;
-mod shared_entity;
-mod subscriber;
-mod udp;
-mod watcher;
 
 use rc_middleware::{
     Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,
 };
-use session::Session;
+use rc_network::{EndpointSpec, Role, Session, TopicPublisher, TopicSubscriber, signal, topic_qos};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -29,16 +19,32 @@ pub const NAME: &str = "dds";
 
 /// Joins the network of `environment`: the domain of the settings of `[middleware.dds]`.
 pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
-    Ok(Box::new(Dds(Rc::new(Session::open(environment)?))))
+    let joining = config::of(environment)?;
+    Ok(Box::new(Dds(Rc::new(Session::open(
+        environment,
+        &joining,
+    )?))))
 }
 
 /// The configuration of Cyclone DDS that `connect` makes from the settings: XML, and the content of
 /// `CYCLONEDDS_URI`.
 pub fn configuration(environment: &Environment) -> Result<String, OpenError> {
-    config::of(environment).map(|config| config.xml)
+    config::of(environment).map(|joining| joining.configuration)
 }
 
 struct Dds(Rc<Session>);
+
+/// An endpoint of a topic.
+fn topic(endpoint: &Endpoint, role: Role) -> Result<EndpointSpec<'_>, OpenError> {
+    Ok(EndpointSpec {
+        names: names::topic(endpoint),
+        role,
+        types: &endpoint.types,
+        qos: topic_qos(&endpoint.qos),
+        signal: signal(endpoint.address.as_str())?,
+        labels: String::new(),
+    })
+}
 
 impl Backend for Dds {
     fn name(&self) -> &'static str {
@@ -46,11 +52,16 @@ impl Backend for Dds {
     }
 
     fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
-        Ok(Box::new(publisher::open(&self.0, endpoint)?))
+        let spec = topic(endpoint, Role::Publisher)?;
+        let address = endpoint.address.as_str();
+        Ok(Box::new(TopicPublisher::open(&self.0, address, spec)?))
     }
 
     fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
-        Ok(Box::new(subscriber::open(&self.0, endpoint)?))
+        let spec = topic(endpoint, Role::Subscriber)?;
+        let (address, depth) = (endpoint.address.as_str(), endpoint.qos.depth);
+        let subscriber = TopicSubscriber::open(&self.0, address, spec, depth)?;
+        Ok(Box::new(subscriber))
     }
 
     fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {

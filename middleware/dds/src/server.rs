@@ -1,15 +1,14 @@
 //! The server: a reader of requests and a writer of replies.
 
-use crate::endpoint_state::Peer;
-use crate::inbox;
+use crate::inbox::Requests;
 use crate::names;
-use crate::port::{EndpointSpec, Opening, ReaderPort, WriterPort, signal};
-use crate::qos::call_qos;
-use crate::session::Session;
 use rc_ddsc::Sample;
 use rc_middleware::rpc::{self, Outcome};
 use rc_middleware::{Endpoint, Header, OpenError, Reader, ReceiveError, Reply, Server, Writer};
-use rc_network::{QueuedRequest, RequestQueues, Role, stamp};
+use rc_network::{
+    EndpointSpec, Opening, Peer, QueuedRequest, ReaderPort, Role, Session, WriterPort, body,
+    call_qos, sample_header, signal, stamp,
+};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -18,21 +17,24 @@ use std::time::Duration;
 /// How long a request waits until its client can be reached. A client whose reader was not found by
 /// then has none.
 const HOLD: Duration = Duration::from_millis(200);
+/// The same, of a component, which has one.
+const HOLD_COMPONENT: Duration = Duration::from_secs(5);
 
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsServer, OpenError> {
     let address = endpoint.address.to_string();
     let signal = signal(&address)?;
-    let queue = Arc::new(RequestQueues::<u64, Sample>::default());
+    let queue = Arc::new(Requests::default());
     let spec = |names| EndpointSpec {
         names,
         role: Role::Server,
         types: &endpoint.types,
         qos: call_qos(),
         signal: signal.clone(),
+        labels: String::new(),
     };
     let [request, reply] = names::service(endpoint);
     let opening = Opening::begin(session, &address)?;
-    let replies = opening.writer(spec(reply))?;
+    let replies = opening.writer(spec(reply), Arc::clone(&queue) as _)?;
     let requests = opening.reader(spec(request), Arc::clone(&queue) as _)?;
     opening.meet(&[replies.state(), requests.state()]);
     Ok(DdsServer {
@@ -49,7 +51,7 @@ pub(crate) struct DdsServer {
     address: String,
     requests: ReaderPort,
     replies: WriterPort,
-    queue: Arc<RequestQueues<u64, Sample>>,
+    queue: Arc<Requests>,
     reply: Vec<u8>,
     /// Number of replies that were sent.
     sent: u64,
@@ -59,14 +61,19 @@ impl DdsServer {
     /// Whether to serve a request now: its reply reaches the client, or the client has gone and
     /// gets none.
     fn may_serve(&self, waiting: &QueuedRequest<Sample>) -> bool {
-        let client = self.requests.shared.participant(waiting.sample.writer());
+        let client = self.requests.shared.peer(waiting.sample.writer());
         let Some(client) = client else {
             return true;
         };
-        let same = |peer: &Peer| peer.prefix() == client;
+        let hold = if client.is_external() {
+            HOLD
+        } else {
+            HOLD_COMPONENT
+        };
+        let same = |peer: &Peer| peer.prefix() == client.prefix();
         self.replies.state().has(same)
-            || !self.requests.state().has(same)
-            || waiting.since.elapsed() >= HOLD
+            || self.requests.shared.has_lost(waiting.sample.writer())
+            || waiting.since.elapsed() >= hold
     }
 
     fn send_reply(&mut self, reply: &[u8]) -> Result<(), ReceiveError> {
@@ -114,11 +121,12 @@ impl Server for DdsServer {
             self.refuse(id, Outcome::OutOfResources, reason)?;
             return Ok(true);
         }
-        let Some(QueuedRequest { sample, .. }) = self.queue.next(|waiting| self.may_serve(waiting))
+        let Some(QueuedRequest { sample, .. }) =
+            self.queue.waiting.next(|waiting| self.may_serve(waiting))
         else {
             return Ok(false);
         };
-        let body = inbox::body(&sample).map_err(|reason| self.failed(reason))?;
+        let body = body(&sample).map_err(|reason| self.failed(reason))?;
         let Some(sender) = self.requests.shared.sender(sample.writer()) else {
             if let Some(id) = rpc::request_id(body) {
                 let reason = "the types differ; regenerate and rebuild both ends";
@@ -130,7 +138,7 @@ impl Server for DdsServer {
         reply.clear();
         // The client tells the hash of the whole interface, which is equal. The runtime compares
         // hashes of operations.
-        handler(inbox::header(&sample, sender.id, 0), body, &mut reply);
+        handler(sample_header(&sample, sender.id, 0), body, &mut reply);
         if reply.is_empty() {
             // A command. DDS-RPC replies to it as to an operation without a result, and the client
             // counts these replies.

@@ -10,6 +10,8 @@ use std::path::Path;
 
 /// The first word, which tells it from the user data of other programs.
 const BEGIN: &str = "robocomp/1";
+/// The key of the text among other labels. ROS 2 allows letters and digits in a key.
+const LABEL: &str = "endpoint=";
 
 /// How many characters of a type's name are kept.
 const LONGEST_TYPE: usize = 1024;
@@ -60,9 +62,24 @@ pub struct EndpointInfo {
 }
 
 impl EndpointInfo {
-    /// Reads the text that `Display` writes; `None` for the user data of other programs.
+    /// The user data of an endpoint. Where a middleware has labels of its own there
+    /// (`KEY=VALUE;`), the text that `Display` writes is one more of them.
+    pub fn user_data(&self, labels: &str) -> String {
+        match labels {
+            "" => self.to_string(),
+            labels => format!("{labels}{LABEL}{self};"),
+        }
+    }
+
+    /// Reads the text in the user data of an endpoint; `None` for those of other programs.
     pub fn parse(bytes: &[u8]) -> Option<Self> {
         let text = std::str::from_utf8(bytes).ok()?;
+        let mut parts = text.split(';');
+        parts.find_map(|part| Self::read(part.strip_prefix(LABEL).unwrap_or(part)))
+    }
+
+    /// Reads the text that `Display` writes.
+    fn read(text: &str) -> Option<Self> {
         let mut words = text.split(' ');
         if words.next()? != BEGIN {
             return None;
@@ -119,6 +136,7 @@ pub fn host(folder: &Path) -> String {
     let name = rustix::system::uname();
     let name = name.nodename().to_string_lossy();
     // A blank would end the word in the text of an endpoint.
+    let name = name.replace(';', "-");
     let name = name.split_whitespace().collect::<Vec<_>>().join("-");
     let boot = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
     let device = std::fs::metadata(folder).map_or(0, |metadata| metadata.dev());
@@ -160,6 +178,9 @@ mod tests {
             EndpointInfo::parse(info.to_string().as_bytes()),
             Some(info.clone())
         );
+        let labelled = info.user_data("typehash=RIHS01_0;");
+        assert_eq!(labelled, format!("typehash=RIHS01_0;endpoint={info};"));
+        assert_eq!(EndpointInfo::parse(labelled.as_bytes()), Some(info.clone()));
         assert_eq!(info.describe("robot"), "pid 4711 (lidar)");
         assert_eq!(info.describe("desk"), "pid 4711 (lidar) on robot");
         let other = EndpointInfo {

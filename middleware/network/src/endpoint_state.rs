@@ -18,9 +18,8 @@ pub trait Backlog: Send + Sync {
 /// The backlog of a writer.
 impl Backlog for () {}
 
-/// The state of one endpoint. Its library names peers by `K`; `D` is what a backend knows of a peer
-/// besides.
-pub struct EndpointState<K, D> {
+/// The state of one endpoint. The library names peers by handles.
+pub struct EndpointState {
     /// What it is.
     pub identity: Identity,
     /// Wakes the owner of the endpoint when a sample arrives, or when peers change and the owner
@@ -29,11 +28,11 @@ pub struct EndpointState<K, D> {
     /// Limits reports about this endpoint.
     pub report_limit: RateLimit,
     backlog: Arc<dyn Backlog>,
-    table: Mutex<PeerTable<K, D>>,
+    table: Mutex<PeerTable>,
     changed: Condvar,
 }
 
-impl<K: Ord, D> EndpointState<K, D> {
+impl EndpointState {
     /// The state of a new endpoint without peers.
     pub fn new(identity: Identity, signal: WakeEvent, backlog: Arc<dyn Backlog>) -> Self {
         Self {
@@ -52,33 +51,16 @@ impl<K: Ord, D> EndpointState<K, D> {
     }
 
     /// Adds a peer that was discovered.
-    pub fn insert(&self, key: K, peer: Peer<D>) {
+    pub(crate) fn insert(&self, key: u64, peer: Peer) {
         lock(&self.table).insert(key, peer);
         self.notify();
     }
 
-    /// Changes peers: `change` says whether it changed the peer that it was given.
-    pub fn update(&self, mut change: impl FnMut(&mut Peer<D>) -> bool) {
-        let mut any = false;
-        for peer in lock(&self.table).peers.values_mut() {
-            any |= change(peer);
-        }
-        if any {
-            self.notify();
-        }
-    }
-
     /// Marks the peer `key` as gone. Its samples that are still unread keep their sender.
-    pub fn remove(&self, key: &K) {
-        if let Some(peer) = lock(&self.table).peers.get_mut(key) {
+    pub(crate) fn remove(&self, key: u64) {
+        if let Some(peer) = lock(&self.table).peers.get_mut(&key) {
             peer.presence = Presence::Gone;
         }
-        self.notify();
-    }
-
-    /// Forgets all peers.
-    pub fn clear(&self) {
-        lock(&self.table).peers.clear();
         self.notify();
     }
 
@@ -91,32 +73,26 @@ impl<K: Ord, D> EndpointState<K, D> {
     }
 
     /// What `read` gives for the peer `key`, whether it has gone or not.
-    pub fn with<R>(&self, key: &K, read: impl FnOnce(&Peer<D>) -> R) -> Option<R> {
-        lock(&self.table).peers.get(key).map(read)
+    pub fn with<R>(&self, key: u64, read: impl FnOnce(&Peer) -> R) -> Option<R> {
+        lock(&self.table).peers.get(&key).map(read)
     }
 
     /// What `read` gives for the usable peers.
-    pub fn usable<R>(&self, read: impl FnMut(&Peer<D>) -> Option<R>) -> Vec<R> {
+    pub fn usable<R>(&self, read: impl FnMut(&Peer) -> Option<R>) -> Vec<R> {
         let table = lock(&self.table);
         let usable = table.peers.values().filter(|peer| peer.is_usable());
         usable.filter_map(read).collect()
     }
 
     /// Whether `condition` holds for a usable peer.
-    pub fn has(&self, condition: impl Fn(&Peer<D>) -> bool) -> bool {
+    pub fn has(&self, condition: impl Fn(&Peer) -> bool) -> bool {
         let table = lock(&self.table);
         let mut usable = table.peers.values().filter(|peer| peer.is_usable());
         usable.any(condition)
     }
 
-    /// What `read` gives for the peers, be they unusable.
-    pub fn peers<R>(&self, read: impl FnMut(&Peer<D>) -> Option<R>) -> Vec<R> {
-        let table = lock(&self.table);
-        table.peers.values().filter_map(read).collect()
-    }
-
     /// Whether `condition` holds for a peer, be it unusable.
-    pub fn any(&self, condition: impl Fn(&Peer<D>) -> bool) -> bool {
+    pub(crate) fn any(&self, condition: impl Fn(&Peer) -> bool) -> bool {
         lock(&self.table).peers.values().any(condition)
     }
 
@@ -127,7 +103,7 @@ impl<K: Ord, D> EndpointState<K, D> {
 
     /// Whether to report a mismatched endpoint: each one once, and at most one a second where there
     /// are very many.
-    pub fn should_report(&self, guid: &Guid) -> bool {
+    pub(crate) fn should_report(&self, guid: &Guid) -> bool {
         let mut table = lock(&self.table);
         if table.reported.contains(guid) {
             return false;
@@ -145,17 +121,17 @@ impl<K: Ord, D> EndpointState<K, D> {
     }
 
     /// Sets the registration of this endpoint on this machine.
-    pub fn register(&self, registration: RegistrationGuard) {
+    pub(crate) fn register(&self, registration: RegistrationGuard) {
         lock(&self.table).register(registration);
     }
 
     /// Removes the registration.
-    pub fn unregister(&self) {
+    pub(crate) fn unregister(&self) {
         lock(&self.table).registration = None;
     }
 
     /// The identity of this endpoint, while it is registered.
-    pub fn guid(&self) -> Option<Guid> {
+    pub(crate) fn guid(&self) -> Option<Guid> {
         let table = lock(&self.table);
         table.registration.as_ref().map(RegistrationGuard::guid)
     }

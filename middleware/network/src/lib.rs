@@ -1,37 +1,59 @@
-//! What backends over a network have in common: opening endpoints, their peers, and queues of what
-//! was received.
+//! What the backends over a network have in common: one participant of a domain of DDS, over the C
+//! library Cyclone DDS (`rc-ddsc`).
 //!
+//! - [`Session`], [`Joining`], [`Configuration`]: the participant of a component, and its thread of
+//!   discovery.
 //! - [`EndpointInfo`], [`QosContract`]: what an endpoint tells of itself, and whether two endpoints
 //!   match.
 //! - [`LocalRegistry`]: the endpoints on this machine, which need no discovery.
 //! - [`EndpointState`], [`Peer`]: an endpoint of this component and the peers that it has found.
-//! - [`Opener`]: opens endpoints and waits for their peers.
+//! - [`Opening`], [`WriterPort`], [`ReaderPort`]: opens endpoints and waits for their peers.
+//! - [`TopicPublisher`], [`TopicSubscriber`]: the ports of topics, which are the same everywhere.
 //! - [`SampleQueue`], [`RequestQueues`], [`ReplyQueue`]: what was received and not read yet.
 //! - [`Mismatches`], [`RateLimit`]: what the log says of endpoints that do not match.
 
+mod configuration;
 mod endpoint_info;
 mod endpoint_state;
+mod entities;
 mod identity;
 mod local_registry;
 mod mismatches;
 mod opener;
 mod peers;
+mod port;
+mod publisher;
+mod qos;
 mod qos_contract;
 mod queues;
 mod rate_limit;
+mod report;
+mod sample;
+mod session;
+mod shared_entity;
 mod stamps;
+mod subscriber;
+mod udp;
+mod watcher;
 
+pub use configuration::{Configuration, Joining};
 pub use endpoint_info::{EndpointInfo, Role, fnv, hex, host, types_match};
 pub use endpoint_state::{Backlog, EndpointState};
+pub use entities::{Inbox, ReaderState, Sender, WriterState};
 pub use identity::{EndpointKind, Identity};
 pub use local_registry::{LocalRegistry, OpenLock, Registration, RegistrationGuard};
 pub use mismatches::Mismatches;
-pub use opener::{Opener, Opening, Patience};
 pub use peers::{GuidPrefix, Peer, Presence, prefix};
+pub use port::{EndpointSpec, Opening, ReaderPort, WriterPort, signal};
+pub use publisher::TopicPublisher;
+pub use qos::{call_qos, topic_qos};
 pub use qos_contract::{QosContract, differences};
 pub use queues::{DuplicateFilter, QueuedRequest, ReplyQueue, RequestQueues, SampleQueue};
 pub use rate_limit::RateLimit;
+pub use sample::{body, sample_header};
+pub use session::{Session, refused};
 pub use stamps::{age, header, stamp};
+pub use subscriber::TopicSubscriber;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

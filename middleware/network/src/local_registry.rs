@@ -144,20 +144,39 @@ impl LocalRegistry {
         })
     }
 
+    /// The endpoints that have registered, as they are now.
+    pub(crate) fn listing(&self) -> Listing<'_> {
+        let entries = std::fs::read_dir(&self.directory).into_iter().flatten();
+        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        Listing {
+            registry: self,
+            names: names.collect(),
+        }
+    }
+
+    /// The endpoints of `kind` at `topic` whose processes are alive.
+    pub fn registrations(&self, topic: &str, kind: EndpointKind) -> Vec<Registration> {
+        self.listing().registrations(topic, kind)
+    }
+}
+
+/// The names of the registrations of one moment: reading them takes more time than all else where
+/// many components wait for each other.
+pub(crate) struct Listing<'a> {
+    registry: &'a LocalRegistry,
+    names: Vec<String>,
+}
+
+impl Listing<'_> {
     /// The endpoints of `kind` at `topic` whose processes are alive. It removes the registrations
     /// of dead processes.
-    pub fn registrations(&self, topic: &str, kind: EndpointKind) -> Vec<Registration> {
-        let entries = std::fs::read_dir(&self.directory)
-            .into_iter()
-            .flatten()
-            .flatten();
+    pub(crate) fn registrations(&self, topic: &str, kind: EndpointKind) -> Vec<Registration> {
         let prefix = file_prefix(topic, kind);
         let mut registrations = Vec::new();
-        for entry in entries {
-            let name = entry.file_name();
-            let rest = name.to_str().and_then(|name| name.strip_prefix(&prefix));
+        for name in &self.names {
+            let rest = name.strip_prefix(&prefix);
             if let Some(guid) = rest.and_then(|rest| parse_guid(rest.strip_prefix('.')?)) {
-                registrations.extend(read(&entry.path(), guid));
+                registrations.extend(read(&self.registry.directory.join(name), guid));
             }
         }
         registrations

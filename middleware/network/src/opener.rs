@@ -1,6 +1,7 @@
 //! Opening endpoints: a new endpoint is compared with those that are there, registered on this
 //! machine, and introduced to its peers before its component uses it.
 
+use crate::local_registry::Listing;
 use crate::{
     EndpointInfo, EndpointKind, EndpointState, Guid, Identity, LocalRegistry, OpenLock,
     Registration, Role, differences, host, types_match,
@@ -12,22 +13,24 @@ use std::io;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Pause between two looks at the registrations of others while an endpoint waits for them.
+/// Pause between two looks at the registrations of others while an endpoint waits for them: at
+/// first, and at most.
 const LOOK: Duration = Duration::from_millis(2);
+const LONGEST_LOOK: Duration = Duration::from_millis(32);
 
 /// Limits of waiting for peers.
 #[derive(Clone, Copy, Debug)]
-pub struct Patience {
+pub(crate) struct Patience {
     /// How long a component waits, in all, for endpoints on this machine that discovery does not
     /// find.
-    pub local: Duration,
+    pub(crate) local: Duration,
     /// How long after its start a client without a server waits for a server on another machine.
-    pub remote: Duration,
+    pub(crate) remote: Duration,
 }
 
 /// Opens the endpoints of one component in one domain.
 #[derive(Debug)]
-pub struct Opener {
+pub(crate) struct Opener {
     registry: LocalRegistry,
     host: String,
     instance: String,
@@ -40,7 +43,7 @@ pub struct Opener {
 
 impl Opener {
     /// Opens the registry of `domain` in `folder`, the folder of the backend in the run directory.
-    pub fn new(
+    pub(crate) fn new(
         environment: &Environment,
         folder: &Path,
         domain: u32,
@@ -58,17 +61,12 @@ impl Opener {
     }
 
     /// This machine, see [`host`].
-    pub fn host(&self) -> &str {
+    pub(crate) fn host(&self) -> &str {
         &self.host
     }
 
-    /// The registrations of this machine.
-    pub fn registry(&self) -> &LocalRegistry {
-        &self.registry
-    }
-
     /// What an endpoint of this component tells of itself.
-    pub fn info(&self, role: Role, types: TypeIdentity) -> EndpointInfo {
+    pub(crate) fn info(&self, role: Role, types: TypeIdentity) -> EndpointInfo {
         EndpointInfo {
             role,
             types,
@@ -80,7 +78,7 @@ impl Opener {
 
     /// Begins to open the endpoints of `address`. Other components of this machine wait until
     /// [`Opening::meet`].
-    pub fn begin(&self, address: &str) -> Result<Opening<'_>, OpenError> {
+    pub(crate) fn begin(&self, address: &str) -> Result<Opening<'_>, OpenError> {
         let lock = self.registry.open_lock();
         Ok(Opening {
             opener: self,
@@ -91,11 +89,7 @@ impl Opener {
 
     /// Waits until `found`, or until this component has run for as long as it waits for other
     /// machines, or stops.
-    pub fn wait_for_remote<K: Ord, D>(
-        &self,
-        state: &EndpointState<K, D>,
-        found: impl Fn() -> bool,
-    ) {
+    pub(crate) fn wait_for_remote(&self, state: &EndpointState, found: impl Fn() -> bool) {
         while !found()
             && self.started.elapsed() < self.remote_patience
             && !self.wake_event.is_stopping()
@@ -104,33 +98,41 @@ impl Opener {
         }
     }
 
-    /// Whether an endpoint and all its peers on this machine have found each other.
-    fn has_met<K: Ord, D>(&self, state: &EndpointState<K, D>) -> bool {
-        let Identity {
-            topic,
-            kind,
-            contract,
-            ..
-        } = &state.identity;
-        let own = state.guid();
-        let found_us =
-            |registration: &Registration| own.is_none_or(|own| registration.found.contains(&own));
-        let peers = self.registry.registrations(topic, kind.opposite());
-        peers.iter().all(|peer| {
-            let (offered, requested) = match kind {
-                EndpointKind::Writer => (contract, &peer.contract),
-                EndpointKind::Reader => (&peer.contract, contract),
-            };
-            !differences(offered, requested).is_empty()
-                || state.any(|known| known.guid == peer.guid && (!known.matches || found_us(peer)))
-        })
+    /// The first of these endpoints that has peers on this machine with which it has not found each
+    /// other.
+    fn unmet<'s>(&self, endpoints: &[&'s EndpointState]) -> Option<&'s EndpointState> {
+        let listing = self.registry.listing();
+        let mut endpoints = endpoints.iter().copied();
+        endpoints.find(|state| !has_met(state, &listing))
     }
+}
+
+/// Whether an endpoint and all its peers on this machine have found each other.
+fn has_met(state: &EndpointState, listing: &Listing<'_>) -> bool {
+    let Identity {
+        topic,
+        kind,
+        contract,
+        ..
+    } = &state.identity;
+    let own = state.guid();
+    let found_us =
+        |registration: &Registration| own.is_none_or(|own| registration.found.contains(&own));
+    let peers = listing.registrations(topic, kind.opposite());
+    peers.iter().all(|peer| {
+        let (offered, requested) = match kind {
+            EndpointKind::Writer => (contract, &peer.contract),
+            EndpointKind::Reader => (&peer.contract, contract),
+        };
+        !differences(offered, requested).is_empty()
+            || state.any(|known| known.guid == peer.guid && (!known.matches || found_us(peer)))
+    })
 }
 
 /// Endpoints of one address that are being opened. No other component of this machine opens one at
 /// the same time, so of two servers one is first.
 #[derive(Debug)]
-pub struct Opening<'a> {
+pub(crate) struct Opening<'a> {
     opener: &'a Opener,
     lock: OpenLock,
     address: String,
@@ -138,14 +140,14 @@ pub struct Opening<'a> {
 
 impl Opening<'_> {
     /// The error of this address for what a library says.
-    pub fn failed(&self, reason: &dyn Display) -> OpenError {
+    pub(crate) fn failed(&self, reason: &dyn Display) -> OpenError {
         failed(&self.address, reason)
     }
 
     /// Refuses a new endpoint at `topic` whose types differ from those of an endpoint that is
     /// there, and a second server. `remote`: the endpoints on other machines that discovery has
     /// found at `topic`.
-    pub fn check(
+    pub(crate) fn check(
         &self,
         topic: &str,
         info: &EndpointInfo,
@@ -177,11 +179,7 @@ impl Opening<'_> {
     }
 
     /// Registers a new endpoint on this machine.
-    pub fn register<K: Ord, D>(
-        &self,
-        state: &EndpointState<K, D>,
-        guid: &Guid,
-    ) -> Result<(), OpenError> {
+    pub(crate) fn register(&self, state: &EndpointState, guid: &Guid) -> Result<(), OpenError> {
         let registration = self.opener.registry.register(guid, &state.identity);
         state.register(registration.map_err(|error| self.failed(&error))?);
         Ok(())
@@ -189,25 +187,21 @@ impl Opening<'_> {
 
     /// Lets other components open endpoints, and waits until these endpoints and their peers on
     /// this machine have found each other. Peers that cannot be reached cost a component its
-    /// patience once. `refresh` is called before each look.
-    pub fn meet<K: Ord, D>(
-        self,
-        endpoints: &[&EndpointState<K, D>],
-        refresh: impl Fn(&EndpointState<K, D>),
-    ) {
+    /// patience once.
+    pub(crate) fn meet(self, endpoints: &[&EndpointState]) {
         let Self { opener, lock, .. } = self;
         drop(lock);
         let begin = Instant::now();
-        let has_met = |state: &EndpointState<K, D>| {
-            refresh(state);
-            opener.has_met(state)
-        };
-        for state in endpoints {
-            while !has_met(state) && begin.elapsed() < opener.patience.get() {
-                state.wait_for_change(LOOK);
-            }
+        let mut pause = LOOK;
+        let mut unmet = opener.unmet(endpoints);
+        while let Some(state) = unmet
+            && begin.elapsed() < opener.patience.get()
+        {
+            state.wait_for_change(pause);
+            pause = (pause * 2).min(LONGEST_LOOK);
+            unmet = opener.unmet(endpoints);
         }
-        if endpoints.iter().any(|state| !has_met(state)) {
+        if unmet.is_some() {
             let left = opener.patience.get().saturating_sub(begin.elapsed());
             opener.patience.set(left);
         }

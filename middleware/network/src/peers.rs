@@ -2,6 +2,7 @@
 
 use crate::{EndpointInfo, Guid, RegistrationGuard};
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
 /// Number of peers that are remembered after they have gone, because their samples may still be
 /// unread; and number of mismatched endpoints that are remembered, because each is reported once.
@@ -23,15 +24,13 @@ pub fn prefix(guid: &Guid) -> GuidPrefix {
 pub enum Presence {
     /// It is there.
     Present,
-    /// Its process has shown no sign of life for longer than its lease.
-    Silent,
-    /// It has left, or its process has.
+    /// It has left, or its process has shown no sign of life for longer than its lease.
     Gone,
 }
 
-/// An endpoint that this one has discovered. `D` is what a backend knows of it besides.
+/// An endpoint that this one has discovered.
 #[derive(Clone, Debug)]
-pub struct Peer<D> {
+pub struct Peer {
     /// Its identity.
     pub guid: Guid,
     /// What it tells of itself; `None` for an endpoint of another program.
@@ -40,14 +39,19 @@ pub struct Peer<D> {
     pub matches: bool,
     /// Whether it can be reached.
     pub presence: Presence,
-    /// What the backend knows of it.
-    pub details: D,
+    /// How long its samples are valid; `None` for ever.
+    pub lifespan: Option<Duration>,
 }
 
-impl<D> Peer<D> {
+impl Peer {
     /// The participant that it belongs to.
     pub fn prefix(&self) -> GuidPrefix {
         prefix(&self.guid)
+    }
+
+    /// Whether it belongs to another program, which tells nothing of itself.
+    pub fn is_external(&self) -> bool {
+        self.info.is_none()
     }
 
     /// Whether it is present and its types match.
@@ -56,31 +60,21 @@ impl<D> Peer<D> {
     }
 }
 
-/// The peers of one endpoint, by the key `K` under which its library names them.
-#[derive(Debug)]
-pub(crate) struct PeerTable<K, D> {
-    pub(crate) peers: BTreeMap<K, Peer<D>>,
+/// The peers of one endpoint, by the handle under which the library names them.
+#[derive(Debug, Default)]
+pub(crate) struct PeerTable {
+    pub(crate) peers: BTreeMap<u64, Peer>,
     /// Mismatched endpoints that were reported.
     pub(crate) reported: BTreeSet<Guid>,
     pub(crate) registration: Option<RegistrationGuard>,
 }
 
-impl<K, D> Default for PeerTable<K, D> {
-    fn default() -> Self {
-        Self {
-            peers: BTreeMap::new(),
-            reported: BTreeSet::new(),
-            registration: None,
-        }
-    }
-}
-
-impl<K: Ord, D> PeerTable<K, D> {
-    pub(crate) fn insert(&mut self, key: K, peer: Peer<D>) {
+impl PeerTable {
+    pub(crate) fn insert(&mut self, key: u64, peer: Peer) {
         let guid = peer.guid;
         self.peers.insert(key, peer);
         self.note(&guid);
-        let gone = |peer: &Peer<D>| peer.presence == Presence::Gone;
+        let gone = |peer: &Peer| peer.presence == Presence::Gone;
         if self.peers.values().filter(|peer| gone(peer)).count() > REMEMBERED {
             self.peers.retain(|_, peer| !gone(peer));
         }
@@ -98,7 +92,7 @@ impl<K: Ord, D> PeerTable<K, D> {
     /// Writes the discovered peers into the registration of this endpoint.
     fn note(&mut self, guid: &Guid) {
         if let Some(registration) = &mut self.registration {
-            let gone = |peer: &&Peer<D>| peer.presence != Presence::Gone;
+            let gone = |peer: &&Peer| peer.presence != Presence::Gone;
             let here = self.peers.values().filter(gone);
             // The registration only shortens the start of other endpoints, and they wait for a
             // bounded time.
@@ -114,13 +108,13 @@ mod tests {
     #[test]
     fn absent_peers_are_forgotten() {
         let mut table = PeerTable::default();
-        for number in 0..2000_u128 {
+        for number in 0..2000_u64 {
             let peer = Peer {
-                guid: number.to_be_bytes(),
+                guid: u128::from(number).to_be_bytes(),
                 info: None,
                 matches: true,
                 presence: Presence::Present,
-                details: (),
+                lifespan: None,
             };
             table.insert(number, peer);
             if number >= 10 {

@@ -3,7 +3,7 @@
 use crate::endpoint_state::Backlog;
 use crate::{Guid, lock};
 use rc_middleware::rpc::RequestId;
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::sync::{Mutex, OnceLock};
 use std::time::Instant;
 
@@ -123,8 +123,6 @@ struct Queues<C, S> {
     clients: VecDeque<(C, VecDeque<QueuedRequest<S>>)>,
     /// Bytes of all waiting requests.
     bytes: usize,
-    /// Requests that found no room; the server refuses them.
-    refused: BTreeSet<(Guid, u64)>,
 }
 
 /// A request that waits.
@@ -132,6 +130,8 @@ struct Queues<C, S> {
 pub struct QueuedRequest<S> {
     /// The request.
     pub sample: S,
+    /// Its place among the requests of its client.
+    order: u64,
     /// When it arrived.
     pub since: Instant,
     size: usize,
@@ -142,7 +142,6 @@ impl<C, S> Default for RequestQueues<C, S> {
         Self(Mutex::new(Queues {
             clients: VecDeque::new(),
             bytes: 0,
-            refused: BTreeSet::new(),
         }))
     }
 }
@@ -164,38 +163,35 @@ impl<C: PartialEq, S> RequestQueues<C, S> {
         Some(next)
     }
 
-    /// Takes a request that found no room.
-    pub fn refused(&self) -> Option<RequestId> {
-        let (writer, sequence) = lock(&self.0).refused.pop_first()?;
-        Some(RequestId { writer, sequence })
-    }
-
-    /// Adds a request of `client` with a body of `size` bytes. Where there is no room, the server
-    /// refuses the request that `id` gives.
-    pub fn put(&self, client: C, size: usize, sample: S, id: impl FnOnce(&S) -> Option<RequestId>) {
+    /// Adds a request of `client` with a body of `size` bytes. It comes before the waiting requests
+    /// of this client with a higher `order`. Gives it back where there is no room.
+    pub fn put(&self, (client, order): (C, u64), size: usize, sample: S) -> Result<(), S> {
         let mut queues = lock(&self.0);
         let at = queues.clients.iter().position(|(c, _)| *c == client);
         // An empty queue takes a request of any size.
         let is_room = at.is_none_or(|at| queues.clients[at].1.len() < MOST_REQUESTS)
             && (queues.bytes == 0 || queues.bytes + size <= MOST_BYTES);
-        if is_room {
-            let waiting = QueuedRequest {
-                sample,
-                since: Instant::now(),
-                size,
-            };
-            queues.bytes += size;
-            match at {
-                Some(at) => queues.clients[at].1.push_back(waiting),
-                None => queues
-                    .clients
-                    .push_back((client, VecDeque::from([waiting]))),
-            }
-        } else if queues.refused.len() < MOST_REQUESTS
-            && let Some(id) = id(&sample)
-        {
-            queues.refused.insert((id.writer, id.sequence));
+        if !is_room {
+            return Err(sample);
         }
+        let waiting = QueuedRequest {
+            sample,
+            order,
+            since: Instant::now(),
+            size,
+        };
+        queues.bytes += size;
+        match at {
+            Some(at) => {
+                let requests = &mut queues.clients[at].1;
+                let place = requests.partition_point(|request| request.order <= order);
+                requests.insert(place, waiting);
+            }
+            None => queues
+                .clients
+                .push_back((client, VecDeque::from([waiting]))),
+        }
+        Ok(())
     }
 }
 

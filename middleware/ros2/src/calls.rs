@@ -1,198 +1,196 @@
-//! The services of an interface, and how both mappings of services match requests and replies.
+//! How requests and replies of a service relate to each other.
+//!
+//! The middlewares of ROS 2 differ in this, and do not serve each other. `rmw_fastrtps` puts the
+//! identity of a request beside the body, into the inline quality of service: a request carries the
+//! reader that waits for the reply, and the reply carries this reader and the number of the request
+//! among the samples of its writer. `rmw_cyclonedds` puts a header before the body. A component
+//! speaks with each peer as the middleware of that peer does; the vendor in the peer's identity
+//! names it. Components use the way of Fast DDS among each other, with numbers of their own.
 
-use crate::config::Mapping;
-use crate::endpoint_state::{Group, Inbox};
-use crate::names;
-use crate::qos;
-use crate::session::{EndpointSpec, Port, Session};
-use crate::wire::{CYCLONE_HEADER, Sample};
-use rc_middleware::{Endpoint, OpenError, WakeEvent};
-use rc_network::{EndpointKind, Guid, Role};
-use std::rc::Rc;
-use std::sync::Arc;
+use rc_ddsc::{Identity, Sample};
+use rc_network::{Guid, Peer, ReaderState, body};
 
-/// One operation of a client or a server.
-pub(crate) struct Service {
-    /// Its discriminator in the envelope of a call.
-    pub(crate) id: i32,
-    pub(crate) requests: Port,
-    pub(crate) replies: Port,
+/// Where a peer has the identity of a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Mapping {
+    /// Beside the body, as in `rmw_fastrtps`.
+    Beside,
+    /// Before the body, as in `rmw_cyclonedds`.
+    Before,
 }
 
-/// Opens the services of an interface, in the order of its operations. Samples go into `inbox` in
-/// the order of their arrival.
-pub(crate) fn services(
-    session: &Rc<Session>,
-    endpoint: &Endpoint,
-    role: Role,
-    signal: &WakeEvent,
-    inbox: &Arc<dyn Inbox>,
-) -> Result<Vec<Service>, OpenError> {
-    let address = endpoint.address.to_string();
-    let group = Group::default();
-    let mut specs = Vec::new();
-    for (place, external) in endpoint.external_types.iter().enumerate() {
-        let [request, reply] = names::service(endpoint, external, session.rules())?;
-        let asks = role == Role::Client;
-        // The endpoint of replies comes first: a peer that has found the endpoint of requests soon
-        // finds it, too.
-        let (own, other) = (EndpointKind::Writer, EndpointKind::Reader);
-        let kinds = if asks { [other, own] } else { [own, other] };
-        for (topic, kind) in [reply, request].into_iter().zip(kinds) {
-            specs.push(EndpointSpec {
-                address: &address,
-                topic,
-                role,
-                types: &endpoint.types,
-                kind,
-                qos: qos::call(),
-                signal: signal.clone(),
-                is_watched: false,
-                inbox: Arc::clone(inbox),
-                group: (Arc::clone(&group), place),
-            });
+/// The header before the body: half of the identity of the client, and the number of the request.
+pub(crate) const HEADER: usize = 16;
+/// The vendor of Cyclone DDS, with which the identities of its endpoints begin (RTPS 2.5, 9.3.1.5).
+const CYCLONE: [u8; 2] = [0x01, 0x10];
+/// Bits of a number that a component gives a request: the higher ones name its client in the
+/// component, these count the requests of that client.
+const COUNTED: u32 = 40;
+
+impl Mapping {
+    /// The mapping that a peer expects.
+    pub(crate) fn of(peer: &Peer) -> Self {
+        if peer.is_external() && peer.guid.starts_with(&CYCLONE) {
+            Self::Before
+        } else {
+            Self::Beside
         }
     }
-    let mut ports = session.ports(specs)?.into_iter();
-    let services = endpoint.external_types.iter().map_while(|external| {
-        let (replies, requests) = (ports.next()?, ports.next()?);
-        Some(Service {
-            id: external.id,
-            requests,
-            replies,
-        })
-    });
-    Ok(services.collect())
 }
 
-/// How a sample is marked as a request, or as the reply to one.
-pub(crate) struct Mark {
-    /// The header before the body.
-    pub(crate) header: Vec<u8>,
-    /// The related sample identity beside the body.
-    pub(crate) related: Option<(Guid, i64)>,
+/// The number of a component's request: `client` is the number of the client in its component,
+/// `count` the number of the request there, from 1.
+pub(crate) fn number(client: u32, count: u64) -> i64 {
+    let client = i64::from(client & 0x3f_ffff) << COUNTED;
+    client | (count & ((1 << COUNTED) - 1)) as i64
 }
 
-/// Identifies a request by its client and its number. A negative number in a reply says that
-/// nothing was executed, and the body holds the reason; only components send such replies, and only
-/// to components.
-pub(crate) type Id = (Guid, i64);
-
-/// From this length on, mark included, a reply may be sent in fragments.
-pub(crate) const LARGE: usize = 1024;
-
-/// Whether the Enhanced mapping cannot carry a reply: `rustdds` writes fragments with inline
-/// parameters in a form that nobody can read (0.15.1, `DataFrag::write_to`).
-pub(crate) fn is_too_large(mapping: Mapping, length: usize) -> bool {
-    mapping == Mapping::Enhanced && length > LARGE
+/// A request, as a server sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Request {
+    /// Identifies it to its client.
+    pub(crate) id: Identity,
+    pub(crate) mapping: Mapping,
 }
 
-/// The mark of a request, or of a reply to it.
+impl Request {
+    /// Reads the identity of a request. It fails if the body is too short for a header, or the
+    /// sender has gone before anybody knew it.
+    pub(crate) fn read(sample: &Sample, reader: &ReaderState) -> Result<Self, String> {
+        let own = i64::try_from(sample.sequence()).unwrap_or(0);
+        let beside = |guid, number: i64| Self {
+            // Fast DDS leaves the number open.
+            id: Identity {
+                guid,
+                number: if number > 0 { number } else { own },
+            },
+            mapping: Mapping::Beside,
+        };
+        if let Some(id) = sample.related().filter(|id| id.guid != [0; 16]) {
+            return Ok(beside(id.guid, id.number));
+        }
+        let peer = reader.peer(sample.writer());
+        let peer = peer.ok_or("the client of a request has gone")?;
+        match Mapping::of(&peer) {
+            Mapping::Beside => Ok(beside(peer.guid, 0)),
+            Mapping::Before => Ok(Self {
+                id: in_header(body(sample)?, &peer.guid)?,
+                mapping: Mapping::Before,
+            }),
+        }
+    }
+
+    /// Number of bytes before the body.
+    pub(crate) fn skipped(self) -> usize {
+        match self.mapping {
+            Mapping::Beside => 0,
+            Mapping::Before => HEADER,
+        }
+    }
+}
+
+/// The client of a request, to which the server gives its turn, and the place of the request among
+/// the requests of that client. Requests without a place are served as they come.
+pub(crate) fn turn(sample: &Sample) -> (u128, u64) {
+    match sample.related() {
+        Some(Identity { guid, number }) if number > 0 => {
+            let mut client = guid;
+            client[12..].copy_from_slice(&((number >> COUNTED) as u32).to_be_bytes());
+            let count = number as u64 & ((1 << COUNTED) - 1);
+            (u128::from_be_bytes(client), count)
+        }
+        Some(Identity { guid, .. }) => (u128::from_be_bytes(guid), 0),
+        None => (sample.writer().into(), 0),
+    }
+}
+
+/// The request that a reply belongs to, and the number of bytes before its body. `None` if the reply
+/// is for another client: `own` are the endpoints of this one, the reader of replies and the writer
+/// of requests.
 ///
-/// Enhanced (as in `rmw_fastrtps`): a request has the number of its sample, and a reply has the
-/// identity of its request beside the body. Cyclone (as in `rmw_cyclonedds`): both have a header
-/// with the second half of the client's identity and the number.
-pub(crate) fn mark(mapping: Mapping, id: Id, is_reply: bool) -> Mark {
-    match mapping {
-        Mapping::Enhanced => Mark {
-            header: Vec::new(),
-            related: is_reply.then_some(id),
-        },
-        Mapping::Cyclone => {
-            let mut header = id.0[8..].to_vec();
-            header.extend_from_slice(&id.1.to_le_bytes());
-            Mark {
-                header,
-                related: None,
-            }
-        }
+/// A negative number says that nothing was executed, and the body holds the reason; only components
+/// send such replies, and only to components.
+pub(crate) fn read_reply(sample: &Sample, own: &[Guid; 2]) -> Result<Option<(i64, usize)>, String> {
+    let (id, skipped) = match sample.related() {
+        Some(id) => (id, 0),
+        None => (in_header(body(sample)?, &own[1])?, HEADER),
+    };
+    // This number has no counterpart of the other sign.
+    if id.number == i64::MIN {
+        return Err("a reply has a number that no request has".to_owned());
     }
+    Ok(own.contains(&id.guid).then_some((id.number, skipped)))
 }
 
-/// The identity of a request, or of the request that a reply belongs to, and the number of bytes
-/// before the body.
-pub(crate) fn read(
-    mapping: Mapping,
-    sample: &Sample,
-    client: Option<&Guid>,
-) -> Result<(Id, usize), String> {
-    let read = told_apart(mapping, sample, client)?;
-    match read {
-        // The sign has a meaning, and this number has no counterpart of the other sign.
-        ((_, i64::MIN), _) => Err("a sample has a number that no request has".to_owned()),
-        read => Ok(read),
-    }
-}
-
-fn told_apart(
-    mapping: Mapping,
-    sample: &Sample,
-    client: Option<&Guid>,
-) -> Result<(Id, usize), String> {
-    let body = sample.taken.body()?;
-    match mapping {
-        Mapping::Enhanced => {
-            let own = i64::try_from(sample.sequence).unwrap_or(0);
-            match (sample.related, client) {
-                (Some(id), Some(_)) => Ok((id, 0)),
-                // A large reply of a component to a component.
-                (None, Some(client)) => in_header(sample.taken.body()?, client),
-                // Fast DDS gives the reader that waits for the reply, and leaves the number open.
-                (Some((reader, number)), None) if reader != [0; 16] => {
-                    Ok(((reader, if number > 0 { number } else { own }), 0))
-                }
-                (_, None) => Ok(((sample.writer, own), 0)),
-            }
-        }
-        Mapping::Cyclone => in_header(body, client.unwrap_or(&sample.writer)),
-    }
+/// The header for the identity of a request.
+pub(crate) fn header(id: Identity) -> [u8; HEADER] {
+    let mut header = [0; HEADER];
+    header[..8].copy_from_slice(&id.guid[8..]);
+    header[8..].copy_from_slice(&id.number.to_le_bytes());
+    header
 }
 
 /// Reads the header before a body; `client` has the other half of the identity.
-fn in_header(body: &[u8], client: &Guid) -> Result<(Id, usize), String> {
-    let Some((header, _)) = body.split_first_chunk::<CYCLONE_HEADER>() else {
+fn in_header(body: &[u8], client: &Guid) -> Result<Identity, String> {
+    let Some((header, _)) = body.split_first_chunk::<HEADER>() else {
         return Err("a sample is too short to say what it answers".to_owned());
     };
-    let (mut id, mut number) = (*client, [0; 8]);
-    id[8..].copy_from_slice(&header[..8]);
+    let (mut guid, mut number) = (*client, [0; 8]);
+    guid[8..].copy_from_slice(&header[..8]);
     number.copy_from_slice(&header[8..]);
-    Ok(((id, i64::from_le_bytes(number)), CYCLONE_HEADER))
+    let number = i64::from_le_bytes(number);
+    Ok(Identity { guid, number })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::Copying;
-    use rustdds::RepresentationIdentifier;
-    use rustdds::no_key::Decode;
+    use rc_middleware::TypeIdentity;
+    use rc_network::{EndpointInfo, Presence, Role};
 
-    fn sample(body: &[u8], related: Option<Id>) -> Sample {
-        let Ok(taken) = Copying::default().decode_bytes(body, RepresentationIdentifier::CDR_LE);
-        Sample {
-            taken,
-            writer: [1; 16],
-            sequence: 7,
-            stamp: 0,
-            received: 0,
-            related,
-            place: 0,
-        }
+    #[test]
+    fn the_vendor_of_a_peer_names_its_mapping() {
+        let info = EndpointInfo {
+            role: Role::Client,
+            types: TypeIdentity {
+                name: "Test::Types".to_owned(),
+                hash: 7,
+            },
+            instance: "a".to_owned(),
+            pid: 1,
+            host: "here".to_owned(),
+        };
+        let mapping = |vendor: [u8; 2], info: Option<&EndpointInfo>| {
+            let mut guid = [7; 16];
+            guid[..2].copy_from_slice(&vendor);
+            Mapping::of(&Peer {
+                guid,
+                info: info.cloned(),
+                matches: true,
+                presence: Presence::Present,
+                lifespan: None,
+            })
+        };
+        assert_eq!(mapping([1, 0x0f], None), Mapping::Beside, "Fast DDS");
+        assert_eq!(mapping([1, 0x12], None), Mapping::Beside, "rustdds");
+        assert_eq!(mapping(CYCLONE, None), Mapping::Before);
+        assert_eq!(mapping(CYCLONE, Some(&info)), Mapping::Beside);
     }
 
     #[test]
-    fn a_number_without_a_counterpart_is_refused() {
-        let client = [2; 16];
-        for number in [1, -1, i64::MAX, -i64::MAX, i64::MIN] {
-            let reply = sample(&[], Some((client, number)));
-            let header = mark(Mapping::Cyclone, (client, number), true).header;
-            let is_right = number != i64::MIN;
-            let read = read(Mapping::Enhanced, &reply, Some(&client));
-            assert_eq!(read.is_ok(), is_right, "{number}");
-            for whose in [Some(&client), None] {
-                let read = super::read(Mapping::Cyclone, &sample(&header, None), whose);
-                assert_eq!(read.is_ok(), is_right, "{number}");
-            }
-        }
-        assert!(super::read(Mapping::Cyclone, &sample(&[0; 15], None), None).is_err());
+    fn a_header_comes_back() {
+        let id = Identity {
+            guid: [7; 16],
+            number: -3,
+        };
+        assert_eq!(in_header(&header(id), &[7; 16]), Ok(id));
+        assert!(in_header(&[0; HEADER - 1], &[7; 16]).is_err());
+    }
+
+    #[test]
+    fn a_number_names_its_client_and_counts() {
+        assert_eq!(number(3, 9) >> COUNTED, 3);
+        assert_eq!(number(3, 9) & 0xff, 9);
+        assert!(number(u32::MAX, u64::MAX) > 0);
     }
 }

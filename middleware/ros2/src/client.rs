@@ -1,50 +1,45 @@
 //! The client: for each operation a service, with a writer of requests and a reader of replies.
 
-use crate::calls::{self, Service};
-use crate::config::Mapping;
-use crate::endpoint_state::{Inbox, Peer, is_ready};
-use crate::session::{Session, Unsent, signal};
-use crate::wire::{Body, Sample};
+use crate::calls::{self, Mapping};
+use crate::graph::Listed;
+use crate::names;
+use crate::node::Node;
+use rc_ddsc::{Identity, Sample};
 use rc_middleware::qos::REQUEST_QUEUE;
-use rc_middleware::rpc::{self, Outcome, RequestId};
+use rc_middleware::rpc::{self, ENVELOPE, Outcome, RequestId};
 use rc_middleware::{
     CallError, Cdr, Client, Endpoint, Header, OpenError, Profile, Reader, WakeEvent, Writer, wait,
 };
-use rc_network::{Backlog, Guid, GuidPrefix, RateLimit, Role, lock, stamp};
+use rc_network::{
+    Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, Peer, RateLimit, ReaderPort, Role,
+    WriterPort, body, call_qos, lock, sample_header, signal, stamp,
+};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::os::fd::AsFd;
-use std::rc::Rc;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Longest wait before the client looks for a stop: somebody else may have cleared the wake event.
 const CYCLE: Duration = Duration::from_millis(50);
 /// Longest wait for room in a full queue: replies to requests that the server has taken are on
-/// their way.
+/// their way. And for the requests of another operation to arrive.
 const ROOM: Duration = Duration::from_millis(50);
-/// Longest wait until a server that was found has found this client. A server of another program
-/// counts as ready after a tenth of a second.
-const MEETING: Duration = Duration::from_millis(200);
-/// Pause between two looks for it.
-const LOOK: Duration = Duration::from_millis(2);
 /// After this time a request to a server of another program no longer counts as pending.
 const SILENCE: Duration = Duration::from_secs(1);
-/// Longest wait for the reply of a server that has gone.
+/// Longest wait for the reply of a server that has gone: samples and discovery arrive on different
+/// threads.
 const LAST_WORDS: Duration = Duration::from_millis(20);
 /// Most replies that wait here. More than there are requests come only from a flood.
-const MOST_ANSWERS: usize = 256;
+const MOST_REPLIES: usize = 256;
 
 /// The replies to one client.
-struct Answers {
+struct Replies {
     address: String,
-    mapping: Mapping,
-    /// The writers of requests, by operation.
-    writers: Mutex<Vec<Guid>>,
-    samples: Mutex<VecDeque<Answer>>,
+    samples: Mutex<VecDeque<Received>>,
     rate_limit: RateLimit,
 }
 
-struct Answer {
+struct Received {
     /// The operation, and the number of the request; negative if it was refused.
     request: (usize, i64),
     sample: Sample,
@@ -52,88 +47,128 @@ struct Answer {
     skipped: usize,
 }
 
-impl Answers {
-    fn next(&self) -> Option<Answer> {
+impl Replies {
+    fn next(&self) -> Option<Received> {
         lock(&self.samples).pop_front()
-    }
-
-    fn of(&self, operation: usize, writer: Guid) {
-        let mut writers = lock(&self.writers);
-        if writers.len() <= operation {
-            writers.resize(operation + 1, [0; 16]);
-        }
-        writers[operation] = writer;
     }
 }
 
-impl Backlog for Answers {}
+/// Puts the replies of one operation into the queue of its client.
+struct OfOperation {
+    place: usize,
+    /// The reader of replies and the writer of requests.
+    own: OnceLock<[Guid; 2]>,
+    replies: Arc<Replies>,
+}
 
-impl Inbox for Answers {
-    fn put(&self, samples: Vec<Sample>) {
-        for sample in samples {
-            let Some(client) = lock(&self.writers).get(sample.place).copied() else {
-                continue;
-            };
-            match calls::read(self.mapping, &sample, Some(&client)) {
-                // Every client receives the replies to all.
-                Ok(((writer, _), _)) if writer != client => {}
-                Ok(((_, number), skipped)) => {
-                    let mut samples = lock(&self.samples);
-                    if samples.len() >= MOST_ANSWERS {
-                        samples.pop_front();
-                    }
-                    samples.push_back(Answer {
-                        request: (sample.place, number),
-                        sample,
-                        skipped,
-                    });
+impl Backlog for OfOperation {}
+
+impl Inbox for OfOperation {
+    fn put(&self, sample: Sample) {
+        let replies = &self.replies;
+        let Some(own) = self.own.get() else {
+            return;
+        };
+        match calls::read_reply(&sample, own) {
+            // Every client receives the replies to all.
+            Ok(None) => {}
+            Ok(Some((number, skipped))) => {
+                let mut samples = lock(&replies.samples);
+                if samples.len() >= MOST_REPLIES {
+                    samples.pop_front();
                 }
-                Err(reason) => self.unreadable(reason),
+                samples.push_back(Received {
+                    request: (self.place, number),
+                    sample,
+                    skipped,
+                });
+            }
+            Err(reason) => {
+                if let Some(suppressed) = replies.rate_limit.allow() {
+                    let (count, address) = (suppressed + 1, &replies.address);
+                    tracing::warn!(
+                        "`{address}` sent a sample that is no reply ({count} times): {reason}"
+                    );
+                }
             }
         }
     }
-
-    fn unreadable(&self, reason: String) {
-        if let Some(passed) = self.rate_limit.allow() {
-            let (count, address) = (passed + 1, &self.address);
-            tracing::warn!("`{address}` sent a sample that is no reply ({count} times): {reason}");
-        }
-    }
 }
 
-pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosClient, OpenError> {
+/// One operation.
+struct Service {
+    /// Its discriminator in the envelope of a call.
+    id: i32,
+    requests: WriterPort,
+    replies: ReaderPort,
+    /// Number of samples that `requests` has sent.
+    sent: u64,
+}
+
+pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosClient, OpenError> {
     let address = endpoint.address.to_string();
     let signal = signal(&address)?;
-    let mapping = session.config.mapping;
-    let answers = Arc::new(Answers {
+    let replies = Arc::new(Replies {
         address: address.clone(),
-        mapping,
-        writers: Mutex::default(),
         samples: Mutex::default(),
         rate_limit: RateLimit::default(),
     });
-    let inbox: Arc<dyn Inbox> = Arc::clone(&answers) as _;
-    let services = calls::services(session, endpoint, Role::Client, &signal, &inbox)?;
-    for (operation, service) in services.iter().enumerate() {
-        answers.of(operation, service.requests.guid);
+    let opening = Opening::begin(&node.session, &address)?;
+    let mut services = Vec::new();
+    for (place, external) in endpoint.external_types.iter().enumerate() {
+        let [request, reply] = names::service(endpoint, external, &node.rules)?;
+        let spec = |names| EndpointSpec {
+            names,
+            role: Role::Client,
+            types: &endpoint.types,
+            qos: call_qos(),
+            signal: signal.clone(),
+            labels: String::new(),
+        };
+        let inbox = Arc::new(OfOperation {
+            place,
+            own: OnceLock::new(),
+            replies: Arc::clone(&replies),
+        });
+        // The reader comes first: a server that has found the writer soon finds the reader, too.
+        let reader = opening.reader(spec(reply), Arc::clone(&inbox) as _)?;
+        let writer = opening.writer(spec(request), Arc::new(()))?;
+        let _ = inbox.own.set([reader.guid, writer.guid]);
+        services.push(Service {
+            id: external.id,
+            requests: writer,
+            replies: reader,
+            sent: 0,
+        });
     }
+    let states: Vec<_> = services
+        .iter()
+        .flat_map(|service| [service.replies.state(), service.requests.state()])
+        .collect();
+    opening.meet(&states);
+    let guids = |of: fn(&Service) -> Guid| services.iter().map(of).collect::<Vec<_>>();
+    let listed = node.graph.list(
+        &guids(|service| service.replies.guid),
+        &guids(|service| service.requests.guid),
+    );
     let client = RosClient {
         address,
         services,
-        answers,
-        mapping,
+        _listed: listed,
+        received: replies,
         signal,
-        wake_event: session.environment.wake_event.clone(),
+        wake_event: node.session.environment.wake_event.clone(),
         spin: endpoint.qos.spin,
+        number: node.number_client(),
         sent: 0,
-        under_way: BTreeMap::new(),
+        pending: BTreeMap::new(),
         asked: None,
         last: 0,
+        buffer: Vec::new(),
     };
     if let Some(service) = client.services.first() {
-        session
-            .opener
-            .wait_for_remote(&service.requests.state, || client.peers() > 0);
+        let state = service.requests.state();
+        node.session.wait_for_remote(state, || client.peers() > 0);
     }
     Ok(client)
 }
@@ -146,65 +181,50 @@ fn is_server(peer: &Peer) -> bool {
 pub(crate) struct RosClient {
     address: String,
     services: Vec<Service>,
-    answers: Arc<Answers>,
-    mapping: Mapping,
+    _listed: Listed,
+    received: Arc<Replies>,
     signal: WakeEvent,
     wake_event: WakeEvent,
     spin: Duration,
-    /// Number of requests, for the mapping that numbers them itself.
-    sent: i64,
+    /// The number of this client in its component.
+    number: u32,
+    /// Number of requests, for servers that do not count samples.
+    sent: u64,
     /// Requests without a reply, by operation and number, with the identity that the caller uses
     /// and the time of sending. Each gets a reply, a command an empty response.
-    under_way: BTreeMap<(usize, i64), (RequestId, Instant)>,
+    pending: BTreeMap<(usize, i64), (RequestId, Instant)>,
     /// The server that has them.
     asked: Option<GuidPrefix>,
     /// The operation of the last request.
     last: usize,
+    /// A body with what stands before it.
+    buffer: Vec<u8>,
 }
 
 impl Service {
-    /// Whether this client can reach `server` and `server` can reach this client.
-    fn meets(&self, server: GuidPrefix) -> bool {
-        let same = |peer: &Peer| peer.prefix() == server && is_server(peer) && is_ready(peer);
-        self.replies.state.has(same) && self.requests.state.has(same)
-    }
-
     /// The servers that this client can reach and that can reach it.
     fn servers(&self) -> BTreeSet<GuidPrefix> {
-        let member = |peer: &Peer| (is_server(peer) && is_ready(peer)).then_some(peer.prefix());
-        let answering = self.replies.state.usable(member);
-        let mut hearing: BTreeSet<GuidPrefix> =
-            self.requests.state.usable(member).into_iter().collect();
-        hearing.retain(|member| answering.contains(member));
-        hearing
+        let participant = |peer: &Peer| is_server(peer).then(|| peer.prefix());
+        let replying = self.replies.state().usable(participant);
+        let receiving = self.requests.state().usable(participant);
+        let both = receiving.into_iter().filter(|one| replying.contains(one));
+        both.collect()
     }
 
-    /// One of them; waits a moment for it to find this client.
-    fn find_server(&self) -> Option<GuidPrefix> {
-        let (mut servers, begin) = (self.servers(), Instant::now());
-        while servers.is_empty() && begin.elapsed() < MEETING {
-            let awaits = self.awaits_server();
-            servers = self.servers();
-            if !awaits {
-                break;
-            }
-            self.requests.state.wait_for_change(LOOK);
-        }
-        servers.first().copied()
-    }
-
-    /// Whether a server was found that has not found this client yet, as far as it tells.
-    fn awaits_server(&self) -> bool {
-        self.requests.state.search();
-        self.replies.state.search();
-        let coming = |peer: &Peer| is_server(peer) && !is_ready(peer);
-        self.requests.state.has(coming) || self.replies.state.has(coming)
-    }
-
-    /// Whether `server` is there.
+    /// Whether `server` is among them.
     fn has(&self, server: GuidPrefix) -> bool {
         let same = |peer: &Peer| peer.prefix() == server && is_server(peer);
-        self.replies.state.has(same) && self.requests.state.has(same)
+        self.replies.state().has(same) && self.requests.state().has(same)
+    }
+
+    /// The reader of `server`, whether it belongs to another program, and how it relates replies to
+    /// requests.
+    fn reader_of(&self, server: GuidPrefix) -> Option<(Guid, bool, Mapping)> {
+        let reader = |peer: &Peer| {
+            let mapping = Mapping::of(peer);
+            (peer.prefix() == server).then_some((peer.guid, peer.is_external(), mapping))
+        };
+        self.requests.state().usable(reader).first().copied()
     }
 }
 
@@ -213,13 +233,6 @@ impl RosClient {
         CallError::Backend {
             address: self.address.clone(),
             reason,
-        }
-    }
-
-    /// Takes in the samples that have arrived.
-    fn hear(&self) {
-        if let Some(service) = self.services.first() {
-            service.replies.state.hear();
         }
     }
 
@@ -237,26 +250,23 @@ impl RosClient {
     }
 
     /// Takes replies, and waits until there is room for one more request.
-    fn make_room(&mut self, server: GuidPrefix, at: usize) -> Result<(), CallError> {
+    fn make_room(&mut self, server: GuidPrefix, is_external: bool) -> Result<(), CallError> {
         if self.asked != Some(server) {
             self.asked = Some(server);
-            self.under_way.clear();
+            self.pending.clear();
         }
         let deadline = Instant::now() + ROOM;
         loop {
             self.signal.clear();
-            self.hear();
-            while let Some(answer) = self.answers.next() {
-                let (operation, number) = answer.request;
-                self.under_way.remove(&(operation, number.abs()));
+            while let Some(Received { request, .. }) = self.received.next() {
+                let (operation, number) = request;
+                self.pending.remove(&(operation, number.abs()));
             }
-            let same = |peer: &Peer| peer.prefix() == server && peer.info.is_none();
-            if self.under_way.len() >= REQUEST_QUEUE && self.services[at].requests.state.has(same) {
-                self.under_way
-                    .retain(|_, (_, sent)| sent.elapsed() < SILENCE);
+            if self.pending.len() >= REQUEST_QUEUE && is_external {
+                self.pending.retain(|_, (_, sent)| sent.elapsed() < SILENCE);
             }
-            if self.under_way.len() < REQUEST_QUEUE {
-                break;
+            if self.pending.len() < REQUEST_QUEUE {
+                return Ok(());
             }
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
@@ -264,16 +274,23 @@ impl RosClient {
             }
             wait(&[self.signal.as_fd()], left);
         }
-        // Services are independent of each other: the requests to another one must have arrived
-        // first.
-        let pending = self
-            .under_way
-            .keys()
-            .any(|(operation, _)| *operation == self.last);
-        if self.last != at && pending && !self.services[self.last].requests.is_confirmed(ROOM) {
-            return Err(CallError::QueueFull(self.address.clone()));
-        }
-        Ok(())
+    }
+
+    /// Waits until a server of another program has the requests of the last operation: services are
+    /// independent of each other, and only components number requests over all of them.
+    fn keep_order(&self, server: GuidPrefix, at: usize) -> Result<(), CallError> {
+        let mut pending = self.pending.keys();
+        let is_pending = pending.any(|(operation, _)| *operation == self.last);
+        let last = &self.services[self.last];
+        let Some((reader, ..)) = last.reader_of(server).filter(|_| is_pending) else {
+            return Ok(());
+        };
+        let waited = if self.last == at {
+            Ok(())
+        } else {
+            last.requests.writer.wait_for_acks_of(&reader, ROOM)
+        };
+        waited.map_err(|_| CallError::QueueFull(self.address.clone()))
     }
 
     /// Sends a request; gives its operation, its number and its server.
@@ -283,35 +300,57 @@ impl RosClient {
         request: &[u8],
     ) -> Result<(usize, i64, GuidPrefix), CallError> {
         let (at, id) = self.operation(request)?;
+        let no_server = || CallError::NoServer(self.address.clone());
         let service = &self.services[at];
-        let same = self.asked.filter(|asked| service.meets(*asked));
-        let server = same.or_else(|| service.find_server());
-        let server = server.ok_or_else(|| CallError::NoServer(self.address.clone()))?;
-        self.make_room(server, at)?;
-        let body = request.get(rpc::ENVELOPE..).unwrap_or_default();
-        self.sent += 1;
-        let port = &mut self.services[at].requests;
-        let mark = calls::mark(self.mapping, (port.guid, self.sent), false);
-        let body = Body::of(&[&mark.header, body]);
-        let number = match port.send(body, stamp(header.sent), mark.related, None) {
-            Ok(number) => number,
-            Err(Unsent::Full) => {
-                port.renew().map_err(|reason| CallError::Backend {
-                    address: self.address.clone(),
-                    reason,
-                })?;
-                self.answers.of(at, port.guid);
-                // Their replies are for the writer that was replaced.
-                self.under_way.retain(|(operation, _), _| *operation != at);
-                return Err(CallError::QueueFull(self.address.clone()));
+        let same = self.asked.filter(|asked| service.has(*asked));
+        let server = same.or_else(|| service.servers().first().copied());
+        let server = server.ok_or_else(no_server)?;
+        let (_, is_external, mapping) = service.reader_of(server).ok_or_else(no_server)?;
+        self.make_room(server, is_external)?;
+        if is_external {
+            self.keep_order(server, at)?;
+        }
+        let body = request.get(ENVELOPE..).unwrap_or_default();
+        let service = &mut self.services[at];
+        let sequence = service.sent + 1;
+        let count = self.sent + 1;
+        let number = match mapping {
+            Mapping::Beside if is_external => sequence.cast_signed(),
+            Mapping::Beside => calls::number(self.number, count),
+            Mapping::Before => count.cast_signed(),
+        };
+        let (writer, stamp) = (&service.requests.writer, stamp(header.sent));
+        let sent = match mapping {
+            Mapping::Beside => {
+                let related = Identity {
+                    guid: service.replies.guid,
+                    // Fast DDS counts samples by itself, and has nothing here.
+                    number: if is_external { -1 << 32 } else { number },
+                };
+                writer.write_related(sequence, stamp, body, related)
             }
-            Err(Unsent::Failed(reason)) => return Err(self.failed(reason)),
+            Mapping::Before => {
+                let guid = service.requests.guid;
+                self.buffer.clear();
+                let header = calls::header(Identity { guid, number });
+                self.buffer.extend_from_slice(&header);
+                self.buffer.extend_from_slice(body);
+                writer.write(sequence, stamp, &self.buffer)
+            }
         };
-        let number = match self.mapping {
-            Mapping::Enhanced => number,
-            Mapping::Cyclone => self.sent,
-        };
-        self.under_way.insert((at, number), (id, Instant::now()));
+        sent.map_err(|error| {
+            if error.is_timeout() {
+                CallError::QueueFull(self.address.clone())
+            } else {
+                CallError::Backend {
+                    address: self.address.clone(),
+                    reason: error.to_string(),
+                }
+            }
+        })?;
+        service.sent = sequence;
+        self.sent = count;
+        self.pending.insert((at, number), (id, Instant::now()));
         self.last = at;
         Ok((at, number, server))
     }
@@ -323,36 +362,33 @@ impl RosClient {
         wanted: (usize, i64),
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Option<Result<(), CallError>> {
-        self.hear();
-        while let Some(mut answer) = self.answers.next() {
-            let (operation, number) = answer.request;
+        while let Some(received) = self.received.next() {
+            let (operation, number) = received.request;
             let request = (operation, number.abs());
-            let Some((id, _)) = self.under_way.remove(&request) else {
+            let Some((id, _)) = self.pending.remove(&request) else {
                 continue;
             };
             if request != wanted {
                 continue;
             }
-            let mut writer = Writer::default();
+            let body = match body(&received.sample) {
+                Ok(body) => body.get(received.skipped..).unwrap_or_default(),
+                Err(reason) => return Some(Err(self.failed(reason))),
+            };
+            self.buffer.clear();
+            let mut writer = Writer::over(std::mem::take(&mut self.buffer));
             if number < 0 {
-                let body = answer.sample.taken.body().unwrap_or_default();
-                let body = body.get(answer.skipped..).unwrap_or_default();
                 let reason = String::decode(&mut Reader::new(body));
                 let reason = reason.unwrap_or_else(|_| "no reason was told".to_owned());
                 rpc::refuse(&mut writer, id, Outcome::UnknownException, &reason);
-                take(Header::default(), &writer.into_bytes());
-                return Some(Ok(()));
+            } else {
+                rpc::begin_reply(&mut writer, id, self.services[operation].id, 0);
+                rpc::begin_body(&mut writer, Profile::Ros);
+                writer.raw(body);
             }
-            rpc::begin_reply(&mut writer, id, self.services[operation].id, 0);
-            rpc::begin_body(&mut writer, Profile::Ros);
-            let (sequence, stamp) = (answer.sample.sequence, answer.sample.stamp);
-            let sender = u128::from_be_bytes(answer.sample.writer);
-            let header = rc_network::header(sequence, stamp, sender, 0);
-            let body = answer
-                .sample
-                .taken
-                .in_envelope(answer.skipped, &writer.into_bytes());
-            take(header, body);
+            self.buffer = writer.into_bytes();
+            let sender = received.sample.writer().into();
+            take(sample_header(&received.sample, sender, 0), &self.buffer);
             return Some(Ok(()));
         }
         None
@@ -426,10 +462,6 @@ impl Client for RosClient {
 
     fn peers(&self) -> usize {
         let mut services = self.services.iter();
-        let is_served = |service: &Service| {
-            let _ = service.awaits_server();
-            !service.servers().is_empty()
-        };
-        usize::from(services.any(is_served))
+        usize::from(services.any(|service| !service.servers().is_empty()))
     }
 }

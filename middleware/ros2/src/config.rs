@@ -1,83 +1,67 @@
-//! The settings of `[middleware.ros2]`. Environment variables of ROS 2 apply to keys that are not set.
+//! How a component joins ROS 2, from the settings of `[middleware.ros2]`. Environment variables of
+//! ROS 2 apply to keys that are not set.
 
-use crate::names;
+use crate::names::{self, NodeName};
 use rc_middleware::{Environment, OpenError};
+use rc_network::{Configuration, Joining, refused};
 use rc_settings::ros::{self, ResolvedRemapping};
-use ros2_client::NodeName;
-use std::net::{IpAddr, Ipv4Addr};
-use std::time::Duration;
-
-/// Where requests and replies carry the identity of the request.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Mapping {
-    /// In the inline quality of service, as in `rmw_fastrtps`.
-    Enhanced,
-    /// In a header before the body, as in `rmw_cyclonedds`.
-    Cyclone,
-}
 
 /// The configuration of a node.
 #[derive(Clone, Debug)]
 pub(crate) struct Config {
-    pub(crate) domain: u16,
-    /// The addresses of the interfaces to use; `None` for all.
-    pub(crate) networks: Option<Vec<IpAddr>>,
-    pub(crate) mapping: Mapping,
+    pub(crate) joining: Joining,
     pub(crate) node: NodeName,
     pub(crate) rules: Vec<ResolvedRemapping>,
-    pub(crate) lease: Duration,
 }
 
-/// The error of a component that cannot join ROS 2.
-pub(crate) fn refused(environment: &Environment, reason: String) -> OpenError {
-    OpenError::Backend {
-        address: environment.network.clone(),
-        reason,
-    }
-}
+/// Reads an environment variable; `None` for an empty one.
+type Variable<'a> = dyn Fn(&str) -> Option<String> + 'a;
 
 pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
     let variable = |name: &str| std::env::var(name).ok().filter(|value| !value.is_empty());
     read(environment, &variable).map_err(|reason| refused(environment, reason))
 }
 
-fn read(
-    environment: &Environment,
-    variable: &dyn Fn(&str) -> Option<String>,
-) -> Result<Config, String> {
+fn read(environment: &Environment, variable: &Variable<'_>) -> Result<Config, String> {
     let settings = &environment.settings;
     let name = |key: &str| settings.text(crate::NAME, key).map(str::to_owned);
-    let mapping = match settings.text(crate::NAME, "service_mapping") {
-        Some("cyclone") => Mapping::Cyclone,
-        _ => Mapping::Enhanced,
-    };
     let (namespace, own) = ros::node(
         &environment.network,
         &environment.instance,
         name("namespace"),
         name("node"),
     );
-    let node = names::node(&namespace, &own)?;
     let rules = settings.remappings(crate::NAME, "remap").iter();
-    let rules = rules.map(|rule| rule.resolve(&namespace, &own));
+    let rules = rules.map(|rule| rule.resolve(&namespace, &own)).collect();
+    let domain = domain(settings.int(crate::NAME, "domain"), variable)?;
     let lease = settings.duration(crate::NAME, "lease");
+    let configuration = Configuration::new(domain, lease.ok_or("there is no lease")?);
+    let interfaces = settings.texts(crate::NAME, "interfaces");
     Ok(Config {
-        domain: domain(settings.int(crate::NAME, "domain"), variable)?,
-        networks: networks(settings.texts(crate::NAME, "interfaces"), variable)?,
-        mapping,
-        node,
-        rules: rules.collect(),
-        lease: lease.ok_or("there is no lease")?,
+        joining: Joining {
+            middleware: crate::NAME,
+            domain,
+            configuration: discovery(configuration, interfaces, variable)?.text(),
+            // By this the graph of ROS knows a participant; messages are neither encrypted nor
+            // signed.
+            user_data: "enclave=/;".to_owned(),
+            service: names::address_of_requests,
+        },
+        node: NodeName {
+            namespace,
+            name: own,
+        },
+        rules,
     })
 }
 
 /// The domain: the setting, else `ROS_DOMAIN_ID`, else 0.
-fn domain(setting: Option<i64>, variable: &dyn Fn(&str) -> Option<String>) -> Result<u16, String> {
+fn domain(setting: Option<i64>, variable: &Variable<'_>) -> Result<u32, String> {
     let wrong = |domain: &dyn std::fmt::Display| {
         format!("`{domain}` is not a domain; ROS_DOMAIN_ID is a number from 0 to 232")
     };
     if let Some(domain) = setting {
-        return u16::try_from(domain).map_err(|_| wrong(&domain));
+        return u32::try_from(domain).map_err(|_| wrong(&domain));
     }
     let Some(text) = variable("ROS_DOMAIN_ID") else {
         return Ok(0);
@@ -86,42 +70,43 @@ fn domain(setting: Option<i64>, variable: &dyn Fn(&str) -> Option<String>) -> Re
     domain.ok_or_else(|| wrong(&text))
 }
 
-/// The addresses to use: the setting, else the variables of ROS 2.
-fn networks(
+/// Where others are looked for: on the interfaces of the setting, else as the variables of ROS 2
+/// say.
+fn discovery(
+    mut configuration: Configuration,
     interfaces: &[String],
-    variable: &dyn Fn(&str) -> Option<String>,
-) -> Result<Option<Vec<IpAddr>>, String> {
-    let local = Some(vec![IpAddr::V4(Ipv4Addr::LOCALHOST)]);
-    if !interfaces.is_empty() {
-        let all = netdev::get_interfaces();
-        let mut found = Vec::new();
-        for wanted in interfaces {
-            let addresses: Vec<IpAddr> = all
-                .iter()
-                .flat_map(|one| one.ip_addrs().into_iter().map(|ip| (&one.name, ip)))
-                .filter(|(name, ip)| *name == wanted || ip.to_string() == *wanted)
-                .map(|(_, ip)| ip)
-                .collect();
-            if addresses.is_empty() {
-                let names: Vec<&str> = all.iter().map(|one| one.name.as_str()).collect();
-                return Err(format!(
-                    "there is no network interface `{wanted}`; there are {}",
-                    names.join(", ")
-                ));
-            }
-            found.extend(addresses);
+    variable: &Variable<'_>,
+) -> Result<Configuration, String> {
+    let is_local = variable("ROS_LOCALHOST_ONLY").is_some_and(|value| value != "0");
+    let range = variable("ROS_AUTOMATIC_DISCOVERY_RANGE");
+    let range = match range.as_deref() {
+        _ if is_local => "LOCALHOST",
+        None => "SUBNET",
+        Some(range @ ("SUBNET" | "SYSTEM_DEFAULT" | "LOCALHOST" | "OFF")) => range,
+        Some(other) => {
+            return Err(format!(
+                "ROS_AUTOMATIC_DISCOVERY_RANGE is `{other}`; it is SUBNET, LOCALHOST, OFF or SYSTEM_DEFAULT"
+            ));
         }
-        return Ok(Some(found));
+    };
+    for wanted in interfaces {
+        configuration = configuration.interface(wanted)?;
     }
-    if variable("ROS_LOCALHOST_ONLY").is_some_and(|value| value != "0") {
-        return Ok(local);
-    }
-    match variable("ROS_AUTOMATIC_DISCOVERY_RANGE").as_deref() {
-        None | Some("SUBNET" | "SYSTEM_DEFAULT") => Ok(None),
-        Some("LOCALHOST") => Ok(local),
-        Some("OFF") => Err("ROS_AUTOMATIC_DISCOVERY_RANGE is OFF, and this backend finds others in no other way; unset it, or set LOCALHOST".to_owned()),
-        Some(other) => Err(format!("ROS_AUTOMATIC_DISCOVERY_RANGE is `{other}`; it is SUBNET, LOCALHOST or OFF")),
-    }
+    let configuration = match range {
+        _ if !interfaces.is_empty() => configuration,
+        "LOCALHOST" => configuration.localhost(),
+        "OFF" => return Ok(configuration.localhost().without_discovery()),
+        _ => configuration,
+    };
+    let peers = variable("ROS_STATIC_PEERS").filter(|_| !is_local);
+    let peers = peers.unwrap_or_default();
+    let peers = peers
+        .split(';')
+        .map(str::trim)
+        .filter(|peer| !peer.is_empty());
+    Ok(peers.fold(configuration, |configuration, peer| {
+        configuration.peer(peer)
+    }))
 }
 
 #[cfg(test)]
@@ -131,6 +116,7 @@ mod tests {
     use rc_middleware::{Backend, Reader};
     use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError, embed};
     use std::sync::Mutex;
+    use std::time::Duration;
 
     static DESCRIPTION: Description = Description {
         name: "configured",
@@ -149,8 +135,14 @@ mod tests {
 
     /// Keeps the lease, and refuses to start.
     fn record(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
-        let lease = of(environment)?.lease;
-        LEASES.lock().expect("the leases").push(lease);
+        let configuration = of(environment)?.joining.configuration;
+        let (_, lease) = configuration.split_once("<LeaseDuration>").expect("one");
+        let (lease, _) = lease.split_once("ns<").expect("nanoseconds");
+        let lease = lease.parse().expect("a number");
+        LEASES
+            .lock()
+            .expect("the leases")
+            .push(Duration::from_nanos(lease));
         Err(refused(environment, "only the lease is wanted".to_owned()))
     }
 
@@ -211,5 +203,39 @@ mod tests {
         assert_eq!(replaced, Duration::from_millis(1500));
         let set = lease(&["--set-middleware", "ros2.lease=100000.001us"]);
         assert_eq!(set, exact);
+    }
+
+    /// The configuration with these variables of ROS 2.
+    fn discovered(variables: &[(&str, &str)]) -> Result<String, String> {
+        let variable = |name: &str| {
+            let mut set = variables.iter().filter(|(set, _)| *set == name);
+            set.next().map(|(_, value)| (*value).to_owned())
+        };
+        let configuration = Configuration::new(0, Duration::from_secs(1));
+        Ok(discovery(configuration, &[], &variable)?.text())
+    }
+
+    #[test]
+    fn the_variables_of_ros_choose_who_is_found() {
+        const RANGE: &str = "ROS_AUTOMATIC_DISCOVERY_RANGE";
+        const PEERS: (&str, &str) = ("ROS_STATIC_PEERS", "10.0.0.1; robot ;");
+        let found = |variables: &[(&str, &str)]| {
+            let text = discovered(variables).expect("a configuration");
+            let has = |part: &str| text.contains(part);
+            (
+                has("127.0.0.1"),
+                has("\"10.0.0.1\"") && has("\"robot\""),
+                !has("<AllowMulticast>false"),
+            )
+        };
+        assert_eq!(found(&[]), (false, false, true));
+        assert_eq!(found(&[PEERS]), (false, true, true));
+        assert_eq!(found(&[(RANGE, "SUBNET"), PEERS]), (false, true, true));
+        assert_eq!(found(&[(RANGE, "LOCALHOST"), PEERS]), (true, true, true));
+        assert_eq!(found(&[(RANGE, "OFF"), PEERS]), (true, false, false));
+        let only = ("ROS_LOCALHOST_ONLY", "1");
+        assert_eq!(found(&[only, PEERS]), (true, false, true));
+        assert_eq!(found(&[("ROS_LOCALHOST_ONLY", "0")]), (false, false, true));
+        assert!(discovered(&[(RANGE, "NEAR")]).is_err());
     }
 }

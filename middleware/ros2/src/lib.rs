@@ -2,33 +2,25 @@
 //! are services. `README.md` documents the names of addresses and types, `MAPPING.md` the mapping
 //! of an IDSL to messages.
 
-mod bound;
 mod calls;
 mod client;
 mod config;
-mod endpoint_state;
-mod held;
+mod graph;
 mod names;
+mod node;
 mod parameter_events;
 mod parameters;
-mod presence;
-mod publisher;
-mod qos;
 mod rcl;
 mod server;
-mod session;
-mod shared;
-mod subscriber;
-mod watcher;
-mod wire;
+mod topics;
 
+use node::Node;
 use parameter_events::Events;
 use parameters::Services;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::{
     Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,
 };
-use session::Session;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -42,13 +34,13 @@ pub const NAME: &str = "ros2";
 pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
     Ok(Box::new(Ros2 {
         parameters: RefCell::default(),
-        session: Rc::new(Session::open(environment)?),
+        node: Rc::new(Node::join(environment)?),
     }))
 }
 
 struct Ros2 {
     parameters: RefCell<Option<(Services, Events)>>,
-    session: Rc<Session>,
+    node: Rc<Node>,
 }
 
 impl Backend for Ros2 {
@@ -57,37 +49,33 @@ impl Backend for Ros2 {
     }
 
     fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
-        Ok(Box::new(publisher::open(&self.session, endpoint)?))
+        Ok(Box::new(topics::publisher(&self.node, endpoint)?))
     }
 
     fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
-        Ok(Box::new(subscriber::open(&self.session, endpoint)?))
+        Ok(Box::new(topics::subscriber(&self.node, endpoint)?))
     }
 
     fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
-        Ok(Box::new(client::open(&self.session, endpoint)?))
+        Ok(Box::new(client::open(&self.node, endpoint)?))
     }
 
     fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
-        Ok(Box::new(server::open(&self.session, endpoint)?))
+        Ok(Box::new(server::open(&self.node, endpoint)?))
     }
 
     fn parameters(&self, service: Arc<dyn ParameterService>) -> Result<(), OpenError> {
-        let services = Services::open(&self.session, Arc::clone(&service))?;
-        let events = Events::open(&self.session, &*service)?;
+        let services = Services::open(&self.node, Arc::clone(&service))?;
+        let events = Events::open(&self.node, &*service)?;
         self.parameters.replace(Some((services, events)));
         Ok(())
     }
 
-    fn lost(&self) -> Option<String> {
-        self.session.shared.lost.get().cloned()
-    }
-
     fn mismatches(&self) -> Vec<String> {
-        self.session.mismatches()
+        self.node.session.mismatches()
     }
 
     fn linger(&self, limit: Duration) {
-        self.session.linger(limit);
+        self.node.session.linger(limit);
     }
 }

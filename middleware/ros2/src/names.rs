@@ -2,7 +2,6 @@
 
 use rc_middleware::{Endpoint, ExternalType, OpenError};
 use rc_settings::ros::{self, ResolvedRemapping};
-use ros2_client::{MessageTypeName, NodeName, ServiceTypeName};
 
 /// The names of a topic of DDS and of its type.
 pub(crate) type Topic = (String, String);
@@ -15,8 +14,7 @@ pub(crate) fn topic(endpoint: &Endpoint, rules: &[ResolvedRemapping]) -> Result<
         .ok_or_else(|| not_generated(endpoint))?;
     let name = renamed(endpoint.address.as_str(), external, rules);
     let (package, own) = parts(endpoint, external)?;
-    let type_name = MessageTypeName::new(package, own).dds_msg_type();
-    Ok((format!("rt{name}"), type_name))
+    Ok((format!("rt{name}"), format!("{package}::msg::dds_::{own}_")))
 }
 
 /// The topics of the requests and of the replies of an operation.
@@ -28,18 +26,18 @@ pub(crate) fn service(
     let usual = format!("{}/{}", endpoint.address, external.operation);
     let name = renamed(&usual, external, rules);
     let (package, own) = parts(endpoint, external)?;
-    let types = ServiceTypeName::new(package, own);
-    let dds = |part: &str| {
-        format!(
-            "{}::srv::dds_::{}_{part}_",
-            types.package_name(),
-            types.type_name()
+    Ok(service_topics(&name, package, own))
+}
+
+/// The topics of the service `name` of the type `PACKAGE/srv/OWN`.
+pub(crate) fn service_topics(name: &str, package: &str, own: &str) -> [Topic; 2] {
+    let parts = [("rq", "Request", "Request"), ("rr", "Reply", "Response")];
+    parts.map(|(prefix, ending, part)| {
+        (
+            format!("{prefix}{name}{ending}"),
+            format!("{package}::srv::dds_::{own}_{part}_"),
         )
-    };
-    Ok([
-        (format!("rq{name}Request"), dds("Request")),
-        (format!("rr{name}Reply"), dds("Response")),
-    ])
+    })
 }
 
 /// The address of a service, for the topic of its requests.
@@ -75,9 +73,20 @@ fn renamed(address: &str, external: &ExternalType, rules: &[ResolvedRemapping]) 
     ros::operation(address, &external.slot, &external.operation, rules)
 }
 
-/// The name of the node of a component.
-pub(crate) fn node(namespace: &str, name: &str) -> Result<NodeName, String> {
-    NodeName::new(namespace, name).map_err(|error| format!("`{namespace}` `{name}`: {error}"))
+/// The name of a node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct NodeName {
+    /// `/` or `/a/b`.
+    pub(crate) namespace: String,
+    /// Its own name.
+    pub(crate) name: String,
+}
+
+impl NodeName {
+    /// The namespace and the name, as one absolute name.
+    pub(crate) fn full(&self) -> String {
+        format!("{}/{}", self.namespace.trim_end_matches('/'), self.name)
+    }
 }
 
 #[cfg(test)]
@@ -120,6 +129,19 @@ mod tests {
                 )
             ]
         );
+    }
+
+    #[test]
+    fn a_node_may_be_in_the_root() {
+        let full = |namespace: &str| {
+            let node = NodeName {
+                namespace: namespace.to_owned(),
+                name: "lidar".to_owned(),
+            };
+            node.full()
+        };
+        assert_eq!(full("/"), "/lidar");
+        assert_eq!(full("/robot/front"), "/robot/front/lidar");
     }
 
     #[test]

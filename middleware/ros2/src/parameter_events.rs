@@ -1,14 +1,12 @@
 //! Publishes changes of parameters on `/parameter_events`, on a thread of its own.
 
-use crate::endpoint_state::STRANGER;
-use crate::qos;
+use crate::graph::Listed;
+use crate::node::Node;
 use crate::rcl;
-use crate::session::{self, EndpointSpec, Port, Session, Unsent, signal};
-use crate::wire::{Body, Writer};
+use rc_ddsc::Writer;
 use rc_middleware::parameters::{ParameterEvent, ParameterService};
 use rc_middleware::{OpenError, Qos, TypeIdentity};
-use rc_network::{EndpointKind, RateLimit, Role, stamp};
-use std::rc::Rc;
+use rc_network::{EndpointSpec, RateLimit, Role, TopicPublisher, signal, stamp, topic_qos};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
@@ -33,44 +31,39 @@ pub(crate) struct Events {
     queue: Option<Arc<SyncSender<Told>>>,
     thread: Option<JoinHandle<()>>,
     /// Dropped after the thread has ended.
-    _port: Port,
+    _publisher: TopicPublisher,
+    _listed: Listed,
 }
 
 impl Events {
-    pub(crate) fn open(
-        session: &Rc<Session>,
-        parameters: &dyn ParameterService,
-    ) -> Result<Self, OpenError> {
+    pub(crate) fn open(node: &Node, parameters: &dyn ParameterService) -> Result<Self, OpenError> {
         let failed = |reason: String| OpenError::Backend {
             address: TOPIC.to_owned(),
             reason,
         };
-        let port = session.end(EndpointSpec {
-            address: TOPIC,
-            topic: (
+        let types = TypeIdentity {
+            name: "rcl_interfaces/msg/ParameterEvent".to_owned(),
+            hash: 0,
+        };
+        let spec = EndpointSpec {
+            names: (
                 format!("rt{TOPIC}"),
                 "rcl_interfaces::msg::dds_::ParameterEvent_".to_owned(),
             ),
             role: Role::Publisher,
-            types: &TypeIdentity {
-                name: "rcl_interfaces/msg/ParameterEvent".to_owned(),
-                hash: STRANGER,
-            },
-            kind: EndpointKind::Writer,
-            qos: qos::topic(&Qos {
+            types: &types,
+            qos: topic_qos(&Qos {
                 depth: MOST,
                 ..Qos::PUBLISHER
             }),
             signal: signal(TOPIC)?,
-            is_watched: false,
-            inbox: Arc::new(()),
-            group: Default::default(),
-        })?;
-        let writer = port.writer().map(Arc::clone);
-        let writer = writer.ok_or_else(|| failed("this end does not send".to_owned()))?;
+            labels: String::new(),
+        };
+        let publisher = TopicPublisher::open(&node.session, TOPIC, spec)?;
         let sender = Sender {
-            node: session.config.node.fully_qualified_name(),
-            writer,
+            node: node.name.full(),
+            writer: Arc::clone(&publisher.port().writer),
+            sent: 0,
             rate_limit: RateLimit::default(),
         };
         let (queue, events) = sync_channel(MOST as usize);
@@ -92,7 +85,8 @@ impl Events {
         Ok(Self {
             queue: Some(queue),
             thread: Some(thread),
-            _port: port,
+            _listed: node.graph.list(&[], &[publisher.port().guid]),
+            _publisher: publisher,
         })
     }
 }
@@ -118,11 +112,13 @@ fn untold(rate_limit: &RateLimit, reason: &str) {
 struct Sender {
     node: String,
     writer: Arc<Writer>,
+    /// Number of events that were sent.
+    sent: u64,
     rate_limit: RateLimit,
 }
 
 impl Sender {
-    fn run(self, events: &Receiver<Told>) {
+    fn run(mut self, events: &Receiver<Told>) {
         let begin = Instant::now();
         let mut held = Vec::new();
         while held.len() < MOST as usize
@@ -139,12 +135,10 @@ impl Sender {
         }
     }
 
-    fn send(&self, stamp: i64, event: &ParameterEvent) -> Result<(), String> {
+    fn send(&mut self, stamp: i64, event: &ParameterEvent) -> Result<(), String> {
         let body = rcl::event(stamp, &self.node, event)?;
-        match session::write(&self.writer, Body::of(&[&body]), stamp, None, None) {
-            Ok(_) => Ok(()),
-            Err(Unsent::Full) => Err("somebody confirms nothing".to_owned()),
-            Err(Unsent::Failed(reason)) => Err(reason),
-        }
+        self.sent += 1;
+        let sent = self.writer.write(self.sent, stamp, &body);
+        sent.map_err(|error| error.to_string())
     }
 }

@@ -1,145 +1,124 @@
 //! The parameter services of a node, on a thread of their own.
 
-use crate::calls::{self, Id};
-use crate::config::Mapping;
-use crate::endpoint_state::{EndpointState, Group, Inbox, Peer, STRANGER, is_ready};
-use crate::qos;
+use crate::calls::Request;
+use crate::graph::Listed;
+use crate::names;
+use crate::node::Node;
 use crate::rcl::{self, Service};
-use crate::session::{self, EndpointSpec, Port, Session, signal};
-use crate::wire::{Body, Sample, Writer};
+use crate::server::{is_reachable, send_reply};
+use rc_ddsc::{Sample, Writer};
 use rc_middleware::parameters::ParameterService;
+use rc_middleware::rpc::ENVELOPE;
 use rc_middleware::{OpenError, TypeIdentity};
-use rc_network::{Backlog, EndpointKind, RateLimit, Role, stamp};
-use std::rc::Rc;
-use std::sync::Arc;
+use rc_network::{
+    Backlog, EndpointSpec, Guid, Inbox, Opening, RateLimit, ReaderPort, ReaderState, Role,
+    WriterPort, WriterState, body, call_qos, signal,
+};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Weak};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Most requests that wait; further ones are lost, as with a slow node of ROS.
 const MOST: usize = 64;
+/// Largest request; they hold names and values.
+const LARGEST: usize = 1 << 20;
 /// How long a request waits until its client can be reached.
 const HOLD: Duration = Duration::from_millis(200);
 /// Pause between two looks for the client.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// A request with its identity.
-struct Asked {
-    sample: Sample,
-    id: Id,
-    /// Number of bytes before the body of the sample.
-    skipped: usize,
+/// Hands requests from threads of the library to the thread of the services.
+struct OfService {
+    place: usize,
+    requests: SyncSender<(usize, Sample)>,
 }
 
-/// Hands requests from the thread that listens to the thread of the services.
-struct Incoming {
-    mapping: Mapping,
-    asked: SyncSender<Asked>,
-}
+impl Backlog for OfService {}
 
-impl Backlog for Incoming {}
-
-impl Inbox for Incoming {
-    fn put(&self, samples: Vec<Sample>) {
-        for sample in samples {
-            match calls::read(self.mapping, &sample, None) {
-                Ok((id, skipped)) => {
-                    let asked = Asked {
-                        sample,
-                        id,
-                        skipped,
-                    };
-                    if self.asked.try_send(asked).is_err() {
-                        tracing::debug!("a request for parameters found no place");
-                    }
-                }
-                Err(reason) => self.unreadable(reason),
-            }
+impl Inbox for OfService {
+    fn put(&self, sample: Sample) {
+        let size = sample.len();
+        if size > LARGEST || self.requests.try_send((self.place, sample)).is_err() {
+            tracing::debug!("a request of {size} bytes for parameters found no place");
         }
-    }
-
-    fn unreadable(&self, reason: String) {
-        tracing::debug!("a request for parameters cannot be read: {reason}");
     }
 }
 
 /// The services of a node. Dropping it closes them.
 pub(crate) struct Services {
-    ports: Vec<Port>,
+    ports: Vec<(ReaderPort, WriterPort)>,
+    _listed: Listed,
     thread: Option<JoinHandle<()>>,
 }
 
-/// The writer of the replies of a service.
-struct Replies {
+/// A service, as the thread sees it. Its reader holds the other end of the channel, so the thread
+/// does not hold the reader.
+struct Served {
     service: Service,
-    state: Arc<EndpointState>,
+    requests: Weak<ReaderState>,
+    replies: Arc<WriterState>,
     writer: Arc<Writer>,
 }
 
 impl Services {
     pub(crate) fn open(
-        session: &Rc<Session>,
+        node: &Node,
         parameters: Arc<dyn ParameterService>,
     ) -> Result<Self, OpenError> {
-        let mapping = session.config.mapping;
-        let node = session.config.node.fully_qualified_name();
-        let signal = signal(&node)?;
-        let (asked, requests) = sync_channel(MOST);
-        let incoming = Arc::new(Incoming { mapping, asked });
-        let group = Group::default();
+        let address = node.name.full();
+        let signal = signal(&address)?;
+        let (sender, requests) = sync_channel(MOST);
+        let opening = Opening::begin(&node.session, &address)?;
         let mut ports = Vec::new();
         for (place, (_, name, type_name)) in Service::ALL.iter().enumerate() {
-            let address = format!("{node}/{name}");
+            let service = format!("{address}/{name}");
             let types = TypeIdentity {
                 name: format!("rcl_interfaces/srv/{type_name}"),
-                hash: STRANGER,
+                hash: 0,
             };
-            let topic = |kind: &str, part: &str, ending: &str| {
-                (
-                    format!("{kind}{address}{ending}"),
-                    format!("rcl_interfaces::srv::dds_::{type_name}_{part}_"),
-                )
-            };
-            let spec = |topic, kind| EndpointSpec {
-                address: &address,
-                topic,
+            let [request, reply] = names::service_topics(&service, "rcl_interfaces", type_name);
+            let spec = |names| EndpointSpec {
+                names,
                 role: Role::Server,
                 types: &types,
-                kind,
-                qos: qos::call(),
+                qos: call_qos(),
                 signal: signal.clone(),
-                is_watched: true,
-                inbox: Arc::clone(&incoming) as _,
-                group: (Arc::clone(&group), place),
+                labels: String::new(),
             };
-            let replies = spec(topic("rr", "Response", "Reply"), EndpointKind::Writer);
-            let replies = EndpointSpec {
-                inbox: Arc::new(()),
-                ..replies
+            let inbox = OfService {
+                place,
+                requests: sender.clone(),
             };
-            let requests = spec(topic("rq", "Request", "Request"), EndpointKind::Reader);
-            ports.extend(session.ports(vec![replies, requests])?);
+            let replies = opening.writer(spec(reply), Arc::new(()))?;
+            let requests = opening.reader(spec(request), Arc::new(inbox))?;
+            ports.push((requests, replies));
         }
-        let writers = ports.iter().filter_map(|port| {
-            let writer = port.writer()?;
-            Some((Arc::clone(&port.state), Arc::clone(writer)))
-        });
-        let replies = Service::ALL.iter().zip(writers);
-        let replies: Vec<Replies> = replies
-            .map(|((service, ..), (state, writer))| Replies {
+        let states: Vec<_> = ports
+            .iter()
+            .flat_map(|(requests, replies)| [requests.state(), replies.state()])
+            .collect();
+        opening.meet(&states);
+        let readers: Vec<Guid> = ports.iter().map(|(requests, _)| requests.guid).collect();
+        let writers: Vec<Guid> = ports.iter().map(|(_, replies)| replies.guid).collect();
+        let served = Service::ALL.iter().zip(&ports);
+        let served: Vec<Served> = served
+            .map(|((service, ..), (requests, replies))| Served {
                 service: *service,
-                state,
-                writer,
+                requests: Arc::downgrade(&requests.shared),
+                replies: Arc::clone(&replies.shared),
+                writer: Arc::clone(&replies.writer),
             })
             .collect();
         let thread = std::thread::Builder::new()
             .name("rc-ros2-param".to_owned())
-            .spawn(move || run(&requests, &replies, mapping, &*parameters))
+            .spawn(move || run(&requests, &served, &*parameters))
             .map_err(|error| OpenError::Backend {
-                address: node,
+                address,
                 reason: format!("a thread cannot be started: {error}"),
             })?;
         Ok(Self {
+            _listed: node.graph.list(&readers, &writers),
             ports,
             thread: Some(thread),
         })
@@ -156,51 +135,42 @@ impl Drop for Services {
     }
 }
 
-fn run(
-    requests: &Receiver<Asked>,
-    replies: &[Replies],
-    mapping: Mapping,
-    parameters: &dyn ParameterService,
-) {
-    let rate_limit = RateLimit::default();
-    for asked in requests {
-        let Some(to) = replies.get(asked.sample.place) else {
-            continue;
+fn run(requests: &Receiver<(usize, Sample)>, served: &[Served], parameters: &dyn ParameterService) {
+    let (rate_limit, mut sent) = (RateLimit::default(), 0);
+    for (place, sample) in requests {
+        let to = &served[place];
+        let Some(requests) = to.requests.upgrade() else {
+            return;
         };
-        let body = asked.sample.taken.body().unwrap_or_default();
-        let body = body.get(asked.skipped..).unwrap_or_default();
-        let told = rcl::answer(to.service, body, parameters)
-            .and_then(|answer| reply(to, mapping, &asked, &answer));
-        if let Err(reason) = told
-            && let Some(passed) = rate_limit.allow()
+        sent += 1;
+        if let Err(reason) = to.reply(sent, &sample, &requests, parameters)
+            && let Some(suppressed) = rate_limit.allow()
         {
-            let (count, topic) = (passed + 1, &to.state.identity.topic);
+            let (count, topic) = (suppressed + 1, to.replies.state.topic());
             tracing::warn!(
-                "a request about parameters has no answer on `{topic}` ({count} times): {reason}"
+                "a request about parameters has no reply on `{topic}` ({count} times): {reason}"
             );
         }
     }
 }
 
-fn reply(to: &Replies, mapping: Mapping, asked: &Asked, answer: &[u8]) -> Result<(), String> {
-    if calls::is_too_large(mapping, answer.len()) {
-        return Err(format!(
-            "{} bytes are more than the Enhanced mapping can carry with rustdds; ask for fewer at once, or set `service_mapping = \"cyclone\"`, on both sides",
-            answer.len()
-        ));
-    }
-    let member = asked.sample.prefix();
-    let ready = |peer: &Peer| peer.prefix() == member && is_ready(peer);
-    let begin = Instant::now();
-    while !to.state.has(ready) && begin.elapsed() < HOLD {
-        to.state.search();
-        to.state.wait_for_change(LOOK);
-    }
-    let mark = calls::mark(mapping, asked.id, true);
-    let body = Body::of(&[&mark.header, answer]);
-    match session::write(&to.writer, body, stamp(0), mark.related, None) {
-        Ok(_) => Ok(()),
-        Err(session::Unsent::Full) => Err("a client confirms nothing".to_owned()),
-        Err(session::Unsent::Failed(reason)) => Err(reason),
+impl Served {
+    fn reply(
+        &self,
+        sequence: u64,
+        sample: &Sample,
+        requests: &ReaderState,
+        parameters: &dyn ParameterService,
+    ) -> Result<(), String> {
+        let request = Request::read(sample, requests)?;
+        let body = body(sample)?.get(request.skipped()..).unwrap_or_default();
+        let answer = rcl::answer(self.service, body, parameters)?;
+        let begin = Instant::now();
+        while !is_reachable(sample, requests, &self.replies) && begin.elapsed() < HOLD {
+            self.replies.state.wait_for_change(LOOK);
+        }
+        let mut reply = vec![0; ENVELOPE];
+        reply.extend_from_slice(&answer);
+        send_reply(&self.writer, sequence, request, &mut reply)
     }
 }

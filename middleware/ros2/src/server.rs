@@ -1,80 +1,67 @@
 //! The server: for each operation a service, with a reader of requests and a writer of replies.
 
-use crate::calls::{self, Id, Service};
-use crate::config::Mapping;
-use crate::endpoint_state::{Inbox, Peer, Reasons, Sender, is_ready};
-use crate::held::UNKNOWN;
-use crate::session::{Session, Unsent, signal};
-use crate::shared::Shared;
-use crate::wire::{Body, Sample};
-use rc_middleware::rpc::{self, ReplyKind, RequestId};
+use crate::calls::{self, HEADER, Mapping, Request};
+use crate::graph::Listed;
+use crate::names;
+use crate::node::Node;
+use rc_ddsc::{Identity, Sample};
+use rc_middleware::rpc::{self, ENVELOPE, ReplyKind, RequestId};
 use rc_middleware::{
     Endpoint, Header, OpenError, Profile, Reader, ReceiveError, Reply, Server, WakeEvent, Writer,
 };
 use rc_network::{
-    Backlog, Guid, QueuedRequest, RateLimit, RequestQueues, Role, lock, prefix, stamp,
+    Backlog, EndpointSpec, Guid, Inbox, Opening, QueuedRequest, RateLimit, ReaderPort, ReaderState,
+    RequestQueues, Role, WriterPort, WriterState, body, call_qos, lock, prefix, sample_header,
+    signal, stamp,
 };
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::os::fd::{AsFd, BorrowedFd};
-use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// How long a request waits until its client can be reached. A client whose reader was not found by
 /// then has none.
 const HOLD: Duration = Duration::from_millis(200);
+/// The same, of a client that names its reader.
+const HOLD_NAMED: Duration = Duration::from_secs(5);
+/// How long a request of a component waits for an earlier one, to another operation.
+const ORDER: Duration = Duration::from_millis(50);
+/// Number of clients whose last request is remembered.
+const MOST_CLIENTS: usize = 256;
 /// Most requests without room that are kept for a refusal.
 const MOST_REFUSED: usize = 64;
 
-/// A request with its identity.
-struct Asked {
+/// A request that was received.
+struct Received {
+    /// Its operation.
+    place: usize,
     sample: Sample,
-    id: Id,
-    /// Number of bytes before the body of the sample.
-    skipped: usize,
+    /// Its client and its place there.
+    turn: (u128, u64),
 }
 
 /// The requests to a server.
+#[derive(Default)]
 struct Queue {
-    mapping: Mapping,
-    shared: Arc<Shared>,
-    requests: RequestQueues<Guid, Asked>,
+    requests: RequestQueues<u128, Received>,
     /// Requests that found no room.
-    refused: Mutex<VecDeque<(usize, Guid, Id)>>,
-    reasons: Reasons,
+    refused: Mutex<VecDeque<Refused>>,
 }
 
-impl Inbox for Queue {
-    fn put(&self, samples: Vec<Sample>) {
-        for sample in samples {
-            let (id, skipped) = match calls::read(self.mapping, &sample, None) {
-                Ok(read) => read,
-                Err(reason) => {
-                    self.unreadable(reason);
-                    continue;
-                }
-            };
-            let client = self.shared.sender(&sample.writer);
-            let size = sample.taken.len();
-            let refuse = |asked: &Asked| {
-                let mut refused = lock(&self.refused);
-                if refused.len() < MOST_REFUSED {
-                    refused.push_back((asked.sample.place, asked.sample.writer, asked.id));
-                }
-                None
-            };
-            let asked = Asked {
-                sample,
-                id,
-                skipped,
-            };
-            self.requests.put(client, size, asked, refuse);
-        }
-    }
+/// A request without its bytes.
+struct Refused {
+    place: usize,
+    /// The handle of its writer.
+    writer: u64,
+    /// Its identity; only a component gets the reason.
+    id: Option<Identity>,
+    turn: (u128, u64),
+}
 
-    fn unreadable(&self, reason: String) {
-        self.reasons.put(reason);
-    }
+/// Puts the requests of one operation into the queue of the server.
+struct OfOperation {
+    place: usize,
+    queue: Arc<Queue>,
 }
 
 impl Backlog for Queue {
@@ -83,26 +70,89 @@ impl Backlog for Queue {
     }
 }
 
-pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosServer, OpenError> {
+impl Backlog for OfOperation {
+    fn awaits_peers(&self) -> bool {
+        self.queue.awaits_peers()
+    }
+}
+
+impl Inbox for OfOperation {
+    fn put(&self, sample: Sample) {
+        let (turn, size) = (calls::turn(&sample), sample.len());
+        let received = Received {
+            place: self.place,
+            sample,
+            turn,
+        };
+        if let Err(received) = self.queue.requests.put(turn, size, received) {
+            let mut refused = lock(&self.queue.refused);
+            if refused.len() < MOST_REFUSED {
+                refused.push_back(Refused {
+                    place: received.place,
+                    writer: received.sample.writer(),
+                    id: received.sample.related(),
+                    turn,
+                });
+            }
+        }
+    }
+}
+
+/// One operation.
+struct Service {
+    /// Its discriminator in the envelope of a call.
+    id: i32,
+    requests: ReaderPort,
+    replies: WriterPort,
+}
+
+pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosServer, OpenError> {
     let address = endpoint.address.to_string();
     let signal = signal(&address)?;
-    let mapping = session.config.mapping;
-    let queue = Arc::new(Queue {
-        mapping,
-        shared: Arc::clone(&session.shared),
-        requests: RequestQueues::default(),
-        refused: Mutex::default(),
-        reasons: Reasons::default(),
-    });
-    let inbox: Arc<dyn Inbox> = Arc::clone(&queue) as _;
-    let services = calls::services(session, endpoint, Role::Server, &signal, &inbox)?;
+    let queue = Arc::new(Queue::default());
+    let opening = Opening::begin(&node.session, &address)?;
+    let mut services = Vec::new();
+    for (place, external) in endpoint.external_types.iter().enumerate() {
+        let [request, reply] = names::service(endpoint, external, &node.rules)?;
+        let spec = |names| EndpointSpec {
+            names,
+            role: Role::Server,
+            types: &endpoint.types,
+            qos: call_qos(),
+            signal: signal.clone(),
+            labels: String::new(),
+        };
+        let inbox = OfOperation {
+            place,
+            queue: Arc::clone(&queue),
+        };
+        let replies = opening.writer(spec(reply), Arc::clone(&queue) as _)?;
+        services.push(Service {
+            id: external.id,
+            requests: opening.reader(spec(request), Arc::new(inbox))?,
+            replies,
+        });
+    }
+    let states: Vec<_> = services
+        .iter()
+        .flat_map(|service| [service.replies.state(), service.requests.state()])
+        .collect();
+    opening.meet(&states);
+    let guids = |of: fn(&Service) -> Guid| services.iter().map(of).collect::<Vec<_>>();
+    let listed = node.graph.list(
+        &guids(|service| service.requests.guid),
+        &guids(|service| service.replies.guid),
+    );
     Ok(RosServer {
         address,
         services,
+        _listed: listed,
         queue,
         signal,
-        mapping,
+        last: HashMap::new(),
+        request: Vec::new(),
         reply: Vec::new(),
+        sent: 0,
         rate_limit: RateLimit::default(),
     })
 }
@@ -110,10 +160,16 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosServ
 pub(crate) struct RosServer {
     address: String,
     services: Vec<Service>,
+    _listed: Listed,
     queue: Arc<Queue>,
     signal: WakeEvent,
-    mapping: Mapping,
+    /// The place of the last request of each component.
+    last: HashMap<u128, u64>,
+    /// A request with its envelope.
+    request: Vec<u8>,
     reply: Vec<u8>,
+    /// Number of replies that were sent.
+    sent: u64,
     rate_limit: RateLimit,
 }
 
@@ -130,31 +186,42 @@ impl Reply for RosReply {
     }
 }
 
-impl Service {
-    /// Whether to serve a request now: its client is known, and the reply reaches it, or the client
-    /// has gone and gets none.
-    fn may_serve(&self, waiting: &QueuedRequest<Asked>) -> bool {
-        let member = waiting.sample.sample.prefix();
-        let same = |peer: &Peer| peer.prefix() == member;
-        let sender = self.requests.state.sender(&waiting.sample.sample.writer);
-        if sender == Sender::Unknown && waiting.since.elapsed() < UNKNOWN {
-            return false;
+/// Whether the reply to a request reaches its client.
+pub(crate) fn is_reachable(sample: &Sample, requests: &ReaderState, replies: &WriterState) -> bool {
+    let client = match sample.related() {
+        // The reader that waits for the reply, or only its participant, of whoever names a writer.
+        Some(id) => Some(prefix(&id.guid)),
+        None => requests.participant(sample.writer()),
+    };
+    client.is_none_or(|client| replies.state.has(|peer| peer.prefix() == client))
+}
+
+/// Sends the reply `body` to `request`, with the number `sequence` among those of its writer. The
+/// body begins at [`ENVELOPE`] of `reply`, and what is before it may be overwritten.
+pub(crate) fn send_reply(
+    writer: &rc_ddsc::Writer,
+    sequence: u64,
+    request: Request,
+    reply: &mut [u8],
+) -> Result<(), String> {
+    let sent = match request.mapping {
+        Mapping::Beside => {
+            let body = reply.get(ENVELOPE..).unwrap_or_default();
+            writer.write_related(sequence, stamp(0), body, request.id)
         }
-        self.replies.state.has(|peer| same(peer) && is_ready(peer))
-            || (!self.requests.state.has(same)
-                && self.requests.state.knows(&waiting.sample.sample.writer))
-            || waiting.since.elapsed() >= HOLD
-    }
+        Mapping::Before => {
+            let before = ENVELOPE - HEADER;
+            let whole = reply.get_mut(before..).unwrap_or_default();
+            if let Some(header) = whole.first_chunk_mut::<HEADER>() {
+                *header = calls::header(request.id);
+            }
+            writer.write(sequence, stamp(0), whole)
+        }
+    };
+    sent.map_err(|error| format!("a reply cannot be sent: {error}"))
 }
 
 impl RosServer {
-    /// Takes in the samples that have arrived.
-    fn hear(&self) {
-        if let Some(service) = self.services.first() {
-            service.requests.state.hear();
-        }
-    }
-
     fn failed(&self, reason: String) -> ReceiveError {
         ReceiveError {
             address: self.address.clone(),
@@ -162,54 +229,54 @@ impl RosServer {
         }
     }
 
-    /// Sends the reply to a request that the client wrote with `writer`.
+    /// Whether to serve a request now: it is its turn, and its reply reaches the client, or the
+    /// client has gone and gets none.
+    fn may_serve(&self, waiting: &QueuedRequest<Received>) -> bool {
+        let Received {
+            place,
+            sample,
+            turn: (client, number),
+        } = &waiting.sample;
+        let Some(service) = self.services.get(*place) else {
+            return true;
+        };
+        let is_next = *number == 0
+            || self.last.get(client).is_none_or(|last| *number <= last + 1)
+            || waiting.since.elapsed() >= ORDER;
+        let requests = &service.requests.shared;
+        let hold = match sample.related() {
+            Some(_) => HOLD_NAMED,
+            None => HOLD,
+        };
+        is_next
+            && (is_reachable(sample, requests, &service.replies.shared)
+                || requests.has_lost(sample.writer())
+                || waiting.since.elapsed() >= hold)
+    }
+
+    /// Notes that a request has had its turn.
+    fn has_been(&mut self, (client, number): (u128, u64)) {
+        if number == 0 {
+            return;
+        }
+        if self.last.len() >= MOST_CLIENTS && !self.last.contains_key(&client) {
+            self.last.clear();
+        }
+        let last = self.last.entry(client).or_default();
+        *last = number.max(*last);
+    }
+
+    /// Sends a reply whose body begins at [`ENVELOPE`].
     fn answer(
         &mut self,
         place: usize,
-        writer: &Guid,
-        id: Id,
-        body: &[u8],
+        request: Request,
+        reply: &mut [u8],
     ) -> Result<(), ReceiveError> {
-        let member = prefix(writer);
-        let ours = |peer: &Peer| peer.prefix() == member && peer.info.is_some();
-        let mut mapping = self.mapping;
-        if calls::is_too_large(mapping, body.len()) {
-            if !self.services[place].replies.state.has(ours) {
-                return Err(self.failed(format!(
-                    "an answer of {} bytes cannot be sent to a client that is no component: rustdds has no way for one of more than a kilobyte in the Enhanced mapping. Set `service_mapping = \"cyclone\"`, on both sides",
-                    body.len()
-                )));
-            }
-            mapping = Mapping::Cyclone;
-        }
-        let mark = calls::mark(mapping, id, true);
-        let port = &mut self.services[place].replies;
-        // A large reply, or one only for components, goes to the one reader of that process. A
-        // small reply goes to all: that costs less than to tell the others that they miss nothing.
-        let mut to = None;
-        if body.len() > calls::LARGE || id.1 < 0 {
-            let same = |peer: &Peer| (peer.prefix() == member).then_some(peer.guid);
-            if let [only] = port.state.usable(same)[..] {
-                to = Some(only);
-            }
-        }
-        let body = Body::of(&[&mark.header, body]);
-        let sent = match port.send(body.clone(), stamp(0), mark.related, to) {
-            Err(Unsent::Full) => match port.renew() {
-                Ok(()) => Err(Unsent::Full),
-                Err(reason) => Err(Unsent::Failed(reason)),
-            },
-            sent => sent,
-        };
-        match sent {
-            Ok(_) => Ok(()),
-            Err(Unsent::Full) => {
-                Err(self.failed("a reply was lost: a client confirms nothing".to_owned()))
-            }
-            Err(Unsent::Failed(reason)) => {
-                Err(self.failed(format!("a reply cannot be sent: {reason}")))
-            }
-        }
+        self.sent += 1;
+        let writer = &self.services[place].replies.writer;
+        let sent = send_reply(writer, self.sent, request, reply);
+        sent.map_err(|reason| self.failed(reason))
     }
 
     /// Tells the client, if it is a component, that nothing was executed, and why. ROS has no
@@ -217,24 +284,39 @@ impl RosServer {
     fn refuse(
         &mut self,
         place: usize,
-        writer: &Guid,
-        id: Id,
+        writer: u64,
+        id: Option<Identity>,
         reason: &str,
     ) -> Result<(), ReceiveError> {
-        let member = prefix(writer);
-        let ours = |peer: &Peer| peer.prefix() == member && peer.info.is_some();
-        if !self.services[place].replies.state.has(ours) {
-            if let Some(passed) = self.rate_limit.allow() {
-                let (count, address) = (passed + 1, &self.address);
+        let client = self.services[place].requests.shared.peer(writer);
+        let id = id.filter(|_| client.is_some_and(|client| !client.is_external()));
+        let Some(Identity { guid, number }) = id else {
+            if let Some(suppressed) = self.rate_limit.allow() {
+                let (count, address) = (suppressed + 1, &self.address);
                 tracing::warn!(
-                    "a request to `{address}` stays without an answer ({count} times): {reason}"
+                    "a request to `{address}` stays without a reply ({count} times): {reason}"
                 );
             }
             return Ok(());
-        }
-        let mut body = Writer::default();
-        rc_middleware::cdr::text(&reason.replace('\0', " "), &mut body);
-        self.answer(place, writer, (id.0, -id.1), &body.into_bytes())
+        };
+        let mut writer = Writer::default();
+        writer.raw(&[0; ENVELOPE]);
+        rc_middleware::cdr::text(&reason.replace('\0', " "), &mut writer);
+        let refused = Request {
+            id: Identity {
+                guid,
+                number: -number,
+            },
+            mapping: Mapping::Beside,
+        };
+        self.answer(place, refused, &mut writer.into_bytes())
+    }
+
+    /// Refuses a request that found no room.
+    fn refuse_one(&mut self, refused: &Refused) -> Result<(), ReceiveError> {
+        self.has_been(refused.turn);
+        let reason = "too many requests of this client wait already";
+        self.refuse(refused.place, refused.writer, refused.id, reason)
     }
 }
 
@@ -251,67 +333,63 @@ impl Server for RosServer {
         &mut self,
         answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
-        // All samples that have arrived are in the queue, so that clients take turns.
-        self.hear();
-        if let Some(reason) = self.queue.reasons.next() {
-            return Err(self.failed(reason));
-        }
         let refused = lock(&self.queue.refused).pop_front();
-        if let Some((place, writer, id)) = refused {
-            let reason = "too many requests of this client wait already";
-            return self.refuse(place, &writer, id, reason).map(|()| true);
+        if let Some(refused) = refused {
+            return self.refuse_one(&refused).map(|()| true);
         }
-        let services = &self.services;
-        let may = |waiting: &QueuedRequest<Asked>| {
-            let service = services.get(waiting.sample.sample.place);
-            service.is_none_or(|service| service.may_serve(waiting))
-        };
-        let Some(QueuedRequest { sample: asked, .. }) = self.queue.requests.next(may) else {
-            if self.queue.awaits_peers() {
-                self.queue.shared.search_soon();
-            }
+        let next = self.queue.requests.next(|waiting| self.may_serve(waiting));
+        let Some(QueuedRequest {
+            sample: received, ..
+        }) = next
+        else {
             return Ok(false);
         };
-        let Asked {
-            mut sample,
-            id,
-            skipped,
-        } = asked;
-        let (place, writer) = (sample.place, sample.writer);
-        let Some(service) = self.services.get(place) else {
-            return Ok(true);
-        };
-        if service.requests.state.sender(&writer) == Sender::Mismatched {
+        let Received {
+            place,
+            sample,
+            turn,
+        } = received;
+        self.has_been(turn);
+        let service = &self.services[place];
+        let (requests, operation) = (&service.requests.shared, service.id);
+        let request = Request::read(&sample, requests).map_err(|reason| self.failed(reason))?;
+        let Some(sender) = requests.sender(sample.writer()) else {
             let reason = "the types differ; regenerate and rebuild both ends";
-            return self.refuse(place, &writer, id, reason).map(|()| true);
-        }
-        let request = RequestId {
-            writer: id.0,
-            sequence: id.1.unsigned_abs(),
+            let refused = self.refuse(place, sample.writer(), Some(request.id), reason);
+            return refused.map(|()| true);
         };
-        let operation = service.id;
-        let mut envelope = Writer::default();
-        rpc::begin_request(&mut envelope, request, operation);
-        rpc::begin_body(&mut envelope, Profile::Ros);
-        let sender = u128::from_be_bytes(writer);
-        let header = rc_network::header(sample.sequence, sample.stamp, sender, 0);
-        let body = sample.taken.in_envelope(skipped, &envelope.into_bytes());
+        let id = RequestId {
+            writer: request.id.guid,
+            sequence: request.id.number.unsigned_abs(),
+        };
+        let body = body(&sample).map_err(|reason| self.failed(reason))?;
+        let mut whole = std::mem::take(&mut self.request);
+        whole.clear();
+        let mut writer = Writer::over(whole);
+        rpc::begin_request(&mut writer, id, operation);
+        rpc::begin_body(&mut writer, Profile::Ros);
+        writer.raw(body.get(request.skipped()..).unwrap_or_default());
+        let whole = writer.into_bytes();
         let mut reply = RosReply(std::mem::take(&mut self.reply));
         reply.0.clear();
-        answer(header, body, &mut reply);
-        let RosReply(reply) = reply;
-        let done = if reply.is_empty() {
+        // The client tells the hash of the whole interface, which is equal. The runtime compares
+        // hashes of operations.
+        answer(sample_header(&sample, sender.id, 0), &whole, &mut reply);
+        self.request = whole;
+        let RosReply(mut reply) = reply;
+        if reply.is_empty() {
             // A command: its empty structure is one octet.
-            self.answer(place, &writer, id, &[0])
-        } else {
-            match rpc::open_reply(&mut Reader::new(&reply), operation) {
-                Ok((_, ReplyKind::Case(_))) => {
-                    let body = reply.get(rpc::ENVELOPE..).unwrap_or_default();
-                    self.answer(place, &writer, id, body)
-                }
-                Ok((_, ReplyKind::Refused(reason))) => self.refuse(place, &writer, id, &reason),
-                Err(error) => Err(self.failed(error.to_string())),
+            reply.resize(ENVELOPE + 1, 0);
+            let done = self.answer(place, request, &mut reply);
+            self.reply = reply;
+            return done.map(|()| true);
+        }
+        let done = match rpc::open_reply(&mut Reader::new(&reply), operation) {
+            Ok((_, ReplyKind::Case(_))) => self.answer(place, request, &mut reply),
+            Ok((_, ReplyKind::Refused(reason))) => {
+                self.refuse(place, sample.writer(), Some(request.id), &reason)
             }
+            Err(error) => Err(self.failed(error.to_string())),
         };
         self.reply = reply;
         done.map(|()| true)
@@ -319,7 +397,7 @@ impl Server for RosServer {
 
     fn peers(&self) -> usize {
         let all = self.services.iter();
-        let counts = all.map(|service| service.requests.state.count());
+        let counts = all.map(|service| service.requests.state().count());
         counts.max().unwrap_or(0)
     }
 }

@@ -3,7 +3,6 @@
 
 use rc_middleware::{Backend, Environment, OpenError};
 use rc_settings::Value;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 struct Ros2;
@@ -23,17 +22,12 @@ impl rc_conformance::Subject for Ros2 {
         let mut environment = environment.clone();
         let domain = domain(&environment.network);
         environment.settings.set("ros2", "domain", domain);
+        let interfaces = Value::Texts(vec!["lo".to_owned()]);
+        environment.settings.set("ros2", "interfaces", interfaces);
         // Sixty-four components in one process announce themselves slowly.
         let lease = Value::Duration(Duration::from_secs(10));
         environment.settings.set("ros2", "lease", lease);
         rc_ros2::connect(&environment)
-    }
-
-    /// Two tests at a time have so many participants of `rustdds` on two processors that its threads
-    /// wait for each other, or drop what they cannot confirm in time.
-    fn alone(&self) -> Option<MutexGuard<'static, ()>> {
-        static ONE: Mutex<()> = Mutex::new(());
-        Some(ONE.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Endpoints compare types when they find each other, not with every message.
@@ -43,33 +37,6 @@ impl rc_conformance::Subject for Ros2 {
 
     /// A publisher has to offer what a subscriber requests.
     fn keeps_or_refuses(&self) -> bool {
-        true
-    }
-
-    /// `rustdds` removes samples beyond the depth only every six seconds.
-    fn keeps_more(&self) -> bool {
-        true
-    }
-
-    /// In `rustdds` every participant receives the confirmations of all others: sixty-four
-    /// participants with sixteen pending requests each keep two processors busy for minutes.
-    fn clients(&self) -> usize {
-        16
-    }
-
-    /// Messages of other components about their endpoints make the descriptor readable, too.
-    fn rings_for_less(&self) -> bool {
-        true
-    }
-
-    /// What does not fit into the socket buffer of a busy receiver is lost, and `rustdds` repeats
-    /// it at 200 KB a second.
-    fn largest(&self) -> usize {
-        2 << 20
-    }
-
-    /// Bodies are padded to a multiple of four bytes.
-    fn pads(&self) -> bool {
         true
     }
 }

@@ -1,4 +1,4 @@
-//! The parameter services of a running component in both mappings, called as from another node.
+//! The parameter services of a running component, called as from another node.
 
 #[path = "../../../deploy/tests/all/python.rs"]
 mod python;
@@ -175,30 +175,29 @@ fn names(names: &[&str]) -> Vec<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-fn services_answer(mapping: &str, number: u32) {
-    let network = format!("rosparam{number}_{}", std::process::id());
-    let domain = 20 + (number + std::process::id() * 2) % 80;
-    let set = [
-        format!("ros2.domain={domain}"),
-        format!("ros2.service_mapping={mapping}"),
-    ];
+/// The settings of a node in this domain, alone on this machine.
+fn settings(domain: u32) -> Settings {
+    let mut settings = Settings::default();
+    settings.set("ros2", "domain", Value::Int(domain.into()));
+    settings.set("ros2", "interfaces", Value::Texts(vec!["lo".to_owned()]));
+    settings
+}
+
+#[test]
+fn services_answer() {
+    let network = format!("rosparam_{}", std::process::id());
+    let domain = 20 + std::process::id() * 2 % 80;
+    let set = format!("ros2.domain={domain}");
     let args = [
         "--network",
         &network,
         "--set-middleware",
-        &set[0],
+        &set,
         "--set-middleware",
-        &set[1],
+        "ros2.interfaces=lo",
     ];
     let component = embed(&NODE, Worker::start, &args).expect("a component");
-    let mut settings = Settings::default();
-    settings.set("ros2", "domain", Value::Int(domain.into()));
-    settings.set(
-        "ros2",
-        "service_mapping",
-        Value::Text(mapping.to_owned().into()),
-    );
-    let asker = Asker::new(&network, settings).expect("another node");
+    let asker = Asker::new(&network, settings(domain)).expect("another node");
 
     let answer = asker.ask("list_parameters", "ListParameters", &|writer| {
         writer.put(&Vec::<String>::new());
@@ -274,23 +273,12 @@ fn services_answer(mapping: &str, number: u32) {
     component.join().expect("a good end");
 }
 
-#[test]
-fn the_parameter_services_answer_in_the_enhanced_mapping() {
-    services_answer("enhanced", 0);
-}
-
-#[test]
-fn the_parameter_services_answer_in_the_cyclone_mapping() {
-    services_answer("cyclone", 1);
-}
-
 /// A component with an own interface for the ROS message is not refused, and receives the events.
 #[test]
 fn a_component_hears_of_parameters() {
     let network = format!("rosparam_heard_{}", std::process::id());
     let domain = 20 + (3 + std::process::id() * 2) % 80;
-    let mut settings = Settings::default();
-    settings.set("ros2", "domain", Value::Int(domain.into()));
+    let mut settings = settings(domain);
     let rule = Remapping::parse("Events/told:=/parameter_events").expect("a rule");
     settings.set("ros2", "remap", Value::Remappings(vec![rule]));
     let asker = Asker::new(&network, settings).expect("another node");
@@ -313,7 +301,15 @@ fn a_component_hears_of_parameters() {
     };
     let mut events = asker.backend.subscriber(&endpoint).expect("an end");
     let setting = format!("ros2.domain={domain}");
-    let args = ["--network", &network, "--set-middleware", &setting];
+    let set = "--set-middleware";
+    let args = [
+        "--network",
+        &network,
+        set,
+        &setting,
+        set,
+        "ros2.interfaces=lo",
+    ];
     let component = embed(&NODE, Worker::start, &args).expect("a component");
     let node = format!("/{network}/tuned");
     // Number of new parameters, and the name of the first changed one.
@@ -363,7 +359,7 @@ fn a_stranger_lists_describes_gets_and_sets() {
         "--",
     ];
     let set = format!("ros2.domain={domain}");
-    for setting in [&set, "ros2.service_mapping=cyclone", "ros2.interfaces=lo"] {
+    for setting in [&set, "ros2.interfaces=lo"] {
         args.extend(["--set-middleware", setting]);
     }
     let component = embed(&NODE, Worker::start, &args).expect("a component");

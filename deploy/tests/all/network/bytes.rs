@@ -156,7 +156,7 @@ impl Attacker {
         // What the component's complaints look like here is not of interest.
         rc_ddsc::set_log(|_, _| {});
         let domain = rc_ddsc::Domain::new(domain.id, &config).expect("the domain");
-        let member = domain.participant().expect("a participant");
+        let member = domain.participant(b"").expect("a participant");
         Self {
             member,
             _domain: domain,

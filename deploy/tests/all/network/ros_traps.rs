@@ -1,4 +1,4 @@
-//! What was found to go wrong between `rustdds`, ros2-client and other nodes of ROS 2, and what does not go wrong here. Lengths that
+//! What was found to go wrong between libraries and other nodes of ROS 2, and what does not go wrong here. Lengths that
 //! are no multiple of four, the first call, and peers that were killed are in `ros_strangers.rs`. Not tested: nodes on several networks at
 //! once, of which this machine may have one; tests are on the loopback alone.
 
@@ -199,12 +199,7 @@ fn a_wrong_variable_of_ros_is_told() {
         (
             "ROS_AUTOMATIC_DISCOVERY_RANGE",
             "NEAR",
-            "it is SUBNET, LOCALHOST or OFF",
-        ),
-        (
-            "ROS_AUTOMATIC_DISCOVERY_RANGE",
-            "OFF",
-            "unset it, or set LOCALHOST",
+            "it is SUBNET, LOCALHOST, OFF or SYSTEM_DEFAULT",
         ),
     ] {
         let mut command = domain.site.command(&Site::executable("envoy"));

@@ -6,10 +6,11 @@
 
 mod raw;
 
-use raw::{CListener, CQos, CSample};
+use raw::{CIdentity, CListener, CQos, CSample};
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::fmt;
 use std::ops::Deref;
+use std::ptr;
 use std::time::Duration;
 
 /// An error of the library: its code and its text.
@@ -52,6 +53,16 @@ fn c_string(text: &str) -> Result<CString, Error> {
 /// The global identity of an entity (RTPS 2.5, 8.2.4): 12 bytes of its participant, 4 of its own.
 pub type Guid = [u8; 16];
 
+/// Relates a reply to its request: an endpoint of the client, and the number of the request
+/// (`SampleIdentity_t`, RTPS 2.5, 9.3.1.10).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Identity {
+    /// The endpoint.
+    pub guid: Guid,
+    /// The number.
+    pub number: i64,
+}
+
 /// An entity of the library. Dropping it deletes it with all entities in it.
 #[derive(Debug)]
 struct Entity(i32);
@@ -93,11 +104,12 @@ impl Domain {
         })
     }
 
-    /// Joins the domain.
-    pub fn participant(&self) -> Result<Participant, Error> {
+    /// Joins the domain. Peers receive `user_data` by discovery.
+    pub fn participant(&self, user_data: &[u8]) -> Result<Participant, Error> {
         let _ = &self.entity;
-        // SAFETY: takes a number.
-        let entity = checked(unsafe { raw::rc_participant(self.id) })?;
+        let (data, size) = (user_data.as_ptr(), user_data.len());
+        // SAFETY: the data is copied before the function returns.
+        let entity = checked(unsafe { raw::rc_participant(self.id, data, size) })?;
         Ok(Participant(Entity(entity)))
     }
 }
@@ -310,26 +322,57 @@ impl Writer {
     /// Sends a body in CDR, little endian. `sequence`: its number, from 1, for readers in this
     /// process; other readers count the samples of this writer. `stamp`: nanoseconds since 1970.
     pub fn write(&self, sequence: u64, stamp: i64, body: &[u8]) -> Result<(), Error> {
-        self.send(sequence, stamp, body, false)
+        self.send(sequence, stamp, body, false, None)
+    }
+
+    /// The same, with an identity beside the body, in the inline quality of service.
+    pub fn write_related(
+        &self,
+        sequence: u64,
+        stamp: i64,
+        body: &[u8],
+        related: Identity,
+    ) -> Result<(), Error> {
+        self.send(sequence, stamp, body, false, Some(related))
     }
 
     /// Sends these bytes, which begin with the encapsulation: for tests that send invalid samples.
     pub fn write_raw(&self, sequence: u64, stamp: i64, bytes: &[u8]) -> Result<(), Error> {
-        self.send(sequence, stamp, bytes, true)
+        self.send(sequence, stamp, bytes, true, None)
     }
 
-    fn send(&self, sequence: u64, stamp: i64, bytes: &[u8], raw: bool) -> Result<(), Error> {
+    fn send(
+        &self,
+        sequence: u64,
+        stamp: i64,
+        bytes: &[u8],
+        raw: bool,
+        related: Option<Identity>,
+    ) -> Result<(), Error> {
         let (id, raw) = (self.0.id(), i32::from(raw));
-        // SAFETY: the bytes are copied before the function returns.
-        checked(unsafe { raw::rc_write(id, sequence, stamp, bytes.as_ptr(), bytes.len(), raw) })?;
+        let (data, size) = (bytes.as_ptr(), bytes.len());
+        let related = related.map(CIdentity::from);
+        let related = related.as_ref().map_or(ptr::null(), ptr::from_ref);
+        // SAFETY: the bytes and the identity are copied before the function returns.
+        checked(unsafe { raw::rc_write(id, sequence, stamp, data, size, raw, related) })?;
         Ok(())
     }
 
     /// Waits until every reliable reader has all samples, at most `limit`.
     pub fn wait_for_acks(&self, limit: Duration) -> Result<(), Error> {
+        self.wait(limit, ptr::null())
+    }
+
+    /// Waits until this reader has all samples, at most `limit`. A reader that has gone is not
+    /// waited for.
+    pub fn wait_for_acks_of(&self, reader: &Guid, limit: Duration) -> Result<(), Error> {
+        self.wait(limit, reader.as_ptr())
+    }
+
+    fn wait(&self, limit: Duration, reader: *const u8) -> Result<(), Error> {
         let limit = i64::try_from(limit.as_nanos()).unwrap_or(i64::MAX);
-        // SAFETY: takes numbers.
-        checked(unsafe { raw::rc_wait_for_acks(self.0.id(), limit) })?;
+        // SAFETY: `reader` is null, or the 16 bytes of an identity, which are copied.
+        checked(unsafe { raw::rc_wait_for_acks(self.0.id(), limit, reader) })?;
         Ok(())
     }
 
@@ -421,6 +464,15 @@ impl Sample {
     /// Time of sending, in nanoseconds since 1970.
     pub fn stamp(&self) -> i64 {
         self.0.stamp
+    }
+
+    /// The identity beside it, in its inline quality of service.
+    pub fn related(&self) -> Option<Identity> {
+        if self.0.related.is_null() {
+            return None;
+        }
+        // SAFETY: not null, so it points into memory that lives until `rc_release`.
+        Some(unsafe { *self.0.related }.into())
     }
 }
 

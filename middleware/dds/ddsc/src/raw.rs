@@ -1,6 +1,6 @@
 //! `shim.c` as Rust sees it; structures and functions have their comments there.
 
-use crate::{End, Guid, Qos};
+use crate::{End, Guid, Identity, Qos};
 use std::ffi::{CStr, c_char, c_void};
 use std::ptr;
 use std::time::Duration;
@@ -61,6 +61,35 @@ pub(crate) struct CSample {
     pub(crate) sequence: u64,
     pub(crate) writer: u64,
     pub(crate) stamp: i64,
+    pub(crate) related: *const CIdentity,
+}
+
+/// `struct identity`
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub(crate) struct CIdentity {
+    guid: Guid,
+    high: i32,
+    low: u32,
+}
+
+impl From<Identity> for CIdentity {
+    fn from(identity: Identity) -> Self {
+        Self {
+            guid: identity.guid,
+            high: (identity.number >> 32) as i32,
+            low: identity.number as u32,
+        }
+    }
+}
+
+impl From<CIdentity> for Identity {
+    fn from(identity: CIdentity) -> Self {
+        Self {
+            guid: identity.guid,
+            number: i64::from(identity.high) << 32 | i64::from(identity.low),
+        }
+    }
 }
 
 impl CSample {
@@ -71,6 +100,7 @@ impl CSample {
         sequence: 0,
         writer: 0,
         stamp: 0,
+        related: ptr::null(),
     };
 }
 
@@ -128,7 +158,7 @@ impl CEnd {
 
 unsafe extern "C" {
     pub(crate) fn rc_domain(id: u32, config: *const c_char) -> i32;
-    pub(crate) fn rc_participant(domain: u32) -> i32;
+    pub(crate) fn rc_participant(domain: u32, user_data: *const u8, user_data_size: usize) -> i32;
     pub(crate) fn rc_topic(participant: i32, name: *const c_char, type_name: *const c_char) -> i32;
     pub(crate) fn rc_delete(entity: i32) -> i32;
     pub(crate) fn rc_guid(entity: i32, guid: *mut u8) -> i32;
@@ -157,10 +187,11 @@ unsafe extern "C" {
         body: *const u8,
         size: usize,
         raw: i32,
+        related: *const CIdentity,
     ) -> i32;
     pub(crate) fn rc_take(reader: i32, samples: *mut CSample, more: *mut i32) -> i32;
     pub(crate) fn rc_release(data: *mut c_void);
-    pub(crate) fn rc_wait_for_acks(writer: i32, nanoseconds: i64) -> i32;
+    pub(crate) fn rc_wait_for_acks(writer: i32, nanoseconds: i64, reader: *const u8) -> i32;
     pub(crate) fn rc_matched(
         entity: i32,
         handle: u64,

@@ -28,6 +28,8 @@
 #include "dds/ddsrt/sockets.h"
 #include "dds__entity.h"
 #include "dds__guid.h"
+#include "dds__writer.h"
+#include "ddsi__xmsg.h"
 
 /* ---- Samples ---- */
 
@@ -85,10 +87,19 @@ static void region_free (void *memory, size_t room)
     munmap (memory, room);
 }
 
+/* SampleIdentity_t (RTPS 2.5, 9.3.1.10): a GUID and a sequence number, which relate a reply to its request. */
+struct identity {
+  uint8_t guid[16];
+  int32_t high;
+  uint32_t low;
+};
+
 /* A sample as it is on the wire, encapsulation included. */
 struct blob {
   struct ddsi_serdata c;
   uint64_t sequence; /* of its writer */
+  bool is_related;   /* whether there is an identity */
+  struct identity identity;
   size_t room;       /* of the region that it is in; 0: it is in the heap */
   uint32_t size;     /* of `bytes` */
   uint8_t bytes[];
@@ -115,6 +126,7 @@ static struct blob *blob_new (const struct ddsi_sertype *type, enum ddsi_serdata
   ddsi_serdata_init (&d->c, type, kind);
   d->c.hash = type->serdata_basehash;
   d->sequence = 0;
+  d->is_related = false;
   d->size = (uint32_t) size;
   memset (d->bytes + size, 0, padded - size);
   return d;
@@ -141,6 +153,40 @@ static uint32_t blob_size (const struct ddsi_serdata *c)
   return ((const struct blob *) c)->size;
 }
 
+/* PID_RELATED_SAMPLE_IDENTITY: in RTPS 2.5, and what Fast DDS reads and writes. */
+enum { RELATED = 0x0083, RELATED_OF_FAST = 0x800f, SENTINEL = 1 };
+
+/* Reads the identity in the inline QoS of a submessage (RTPS 2.5, 9.4.2.11), which is between the header and the payload, in
+ * the byte order of the submessage. The library has checked the list before a sample is made. */
+static void read_identity (struct blob *d, const struct ddsi_rdata *fragment)
+{
+  const size_t start = DDSI_RDATA_SUBMSG_OFF (fragment), end = DDSI_RDATA_PAYLOAD_OFF (fragment);
+  const unsigned char *m = DDSI_RMSG_PAYLOADOFF (fragment->rmsg, 0);
+  if (!(m[start + 1] & DDSI_DATA_FLAG_INLINE_QOS))
+    return;
+  const bool swap = (m[start + 1] & DDSI_RTPS_SUBMESSAGE_FLAG_ENDIANNESS) != (DDSRT_ENDIAN == DDSRT_LITTLE_ENDIAN);
+  uint16_t distance; /* the library has turned it into a number of this machine */
+  memcpy (&distance, m + start + 6, sizeof (distance));
+  for (size_t at = start + 8 + distance; at + 4 <= end;) {
+    uint16_t head[2];
+    memcpy (head, m + at, sizeof (head));
+    const uint16_t pid = swap ? ddsrt_bswap2u (head[0]) : head[0];
+    const uint16_t length = swap ? ddsrt_bswap2u (head[1]) : head[1];
+    at += sizeof (head);
+    if (pid == SENTINEL || at + length > end)
+      return;
+    if ((pid == RELATED || pid == RELATED_OF_FAST) && length >= sizeof (d->identity)) {
+      memcpy (&d->identity, m + at, sizeof (d->identity));
+      if (swap) {
+        d->identity.high = (int32_t) ddsrt_bswap4u ((uint32_t) d->identity.high);
+        d->identity.low = ddsrt_bswap4u (d->identity.low);
+      }
+      d->is_related = true;
+    }
+    at += length;
+  }
+}
+
 static struct ddsi_serdata *blob_from_ser (const struct ddsi_sertype *type, enum ddsi_serdata_kind kind, const struct ddsi_rdata *fragment, size_t size)
 {
   struct blob *d = blob_new (type, kind, size);
@@ -153,6 +199,7 @@ static struct ddsi_serdata *blob_from_ser (const struct ddsi_sertype *type, enum
     memcpy (&high, message + SEQUENCE_HIGH, sizeof (high));
     memcpy (&low, message + SEQUENCE_LOW, sizeof (low));
     d->sequence = (uint64_t) (uint32_t) high << 32 | low;
+    read_identity (d, fragment);
   }
   size_t filled = 0;
   for (; fragment != NULL; fragment = fragment->nextfrag) {
@@ -288,6 +335,22 @@ static const struct ddsi_serdata_ops blob_ops = {
   .get_keyhash = blob_keyhash,
 };
 
+/* What transmit.c asks of a sample. */
+
+int rc_has_inline_qos (const struct ddsi_serdata *c)
+{
+  return c->ops == &blob_ops && ((const struct blob *) c)->is_related;
+}
+
+void rc_inline_qos (struct ddsi_xmsg *m, const struct ddsi_serdata *c)
+{
+  if (!rc_has_inline_qos (c))
+    return;
+  const struct identity *identity = &((const struct blob *) c)->identity;
+  memcpy (ddsi_xmsg_addpar (m, RELATED, sizeof (*identity)), identity, sizeof (*identity));
+  memcpy (ddsi_xmsg_addpar (m, RELATED_OF_FAST, sizeof (*identity)), identity, sizeof (*identity));
+}
+
 /* ---- Types ---- */
 
 static void type_free (struct ddsi_sertype *type)
@@ -352,9 +415,15 @@ int32_t rc_domain (uint32_t id, const char *config)
   return dds_create_domain (id, config);
 }
 
-int32_t rc_participant (uint32_t domain)
+int32_t rc_participant (uint32_t domain, const uint8_t *user_data, size_t user_data_size)
 {
-  return dds_create_participant (domain, NULL, NULL);
+  dds_qos_t *qos = dds_create_qos ();
+  if (qos == NULL)
+    return DDS_RETCODE_OUT_OF_RESOURCES;
+  dds_qset_userdata (qos, user_data, user_data_size);
+  const int32_t participant = dds_create_participant (domain, qos, NULL);
+  dds_delete_qos (qos);
+  return participant;
 }
 
 int32_t rc_topic (int32_t participant, const char *name, const char *type_name)
@@ -535,8 +604,9 @@ int32_t rc_reader (int32_t participant, int32_t topic, const struct rc_qos *want
 /* ---- Data ---- */
 
 /* `sequence`: what readers in this process get; others get the writer's count, from 1. `stamp`: nanoseconds since 1970.
- * `raw`: the bytes begin with an encapsulation of their own, which tests use to send what is wrong. */
-int32_t rc_write (int32_t writer, uint64_t sequence, int64_t stamp, const uint8_t *body, size_t size, int32_t raw)
+ * `raw`: the bytes begin with an encapsulation of their own, which tests use to send what is wrong. `related`: an identity, or
+ * NULL. */
+int32_t rc_write (int32_t writer, uint64_t sequence, int64_t stamp, const uint8_t *body, size_t size, int32_t raw, const struct identity *related)
 {
   const struct ddsi_sertype *type;
   const dds_return_t rc = dds_get_entity_sertype (writer, &type);
@@ -548,6 +618,10 @@ int32_t rc_write (int32_t writer, uint64_t sequence, int64_t stamp, const uint8_
   if (d == NULL)
     return DDS_RETCODE_OUT_OF_RESOURCES;
   d->sequence = sequence;
+  if (related != NULL) {
+    d->is_related = true;
+    d->identity = *related;
+  }
   if (!raw) {
     /* CDR_LE, and how many bytes pad the body (RTPS 2.5, 10.2.1.2). */
     const uint8_t encapsulation[ENCAPSULATION] = { 0, 1, 0, padding };
@@ -570,6 +644,7 @@ struct rc_sample {
   uint64_t sequence; /* of the writer, from 1 */
   uint64_t writer;   /* its handle */
   int64_t stamp;
+  const struct identity *related; /* in `data`, or NULL */
 };
 
 /* Takes what is there, at most RC_AT_ONCE samples; those without data are passed over. `more`: whether there may be more. */
@@ -595,6 +670,7 @@ int32_t rc_take (int32_t reader, struct rc_sample samples[RC_AT_ONCE], int32_t *
       .sequence = d->sequence,
       .writer = info[i].publication_handle,
       .stamp = info[i].source_timestamp,
+      .related = d->is_related ? &d->identity : NULL,
     };
   }
   return count;
@@ -605,9 +681,23 @@ void rc_release (struct ddsi_serdata *data)
   ddsi_serdata_unref (data);
 }
 
-int32_t rc_wait_for_acks (int32_t writer, int64_t nanoseconds)
+/* `reader`: the only one that is waited for, or NULL for all. */
+int32_t rc_wait_for_acks (int32_t writer, int64_t nanoseconds, const uint8_t *reader)
 {
-  return dds_wait_for_acks (writer, nanoseconds);
+  if (reader == NULL)
+    return dds_wait_for_acks (writer, nanoseconds);
+  dds_guid_t found;
+  memcpy (found.v, reader, sizeof (found.v));
+  ddsi_guid_t guid = dds_guid_to_ddsi_guid (found);
+  dds_entity *e;
+  dds_return_t rc = dds_entity_pin (writer, &e);
+  if (rc != DDS_RETCODE_OK)
+    return rc;
+  rc = DDS_RETCODE_ILLEGAL_OPERATION;
+  if (dds_entity_kind (e) == DDS_KIND_WRITER)
+    rc = dds__ddsi_writer_wait_for_acks ((struct dds_writer *) e, &guid, ddsrt_mtime_add_duration (ddsrt_time_monotonic (), nanoseconds));
+  dds_entity_unpin (e);
+  return rc;
 }
 
 /* ---- Other ends ---- */

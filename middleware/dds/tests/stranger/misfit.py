@@ -2,13 +2,13 @@
 
 import sys
 
-from herald import Archive_keep, Kind, Orders_order, Point, Report, Reports_report
+from herald import Archive_keep, Echoes_echo, Kind, Orders_order, Point, Report, Reports_report
 from network import Network, met, qos, until
 
 network, domain = sys.argv[1:]
 here = Network(network, domain)
 careless = here.writer("Reports/report", Reports_report, qos(reliable=False))
-greedy = here.reader("Echoes/echo", Reports_report, qos(kept=True))
+greedy = here.reader("Echoes/echo", Echoes_echo, qos(kept=True))
 # The right name with a wrong type, and a right one beside it.
 wrong = here.writer("Orders/order", Archive_keep, qos(kept=True))
 wrong.write(Archive_keep("never"))

@@ -25,6 +25,12 @@ def shown(parameter):
     return f"{parameter.name}={kinds[value.type]}"
 
 
+def say(*words):
+    """Prints a line at once: two threads do."""
+    sys.stdout.write(" ".join(map(str, words)) + "\n")
+    sys.stdout.flush()
+
+
 def tell():
     for event in here.values(events, seconds=120):
         # Others of this domain tell on the same topic.
@@ -35,7 +41,7 @@ def tell():
             "new": event.new_parameters, "changed": event.changed_parameters, "deleted": event.deleted_parameters,
         }
         told = [word for kind, some in kinds.items() if some for word in [kind, *map(shown, some)]]
-        print(*told, *([] if 0 <= age < 30 else [f"{age} s ago"]), flush=True)
+        say(*told, *([] if 0 <= age < 30 else [f"{age} s ago"]))
 
 
 threading.Thread(target=tell, daemon=True).start()
@@ -44,7 +50,7 @@ for line in sys.stdin:
     sets, atomic = setting(here, node)
     if line.strip() == "set":
         results = sets.call([number("speed", 2.5), number("speed", 99.0), number("speed", 3.0)]).results
-        print("set", *[result.successful for result in results], flush=True)
+        say("set", *[result.successful for result in results])
     else:
         result = atomic.call([number("speed", 3.5), texts("arm.joints", "x", "y")]).result
-        print("set", result.successful, flush=True)
+        say("set", result.successful)

@@ -2,32 +2,25 @@
 //! discovery.
 
 use crate::shared_entity::SharedEntity;
+use crate::{Backlog, EndpointInfo, EndpointState, GuidPrefix, Peer, Presence, lock, types_match};
 use rc_ddsc::{End, Reader, Sample, Writer};
-use rc_network::{Backlog, EndpointInfo, GuidPrefix, Presence, lock, types_match};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// What is known of a peer besides: how long its samples are valid; `None` for ever.
-pub(crate) type Lifespan = Option<Duration>;
-/// Another endpoint that was discovered.
-pub(crate) type Peer = rc_network::Peer<Lifespan>;
-/// The state of an endpoint. The library names peers by handles.
-pub(crate) type EndpointState = rc_network::EndpointState<u64, Lifespan>;
-
 /// Where a reader puts samples, on a thread of the library.
-pub(crate) trait Inbox: Backlog {
+pub trait Inbox: Backlog {
     /// Adds a sample.
     fn put(&self, sample: Sample);
 }
 
 /// The sender of a sample.
-pub(crate) struct Sender {
+pub struct Sender {
     /// It stays the same when the sender is lost and found again.
-    pub(crate) id: u128,
+    pub id: u128,
     /// The hash of its types; 0 of an endpoint of another program.
-    pub(crate) type_hash: u64,
+    pub type_hash: u64,
     /// How long its samples are valid.
-    pub(crate) lifespan: Lifespan,
+    pub lifespan: Option<Duration>,
 }
 
 /// An endpoint that the thread of discovery looks after.
@@ -58,13 +51,14 @@ fn peer(endpoint: &dyn Watched, handle: u64) -> Option<Peer> {
         info,
         matches,
         presence: Presence::Present,
-        details: end.lifespan,
+        lifespan: end.lifespan,
     })
 }
 
 /// A writer.
-pub(crate) struct WriterState {
-    pub(crate) state: EndpointState,
+pub struct WriterState {
+    /// Its state.
+    pub state: EndpointState,
     pub(crate) writer: SharedEntity<Writer>,
 }
 
@@ -80,8 +74,9 @@ impl Watched for WriterState {
 }
 
 /// A reader.
-pub(crate) struct ReaderState {
-    pub(crate) state: EndpointState,
+pub struct ReaderState {
+    /// Its state.
+    pub state: EndpointState,
     pub(crate) reader: SharedEntity<Reader>,
     inbox: Arc<dyn Inbox>,
     /// Held while samples are taken, so that they keep their order.
@@ -133,15 +128,15 @@ impl ReaderState {
     }
 
     /// The sender of a sample; `None` if its types differ.
-    pub(crate) fn sender(&self, handle: u64) -> Option<Sender> {
+    pub fn sender(&self, handle: u64) -> Option<Sender> {
         let of = |peer: &Peer| {
             peer.matches.then_some(Sender {
                 id: u128::from_be_bytes(peer.guid),
                 type_hash: peer.info.as_ref().map_or(0, |info| info.types.hash),
-                lifespan: peer.details,
+                lifespan: peer.lifespan,
             })
         };
-        let known = self.state.with(&handle, of);
+        let known = self.state.with(handle, of);
         // The thread of discovery may not have added it yet.
         let known = known.or_else(|| Some(of(&peer(self, handle)?)));
         known.unwrap_or(Some(Sender {
@@ -151,9 +146,23 @@ impl ReaderState {
         }))
     }
 
+    /// The peer that sent a sample, as far as it is known.
+    pub fn peer(&self, handle: u64) -> Option<Peer> {
+        let known = self.state.with(handle, Peer::clone);
+        // The thread of discovery may not have added it yet.
+        known.or_else(|| peer(self, handle))
+    }
+
+    /// Whether the sender of a sample has gone, or its types differ. One that the thread of
+    /// discovery has not added yet is there.
+    pub fn has_lost(&self, handle: u64) -> bool {
+        let lost = self.state.with(handle, |peer| !peer.is_usable());
+        lost.unwrap_or(false)
+    }
+
     /// The participant of the sender of a sample.
-    pub(crate) fn participant(&self, handle: u64) -> Option<GuidPrefix> {
-        let known = self.state.with(&handle, Peer::prefix);
+    pub fn participant(&self, handle: u64) -> Option<GuidPrefix> {
+        let known = self.state.with(handle, Peer::prefix);
         known.or_else(|| Some(peer(self, handle)?.prefix()))
     }
 }

@@ -1,13 +1,12 @@
 //! One component's part in a domain: the participant, and the thread of discovery.
 
-use crate::config;
-use crate::endpoint_state::Watched;
-use crate::report;
-use crate::udp;
+use crate::configuration::Joining;
+use crate::entities::Watched;
+use crate::opener::{Opener, Patience};
 use crate::watcher::{Discovered, ForwardDiscovery, Message, Watcher};
+use crate::{EndpointInfo, EndpointKind, EndpointState, report, udp};
 use rc_ddsc::{Discovery, Domain, Participant, Writer};
 use rc_middleware::{Environment, OpenError};
-use rc_network::{EndpointInfo, EndpointKind, Opener, Patience};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use std::sync::mpsc::{Sender, channel};
@@ -26,8 +25,9 @@ const CLOSING: Duration = Duration::from_secs(2);
 const FURTHER_DOMAINS: std::ops::Range<u32> = 1000..10_000;
 
 /// What the endpoints of one component share.
-pub(crate) struct Session {
-    pub(crate) environment: Environment,
+pub struct Session {
+    /// Its environment.
+    pub environment: Environment,
     pub(crate) opener: Opener,
     pub(crate) messages: Sender<Message>,
     discovered: Arc<Discovered>,
@@ -44,21 +44,21 @@ pub(crate) struct Session {
 }
 
 impl Session {
-    pub(crate) fn open(environment: &Environment) -> Result<Self, OpenError> {
+    /// Joins a domain.
+    pub fn open(environment: &Environment, joining: &Joining) -> Result<Self, OpenError> {
         rc_ddsc::set_log(report::library);
         let failed = |what: &str, error: &dyn std::fmt::Display| {
-            config::refused(environment, format!("{what}: {error}"))
+            refused(environment, format!("{what}: {error}"))
         };
-        let config = config::of(environment)?;
-        let folder = environment.directory.middleware(crate::NAME);
-        let opener = Opener::new(environment, &folder, config.domain, PATIENCE)
+        let folder = environment.directory.middleware(joining.middleware);
+        let opener = Opener::new(environment, &folder, joining.domain, PATIENCE)
             .map_err(|error| failed(&folder.display().to_string(), &error))?;
-        let domain = domain(config.domain, &config.xml).map_err(|error| {
-            let help = udp::advice(config.domain);
+        let domain = domain(joining.domain, &joining.configuration).map_err(|error| {
+            let help = udp::advice(joining.domain);
             failed("Cyclone DDS does not start", &format!("{error}; {help}"))
         })?;
         let participant = domain
-            .participant()
+            .participant(joining.user_data.as_bytes())
             .map_err(|error| failed("the domain cannot be joined", &error))?;
         let (messages, received) = channel();
         let discover = |kind| {
@@ -69,14 +69,14 @@ impl Session {
         };
         let readers = discover(EndpointKind::Reader)?;
         let discoveries = Arc::new([readers, discover(EndpointKind::Writer)?]);
-        let discovered = Arc::new(Discovered::new(opener.host()));
+        let discovered = Arc::new(Discovered::new(opener.host(), joining.service));
         let watcher = Watcher {
             host: opener.host().to_owned(),
             discovered: Arc::clone(&discovered),
             discoveries: Arc::clone(&discoveries),
         };
         let watcher = std::thread::Builder::new()
-            .name("rc-dds".to_owned())
+            .name(format!("rc-{}", joining.middleware))
             .spawn(move || watcher.run(&received))
             .map_err(|error| failed("a thread cannot be started", &error))?;
         Ok(Self {
@@ -96,8 +96,7 @@ impl Session {
 
     /// What the endpoints of other participants at `topic` tell of themselves.
     pub(crate) fn endpoints_at(&self, topic: &str) -> Vec<EndpointInfo> {
-        let own = self.participant.guid().unwrap_or_default();
-        self.discovered.endpoints_at(topic, own)
+        self.discovered.endpoints_at(topic, self.guid())
     }
 
     /// Adds a writer whose samples `linger` waits for.
@@ -107,24 +106,44 @@ impl Session {
         writers.push(Arc::downgrade(writer));
     }
 
-    /// Adds a reader that receives requests.
-    pub(crate) fn add_server(&self, server: &Arc<dyn Watched>) {
-        self.discovered.add_server(server);
+    /// The identity of the participant.
+    pub fn guid(&self) -> crate::Guid {
+        self.participant.guid().unwrap_or_default()
+    }
+
+    /// Compares an endpoint of this component with those that are discovered, from now on.
+    pub(crate) fn watch(&self, endpoint: &Arc<dyn Watched>, type_name: &str) {
+        let own = self.guid();
+        self.discovered.watch(endpoint, type_name, own);
+    }
+
+    /// Waits until `found`, or until this component has run for as long as it waits for other
+    /// machines, or stops.
+    pub fn wait_for_remote(&self, state: &EndpointState, found: impl Fn() -> bool) {
+        self.opener.wait_for_remote(state, found);
     }
 
     /// Takes the reports about mismatched endpoints.
-    pub(crate) fn mismatches(&self) -> Vec<String> {
+    pub fn mismatches(&self) -> Vec<String> {
         self.discovered.mismatches.take()
     }
 
     /// Waits until all samples have arrived, at most `limit`.
-    pub(crate) fn linger(&self, limit: Duration) {
+    pub fn linger(&self, limit: Duration) {
         let begin = Instant::now();
         for writer in self.writers.borrow().iter().filter_map(Weak::upgrade) {
             // A reader that does not confirm in time loses samples. The component ends: nobody is
             // left to tell.
             let _ = writer.wait_for_acks(limit.saturating_sub(begin.elapsed()));
         }
+    }
+}
+
+/// The error of a component that cannot join.
+pub fn refused(environment: &Environment, reason: String) -> OpenError {
+    OpenError::Backend {
+        address: environment.network.clone(),
+        reason,
     }
 }
 

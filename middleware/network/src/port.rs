@@ -1,44 +1,57 @@
 //! Writers and readers of this component. Each leaves the domain when it is dropped.
 
-use crate::endpoint_state::{EndpointState, Inbox, ReaderState, Watched, WriterState};
-use crate::qos;
-use crate::session::Session;
+use crate::entities::{Inbox, ReaderState, Watched, WriterState};
 use crate::shared_entity::SharedEntity;
 use crate::watcher::Forward;
-use rc_ddsc::{Guid, Qos, Reader, Topic, Writer};
+use crate::{
+    Backlog, EndpointInfo, EndpointKind, EndpointState, Guid, Identity, Role, Session, opener, qos,
+};
+use rc_ddsc::{Qos, Reader, Topic, Writer};
 use rc_middleware::{OpenError, TypeIdentity, WakeEvent};
-use rc_network::{EndpointInfo, EndpointKind, Identity, Role};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The sending side of a topic of DDS.
-pub(crate) struct WriterPort {
-    pub(crate) writer: Arc<Writer>,
-    shared: Arc<WriterState>,
-    pub(crate) guid: Guid,
-    pub(crate) session: Rc<Session>,
+pub struct WriterPort {
+    /// The endpoint in the library.
+    pub writer: Arc<Writer>,
+    /// What it shares with the threads of the library.
+    pub shared: Arc<WriterState>,
+    /// Its identity.
+    pub guid: Guid,
+    /// The session that it belongs to.
+    pub session: Rc<Session>,
 }
 
 /// The receiving side of a topic of DDS.
-pub(crate) struct ReaderPort {
+pub struct ReaderPort {
     reader: Arc<Reader>,
-    pub(crate) shared: Arc<ReaderState>,
+    /// What it shares with the threads of the library.
+    pub shared: Arc<ReaderState>,
+    /// Its identity.
+    pub guid: Guid,
     session: Rc<Session>,
 }
 
 /// What an endpoint is to be.
-pub(crate) struct EndpointSpec<'a> {
+pub struct EndpointSpec<'a> {
     /// The names of the topic and of its type in DDS.
-    pub(crate) names: (String, String),
-    pub(crate) role: Role,
-    pub(crate) types: &'a TypeIdentity,
-    pub(crate) qos: Qos<'static>,
-    pub(crate) signal: WakeEvent,
+    pub names: (String, String),
+    /// Its purpose.
+    pub role: Role,
+    /// The types of the connection.
+    pub types: &'a TypeIdentity,
+    /// Its quality of service.
+    pub qos: Qos<'static>,
+    /// Wakes its owner.
+    pub signal: WakeEvent,
+    /// Labels of the middleware in its user data, see [`EndpointInfo::user_data`].
+    pub labels: String,
 }
 
 /// The signal of the endpoints of `address`.
-pub(crate) fn signal(address: &str) -> Result<WakeEvent, OpenError> {
+pub fn signal(address: &str) -> Result<WakeEvent, OpenError> {
     WakeEvent::new().map_err(|error| OpenError::Backend {
         address: address.to_owned(),
         reason: error.to_string(),
@@ -46,14 +59,15 @@ pub(crate) fn signal(address: &str) -> Result<WakeEvent, OpenError> {
 }
 
 /// Endpoints of one address that are being opened.
-pub(crate) struct Opening<'a> {
+pub struct Opening<'a> {
     session: &'a Rc<Session>,
-    opening: rc_network::Opening<'a>,
+    opening: opener::Opening<'a>,
 }
 
 /// An endpoint before the library makes it.
 struct Prepared {
     topic: Topic,
+    type_name: String,
     identity: Identity,
     user_data: String,
     qos: Qos<'static>,
@@ -61,16 +75,22 @@ struct Prepared {
 }
 
 impl<'a> Opening<'a> {
-    pub(crate) fn begin(session: &'a Rc<Session>, address: &str) -> Result<Self, OpenError> {
+    /// Begins to open the endpoints of `address`. Other components of this machine wait until
+    /// [`Opening::meet`].
+    pub fn begin(session: &'a Rc<Session>, address: &str) -> Result<Self, OpenError> {
         let opening = session.opener.begin(address)?;
         Ok(Self { session, opening })
     }
 
-    /// Opens a writer.
-    pub(crate) fn writer(&self, spec: EndpointSpec<'_>) -> Result<WriterPort, OpenError> {
+    /// Opens a writer. `backlog` may wait for its peers.
+    pub fn writer(
+        &self,
+        spec: EndpointSpec<'_>,
+        backlog: Arc<dyn Backlog>,
+    ) -> Result<WriterPort, OpenError> {
         let prepared = self.prepare(spec, EndpointKind::Writer)?;
         let shared = Arc::new(WriterState {
-            state: EndpointState::new(prepared.identity, prepared.signal, Arc::new(())),
+            state: EndpointState::new(prepared.identity, prepared.signal, backlog),
             writer: SharedEntity::default(),
         });
         let qos = Qos {
@@ -87,6 +107,8 @@ impl<'a> Opening<'a> {
         })?;
         shared.writer.open(&writer);
         self.session.add_writer(&writer);
+        let watched: Arc<dyn Watched> = Arc::clone(&shared) as _;
+        self.session.watch(&watched, &prepared.type_name);
         let port = WriterPort {
             writer,
             shared,
@@ -98,7 +120,7 @@ impl<'a> Opening<'a> {
     }
 
     /// Opens a reader, which puts samples into `inbox`.
-    pub(crate) fn reader(
+    pub fn reader(
         &self,
         spec: EndpointSpec<'_>,
         inbox: Arc<dyn Inbox>,
@@ -121,13 +143,12 @@ impl<'a> Opening<'a> {
         })?;
         shared.reader.open(&reader);
         shared.receive();
-        if shared.state.identity.info.role == Role::Server {
-            let watched: Arc<dyn Watched> = Arc::clone(&shared) as _;
-            self.session.add_server(&watched);
-        }
+        let watched: Arc<dyn Watched> = Arc::clone(&shared) as _;
+        self.session.watch(&watched, &prepared.type_name);
         let port = ReaderPort {
             reader,
             shared,
+            guid,
             session: Rc::clone(self.session),
         };
         self.opening.register(&port.shared.state, &guid)?;
@@ -142,15 +163,17 @@ impl<'a> Opening<'a> {
             types,
             qos,
             signal,
+            labels,
         } = spec;
         let session = self.session;
         let info: EndpointInfo = session.opener.info(role, types.clone());
         let remote = session.endpoints_at(&topic);
         self.opening.check(&topic, &info, remote)?;
         let entity = session.participant.topic(&topic, &type_name);
-        let user_data = info.to_string();
+        let user_data = info.user_data(&labels);
         Ok(Prepared {
             topic: entity.map_err(|error| self.opening.failed(&error))?,
+            type_name,
             identity: Identity {
                 topic,
                 kind,
@@ -164,19 +187,21 @@ impl<'a> Opening<'a> {
     }
 
     /// Waits until these endpoints and their peers on this machine have found each other.
-    pub(crate) fn meet(self, endpoints: &[&EndpointState]) {
-        self.opening.meet(endpoints, |_| ());
+    pub fn meet(self, endpoints: &[&EndpointState]) {
+        self.opening.meet(endpoints);
     }
 }
 
 impl WriterPort {
-    pub(crate) fn state(&self) -> &EndpointState {
+    /// Its state.
+    pub fn state(&self) -> &EndpointState {
         &self.shared.state
     }
 }
 
 impl ReaderPort {
-    pub(crate) fn state(&self) -> &EndpointState {
+    /// Its state.
+    pub fn state(&self) -> &EndpointState {
         &self.shared.state
     }
 }
@@ -216,23 +241,29 @@ fn close<E>(session: &Session, shared: &SharedEntity<E>, entity: &Arc<E>, topic:
 mod tests {
     use super::*;
     use rc_middleware::{Environment, RunDirectory, Settings};
-    use rc_settings::Value;
     use std::sync::mpsc::channel;
 
     #[test]
     fn blocked_threads_do_not_delay_the_end_of_a_component() {
         let network = format!("stuck-{}", std::process::id());
-        let mut settings = Settings::default();
-        settings.set("dds", "domain", Value::Int(16));
-        settings.set("dds", "interfaces", Value::Texts(vec!["lo".to_owned()]));
         let environment = Environment {
             directory: RunDirectory::open(&network).expect("a run directory"),
             network,
             instance: "a".to_owned(),
             wake_event: WakeEvent::new().expect("a wake event"),
-            settings,
+            settings: Settings::default(),
         };
-        let session = Session::open(&environment).expect("the domain");
+        let lease = Duration::from_secs(1);
+        let configuration = crate::Configuration::new(16, lease).interface("lo");
+        let configuration = configuration.expect("an interface").text();
+        let joining = crate::Joining {
+            middleware: "stuck",
+            domain: 16,
+            configuration,
+            user_data: String::new(),
+            service: |topic| topic,
+        };
+        let session = Session::open(&environment, &joining).expect("the domain");
         let limit = session.patience.get();
         let (entity, shared) = (Arc::new(()), SharedEntity::<()>::default());
         shared.open(&entity);

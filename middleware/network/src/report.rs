@@ -1,7 +1,7 @@
 //! Messages of the library, in the log.
 
+use crate::RateLimit;
 use rc_diagnostics::foreign::clean;
-use rc_network::RateLimit;
 
 /// Logs a message of the library.
 pub(crate) fn library(is_error: bool, message: &str) {

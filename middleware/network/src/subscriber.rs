@@ -1,40 +1,16 @@
 //! The subscriber of a topic.
 
-use crate::inbox;
-use crate::names;
-use crate::port::{EndpointSpec, Opening, ReaderPort, signal};
-use crate::qos::topic_qos;
-use crate::session::Session;
+use crate::port::{EndpointSpec, Opening, ReaderPort};
+use crate::sample::{body, sample_header};
+use crate::{DuplicateFilter, SampleQueue, Session, age};
 use rc_ddsc::Sample;
-use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
-use rc_network::{DuplicateFilter, Role, SampleQueue};
+use rc_middleware::{Header, OpenError, ReceiveError, Subscriber, Unread};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
 use std::sync::Arc;
 
-pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubscriber, OpenError> {
-    let address = endpoint.address.to_string();
-    let queue = Arc::new(SampleQueue::new(endpoint.qos.depth));
-    let spec = EndpointSpec {
-        names: names::topic(endpoint),
-        role: Role::Subscriber,
-        types: &endpoint.types,
-        qos: topic_qos(&endpoint.qos),
-        signal: signal(&address)?,
-    };
-    let opening = Opening::begin(session, &address)?;
-    let port = opening.reader(spec, Arc::clone(&queue) as _)?;
-    opening.meet(&[port.state()]);
-    Ok(DdsSubscriber {
-        port,
-        queue,
-        duplicates: DuplicateFilter::default(),
-        unread: Unread::default(),
-        address,
-    })
-}
-
-pub(crate) struct DdsSubscriber {
+/// The subscriber of a topic.
+pub struct TopicSubscriber {
     port: ReaderPort,
     queue: Arc<SampleQueue<Sample>>,
     duplicates: DuplicateFilter,
@@ -42,7 +18,34 @@ pub(crate) struct DdsSubscriber {
     address: String,
 }
 
-impl Subscriber for DdsSubscriber {
+impl TopicSubscriber {
+    /// Opens the subscriber at `address`, which keeps the last `depth` samples.
+    pub fn open(
+        session: &Rc<Session>,
+        address: &str,
+        spec: EndpointSpec<'_>,
+        depth: u32,
+    ) -> Result<Self, OpenError> {
+        let queue = Arc::new(SampleQueue::new(depth));
+        let opening = Opening::begin(session, address)?;
+        let port = opening.reader(spec, Arc::clone(&queue) as _)?;
+        opening.meet(&[port.state()]);
+        Ok(Self {
+            port,
+            queue,
+            duplicates: DuplicateFilter::default(),
+            unread: Unread::default(),
+            address: address.to_owned(),
+        })
+    }
+
+    /// Its endpoint.
+    pub fn port(&self) -> &ReaderPort {
+        &self.port
+    }
+}
+
+impl Subscriber for TopicSubscriber {
     fn descriptor(&self) -> BorrowedFd<'_> {
         self.port.state().signal.as_fd()
     }
@@ -60,14 +63,14 @@ impl Subscriber for DdsSubscriber {
             // The library drops expired samples in its own queue; a sample can also expire in this
             // one.
             let lifespan = sender.lifespan;
-            if lifespan.is_some_and(|lifespan| rc_network::age(sample.stamp()) > lifespan)
+            if lifespan.is_some_and(|lifespan| age(sample.stamp()) > lifespan)
                 || !self.duplicates.is_new(sender.id, sample.sequence())
             {
                 continue;
             }
-            return match inbox::body(&sample) {
+            return match body(&sample) {
                 Ok(body) => {
-                    let mut header = inbox::header(&sample, sender.id, sender.type_hash);
+                    let mut header = sample_header(&sample, sender.id, sender.type_hash);
                     self.unread.renumber(&mut header);
                     take(header, body);
                     Ok(true)

@@ -1,10 +1,12 @@
 //! The thread of discovery. It asks the library about what the library announces; the library's own
 //! threads must not.
 
-use crate::endpoint_state::{Peer, ReaderState, Watched, WriterState, matched};
-use crate::{names, qos};
-use rc_ddsc::{Discovery, End, Event, Guid, Listener};
-use rc_network::{EndpointInfo, EndpointKind, Mismatches, Role, differences, lock};
+use crate::entities::{ReaderState, Watched, WriterState, matched};
+use crate::{
+    EndpointInfo, EndpointKind, Guid, Identity, Mismatches, Peer, Role, differences, lock, qos,
+};
+use rc_ddsc::{Discovery, End, Event, Listener};
+use rc_diagnostics::foreign::clean;
 use std::collections::HashMap;
 use std::sync::mpsc::{Receiver, Sender};
 use std::sync::{Arc, Mutex, Weak};
@@ -13,18 +15,21 @@ use std::sync::{Arc, Mutex, Weak};
 pub(crate) struct Discovered {
     readers: Mutex<HashMap<Guid, End>>,
     writers: Mutex<HashMap<Guid, End>>,
-    /// The readers of this component that receive requests.
-    servers: Mutex<Vec<Weak<dyn Watched>>>,
+    /// The endpoints of this component, each with the name of its type.
+    own: Mutex<Vec<(Weak<dyn Watched>, String)>>,
     pub(crate) mismatches: Mismatches,
+    /// Gives the name of a service, for the topic of its requests.
+    service: fn(&str) -> &str,
 }
 
 impl Discovered {
-    pub(crate) fn new(host: &str) -> Self {
+    pub(crate) fn new(host: &str, service: fn(&str) -> &str) -> Self {
         Self {
             readers: Mutex::default(),
             writers: Mutex::default(),
-            servers: Mutex::default(),
+            own: Mutex::default(),
             mismatches: Mismatches::new(host),
+            service,
         }
     }
 
@@ -48,11 +53,42 @@ impl Discovered {
         infos
     }
 
-    /// Adds a reader that receives requests.
-    pub(crate) fn add_server(&self, server: &Arc<dyn Watched>) {
-        let mut servers = lock(&self.servers);
-        servers.retain(|server| server.strong_count() > 0);
-        servers.push(Arc::downgrade(server));
+    /// Adds an endpoint of this component, whose participant is `own`.
+    pub(crate) fn watch(&self, endpoint: &Arc<dyn Watched>, type_name: &str, own: Guid) {
+        let mut all = lock(&self.own);
+        all.retain(|(endpoint, _)| endpoint.strong_count() > 0);
+        all.push((Arc::downgrade(endpoint), type_name.to_owned()));
+        drop(all);
+        let kind = endpoint.state().identity.kind.opposite();
+        for end in lock(self.endpoints(kind)).values() {
+            if end.participant != own {
+                self.compare_type_names(&**endpoint, type_name, end, kind);
+            }
+        }
+    }
+
+    /// Reports an endpoint that the library does not match because its type has another name.
+    fn compare_type_names(
+        &self,
+        endpoint: &dyn Watched,
+        type_name: &str,
+        end: &End,
+        kind: EndpointKind,
+    ) {
+        let Identity {
+            topic, kind: own, ..
+        } = &endpoint.state().identity;
+        if own.opposite() != kind
+            || *topic != end.topic
+            || type_name == end.type_name
+            || !endpoint.state().should_report(&end.guid)
+        {
+            return;
+        }
+        let (theirs, who) = (clean(&end.type_name), crate::hex(&end.guid));
+        self.mismatches.error(format!(
+            "`{topic}` is {type_name} here and {theirs} to the endpoint {who}; the two exchange nothing"
+        ));
     }
 }
 
@@ -142,7 +178,7 @@ impl Watcher {
         // What cannot be read now is read at the next announcement.
         let _ = discovery.take(|end, guid| match end {
             Some(end) => {
-                self.compare_servers(&end);
+                self.compare(&end, kind);
                 endpoints.insert(guid, end);
             }
             None => {
@@ -151,19 +187,31 @@ impl Watcher {
         });
     }
 
-    /// Reports a process on another machine that serves an address of this component.
-    fn compare_servers(&self, end: &End) {
+    /// Reports an endpoint whose type has another name, and a process on another machine that
+    /// serves an address of this component.
+    fn compare(&self, end: &End, kind: EndpointKind) {
         let info = EndpointInfo::parse(&end.user_data);
         let rival = info.filter(|info| info.role == Role::Server && info.host != self.host);
-        let Some(rival) = rival else { return };
-        for server in lock(&self.discovered.servers)
-            .iter()
-            .filter_map(Weak::upgrade)
-        {
-            let state = server.state();
-            if state.topic() == end.topic && state.should_report(&end.guid) {
-                let address = names::address_of_requests(state.topic());
-                self.discovered.mismatches.second_server(address, &rival);
+        let own: Vec<_> = {
+            let own = lock(&self.discovered.own);
+            let there = own.iter();
+            there
+                .filter_map(|(own, type_name)| Some((own.upgrade()?, type_name)))
+                .filter(|(own, _)| own.state().topic() == end.topic)
+                .map(|(own, type_name)| (own, type_name.clone()))
+                .collect()
+        };
+        for (own, type_name) in own {
+            self.discovered
+                .compare_type_names(&*own, &type_name, end, kind);
+            let Identity { info, kind, .. } = &own.state().identity;
+            let serves = (info.role, *kind) == (Role::Server, EndpointKind::Reader);
+            if let Some(rival) = &rival
+                && serves
+                && own.state().should_report(&end.guid)
+            {
+                let service = (self.discovered.service)(own.state().topic());
+                self.discovered.mismatches.second_server(service, rival);
             }
         }
     }
@@ -178,7 +226,7 @@ impl Watcher {
                     self.report_types(endpoint, &peer);
                 }
             }
-            Event::Unmatched(handle) => state.remove(&handle),
+            Event::Unmatched(handle) => state.remove(handle),
             Event::Incompatible(_) => self.report_qos(endpoint),
             Event::Deadline(count) => {
                 let limit = state.identity.contract.deadline;

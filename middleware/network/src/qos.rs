@@ -1,11 +1,11 @@
 //! Quality of service for the library.
 
+use crate::QosContract;
 use rc_ddsc::{End, Qos};
 use rc_middleware::{Durability, Reliability};
-use rc_network::QosContract;
 
 /// The quality of service of a publisher or a subscriber.
-pub(crate) fn topic_qos(wanted: &rc_middleware::Qos) -> Qos<'static> {
+pub fn topic_qos(wanted: &rc_middleware::Qos) -> Qos<'static> {
     Qos {
         reliable: wanted.reliability == Reliability::Reliable,
         transient_local: wanted.durability == Durability::TransientLocal,
@@ -19,7 +19,7 @@ pub(crate) fn topic_qos(wanted: &rc_middleware::Qos) -> Qos<'static> {
 
 /// The quality of service of calls, which lose nothing: clients and servers limit how many requests
 /// wait.
-pub(crate) fn call_qos() -> Qos<'static> {
+pub fn call_qos() -> Qos<'static> {
     Qos {
         reliable: true,
         depth: 0,

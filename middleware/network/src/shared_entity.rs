@@ -4,7 +4,7 @@
 //! thread that deleted an endpoint from within its listener would wait for itself. So the component
 //! deletes endpoints, and only after all other threads have let go.
 
-use rc_network::lock;
+use crate::lock;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 

@@ -1,0 +1,93 @@
+/* ddsi_transmit.c of the library as it is, with three of its calls going through hooks: samples carry parameters in their
+ * inline QoS, which the library does not offer, and the first transmission of a large sample is paced.
+ *
+ * build.rs compiles this file in the place of ddsi_transmit.c, and fails if the library calls these functions more or less
+ * often than it did when the hooks were written: a call that goes past a hook would be silent.
+ */
+
+#include <stdbool.h>
+#include <string.h>
+
+#include "dds/ddsi/ddsi_endpoint.h"
+#include "dds/ddsi/ddsi_serdata.h"
+#include "dds/ddsrt/time.h"
+#include "ddsi__endpoint_match.h"
+#include "ddsi__protocol.h"
+#include "ddsi__xmsg.h"
+
+/* In shim.c: writes the parameters of a sample; whether it has any. */
+void rc_inline_qos (struct ddsi_xmsg *m, const struct ddsi_serdata *d);
+int rc_has_inline_qos (const struct ddsi_serdata *d);
+
+/* ---- Pacing ---- */
+
+/* Fast DDS takes the system's default for its socket, 212 kB on Linux: three packets of ours. What arrives while it has no
+ * processor is lost, to a best-effort reader for good. So the fragments of a sample leave at this rate, after a burst. The
+ * readers of Cyclone DDS, to whom the library belongs, ask for a larger socket and need no pacing. */
+enum { BURST = 128 * 1024, BYTES_PER_MS = 100 * 1000, CYCLONE = 0x0110 };
+
+/* Of this thread: the bytes of fragments that were made and not handed on yet, and whether they are paced. Fragments are made
+ * with the writer locked, where nobody may sleep, and handed on without. */
+static _Thread_local uint32_t rc_made;
+static _Thread_local bool rc_is_paced;
+/* The time at which the bucket is full again. */
+static _Thread_local int64_t rc_full_at;
+
+/* Whether there is a reader with a small socket. The first two bytes of a GUID name the vendor (RTPS 2.5, 9.3.1.5). */
+static bool rc_has_small_reader (const struct ddsi_writer *wr)
+{
+  ddsrt_avl_iter_t it;
+  for (const struct ddsi_wr_prd_match *m = ddsrt_avl_iter_first (&ddsi_wr_readers_treedef, &wr->readers, &it); m != NULL; m = ddsrt_avl_iter_next (&it)) {
+    if (m->prd_guid.prefix.u[0] >> 16 != CYCLONE)
+      return true;
+  }
+  return false;
+}
+
+static void rc_note (struct ddsi_xmsg *m, const struct ddsi_writer *wr, const struct ddsi_serdata *d, size_t offset, size_t size)
+{
+  if (size == ddsi_serdata_size (d) || ddsi_xmsg_kind (m) != DDSI_XMSG_KIND_DATA)
+    return;
+  if (offset == 0) {
+    rc_made = 0;
+    rc_is_paced = rc_has_small_reader (wr);
+  }
+  if (rc_is_paced)
+    rc_made += (uint32_t) size;
+}
+
+static void rc_pace (struct ddsi_xpack *xp)
+{
+  if (rc_made == 0)
+    return;
+  const int64_t cost = (int64_t) rc_made * 1000000 / BYTES_PER_MS, burst = (int64_t) BURST * 1000000 / BYTES_PER_MS;
+  rc_made = 0;
+  const int64_t now = ddsrt_time_monotonic ().v;
+  if (rc_full_at < now)
+    rc_full_at = now;
+  rc_full_at += cost;
+  if (rc_full_at - now > burst) {
+    /* What was packed before goes out, and this message waits. */
+    ddsi_xpack_send (xp, true);
+    dds_sleepfor (rc_full_at - now - burst);
+  }
+}
+
+/* ---- Parameters ---- */
+
+/* Fragments after the first one: the library adds no parameters to these, and the first one may be lost and come last. */
+static void rc_later (struct ddsi_xmsg *m, struct ddsi_xmsg_marker at, const struct ddsi_serdata *d, size_t offset)
+{
+  if (offset > 0 && rc_has_inline_qos (d)) {
+    rc_inline_qos (m, d);
+    ddsi_xmsg_addpar_sentinel (m);
+    ((ddsi_rtps_submessage_header_t *) ddsi_xmsg_submsg_from_marker (m, at))->flags |= DDSI_DATAFRAG_FLAG_INLINE_QOS;
+  }
+}
+
+/* `serdata` and `sm_marker` are variables of the callers. */
+#define ddsi_xmsg_addpar_sentinel_ifparam(m) (rc_inline_qos ((m), serdata), (ddsi_xmsg_addpar_sentinel_ifparam) (m))
+#define ddsi_xmsg_serdata(m, d, off, len, wr) \
+  (rc_note ((m), (wr), (d), (off), (len)), rc_later ((m), sm_marker, (d), (off)), (ddsi_xmsg_serdata) ((m), (d), (off), (len), (wr)))
+#define ddsi_xpack_addmsg(xp, m, flags) (rc_pace (xp), (ddsi_xpack_addmsg) ((xp), (m), (flags)))
+#include "ddsi_transmit.c"
