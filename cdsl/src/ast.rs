@@ -75,6 +75,8 @@ pub struct SlotDecl {
     pub backend: Option<Name>,
     /// `as front`
     pub name: Option<Name>,
+    /// The keyword `optional`.
+    pub optional: Option<Name>,
     /// `{ depth 5; }`
     pub qos: Vec<Setting>,
     /// The location of the whole declaration.

@@ -69,6 +69,8 @@ pub struct Slot {
     pub interface: InterfaceId,
     /// The middleware, if the file sets one for this slot.
     pub backend: Option<Backend>,
+    /// Whether the component works without a peer: its start and its readiness wait for none.
+    pub optional: bool,
     /// Deviations from the default quality of service.
     pub qos: Qos,
     /// The location of its declaration.

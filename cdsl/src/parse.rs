@@ -142,11 +142,13 @@ fn communication(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Commu
 fn slot(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SlotDecl> {
     let span = r.span(&pair);
     let (mut interface, mut backend, mut name, mut qos) = (None, None, None, Vec::new());
+    let mut optional = None;
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => interface = Some(r.name(&part)),
             Rule::backend => backend = Some(r.name(&part)),
             Rule::slot_name => name = Some(r.name(&part)),
+            Rule::kw_optional => optional = Some(r.name(&part)),
             Rule::qos => qos = part.into_inner().filter_map(|p| setting(r, p)).collect(),
             _ => {}
         }
@@ -156,6 +158,7 @@ fn slot(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SlotDecl> {
         interface: interface?,
         backend,
         name,
+        optional,
         qos,
         span: Span::new(r.source, span.start, trimmed),
     })

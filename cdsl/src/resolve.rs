@@ -312,17 +312,38 @@ impl Resolver<'_> {
                 names.taken.insert(name.to_ascii_lowercase(), decl.span);
                 let backend = decl.backend.as_ref().and_then(|b| self.backend(b));
                 let qos = self.qos(*role, interface, &decl.qos);
+                let optional = self.optional(*role, decl);
                 slots.push(Slot {
                     name,
                     role: *role,
                     interface,
                     backend,
+                    optional,
                     qos,
                     span: decl.span,
                 });
             }
         }
         slots
+    }
+
+    /// Whether a slot is optional. Reports `optional` at a slot that offers its interface.
+    fn optional(&mut self, role: Role, decl: &SlotDecl) -> bool {
+        let Some(word) = &decl.optional else {
+            return false;
+        };
+        let consumes = matches!(role, Role::Requires | Role::SubscribesTo);
+        if !consumes {
+            let message = format!(
+                "a slot that {} its interface is always optional",
+                role.word()
+            );
+            let error = Diagnostic::error("optional-provider", word.span, message);
+            self.found.push(error.help(
+                "remove `optional`: it is for slots that require or subscribe, whose peer may be missing",
+            ));
+        }
+        consumes
     }
 
     fn interface(&mut self, name: &Name) -> Option<InterfaceId> {

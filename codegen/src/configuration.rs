@@ -3,7 +3,8 @@
 
 use crate::load;
 use crate::project::Project;
-use rc_configuration::{Parameters, Update};
+use rc_cdsl::Component;
+use rc_configuration::{Configuration, Parameters, Update};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::Loader;
 use std::io;
@@ -69,7 +70,10 @@ pub(crate) fn check(
     project: Option<&Project>,
 ) -> Vec<Diagnostic> {
     let parameters = project.and_then(|project| project.parameters.as_ref());
-    let (_, found) = rc_configuration::check(sources, source, parameters);
+    let (configuration, mut found) = rc_configuration::check(sources, source, parameters);
+    if let Some(project) = project {
+        found.extend(unknown_slots(&configuration, &project.component));
+    }
     // What a description with errors declares is not known; the framework's own keys are.
     let known = |d: &Diagnostic| project.is_some() || d.code != "unknown-parameter";
     let mut found: Vec<Diagnostic> = found.into_iter().filter(known).collect();
@@ -89,6 +93,22 @@ pub(crate) fn check(
         );
     }
     found
+}
+
+/// Finds addresses under `[bindings]` for slots that the component does not have.
+pub fn unknown_slots(configuration: &Configuration, component: &Component) -> Vec<Diagnostic> {
+    let known = |name: &String| component.slots.iter().any(|slot| slot.name == *name);
+    let unknown = configuration
+        .bindings
+        .iter()
+        .filter(|(slot, _)| !known(slot));
+    let diagnostics = unknown.map(|(slot, binding)| {
+        let name = &component.name.text;
+        let message = format!("`{slot}` is not a slot of {name}");
+        let error = Diagnostic::error("unknown-slot", binding.span, message);
+        error.suggest(slot, component.slots.iter().map(|slot| slot.name.as_str()))
+    });
+    diagnostics.collect()
 }
 
 /// A configuration, and what is to become of it.

@@ -210,7 +210,7 @@ pub fn not_utf8(path: &Path, bytes: &[u8], sources: &mut SourceMap) -> Diagnosti
 }
 
 /// `a/./b/../c` as `a/c`, so that one file has one path; links are left alone.
-pub(crate) fn normal(path: &Path) -> PathBuf {
+pub fn normal(path: &Path) -> PathBuf {
     use std::path::Component;
     let mut out = PathBuf::new();
     for part in path.components() {

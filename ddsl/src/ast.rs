@@ -33,6 +33,8 @@ pub enum Decl {
     Group(Group),
     /// `bind a.Laser -> b.Laser;`
     Bind(Bind),
+    /// `external avoider.Laser at "robot/Laser";`
+    External(External),
     /// `middleware dds { lease 500ms; };`
     Middleware(Middleware),
     /// `domain 7;`, with its keyword
@@ -105,6 +107,8 @@ pub enum Field {
     Cpu(Vec<Literal>),
     /// `priority 10;`
     Priority(Literal),
+    /// `parameters { speed 300; };`
+    Parameters(Vec<Parameter>),
     /// `middleware dds { lease 500ms; };`
     Middleware(Middleware),
     /// `domain 7;`
@@ -148,6 +152,33 @@ pub struct Bind {
     pub consumer: SlotPath,
     /// The slot that implements or publishes.
     pub provider: SlotPath,
+}
+
+/// `external avoider.Laser, arm.Motor at "robot/Laser";`
+#[derive(Clone, Debug, PartialEq)]
+pub struct External {
+    /// The slots that require or subscribe.
+    pub slots: Vec<SlotPath>,
+    /// The address of their peer.
+    pub address: Option<Name>,
+}
+
+/// `motors[2].max 4;` or `gains [1, 2];`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// The path of the parameter.
+    pub path: Name,
+    /// The value.
+    pub value: ParameterValue,
+}
+
+/// The value of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ParameterValue {
+    /// `300`, `20ms`, `"left"`
+    One(Literal),
+    /// `[1, 2]`
+    Array(Vec<Literal>),
 }
 
 /// The path of a slot.

@@ -9,7 +9,8 @@ use crate::model::{Deployment, Instance, InstanceOrGroup, SlotPath};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Role, Slot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
-use std::collections::{BTreeSet, HashMap, HashSet};
+use rc_syntax::Name;
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 /// A connection between a consumer and a provider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -36,7 +37,10 @@ pub struct ConnectionDiagnostic {
 pub struct Network {
     /// Pairs of consumer and provider. A subscriber of several publishers has several connections.
     pub connections: Vec<Connection>,
-    /// For each instance, the instances it requires.
+    /// The external slots, each with the address that its declaration names.
+    pub externals: BTreeMap<Endpoint, Option<Name>>,
+    /// For each instance, the instances that must be ready before it: those of required slots that
+    /// are not optional.
     pub required: Vec<BTreeSet<usize>>,
     /// Diagnostics about slots and connections. `connections` omits connections with errors.
     pub diagnostics: Vec<ConnectionDiagnostic>,
@@ -56,10 +60,12 @@ pub fn connect(
         exports,
         compatibility: CompatibilityChecker::new(deployment, components),
         connections: Vec::new(),
+        externals: BTreeMap::new(),
         diagnostics: Vec::new(),
         found,
     };
-    let bound = connector.connect_binds();
+    let mut bound = connector.connect_binds();
+    connector.take_externals(&mut bound);
     connector.connect_implicitly(&bound);
     let mut network = connector.network();
     connector.check_requires_cycles(&network);
@@ -78,6 +84,7 @@ struct Connector<'a> {
     exports: Exports<'a>,
     compatibility: CompatibilityChecker<'a>,
     connections: Vec<Connection>,
+    externals: BTreeMap<Endpoint, Option<Name>>,
     diagnostics: Vec<ConnectionDiagnostic>,
     found: Diagnostics,
 }
@@ -169,7 +176,7 @@ impl<'a> Connector<'a> {
     }
 
     /// Makes the explicit connections. Returns their consumers, including those with errors.
-    fn connect_binds(&mut self) -> HashSet<Endpoint> {
+    fn connect_binds(&mut self) -> HashMap<Endpoint, Span> {
         let mut bound: HashMap<Endpoint, Span> = HashMap::new();
         let mut pairs: HashSet<(Endpoint, Endpoint)> = HashSet::new();
         for bind in &self.deployment.binds {
@@ -202,7 +209,39 @@ impl<'a> Connector<'a> {
                 self.connections.push(Connection { consumer, provider });
             }
         }
-        bound.into_keys().collect()
+        bound
+    }
+
+    /// Takes the slots whose peers are not part of the network, and adds them to `bound`.
+    fn take_externals(&mut self, bound: &mut HashMap<Endpoint, Span>) {
+        for external in &self.deployment.externals {
+            let span = external.slot.span;
+            let Some(end) = self.find(&external.slot) else {
+                continue;
+            };
+            let Some(slot) = self.slot(end) else { continue };
+            if provider_of(slot.role).is_none() {
+                let message = format!(
+                    "expected a consumer after `external`, but `{}` {} its interface",
+                    self.name(end),
+                    slot.role.word()
+                );
+                let error = Diagnostic::error("wrong-direction", span, message)
+                    .label(slot.span, "declared here")
+                    .help(
+                        "remove it: peers outside the network need no declaration to use this slot",
+                    );
+                self.report(end, None, error);
+            } else if let Some(first) = bound.get(&end) {
+                let message = format!("`{}` is bound already", self.name(end));
+                let error = Diagnostic::error("bound-twice", span, message);
+                let error = error.label(*first, "first bound here");
+                self.report(end, None, error);
+            } else {
+                bound.insert(end, span);
+                self.externals.insert(end, external.address.clone());
+            }
+        }
     }
 
     /// Whether a bind joins a consumer to a provider of the same interface. Reports errors if not.
@@ -268,7 +307,7 @@ impl<'a> Connector<'a> {
 
     /// Connects slots without a bind: clients to the only visible provider, subscribers to every
     /// visible publisher.
-    fn connect_implicitly(&mut self, bound: &HashSet<Endpoint>) {
+    fn connect_implicitly(&mut self, bound: &HashMap<Endpoint, Span>) {
         let ends = self.ends();
         let mut providers: HashMap<(Role, String), Providers> = HashMap::new();
         for end in ends.iter().copied() {
@@ -282,7 +321,7 @@ impl<'a> Connector<'a> {
             }
         }
         let mut read: HashSet<Endpoint> = self.connections.iter().map(|c| c.provider).collect();
-        for consumer in ends.iter().copied().filter(|end| !bound.contains(end)) {
+        for consumer in ends.iter().copied().filter(|end| !bound.contains_key(end)) {
             let Some(slot) = self.slot(consumer) else {
                 continue;
             };
@@ -336,15 +375,28 @@ impl<'a> Connector<'a> {
             return;
         };
         let span = self.instance(consumer).name.span;
-        let diagnostic = if slot.role == Role::Requires {
-            let message =
-                format!("`{name}` requires `{interface}`, but no component implements it");
-            Diagnostic::error("no-provider", span, message).label(slot.span, "required here")
-        } else {
-            let message =
-                format!("`{name}` subscribes to `{interface}`, but no component publishes it");
-            Diagnostic::warning("no-publisher", span, message).label(slot.span, "subscribed here")
+        let requires = slot.role == Role::Requires;
+        let (needs, offers) = match requires {
+            true => ("requires", "implements"),
+            false => ("subscribes to", "publishes"),
         };
+        let message = if slot.optional {
+            format!("`{name}` is optional, and no component {offers} `{interface}`")
+        } else {
+            format!("`{name}` {needs} `{interface}`, but no component {offers} it")
+        };
+        let diagnostic = match (requires, slot.optional) {
+            (true, false) => Diagnostic::error("no-provider", span, message),
+            (true, true) => Diagnostic::note("no-provider", span, message),
+            (false, false) => Diagnostic::warning("no-publisher", span, message),
+            (false, true) => Diagnostic::note("no-publisher", span, message),
+        };
+        let label = if requires {
+            "required here"
+        } else {
+            "subscribed here"
+        };
+        let diagnostic = diagnostic.label(slot.span, label);
         let help = hidden.and_then(|end| {
             let slot = self.slot(end)?;
             let group = self.exports.reach(self.deployment, end, &slot.name)?;
@@ -360,9 +412,23 @@ impl<'a> Connector<'a> {
         });
         let diagnostic = match help {
             Some(help) => diagnostic.help(help),
-            None => diagnostic,
+            None if slot.optional || hidden.is_some() => diagnostic,
+            None => diagnostic.help(format!(
+                "if somebody outside the network {offers} it, write `external {};`{}",
+                self.name_beside(consumer, consumer),
+                self.in_group(consumer)
+            )),
         };
         self.report(consumer, None, diagnostic);
+    }
+
+    /// ` in group …`, where a declaration about the slot stands.
+    fn in_group(&self, end: Endpoint) -> String {
+        let group = self
+            .instance(end)
+            .group
+            .map(|at| &self.deployment.groups[at]);
+        group.map_or_else(String::new, |group| format!(" in group `{}`", group.path))
     }
 
     fn report_several_providers(&mut self, consumer: Endpoint, seen: &[Endpoint]) {
@@ -381,15 +447,8 @@ impl<'a> Connector<'a> {
             self.name_beside(consumer, consumer),
             self.name_beside(consumer, seen[0])
         );
-        let instance = self.instance(consumer);
-        let help = match instance.group {
-            Some(group) => format!(
-                "choose one in group `{}`: {bind}",
-                self.deployment.groups[group].path
-            ),
-            None => format!("choose one: {bind}"),
-        };
-        let span = instance.name.span;
+        let help = format!("choose one{}: {bind}", self.in_group(consumer));
+        let span = self.instance(consumer).name.span;
         let error = Diagnostic::error("several-providers", span, message).help(help);
         self.report(consumer, None, error);
     }
@@ -399,13 +458,14 @@ impl<'a> Connector<'a> {
         for Connection { consumer, provider } in &self.connections {
             let calls = self
                 .slot(*consumer)
-                .is_some_and(|s| s.role == Role::Requires);
+                .is_some_and(|s| s.role == Role::Requires && !s.optional);
             if calls && consumer.instance != provider.instance {
                 required[consumer.instance].insert(provider.instance);
             }
         }
         Network {
             connections: std::mem::take(&mut self.connections),
+            externals: std::mem::take(&mut self.externals),
             required,
             diagnostics: std::mem::take(&mut self.diagnostics),
         }
@@ -413,8 +473,16 @@ impl<'a> Connector<'a> {
 
     /// Warns of components that require each other: simultaneous queries time out.
     fn check_requires_cycles(&mut self, network: &Network) {
-        let next = network.required.iter();
-        let next: Vec<Vec<usize>> = next.map(|all| all.iter().copied().collect()).collect();
+        let mut next = vec![BTreeSet::new(); network.required.len()];
+        for Connection { consumer, provider } in &network.connections {
+            let calls = self
+                .slot(*consumer)
+                .is_some_and(|s| s.role == Role::Requires);
+            if calls && consumer.instance != provider.instance {
+                next[consumer.instance].insert(provider.instance);
+            }
+        }
+        let next: Vec<Vec<usize>> = next.into_iter().map(Vec::from_iter).collect();
         for cycle in cycles(&next) {
             let names = cycle.iter().chain(cycle.first());
             let names = names.map(|i| self.deployment.instances[*i].path.as_str());

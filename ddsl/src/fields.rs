@@ -2,7 +2,7 @@
 
 use crate::ast::{self, Field};
 use crate::duplicates::{check_unique, report_duplicate};
-use crate::model::{BACKOFF, HUNG, Instance, Policy, READY, Restart, STOP};
+use crate::model::{BACKOFF, HUNG, Instance, Parameter, Policy, READY, Restart, STOP};
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
@@ -72,6 +72,7 @@ pub(crate) fn instance(
         cpu_span: None,
         priority: None,
         system_time: None,
+        parameters: Vec::new(),
     };
     let mut references = References::default();
     // `middleware` may occur several times.
@@ -131,6 +132,15 @@ pub(crate) fn instance(
                 instance.priority = number.map(|n| (n as u8, word.span));
             }
             Field::SystemTime => instance.system_time = Some(word.span),
+            Field::Parameters(parameters) => {
+                let mut seen: HashMap<&str, Span> = HashMap::new();
+                for Parameter { path, .. } in parameters {
+                    if let Some(first) = seen.insert(&path.text, path.span) {
+                        report_duplicate(path, "parameter", first, found);
+                    }
+                }
+                instance.parameters.clone_from(parameters);
+            }
             Field::Middleware(_) | Field::Domain(_) => {}
         }
     }

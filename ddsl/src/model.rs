@@ -1,6 +1,7 @@
 //! The model of DDSL: a network with all names resolved and all values typed. The components of all
 //! groups and files are in one list of instances.
 
+pub use crate::ast::{Parameter, ParameterValue};
 use rc_cdsl::model::Backend;
 use rc_diagnostics::Span;
 use rc_settings::Value;
@@ -28,6 +29,8 @@ pub struct Deployment {
     /// The component that publishes the time of the network: an index into
     /// [`Deployment::instances`], and the location of its name. `None` for the clock of the system.
     pub time: Option<(usize, Span)>,
+    /// The slots whose peers are not part of the network.
+    pub externals: Vec<External>,
 }
 
 /// A machine.
@@ -93,6 +96,8 @@ pub struct Instance {
     pub priority: Option<(u8, Span)>,
     /// The location of `time system;`: it has the clock of the system, whatever the network has.
     pub system_time: Option<Span>,
+    /// Values of parameters that take precedence over its configuration.
+    pub parameters: Vec<Parameter>,
 }
 
 /// A setting of a middleware.
@@ -205,6 +210,15 @@ pub struct Bind {
     pub consumer: SlotPath,
     /// The slot that implements or publishes. `None` after an error.
     pub provider: Option<SlotPath>,
+}
+
+/// A slot in `external avoider.Laser at "robot/Laser";`
+#[derive(Clone, Debug)]
+pub struct External {
+    /// The slot that requires or subscribes.
+    pub slot: SlotPath,
+    /// The address of its peer, as written. `None` for the default address.
+    pub address: Option<Name>,
 }
 
 /// A slot of an instance, or one that a group exports.

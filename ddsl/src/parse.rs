@@ -1,7 +1,8 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
 use crate::ast::{
-    Bind, Component, Decl, Deployment, Field, File, Group, Host, Middleware, Restart, SlotPath,
+    Bind, Component, Decl, Deployment, External, Field, File, Group, Host, Middleware, Parameter,
+    ParameterValue, Restart, SlotPath,
 };
 use crate::settings;
 use pest::iterators::Pair;
@@ -20,19 +21,20 @@ pub struct Grammar;
 /// Keywords, each with the rule of its declaration.
 type Keywords = [(&'static str, Rule)];
 
-const GROUP: [(&str, Rule); 8] = [
+const GROUP: [(&str, Rule); 9] = [
     ("Component", Rule::component),
     ("Host", Rule::host),
     ("Group", Rule::group),
     ("bind", Rule::bind),
+    ("external", Rule::external),
     ("middleware", Rule::middleware),
     ("domain", Rule::domain),
     ("time", Rule::network_time),
     ("export", Rule::export),
 ];
 /// A deployment has all declarations of a group but `export`.
-const DEPLOYMENT: &Keywords = GROUP.split_at(7).0;
-const COMPONENT: [(&str, Rule); 16] = [
+const DEPLOYMENT: &Keywords = GROUP.split_at(8).0;
+const COMPONENT: [(&str, Rule); 17] = [
     ("cdsl", Rule::text_field),
     ("executable", Rule::text_field),
     ("config", Rule::text_field),
@@ -46,6 +48,7 @@ const COMPONENT: [(&str, Rule); 16] = [
     ("args", Rule::args),
     ("cpu", Rule::cpu),
     ("priority", Rule::priority),
+    ("parameters", Rule::parameters),
     ("middleware", Rule::middleware),
     ("domain", Rule::domain),
     ("time", Rule::own_time),
@@ -118,6 +121,7 @@ fn decl(
                 provider: provider?,
             })
         }
+        Rule::external => Decl::External(external(r, pair)),
         Rule::middleware => Decl::Middleware(middleware(r, pair)?),
         Rule::domain => {
             let word = r.first_word(&pair);
@@ -132,6 +136,19 @@ fn decl(
             return None;
         }
     })
+}
+
+fn external(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> External {
+    let (mut slots, mut address) = (Vec::new(), None);
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::slot_path => slots.extend(slot_path(r, part)),
+            Rule::string => address = Some(r.string(&part)),
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    External { slots, address }
 }
 
 fn slot_path(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SlotPath> {
@@ -246,6 +263,7 @@ fn field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<
             Field::Env(variables.map(|[name, value]| (name, value)).collect())
         }
         Rule::cpu => Field::Cpu(values(r, pair)),
+        Rule::parameters => Field::Parameters(parameters(r, pair)),
         Rule::middleware => Field::Middleware(middleware(r, pair)?),
         Rule::domain => Field::Domain(values(r, pair).into_iter().next()?),
         Rule::own_time => {
@@ -253,6 +271,35 @@ fn field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<
             Field::SystemTime
         }
         _ => Field::Priority(values(r, pair).into_iter().next()?),
+    })
+}
+
+fn parameters(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Parameter> {
+    let mut parameters = Vec::new();
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::parameter => parameters.extend(parameter(r, part)),
+            Rule::skipped => r.report_skipped(&part, Rule::parameter),
+            _ => {}
+        }
+    }
+    parameters
+}
+
+fn parameter(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Parameter> {
+    let (mut path, mut value) = (None, None);
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::parameter_path => path = Some(r.name(&part)),
+            Rule::literal => value = Some(ParameterValue::One(r.literal(&part))),
+            Rule::list => value = Some(ParameterValue::Array(values(r, part))),
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    Some(Parameter {
+        path: path?,
+        value: value?,
     })
 }
 
@@ -346,6 +393,11 @@ rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
     field => "a field",
     settings => "`{`",
     setting => "a setting such as `lease 500ms;`",
+    parameter => "a parameter such as `speed 300;`",
+    parameter_path => "the path of a parameter such as `motors[2].max`",
+    list | open_square => "`[`",
+    close_square => "`]`",
+    kw_at => "`at`",
     literal => "a value",
     decl => "a declaration",
     arrow => "`->`",

@@ -5,7 +5,9 @@ use crate::check::check;
 use crate::duplicates::{check_unique, report_duplicate};
 use crate::fields::{BlockContext, References, instance};
 use crate::imports::{File, files};
-use crate::model::{Bind, Deployment, Group, Host, InstanceOrGroup, LONGEST_NAME, SlotPath};
+use crate::model::{
+    Bind, Deployment, External, Group, Host, InstanceOrGroup, LONGEST_NAME, SlotPath,
+};
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
@@ -34,11 +36,13 @@ pub fn load(
             groups: Vec::new(),
             binds: Vec::new(),
             time: None,
+            externals: Vec::new(),
         },
         scopes: vec![Scope::default()],
         references: Vec::new(),
         binds: Vec::new(),
         time: None,
+        externals: Vec::new(),
         comparisons: 0,
         found,
     };
@@ -110,6 +114,8 @@ struct Resolver<'a> {
     binds: Vec<(Option<usize>, &'a ast::Bind)>,
     /// The clause `time`: its keyword and its path.
     time: Option<(&'a Name, &'a [Name])>,
+    /// The `external` declarations, each with the enclosing group.
+    externals: Vec<(Option<usize>, &'a ast::External)>,
     comparisons: usize,
     found: Diagnostics,
 }
@@ -173,6 +179,7 @@ impl<'a> Resolver<'a> {
                 Decl::Group(tree) => self.group(tree, context),
                 Decl::Bind(tree) => self.binds.push((context.group, tree)),
                 Decl::Time(word, path) => self.time(word, path, context),
+                Decl::External(tree) => self.externals.push((context.group, tree)),
                 Decl::Middleware(_) | Decl::Domain(..) => {}
             }
         }
@@ -325,6 +332,20 @@ impl<'a> Resolver<'a> {
             let provider = self.slot_path(&bind.provider, group);
             if let Some(consumer) = consumer {
                 self.deployment.binds.push(Bind { consumer, provider });
+            }
+        }
+        for (group, tree) in std::mem::take(&mut self.externals) {
+            if let Some(address) = &tree.address
+                && let Err(reason) = rc_settings::address::check(&address.text)
+            {
+                let error = Diagnostic::error("bad-address", address.span, reason);
+                self.found.push(error);
+            }
+            for slot in &tree.slots {
+                let slot = self.slot_path(slot, group);
+                let address = tree.address.clone();
+                let external = slot.map(|slot| External { slot, address });
+                self.deployment.externals.extend(external);
             }
         }
     }

@@ -8,9 +8,6 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Address(String);
 
-/// Longest address in bytes. Every backend has names of that length.
-pub const LONGEST: usize = 200;
-
 impl Address {
     /// Reads an address; the error says why `text` is none.
     ///
@@ -22,18 +19,7 @@ impl Address {
     /// assert!(Address::parse("/Laser").is_err());
     /// ```
     pub fn parse(text: &str) -> Result<Self, String> {
-        let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-        if text.len() > LONGEST {
-            return Err(format!("an address has at most {LONGEST} characters"));
-        }
-        if text
-            .split('/')
-            .any(|part| part.is_empty() || !part.chars().all(allowed))
-        {
-            return Err(format!(
-                "`{text}` is not an address: names of letters, digits, `_` and `-`, joined by `/`, as in `default/Laser`"
-            ));
-        }
+        rc_settings::address::check(text)?;
         Ok(Self(text.to_owned()))
     }
 

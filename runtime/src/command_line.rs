@@ -64,6 +64,7 @@ pub(crate) fn parse(
                 let names = names.map(|name| parse_name("--followers", name));
                 out.followers = names.collect::<Result<_, _>>()?;
             }
+            Long("set") => out.parameters.push(parameter(&parser.value()?.string()?)?),
             Long("check") => check = true,
             Long("probe") => probe = true,
             Long("wait") => wait = Some(seconds(&parser.value()?.string()?)?),
@@ -111,6 +112,15 @@ fn binding(description: &Description, text: &str) -> Result<(String, Address), l
     };
     let slot = check_slot(description, slot)?;
     Ok((slot, Address::parse(address)?))
+}
+
+/// Parses `speed=300`.
+fn parameter(text: &str) -> Result<(String, String), lexopt::Error> {
+    let Some((path, value)) = text.split_once('=') else {
+        let message = format!("--set takes PATH=VALUE, as in `--set speed=300`, not `{text}`");
+        return Err(message.into());
+    };
+    Ok((path.to_owned(), value.to_owned()))
 }
 
 /// Parses `dds.domain=7`. The last value of a key counts.
@@ -173,6 +183,7 @@ fn help(description: &Description) -> String {
          --network NAME        network of the component (default: default)\n  \
          --name NAME           name of the component in its network (default: {name})\n  \
          --bind SLOT=ADDRESS   address of a slot (default: NETWORK/Interface)\n  \
+         --set PATH=VALUE      parameter for this run, as in `--set speed=300`\n  \
          --set-middleware MIDDLEWARE.KEY=VALUE\n                        \
          setting of [middleware.MIDDLEWARE], as in dds.domain=7; commas separate a list\n  \
          --clock CLOCK         where time comes from: system, simulated (a component of the network publishes it),\n                        \

@@ -31,7 +31,8 @@ pub(crate) fn load(
         return Ok(loaded);
     }
     let Some(model) = &loaded.parameters else {
-        let message = format!("{} has no parameters, and -p names one", description.name);
+        let name = description.name;
+        let message = format!("{name} has no parameters, and the command line sets one");
         return Err(StartError::Usage(message));
     };
     let live = LiveParameters::new(model.clone(), &loaded.configuration.parameters);
@@ -42,7 +43,7 @@ pub(crate) fn load(
     let given = given.iter().map(|(path, value)| (*path, value));
     let accepted = live.check_start(given).map_err(|found| {
         let (name, reason) = (description.name, refused(&found).message);
-        StartError::Configuration(format!("{name}: error: -p: {reason}\n"))
+        StartError::Configuration(format!("{name}: error: command line: {reason}\n"))
     })?;
     loaded.configuration.parameters = accepted.values();
     Ok(loaded)
@@ -134,13 +135,13 @@ pub(crate) fn bindings(
     configuration: &Configuration,
 ) -> Result<BTreeMap<String, Address>, StartError> {
     let mut all = BTreeMap::new();
-    for (slot, address) in &configuration.bindings {
+    for (slot, binding) in &configuration.bindings {
         let wrong = |reason: String| {
             let name = description.name;
             StartError::Configuration(format!("{name}: error: [bindings]: {reason}\n"))
         };
         let slot = arguments::check_slot(description, slot).map_err(wrong)?;
-        all.insert(slot, Address::parse(address).map_err(wrong)?);
+        all.insert(slot, Address::parse(&binding.address).map_err(wrong)?);
     }
     all.extend(arguments.bindings.clone());
     Ok(all)

@@ -5,10 +5,12 @@
 //! converts what is written into a [`Value`] once, by [`Kind::convert`] or [`Kind::parse`]; from
 //! there on settings are values.
 //!
+//! - [`address`]: addresses of slots.
 //! - [`duration`]: durations as people write them.
 //! - [`qos`]: rules that override the quality of service of topics.
 //! - [`ros`]: names of ROS 2, and rules that remap them.
 
+pub mod address;
 pub mod duration;
 mod key;
 mod kind;

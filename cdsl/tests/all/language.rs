@@ -465,3 +465,37 @@ fn constructs_of_real_files_are_accepted() {
     );
     assert_eq!(slots, ["requires Both"]);
 }
+
+#[test]
+fn optional_slots() {
+    let text = "import \"Laser.idsl\"; import \"Pub.idsl\";\nComponent C { Communications {\n\
+        requires Laser optional, Laser as front optional { timeout 1s; }, Laser as optional;\n\
+        subscribesTo LaserPub(dds) OPTIONAL;\n}; language rust; };";
+    let mut sources = SourceMap::new();
+    let source = sources.add("c.cdsl", text);
+    let (component, found) = rc_cdsl::load(&mut sources, &MemoryLoader::new(INTERFACES), source);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    let slots = component.expect("a component").slots;
+    let slots: Vec<_> = slots
+        .iter()
+        .map(|s| (s.name.as_str(), s.optional))
+        .collect();
+    assert_eq!(
+        slots,
+        [
+            ("Laser", true),
+            ("front", true),
+            ("optional", false),
+            ("LaserPub", true)
+        ]
+    );
+    check(
+        "implements Laser optional; publishes LaserPub as scan optional; requires optional Laser;",
+        "language rust;",
+        &expect![[r#"
+            c.cdsl:3:18: error[optional-provider]: a slot that implements its interface is always optional (remove `optional`: it is for slots that require or subscribe, whose peer may be missing)
+            c.cdsl:3:55: error[optional-provider]: a slot that publishes its interface is always optional (remove `optional`: it is for slots that require or subscribe, whose peer may be missing)
+            c.cdsl:3:83: error[syntax-error]: expected `(`, `,`, `;` or `{`, found `Laser`
+        "#]],
+    );
+}

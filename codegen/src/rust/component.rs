@@ -83,6 +83,7 @@ pub(crate) struct Slot<'a> {
     role_word: &'static str,
     pub(crate) receives: bool,
     sends: bool,
+    optional: bool,
     interface: &'a str,
     path: String,
     /// The module of the interface below `interfaces`.
@@ -342,6 +343,7 @@ fn one<'a>(
         role_word: slot.role,
         receives: slot.receives,
         sends: slot.sends,
+        optional: slot.optional,
         interface: &slot.interface,
         path: format!("{}::{}", slot.module, slot.interface),
         end: format!("interfaces::{module}::{base}{kind}"),

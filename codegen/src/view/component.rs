@@ -90,6 +90,8 @@ pub struct Slot {
     pub receives: bool,
     /// Whether the worker calls or publishes through it.
     pub sends: bool,
+    /// Whether the component works without a peer.
+    pub optional: bool,
     /// The name of the interface.
     pub interface: String,
     /// The module of the interface.
@@ -196,6 +198,7 @@ fn one(library: &Library, slot: &model::Slot, middleware: Backend) -> Slot {
         role: slot.role.word(),
         receives: any && matches!(slot.role, Role::Implements | Role::SubscribesTo),
         sends: slot.role == Role::Requires || (any && slot.role == Role::Publishes),
+        optional: slot.optional,
         interface: interface.name.text.clone(),
         module: library.module(interface.module).name.text.clone(),
         type_hash: format!(

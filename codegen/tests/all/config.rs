@@ -257,3 +257,20 @@ fn the_page_and_the_schema_follow_every_generation() {
     assert_eq!(page("parameters.md"), "");
     assert!(page("config.schema.json").contains("This component has no parameters."));
 }
+
+#[test]
+fn an_address_for_a_slot_that_is_not_there_is_found() {
+    let folder = component();
+    let folder = folder.path();
+    write(
+        folder,
+        "etc/config.toml",
+        "[bindings]\nlaser = \"robot/laser\"\n",
+    );
+    for file in ["c.cdsl", "etc/config.toml"] {
+        let (code, _, err) = rcgen(folder, &["check", "--format", "short", file]);
+        assert_eq!(code, 1, "{err}");
+        let expected = "etc/config.toml:2:1: error[unknown-slot]: `laser` is not a slot of c";
+        assert!(err.contains(expected), "{err}");
+    }
+}

@@ -113,7 +113,7 @@ fn a_syntax_error_does_not_hide_later_errors() {
             n.ddsl:6:14: error[syntax-error]: expected `->` or `.`, found `=`
             n.ddsl:7:12: error[unknown-middleware]: unknown middleware `iceorix2` (did you mean `iceoryx2`?)
             n.ddsl:8:8: error[syntax-error]: expected a number, found `x`
-            n.ddsl:9:1: error[unknown-field]: expected a declaration of a deployment, found `§` (expected one of `Component`, `Host`, `Group`, `bind`, `middleware`, `domain`, `time`)
+            n.ddsl:9:1: error[unknown-field]: expected a declaration of a deployment, found `§` (expected one of `Component`, `Host`, `Group`, `bind`, `external`, `middleware`, `domain`, `time`)
             n.ddsl:10:13: error[syntax-error]: expected `{`, found `cdsl`
             n.ddsl:11:1: error[text-after-end]: unexpected text: a file contains one `Deployment NAME { … };`
         "#]],
@@ -555,6 +555,78 @@ fn a_time_that_is_wrong() {
             n.ddsl:4:15: error[syntax-error]: expected `by`, found `;`
             n.ddsl:5:5: error[syntax-error]: expected `simulated by NAME`, found `;`
             n.ddsl:6:33: error[syntax-error]: expected `system`, found `simulated`
+        "#]],
+    );
+}
+
+#[test]
+fn values_of_parameters() {
+    let deployment = check(
+        "Component a { cdsl \"a\"; parameters { speed 300; motors[2].max -4.5; gains [1, 0.5]; none []; mode fast; name \"left\"; timeout 20ms; }; };",
+        &expect![[""]],
+    );
+    let paths = deployment.instances[0].parameters.iter();
+    let paths: Vec<&str> = paths.map(|p| p.path.text.as_str()).collect();
+    assert_eq!(
+        paths,
+        [
+            "speed",
+            "motors[2].max",
+            "gains",
+            "none",
+            "mode",
+            "name",
+            "timeout"
+        ]
+    );
+    check(
+        "Component a { cdsl \"a\"; parameters { speed 300; speed = 4; motors [1; x 1 2; speed 5; }; };",
+        &expect![[r#"
+            n.ddsl:2:55: error[syntax-error]: expected `[` or a value, found `=`
+            n.ddsl:2:69: error[syntax-error]: expected `,` or `]`, found `;`
+            n.ddsl:2:75: error[syntax-error]: expected `;`, found `2`
+            n.ddsl:2:78: error[repeated-clause]: duplicate parameter `speed`; first used here at n.ddsl:2:38
+        "#]],
+    );
+    check(
+        "Component a { cdsl \"a\"; parameters speed 300; };",
+        &expect![[r#"
+            n.ddsl:2:36: error[syntax-error]: expected `{`, found `speed`
+        "#]],
+    );
+}
+
+#[test]
+fn external_slots() {
+    let deployment = check(
+        "Component a { cdsl \"a\"; };\nGroup g { Component b { cdsl \"b\"; }; external b.Laser; };\nexternal a.Laser, a.Pub at \"robot/Pub\";",
+        &expect![[""]],
+    );
+    let externals = deployment.externals.iter();
+    let externals: Vec<_> = externals
+        .map(|e| {
+            (
+                e.slot.slot.text.as_str(),
+                e.address.as_ref().map(|a| a.text.as_str()),
+            )
+        })
+        .collect();
+    assert_eq!(
+        externals,
+        [
+            ("Laser", None),
+            ("Laser", Some("robot/Pub")),
+            ("Pub", Some("robot/Pub"))
+        ]
+    );
+    check(
+        "Component a { cdsl \"a\"; };\nexternal b.Laser;\nexternal a;\nexternal a.Laser to \"x\";\nexternal a.Laser at \"robot laser\";",
+        &expect![[r#"
+            n.ddsl:3:10: error[unknown-instance]: unknown component or group `b` (expected `a`)
+            n.ddsl:4:11: error[syntax-error]: expected `.`, found `;`
+            n.ddsl:5:17: error[missing-semicolon]: expected `;`
+            n.ddsl:5:18: error[unknown-field]: expected a declaration of a deployment, found `to` (expected one of `Component`, `Host`, `Group`, `bind`, `external`, `middleware`, `domain`, `time`)
+            n.ddsl:6:21: error[bad-address]: `robot laser` is not an address: names of letters, digits, `_` and `-`, joined by `/`, as in `default/Laser`
         "#]],
     );
 }

@@ -110,8 +110,8 @@ fn missing_and_ambiguous_providers_are_reported() {
         &[("a", "requires Laser; subscribesTo Pub;")],
         "",
         &expect![[r#"
-            n.ddsl:3:11: error[no-provider]: `a.Laser` requires `L::Laser`, but no component implements it; required here at a.cdsl:2:41
-            n.ddsl:3:11: warning[no-publisher]: `a.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at a.cdsl:2:61
+            n.ddsl:3:11: error[no-provider]: `a.Laser` requires `L::Laser`, but no component implements it; required here at a.cdsl:2:41 (if somebody outside the network implements it, write `external a.Laser;`)
+            n.ddsl:3:11: warning[no-publisher]: `a.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at a.cdsl:2:61 (if somebody outside the network publishes it, write `external a.Pub;`)
         "#]],
     );
     connect(
@@ -425,4 +425,88 @@ fn an_invalid_bind_is_reported_once() {
             n.ddsl:7:6: error[bound-twice]: `user.Pub` is bound twice to `a.Pub`; first bound here at n.ddsl:6:6
         "#]],
     );
+}
+
+#[test]
+fn peers_that_are_not_part_of_the_network() {
+    let user = ("user", "requires Laser; subscribesTo Pub;");
+    connect(
+        &[user],
+        "external user.Laser, user.Pub at \"robot/Pub\";",
+        &expect![[""]],
+    );
+    // It connects to nobody here, although somebody is here.
+    let all = [user, ("lidar", "implements Laser; publishes Pub;")];
+    let connections = connect(&all, "external user.Laser;", &expect![[""]]);
+    assert_eq!(connections, ["user.Pub -> lidar.Pub"]);
+    connect(
+        &all,
+        "bind user.Laser -> lidar.Laser; external user.Laser, user.Pub, lidar.Laser, user.Pub;",
+        &expect![[r#"
+            n.ddsl:2:42: error[bound-twice]: `user.Laser` is bound already; first bound here at n.ddsl:2:6
+            n.ddsl:2:64: error[wrong-direction]: expected a consumer after `external`, but `lidar.Laser` implements its interface; declared here at lidar.cdsl:2:47 (remove it: peers outside the network need no declaration to use this slot)
+            n.ddsl:2:77: error[bound-twice]: `user.Pub` is bound already; first bound here at n.ddsl:2:54
+            n.ddsl:4:11: note[no-subscriber]: `lidar.Pub` has no subscriber
+        "#]],
+    );
+    connect(
+        &[user],
+        "external user.Lasr;",
+        &expect![[r#"
+        n.ddsl:2:15: error[unknown-slot]: `user` has no slot `Lasr`; its component at user.cdsl:2:11 (did you mean `Laser`?)
+        n.ddsl:3:11: error[no-provider]: `user.Laser` requires `L::Laser`, but no component implements it; required here at user.cdsl:2:44 (if somebody outside the network implements it, write `external user.Laser;`)
+        n.ddsl:3:11: warning[no-publisher]: `user.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at user.cdsl:2:64 (if somebody outside the network publishes it, write `external user.Pub;`)
+    "#]],
+    );
+}
+
+#[test]
+fn peers_that_a_component_does_not_need() {
+    let user = (
+        "user",
+        "requires Laser optional; subscribesTo Pub optional;",
+    );
+    connect(
+        &[user],
+        "",
+        &expect![[r#"
+        n.ddsl:3:11: note[no-provider]: `user.Laser` is optional, and no component implements `L::Laser`; required here at user.cdsl:2:44
+        n.ddsl:3:11: note[no-publisher]: `user.Pub` is optional, and no component publishes `P::Pub`; subscribed here at user.cdsl:2:73
+    "#]],
+    );
+    let lidar = ("lidar", "implements Laser; publishes Pub;");
+    let connections = connect(&[user, lidar], "", &expect![[""]]);
+    assert_eq!(
+        connections,
+        ["user.Laser -> lidar.Laser", "user.Pub -> lidar.Pub"]
+    );
+    // Several providers are as unclear as without the word.
+    let other = ("other", "implements Laser;");
+    connect(
+        &[user, lidar, other],
+        "",
+        &expect![[r#"
+        n.ddsl:3:11: error[several-providers]: several providers for `user.Laser`: `lidar.Laser`, `other.Laser` (choose one: `bind user.Laser -> lidar.Laser;`)
+    "#]],
+    );
+}
+
+#[test]
+fn a_component_starts_without_a_peer_that_it_does_not_need() {
+    let mut sources = SourceMap::new();
+    let components = [
+        component(&mut sources, "user", "requires Laser optional;"),
+        component(&mut sources, "lidar", "implements Laser;"),
+    ];
+    let body =
+        "Component user { cdsl \"user\"; }; Component lidar { cdsl \"lidar\"; after user; };";
+    let source = sources.add("n.ddsl", format!("Deployment n {{ {body} }};"));
+    let (deployment, found) = rc_ddsl::load(&mut sources, &MemoryLoader::default(), source);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    let parts: Vec<_> = components.iter().map(Some).collect();
+    let (network, found) = rc_ddsl::connect(&deployment.expect("a deployment"), &parts);
+    // A required slot would contradict this `after`.
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    assert_eq!(network.connections.len(), 1);
+    assert!(network.required.iter().all(|required| required.is_empty()));
 }

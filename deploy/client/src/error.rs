@@ -104,6 +104,16 @@ pub enum Error {
         /// The file or folder.
         what: String,
     },
+    /// A component that was started by hand prints to a terminal or a pipe.
+    #[error(
+        "{name} was started by hand and prints to {place}; let it print into a file to see its log here: `{name} … 2> {name}.log`"
+    )]
+    PrintsElsewhere {
+        /// The component.
+        name: String,
+        /// Where it prints.
+        place: String,
+    },
     /// The system refused something.
     #[error("cannot {action}: {source}{}", advice(.source))]
     System {

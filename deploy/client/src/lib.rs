@@ -2,6 +2,7 @@
 //!
 //! This crate starts no process. The supervisor uses its log files and errors.
 
+pub mod by_hand;
 pub mod connection;
 pub mod error;
 mod follower;

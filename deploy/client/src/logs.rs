@@ -1,6 +1,8 @@
 //! The logs of a network: where they are, and how they are printed.
 
-use crate::error::{Error, ErrorContext};
+use crate::by_hand;
+use crate::connection;
+use crate::error::{Error, ErrorContext, print_error};
 use crate::follower::Follower;
 use crate::format::Format;
 use crate::log_parts;
@@ -8,7 +10,7 @@ use crate::names::{check_name, is_reserved};
 use crate::watch::DirectoryWatch;
 use rc_management::event::{Event, Severity};
 use rustix::event::{PollFd, PollFlags, poll};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, ErrorKind, Write};
 use std::os::fd::AsFd;
@@ -84,9 +86,14 @@ pub fn tail(path: &Path, count: usize) -> io::Result<Vec<String>> {
     Follower::at_last_lines(path, count).map(|(lines, _)| lines)
 }
 
-/// The last lines of a log for the message of a failure. Lines are shortened.
+/// How many of the last lines are looked through for a failure, and how many are quoted.
+const LOOKED_THROUGH: usize = 400;
+const QUOTED: usize = 10;
+
+/// The last lines of a log for the message of a failure, without backtraces. Lines are shortened.
 pub fn quote(path: &Path) -> String {
-    let lines = tail(path, 10).unwrap_or_default();
+    let lines = without_backtraces(tail(path, LOOKED_THROUGH).unwrap_or_default());
+    let lines = &lines[lines.len().saturating_sub(QUOTED)..];
     let full = if is_full(path) {
         "; its disk is full, and a program that minds may have ended for that: remove something, or have the logs below another XDG_STATE_HOME"
     } else {
@@ -108,6 +115,35 @@ pub fn quote(path: &Path) -> String {
         "the last lines of {path}{full}:\n    {}",
         lines.join("\n    ")
     )
+}
+
+/// The lines without the frames of backtraces, which would hide the message of a panic.
+fn without_backtraces(lines: Vec<String>) -> Vec<String> {
+    let mut out = Vec::new();
+    let mut inside = false;
+    for line in lines {
+        if inside && is_frame(&line) {
+            continue;
+        }
+        inside = line == "stack backtrace:";
+        out.push(if inside {
+            "(a backtrace follows in the log)".to_owned()
+        } else {
+            line
+        });
+    }
+    out
+}
+
+/// Whether a line is `  12: function`, or `      at file:line` below it, or the note at the end of
+/// a backtrace.
+fn is_frame(line: &str) -> bool {
+    let text = line.trim_start();
+    let number = text.split_once(':').map(|(number, _)| number);
+    let numbered = number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()));
+    text.len() < line.len() && (numbered || text.starts_with("at "))
+        || text.starts_with("note: Some details are omitted")
+        || text.starts_with("note: run with `RUST_BACKTRACE=")
 }
 
 /// Whether the disk of this file is full.
@@ -133,25 +169,34 @@ pub fn print(
     let nothing = |what: &Path| Error::NoLog {
         what: what.display().to_string(),
     };
-    let names = match component {
-        Some(name) => vec![name.to_owned()],
-        None => names(&directory),
+    let by_hand = by_hand_logs(network, component)?;
+    let paths: BTreeMap<String, PathBuf> = match component {
+        Some(name) => BTreeMap::from([(name.to_owned(), file(&directory, name))]),
+        None => names(&directory)
+            .into_iter()
+            .map(|name| (name.clone(), file(&directory, &name)))
+            .collect(),
     };
+    // What runs now counts, not the log of an earlier run.
+    let paths: BTreeMap<String, PathBuf> = paths.into_iter().chain(by_hand).collect();
     let mut printer = Printer {
-        width: names.iter().map(String::len).max().unwrap_or(0),
+        width: paths.keys().map(String::len).max().unwrap_or(0),
         bare: component.is_some(),
         format,
         out,
     };
-    let watch = DirectoryWatch::new(&directory).map_err(|_| nothing(&directory))?;
+    let mut folders: BTreeSet<&Path> = paths.values().filter_map(|path| path.parent()).collect();
+    if component.is_none() && (folders.is_empty() || directory.exists()) {
+        folders.insert(&directory);
+    }
+    let watch = DirectoryWatch::of(folders).map_err(|_| nothing(&directory))?;
     let mut followers = BTreeMap::new();
-    for name in names {
-        let path = file(&directory, &name);
-        let (last, follower) = Follower::at_last_lines(&path, lines).map_err(|_| nothing(&path))?;
+    for (name, path) in &paths {
+        let (last, follower) = Follower::at_last_lines(path, lines).map_err(|_| nothing(path))?;
         for line in last {
-            printer.line(&name, &line)?;
+            printer.line(name, &line)?;
         }
-        followers.insert(name, follower);
+        followers.insert(name.clone(), follower);
     }
     if !follow {
         return Ok(());
@@ -179,6 +224,32 @@ pub fn print(
             }
         }
     }
+}
+
+/// The logs of components that were started by hand and print into files. A component that prints
+/// elsewhere is an error if it is named, otherwise a note.
+fn by_hand_logs(network: &str, named: Option<&str>) -> Result<Vec<(String, PathBuf)>, Error> {
+    // A supervisor that does not answer has no influence on logs.
+    let known = connection::status(network).map_or_else(|_| Vec::new(), |s| s.components);
+    let mut found = by_hand::components(network, known.iter().map(|c| c.name.as_str()));
+    found.retain(|c| named.is_none_or(|name| name == c.name));
+    let mut logs = Vec::new();
+    for component in found {
+        let name = component.name;
+        if !component.log.as_os_str().is_empty() {
+            logs.push((name, component.log));
+        } else if let Some(pid) = component.pid {
+            let error = Error::PrintsElsewhere {
+                name,
+                place: by_hand::prints_to(pid),
+            };
+            if named.is_some() {
+                return Err(error);
+            }
+            print_error(format_args!("rcdeploy: note: {error}"));
+        }
+    }
+    Ok(logs)
 }
 
 /// The components that have logs. Logs of rcdeploy itself are shown only by name.
@@ -225,5 +296,37 @@ impl Printer<'_> {
         written
             .and_then(|()| self.out.flush())
             .context("print the log")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_backtrace_does_not_hide_the_panic() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.log");
+        let frames: String = (0..30)
+            .map(|n| {
+                format!("  {n:2}: core::panicking::panic\n             at /rustc/x.rs:{n}:5\n")
+            })
+            .collect();
+        let text = format!(
+            "starts\nthread 'main' panicked at src/worker.rs:12:9:\nno map\nstack backtrace:\n{frames}note: Some details are omitted, run with `RUST_BACKTRACE=full`\navoider: error: the component panicked\n"
+        );
+        std::fs::write(&path, text).expect("a log");
+        let quoted = quote(&path);
+        let lines: Vec<&str> = quoted.lines().skip(1).map(str::trim).collect();
+        assert_eq!(
+            lines,
+            [
+                "starts",
+                "thread 'main' panicked at src/worker.rs:12:9:",
+                "no map",
+                "(a backtrace follows in the log)",
+                "avoider: error: the component panicked",
+            ]
+        );
     }
 }

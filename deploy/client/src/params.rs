@@ -1,6 +1,7 @@
 //! Parameters and emergency of a running component. The component itself is asked, so rcdeploy need
 //! not have started it.
 
+use crate::by_hand;
 use crate::connection::{Connection, is_listening};
 use crate::error::{Error, ErrorContext};
 use crate::names::check_name;
@@ -122,19 +123,8 @@ fn call<T: DeserializeOwned>(network: &str, name: &str, request: &Request) -> Re
 
 /// The components of a network that answer.
 fn running(directory: &RunDirectory) -> Vec<String> {
-    let entries = std::fs::read_dir(directory.path());
-    let mut names: Vec<String> = entries
-        .into_iter()
-        .flatten()
-        .flatten()
-        .filter(|entry| is_listening(&entry.path()))
-        .filter_map(|entry| {
-            let name = entry.file_name().into_string().ok()?;
-            name.strip_suffix(".sock").map(str::to_owned)
-        })
-        .filter(|name| check_name("component", name).is_ok())
-        .collect();
-    names.sort();
+    let mut names = by_hand::sockets(directory, []);
+    names.retain(|name| is_listening(&directory.socket(name)));
     names
 }
 

@@ -1,7 +1,11 @@
 //! The status of a network: whether its file has changed, and a table for people.
 
+use crate::connection;
+use crate::{Error, by_hand};
 use rc_management::component::{ClockKind, ClockStatus};
-use rc_management::supervisor::NetworkStatus;
+use rc_management::supervisor::{ComponentStatus, NetworkStatus};
+use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use std::path::Path;
 
@@ -16,15 +20,88 @@ pub fn mark_changed(status: &mut NetworkStatus) {
     status.changed = status.digest.is_some() && digest(&status.ddsl) != status.digest;
 }
 
+/// A network with all its components.
+#[derive(Clone, Debug)]
+pub struct NetworkReport {
+    /// The name of the network.
+    pub network: String,
+    /// The status from its supervisor, if it has one.
+    pub supervised: Option<NetworkStatus>,
+    /// The components that were started by hand.
+    pub by_hand: Vec<ComponentStatus>,
+}
+
+/// Finds the components of a network: those of its supervisor, and those that were started by hand.
+pub fn report(network: &str) -> Result<NetworkReport, Error> {
+    let (supervised, not_up) = match connection::status(network) {
+        Ok(status) => (Some(status), None),
+        Err(error @ Error::NotUp { .. }) => (None, Some(error)),
+        Err(error) => return Err(error),
+    };
+    let known = supervised.iter().flat_map(|status| &status.components);
+    let by_hand = by_hand::components(network, known.map(|c| c.name.as_str()));
+    if let Some(error) = not_up
+        && by_hand.is_empty()
+    {
+        return Err(error);
+    }
+    Ok(NetworkReport {
+        network: network.to_owned(),
+        supervised,
+        by_hand,
+    })
+}
+
+impl NetworkReport {
+    /// All components, those of the supervisor first.
+    pub fn components(&self) -> impl Iterator<Item = &ComponentStatus> {
+        let supervised = self.supervised.iter().flat_map(|status| &status.components);
+        supervised.chain(&self.by_hand)
+    }
+}
+
+impl Serialize for NetworkReport {
+    /// The document of `rcdeploy status`: that of the supervisor, with all components.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut document = match &self.supervised {
+            Some(status) => serde_json::to_value(status).map_err(serde::ser::Error::custom)?,
+            None => json!({
+                "network": self.network, "pid": null, "guard": null, "ddsl": null,
+                "digest": null, "changed": false,
+            }),
+        };
+        let components: Vec<&ComponentStatus> = self.components().collect();
+        let components = serde_json::to_value(components).map_err(serde::ser::Error::custom)?;
+        if let Value::Object(members) = &mut document {
+            members.insert("components".to_owned(), components);
+        }
+        document.serialize(serializer)
+    }
+}
+
 /// The status as a table for people.
 pub fn table(status: &NetworkStatus) -> String {
     let mut table = String::new();
     // A string takes all text.
-    let _ = write_table(status, &mut table);
+    let _ = write_head(status, &mut table);
+    let components: Vec<&ComponentStatus> = status.components.iter().collect();
+    let _ = write_components(&components, &mut table);
     table
 }
 
-fn write_table(status: &NetworkStatus, f: &mut String) -> fmt::Result {
+/// The report as a table for people.
+pub fn report_table(report: &NetworkReport) -> String {
+    let mut table = String::new();
+    let _ = match &report.supervised {
+        Some(status) => write_head(status, &mut table),
+        None => writeln!(table, "network {} has no supervisor", report.network),
+    };
+    let components: Vec<&ComponentStatus> = report.components().collect();
+    let _ = write_components(&components, &mut table);
+    table
+}
+
+fn write_head(status: &NetworkStatus, f: &mut String) -> fmt::Result {
     writeln!(
         f,
         "network {} from {}, supervised by process {}",
@@ -39,14 +116,18 @@ fn write_table(status: &NetworkStatus, f: &mut String) -> fmt::Result {
             status.ddsl.display()
         )?;
     }
-    let width = status.components.iter().map(|c| c.name.len()).max();
+    Ok(())
+}
+
+fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Result {
+    let width = components.iter().map(|c| c.name.len()).max();
     let width = width.unwrap_or(0).max(9);
     writeln!(
         f,
         "{:width$}  {:9}  {:>8}  {:>9}  {:10}",
         "component", "state", "pid", "up", "middleware"
     )?;
-    for component in &status.components {
+    for component in components {
         let pid = component
             .pid
             .map_or_else(String::new, |pid| pid.to_string());
@@ -58,6 +139,9 @@ fn write_table(status: &NetworkStatus, f: &mut String) -> fmt::Result {
             "{:width$}  {:9}  {pid:>8}  {up:>9}  {:10}",
             component.name, component.state, component.middleware
         )?;
+        if component.by_hand {
+            write!(f, "  by hand")?;
+        }
         if let Some(host) = &component.host {
             write!(f, "  on {host}")?;
         }

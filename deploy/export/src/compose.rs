@@ -17,9 +17,10 @@ use std::path::Path;
 const IMAGE: &str = "debian:stable-slim";
 
 pub(super) fn files(source: &Source<'_>) -> Export {
+    let (user, group) = source.user;
     let mut notes = vec![
         "the C library of the image must not be older than that of the machine that built the programs; another image: ROBOCOMP_IMAGE".to_owned(),
-        "all containers run as one user, 1000:1000 unless ROBOCOMP_USER says otherwise: the shared memory is private to its user".to_owned(),
+        format!("all containers run as one user, {user}:{group} (who exported it) unless ROBOCOMP_USER says otherwise: the shared memory is private to its user"),
         "a component that fails for good, or is not ready in time, does not stop the others (those that need it do not start); `docker compose up --abort-on-container-failure` stops all when one fails".to_owned(),
         super::RUN_DIRECTORY.to_owned(),
     ];
@@ -79,6 +80,7 @@ fn file(source: &Source<'_>, machine: &Machine<'_>, notes: &[String]) -> String 
 fn service(source: &Source<'_>, part: &Part<'_>) -> Map {
     let component = part.component;
     let image = source.image.unwrap_or(IMAGE);
+    let (user, group) = source.user;
     let mut entrypoint = vec![component.executable.to_string_lossy().into_owned()];
     if let Some(priority) = component.priority {
         entrypoint.splice(
@@ -97,7 +99,7 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> Map {
             "working_dir",
             literal(&component.directory.to_string_lossy()),
         )
-        .with("user", "${ROBOCOMP_USER:-1000:1000}");
+        .with("user", format!("${{ROBOCOMP_USER:-{user}:{group}}}"));
     if !component.env.is_empty() {
         let all = component
             .env

@@ -7,12 +7,15 @@
 //! components are ready.
 
 use super::yaml::{Map, Yaml, comment, print};
-use super::{Export, Machine, Part, Source, seconds};
+use super::{Export, Machine, Part, Source, dockerfile, seconds};
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use rc_deploy_network::plan::Policy;
 use std::collections::{BTreeSet, HashMap};
+use std::path::PathBuf;
 
+/// The file that describes the image.
+const DOCKERFILE: &str = "Dockerfile";
 /// How long a Pod waits for a needed component before it tries again, in seconds.
 const WAIT: &str = "3600";
 /// More restarts than any Job reaches.
@@ -20,15 +23,26 @@ const UNLIMITED: u64 = 1_000_000;
 
 pub(super) fn manifests(source: &Source<'_>) -> Export {
     let image = image(source);
-    let mut notes = vec![
-        format!("the image {image} has to hold the programs and configurations at the paths of this machine; another one: --image"),
+    let images: Vec<(PathBuf, dockerfile::Image)> = images(source, &image);
+    let mut notes: Vec<String> = images
+        .iter()
+        .map(|(folder, built)| {
+            let folder = folder.display().to_string();
+            let folder = if folder.is_empty() { "." } else { &folder };
+            format!(
+                "the image {image} holds the programs and configurations at the paths of this machine: `{}`; another name: --image",
+                built.command.replace("FOLDER", folder)
+            )
+        })
+        .collect();
+    notes.extend([
         "all Pods of a machine run on one node, where they share /dev/shm (hostPath) and, for iceoryx2, process numbers (hostPID); a namespace with the pod security standard `privileged` permits it".to_owned(),
         "all Pods run as one user: the shared memory is private to its user".to_owned(),
         "a component that fails for good does not stop the others, and all stop at once, not the dependents first".to_owned(),
         "a component that is not ready in time is ended and follows its restart policy; one that hangs for half a minute, too, unless its policy is `never`: rcdeploy does so after the time that `hung` sets".to_owned(),
         super::RUN_DIRECTORY.to_owned(),
         "limits for stopping are whole seconds".to_owned(),
-    ];
+    ]);
     if source.restarts() {
         notes.push(
             "the pause between restarts is Kubernetes': 10 s, doubled up to five minutes"
@@ -76,7 +90,29 @@ pub(super) fn manifests(source: &Source<'_>) -> Export {
     }
     let mut files = Files::default();
     files.add(format!("{}.yaml", source.network), Owner::Exported, text);
+    for (folder, built) in images {
+        files.add(folder.join(DOCKERFILE), Owner::Exported, built.text);
+        let ignore = format!("{DOCKERFILE}.dockerignore");
+        files.add(folder.join(ignore), Owner::Exported, built.ignore);
+    }
     Export { files, notes }
+}
+
+/// The image of each machine, with the folder of its Dockerfile.
+fn images(source: &Source<'_>, name: &str) -> Vec<(PathBuf, dockerfile::Image)> {
+    let machines = source.machines.iter();
+    let images = machines.filter_map(|machine| {
+        let folder = machine.host.map(|host| PathBuf::from(&host.name.text));
+        let built = dockerfile::image(source, machine, name, DOCKERFILE, user(source))?;
+        Some((folder.unwrap_or_default(), built))
+    });
+    images.collect()
+}
+
+/// The user of all Pods. Real-time priorities need root.
+fn user(source: &Source<'_>) -> u64 {
+    let urgent = source.parts().any(|part| part.component.priority.is_some());
+    if urgent { 0 } else { 1000 }
 }
 
 fn image(source: &Source<'_>) -> String {
@@ -190,8 +226,7 @@ fn manifest(
 /// A Pod without its restart policy.
 fn pod(source: &Source<'_>, machine: &Machine<'_>, part: &Part<'_>) -> Map {
     let component = part.component;
-    let urgent = source.parts().any(|part| part.component.priority.is_some());
-    let user: u64 = if urgent { 0 } else { 1000 };
+    let user = user(source);
     let mut out = Map::default();
     if let Some(host) = machine.host {
         out = out.with(

@@ -4,6 +4,7 @@
 //! and policies. Unsupported features are reported, and noted in the files.
 
 mod compose;
+mod dockerfile;
 mod kubernetes;
 mod systemd;
 mod yaml;
@@ -71,6 +72,8 @@ struct Part<'n> {
     needs_elsewhere: Vec<&'n str>,
     /// The groups that it is in, from outside to inside.
     groups: Vec<String>,
+    /// Its configuration, and the files that its parameters name.
+    files: Vec<PathBuf>,
     /// Whether it uses shared memory, and DDS.
     memory: bool,
     dds: bool,
@@ -82,15 +85,19 @@ struct Source<'n> {
     /// The name of the `.ddsl`.
     file: String,
     image: Option<&'n str>,
+    /// The user and the group of this process.
+    user: (u32, u32),
     machines: Vec<Machine<'n>>,
 }
 
-/// Exports a network, which has no errors. `image` is the container image, if one is given.
+/// Exports a network, which has no errors. `image` is the container image, if one is given. `user`
+/// are the user and the group that containers of Compose have unless a variable sets others.
 pub fn export(
     network: &Network,
     plan: &Plan,
     engine: Engine,
     image: Option<&str>,
+    user: (u32, u32),
 ) -> Result<Export, String> {
     let source = Source {
         network: network.name(),
@@ -101,6 +108,7 @@ pub fn export(
             .to_string_lossy()
             .into_owned(),
         image,
+        user,
         machines: machines(network, plan),
     };
     for part in source.parts() {
@@ -156,6 +164,7 @@ fn machines<'n>(network: &'n Network, plan: &'n Plan) -> Vec<Machine<'n>> {
             needs: here.into_iter().map(name).collect(),
             needs_elsewhere: elsewhere.into_iter().map(name).collect(),
             groups,
+            files: network.files(at, component),
             memory: chosen.contains(&Backend::Iceoryx2),
             dds: chosen.contains(&Backend::Dds),
         };

@@ -1,10 +1,12 @@
 //! Makes a picture of a network and the findings about it.
 
 use crate::model::{Component, Finding, Graph, Group, Slot};
+use rc_cdsl::model::Role;
+use rc_codegen::load::normal;
 use rc_ddsl::Connection as Pair;
 use rc_ddsl::model::InstanceOrGroup;
 use rc_deploy_network::Network;
-use rc_deploy_network::topology::Connection;
+use rc_deploy_network::topology::{Connection, Kind, interface_name};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -32,7 +34,8 @@ struct Builder<'n> {
 impl Builder<'_> {
     fn graph(&self, sources: &SourceMap, found: &Diagnostics) -> Graph {
         let instances = self.network.deployment.instances.iter().enumerate();
-        let components = instances.map(|(at, _)| self.component(at)).collect();
+        let instances = instances.map(|(at, _)| self.component(at));
+        let components = instances.chain(self.externals()).collect();
         let connections = self.network.connections_between();
         Graph {
             network: self.network.name().to_owned(),
@@ -57,7 +60,11 @@ impl Builder<'_> {
                 .collect(),
             components,
             findings: self.findings(sources, found, &connections),
-            connections: connections.into_iter().map(|(_, c)| c).collect(),
+            connections: connections
+                .into_iter()
+                .map(|(_, c)| c)
+                .chain(self.network.connections_outside())
+                .collect(),
         }
     }
 
@@ -76,15 +83,42 @@ impl Builder<'_> {
             host: self.network.host_name(at).to_owned(),
             middleware: instance.middleware.word(),
             clock: self.network.clock(at).kind,
+            external: false,
             slots: slots
                 .map(|(component, slot)| Slot {
                     name: slot.name.clone(),
                     interface: component.library.interface_path(slot.interface),
                     role: slot.role.word(),
                     middleware: slot.backend.unwrap_or(instance.middleware).word(),
+                    optional: slot.optional,
                 })
                 .collect(),
         }
+    }
+
+    /// The peers that are not part of the network, each with the slot that others connect to.
+    fn externals(&self) -> Vec<Component> {
+        let externals = self.network.externals().into_iter();
+        let components = externals.map(|peer| Component {
+            name: peer.address,
+            component: None,
+            group: None,
+            host: String::new(),
+            middleware: peer.middleware,
+            clock: "system",
+            external: true,
+            slots: vec![Slot {
+                name: interface_name(&peer.interface).to_owned(),
+                role: match peer.kind {
+                    Kind::Call => Role::Implements.word(),
+                    Kind::Topic => Role::Publishes.word(),
+                },
+                interface: peer.interface,
+                middleware: peer.middleware,
+                optional: false,
+            }],
+        });
+        components.collect()
     }
 
     /// The positions where owners begin. Everything up to the next position belongs to an owner.
@@ -162,7 +196,7 @@ impl Builder<'_> {
     fn is_configured_by(&self, at: usize, file: &Path) -> bool {
         let instance = &self.network.deployment.instances[at];
         match (&instance.config, &self.network.projects[at]) {
-            (Some(named), _) => instance.folder.join(&named.text) == file,
+            (Some(named), _) => normal(&instance.folder.join(&named.text)) == file,
             (None, Some(project)) => project.folder().join("etc/config.toml") == file,
             (None, None) => false,
         }

@@ -120,6 +120,9 @@ fn boxed(graph: &Graph, marks: &Marks<'_>, step: Step, indent: &mut String) -> S
                 let colour = colour(mark.level);
                 more = format!(", color={colour}, fontcolor={colour}, penwidth=2");
             }
+            if component.external {
+                more += ", style=\"rounded,dashed\"";
+            }
             format!(
                 "{outer}c{at} [label={}, tooltip={}{more}];\n",
                 quoted(&label),

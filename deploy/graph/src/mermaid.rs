@@ -57,6 +57,9 @@ pub(super) fn draw(graph: &Graph) -> String {
             connection.to.at.0
         );
     }
+    if graph.components.iter().any(|c| c.external) {
+        out += "  classDef external stroke-dasharray:4 3\n";
+    }
     if !marks.listed.is_empty() {
         out += "  subgraph findings\n";
         for ((level, _), number) in marks.listed.iter().zip(1..) {
@@ -94,6 +97,11 @@ fn boxed(graph: &Graph, marks: &Marks<'_>, step: Step, indent: &mut String) -> S
             label.extend(component.kind().map(|kind| format!("\n{kind}")));
             label.extend(mark.as_ref().map(|mark| format!("\n{}", mark.text())));
             let class = mark.map_or("", |m| class(m.level));
+            let class = if component.external {
+                ":::external"
+            } else {
+                class
+            };
             format!("{outer}c{at}[{}]{class}\n", quoted(&label))
         }
         Step::End => {

@@ -52,6 +52,9 @@ pub struct Component {
     pub middleware: &'static str,
     /// Its clock: `system`, `simulated`, `source` or `ros`.
     pub clock: &'static str,
+    /// Whether it is a peer that is not part of the network. Its name is its address.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub external: bool,
     /// Its slots, in the order of its `.cdsl`.
     pub slots: Vec<Slot>,
 }
@@ -67,6 +70,9 @@ pub struct Slot {
     pub role: &'static str,
     /// Its middleware.
     pub middleware: &'static str,
+    /// Whether it needs no peer.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub optional: bool,
 }
 
 /// A finding of the check.
@@ -102,6 +108,9 @@ impl Component {
     /// Its name in its `.cdsl`, if it differs from its own name, and its part in the network's time,
     /// if it has one.
     pub(crate) fn kind(&self) -> Option<String> {
+        if self.external {
+            return Some("external".to_owned());
+        }
         let own = Graph::own_name(&self.name);
         let kind = self.component.as_deref().filter(|kind| *kind != own);
         let clock = match self.clock {
@@ -142,14 +151,16 @@ pub(crate) fn sentence(connection: &Connection) -> String {
         Kind::Call => "calls",
         Kind::Topic => "sends to",
     };
+    let end = |end: &End| match end.external {
+        true => "an external peer".to_owned(),
+        false => format!("{}.{}", end.component, end.slot),
+    };
     let address = connection.address.as_ref();
     let address = address.map_or("refused".to_owned(), |a| format!("at {a}"));
     format!(
-        "{}.{} {verb} {}.{}: {} over {}, {address}",
-        connection.from.component,
-        connection.from.slot,
-        connection.to.component,
-        connection.to.slot,
+        "{} {verb} {}: {} over {}, {address}",
+        end(&connection.from),
+        end(&connection.to),
         connection.interface,
         connection.middleware
     )

@@ -17,7 +17,8 @@ pub(crate) enum Step {
     End,
 }
 
-/// All boxes. A single unnamed machine has no box; a group on several hosts has one on each.
+/// All boxes. A single unnamed machine has no box; a group on several hosts has one on each. Peers
+/// that are not part of the network stand outside of all.
 pub(crate) fn outline(graph: &Graph) -> Vec<Step> {
     let hosts: HashMap<&str, usize> = graph
         .hosts
@@ -35,7 +36,14 @@ pub(crate) fn outline(graph: &Graph) -> Vec<Step> {
     let parent = |group: usize| groups.get(graph.groups[group].parent.as_deref()?).copied();
     // The hosts of each group: those of its components.
     let mut places: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); graph.groups.len()];
-    for component in &graph.components {
+    let inside_components = || {
+        graph
+            .components
+            .iter()
+            .enumerate()
+            .filter(|(_, c)| !c.external)
+    };
+    for (_, component) in inside_components() {
         let own = component
             .group
             .as_deref()
@@ -52,7 +60,7 @@ pub(crate) fn outline(graph: &Graph) -> Vec<Step> {
         }
     }
     let mut inside: HashMap<(Option<usize>, usize), Vec<Step>> = HashMap::new();
-    for (at, component) in graph.components.iter().enumerate() {
+    for (at, component) in inside_components() {
         let group = component
             .group
             .as_deref()
@@ -68,7 +76,12 @@ pub(crate) fn outline(graph: &Graph) -> Vec<Step> {
         }
     }
     let named = graph.hosts.len() > 1 || graph.hosts.iter().any(|h| h.name != "localhost");
-    let mut out = Vec::new();
+    let externals = graph
+        .components
+        .iter()
+        .enumerate()
+        .filter(|(_, c)| c.external);
+    let mut out: Vec<Step> = externals.map(|(at, _)| Step::Component(at)).collect();
     for host in 0..graph.hosts.len() {
         out.extend(named.then_some(Step::Host(host)));
         unfold(&inside, None, host, &mut out);
@@ -118,6 +131,7 @@ mod tests {
             host: host.to_owned(),
             middleware: "iceoryx2",
             clock: "system",
+            external: false,
             slots: Vec::new(),
         };
         let graph = Graph {

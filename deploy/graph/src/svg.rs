@@ -135,11 +135,6 @@ fn xml_lines(lines: &[String]) -> String {
     lines.map(xml).collect::<Vec<_>>().join("\n")
 }
 
-/// The last part of the path of an interface.
-fn interface(path: &str) -> &str {
-    path.rsplit("::").next().unwrap_or(path)
-}
-
 /// Draws the lines of all connections, errors last. Equal lines of one slot are one path, so that
 /// their common part is drawn once.
 fn lines(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout) -> String {

@@ -13,6 +13,7 @@ use crate::model::Network;
 use rc_cdsl::model::Role;
 use rc_ddsl::{Connection, Endpoint};
 use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_syntax::Name;
 use std::collections::{BTreeMap, HashSet};
 
 /// The name of an instance's process, which contains no `.`, for addresses and options.
@@ -30,10 +31,30 @@ impl Network {
             format!("{}/{}/{slot}", self.name(), instance.replace('.', "/"))
         };
         let leaders = self.leaders();
-        leaders
-            .iter()
-            .map(|(end, leader)| (*end, name(leader)))
-            .collect()
+        let addresses = leaders.iter().map(|(end, leader)| {
+            let outside = self.connections.externals.get(end);
+            let address = outside.map(|named| self.external_address(*end, named.as_ref()));
+            (*end, address.unwrap_or_else(|| name(leader)))
+        });
+        addresses.collect()
+    }
+
+    /// The address of an external slot: that of its declaration, else that of the configuration,
+    /// else the one of components that are started by hand.
+    fn external_address(&self, end: Endpoint, named: Option<&Name>) -> String {
+        let slot = self.slot(end).map_or("", |s| s.name.as_str());
+        let own = self.bindings[end.instance].get(slot);
+        named
+            .map(|n| &n.text)
+            .or(own.map(|b| &b.address))
+            .cloned()
+            .unwrap_or_else(|| {
+                let component = self.projects[end.instance].as_ref().map(|p| &p.component);
+                let interface = component.zip(self.slot(end));
+                let interface = interface.map(|(c, s)| c.library.interface(s.interface));
+                let interface = interface.map_or("", |i| i.name.text.as_str());
+                format!("{}/{interface}", self.name())
+            })
     }
 
     /// For each slot, the slot whose address it has.

@@ -3,12 +3,14 @@
 
 use rc_cdsl::model::{Backend, Role, Slot};
 use rc_codegen::Project;
+use rc_codegen::configuration::unknown_slots;
+use rc_codegen::load::normal;
 use rc_configuration::model::{Kind, Parameter, Type};
-use rc_configuration::{Settings, Values};
+use rc_configuration::{Binding, Settings, Values};
 use rc_ddsl::model::{Deployment, Instance, Setting};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_settings::{Value, qos, ros};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -16,41 +18,57 @@ use std::rc::Rc;
 /// The configuration of an instance, if it has one.
 pub(crate) fn config(instance: &Instance, project: Option<&Project>) -> Option<PathBuf> {
     if let Some(config) = &instance.config {
-        return Some(instance.folder.join(&config.text));
+        return Some(normal(&instance.folder.join(&config.text)));
     }
     Some(project?.folder().join("etc/config.toml")).filter(|path| path.exists())
 }
 
-/// Checks the configurations of all instances and returns their middleware settings.
+/// The checked configuration of an instance, as far as it has no errors.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Configured {
+    pub(crate) settings: Settings,
+    pub(crate) bindings: BTreeMap<String, Binding>,
+    /// The values of the parameters. `None` after an error.
+    pub(crate) values: Option<Values>,
+}
+
+/// Checks the configurations of all instances.
 pub(crate) fn configurations(
     deployment: &Deployment,
     projects: &[Option<Rc<Project>>],
     sources: &mut SourceMap,
     found: &mut Diagnostics,
-) -> Vec<Settings> {
+) -> Vec<Configured> {
     // A configuration that several instances share is read and reported once.
-    let mut checked: HashMap<(PathBuf, u64), Settings> = HashMap::new();
-    let mut settings = |instance: &Instance, project: &Project| {
+    let mut checked: HashMap<(PathBuf, u64), Configured> = HashMap::new();
+    let mut configured = |instance: &Instance, project: &Project| {
         let place = instance
             .config
             .as_ref()
             .map_or(instance.name.span, |c| c.span);
         let Some(path) = config(instance, Some(project)) else {
-            if let Err(missing) = rc_configuration::defaults(project.parameters.as_ref()) {
-                let message = format!(
-                    "`{}` has no configuration, and these parameters have no default: {}",
-                    instance.path,
-                    missing.join(", ")
-                );
-                found.push(Diagnostic::error("missing-configuration", place, message));
-            }
-            return Settings::new();
+            let missing = match rc_configuration::defaults(project.parameters.as_ref()) {
+                Ok(defaults) => {
+                    return Configured {
+                        values: Some(defaults.parameters),
+                        ..Configured::default()
+                    };
+                }
+                Err(missing) => missing,
+            };
+            let message = format!(
+                "`{}` has no configuration, and these parameters have no default: {}",
+                instance.path,
+                missing.join(", ")
+            );
+            found.push(Diagnostic::error("missing-configuration", place, message));
+            return Configured::default();
         };
         let key = (path, project.hash);
         if let Some(known) = checked.get(&key) {
             return known.clone();
         }
-        let settings = match rc_codegen::load::read(&key.0) {
+        let configured = match rc_codegen::load::read(&key.0) {
             Ok(text) => {
                 let source = sources.add(&key.0, text);
                 let mode = std::fs::metadata(&key.0).map_or(0, |file| file.mode());
@@ -62,17 +80,17 @@ pub(crate) fn configurations(
                     key.0.display()
                 );
                 found.push(Diagnostic::error("missing-configuration", place, message));
-                Settings::new()
+                Configured::default()
             }
         };
-        checked.insert(key, settings.clone());
-        settings
+        checked.insert(key, configured.clone());
+        configured
     };
     let instances = deployment.instances.iter().zip(projects);
     instances
         .map(|(instance, project)| {
             let project = project.as_ref();
-            project.map_or(Settings::new(), |project| settings(instance, project))
+            project.map_or_else(Configured::default, |project| configured(instance, project))
         })
         .collect()
 }
@@ -81,13 +99,13 @@ pub(crate) fn configurations(
 /// configurations leave to the network.
 pub(crate) fn settings(
     deployment: &mut Deployment,
-    configured: Vec<Settings>,
+    configured: &[Configured],
 ) -> Vec<Vec<Setting>> {
     let instances = deployment.instances.iter_mut().zip(configured);
     instances
         .map(|(instance, configured)| {
             let own = Backend::WORDS.iter().take(3).flat_map(|(word, backend)| {
-                let keys = configured.get(*word).into_iter().flatten();
+                let keys = configured.settings.get(*word).into_iter().flatten();
                 keys.filter_map(|(key, set)| {
                     Some(Setting {
                         middleware: *backend,
@@ -113,25 +131,15 @@ pub(crate) fn settings(
 /// The existing files that a component's parameters name: relative values of type `path`.
 pub(crate) fn named_files(
     project: Option<&Project>,
-    config: Option<&Path>,
+    values: Option<&Values>,
     directory: &Path,
 ) -> Vec<PathBuf> {
     let Some(parameters) = project.and_then(|project| project.parameters.as_ref()) else {
         return Vec::new();
     };
-    let values = match config.map(rc_codegen::load::read) {
-        Some(Ok(text)) => {
-            let mut sources = SourceMap::new();
-            let source = sources.add("", text);
-            Some(rc_configuration::check(&sources, source, Some(parameters)).0)
-        }
-        // An unreadable configuration was reported.
-        Some(Err(_)) => None,
-        None => rc_configuration::defaults(Some(parameters)).ok(),
-    };
     let mut paths = Vec::new();
     if let Some(values) = values {
-        path_values(&parameters.parameters, &values.parameters, &mut paths);
+        path_values(&parameters.parameters, values, &mut paths);
     }
     let files = paths.into_iter().filter(|path| path.is_relative());
     let files = files.map(|path| directory.join(path));
@@ -170,40 +178,19 @@ fn configuration(
     mode: u32,
     project: &Project,
     found: &mut Diagnostics,
-) -> Settings {
+) -> Configured {
     let (configuration, more) =
         rc_configuration::check(sources, source, project.parameters.as_ref());
+    let is_right = !more.has_errors();
     found.extend(more);
     rc_configuration::check_readable(&configuration, mode, found);
-    let addresses = configuration.bindings.values();
-    for reason in addresses.filter_map(|a| rc_middleware::Address::parse(a).err()) {
-        let message = format!("[bindings]: {reason}");
-        found.push(Diagnostic::error(
-            "bad-address",
-            Span::new(source, 0, 0),
-            message,
-        ));
-    }
-    let slots: Vec<&str> = project
-        .component
-        .slots
-        .iter()
-        .map(|s| s.name.as_str())
-        .collect();
-    for slot in configuration
-        .bindings
-        .keys()
-        .filter(|slot| !slots.contains(&slot.as_str()))
-    {
-        let message = format!(
-            "[bindings]: `{slot}` is not a slot of {}",
-            project.component.name.text
-        );
-        let diagnostic = Diagnostic::error("unknown-slot", Span::new(source, 0, 0), message);
-        found.push(diagnostic.suggest(slot, slots.iter().copied()));
-    }
+    found.extend(unknown_slots(&configuration, &project.component));
     rules(&configuration.middleware, project, found);
-    configuration.middleware
+    Configured {
+        settings: configuration.middleware,
+        bindings: configuration.bindings,
+        values: is_right.then_some(configuration.parameters),
+    }
 }
 
 /// Finds rules for ROS 2 that match no slot or topic of the component.

@@ -5,6 +5,7 @@
 //! .ddsl → load → Network → plan → Plan      what is to run, in which order, with which limits
 //!                        → preview          the same for people
 //!                        → topology         machines and connections, for pictures
+//!                        → generating    what is stale is generated
 //!                        → programs         where executables are, and how cargo builds them
 //!                        → services         the shared memory that guards hold open
 //! ```
@@ -12,9 +13,11 @@
 mod addresses;
 mod configuration;
 mod error;
+mod generating;
 mod load;
 mod model;
 mod network_time;
+mod parameters;
 pub mod plan;
 mod planning;
 pub mod preview;
@@ -28,7 +31,8 @@ mod workspaces;
 
 pub use addresses::process_name;
 pub use error::Error;
-pub use load::load;
+pub use generating::Generated;
+pub use load::{Overrides, load};
 pub use model::{Network, Profile};
 pub use network_time::{ClockPlan, NetworkTime};
 pub use plan::Plan;

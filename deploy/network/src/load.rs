@@ -2,9 +2,11 @@
 
 use crate::configuration::{configurations, settings};
 use crate::model::Network;
+use crate::parameters::{given, overridden};
 use crate::programs::variants;
 use crate::workspaces::Workspaces;
 use rc_cdsl::model::Backend;
+use rc_codegen::load::normal;
 use rc_codegen::{FileLoader, Project};
 use rc_ddsl::model::Deployment;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
@@ -13,12 +15,20 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+/// What takes precedence over the files of a network.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Overrides<'a> {
+    /// All components are variants for this middleware.
+    pub middleware: Option<Backend>,
+    /// Values of parameters, each as `COMPONENT.PATH=VALUE`.
+    pub parameters: &'a [String],
+}
+
 /// Reads and checks a network. The result is none if the file itself cannot be parsed. Use the
-/// network only if no diagnostic is an error. Executables are not checked. With a `middleware`, all
-/// components are variants for it, whatever the files say.
+/// network only if no diagnostic is an error. Executables are not checked.
 pub fn load(
     path: &Path,
-    middleware: Option<Backend>,
+    overrides: &Overrides<'_>,
     sources: &mut SourceMap,
     loader: &FileLoader,
 ) -> io::Result<(Option<Network>, Diagnostics)> {
@@ -27,6 +37,7 @@ pub fn load(
     let Some(mut deployment) = deployment else {
         return Ok((None, found));
     };
+    let middleware = overrides.middleware;
     if let Some(middleware) = middleware {
         let instances = deployment.instances.iter_mut();
         instances.for_each(|instance| instance.middleware = middleware);
@@ -34,7 +45,9 @@ pub fn load(
     let mut texts = HashMap::new();
     let projects = projects(&deployment, sources, loader, &mut texts, &mut found);
     let configured = configurations(&deployment, &projects, sources, &mut found);
-    let passed_settings = settings(&mut deployment, configured);
+    let passed_settings = settings(&mut deployment, &configured);
+    let given = given(&deployment, overrides.parameters, sources, &mut found);
+    let parameters = overridden(&deployment, &projects, &configured, given, &mut found);
     let components: Vec<_> = projects
         .iter()
         .map(|p| p.as_ref().map(|p| &p.component))
@@ -50,6 +63,8 @@ pub fn load(
         time: None,
         middleware,
         variants,
+        parameters,
+        bindings: configured.into_iter().map(|c| c.bindings).collect(),
         passed_settings,
         texts,
         workspaces: Workspaces::default(),
@@ -74,7 +89,7 @@ fn projects(
     instances
         .map(|(at, instance)| {
             let named = instance.cdsl.as_ref()?;
-            let path = instance.folder.join(&named.text);
+            let path = normal(&instance.folder.join(&named.text));
             let mut belong = |read: &[PathBuf]| {
                 for file in read {
                     texts.entry(file.clone()).or_default().push(at);

@@ -1,12 +1,14 @@
 //! A network with everything that its `.ddsl` names.
 
 use crate::network_time::NetworkTime;
+use crate::parameters::OverriddenParameters;
 use crate::workspaces::Workspaces;
 use rc_cdsl::model::{Backend, Slot};
 use rc_codegen::Project;
+use rc_configuration::Binding;
 use rc_ddsl::model::{Deployment, Setting};
 use rc_ddsl::{Endpoint, Network as Connections};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 use std::rc::Rc;
 
@@ -29,6 +31,10 @@ pub struct Network {
     /// The middleware for which each instance is a variant. `None` if its program is built from its
     /// folder, or is named.
     pub(crate) variants: Vec<Option<Backend>>,
+    /// For each instance, the values that the network sets, and those that are in effect.
+    pub(crate) parameters: Vec<OverriddenParameters>,
+    /// For each instance, the addresses in its configuration.
+    pub(crate) bindings: Vec<BTreeMap<String, Binding>>,
     /// For each instance, the middleware settings that its configuration leaves open.
     pub(crate) passed_settings: Vec<Vec<Setting>>,
     /// For each source file, the instances of the components that it belongs to.

@@ -37,6 +37,12 @@ pub struct Component {
     /// The components that must be ready before this one starts.
     #[serde(default)]
     pub after: Vec<String>,
+    /// Its slots whose peers are not part of the network.
+    #[serde(default)]
+    pub external: Vec<String>,
+    /// Its slots that need no peer.
+    #[serde(default)]
+    pub optional: Vec<String>,
     /// The limit from its start until it is ready.
     #[serde(default = "default_ready")]
     pub ready: Duration,
@@ -135,6 +141,8 @@ impl Component {
             env: BTreeMap::new(),
             directory: directory.into(),
             after: Vec::new(),
+            external: Vec::new(),
+            optional: Vec::new(),
             ready: default_ready(),
             stop: default_stop(),
             restart: Restart::default(),

@@ -5,6 +5,8 @@ use crate::configuration::{config, named_files};
 use crate::error::{Error, refused};
 use crate::model::{Network, Profile};
 use crate::plan::{self, Component, Plan, Policy, Restart};
+use rc_cdsl::model::Slot;
+use rc_codegen::load::normal;
 use rc_ddsl::Endpoint;
 use rc_ddsl::model::Setting;
 use std::collections::BTreeSet;
@@ -23,6 +25,33 @@ impl Network {
         })
     }
 
+    /// The files that a component of the plan needs beside its program: its configuration, and the
+    /// files that its parameters name.
+    pub fn files(&self, at: usize, component: &Component) -> Vec<PathBuf> {
+        let mut options = component.args.windows(2);
+        let config = options.find(|option| option[0] == "--config");
+        let config = config.map(|option| PathBuf::from(&option[1]));
+        let values = self.parameters[at].values.as_ref();
+        let named = named_files(self.projects[at].as_deref(), values, &component.directory);
+        let files = config.into_iter().chain(named);
+        files.map(|file| normal(&file)).collect()
+    }
+
+    /// The names of the slots of an instance for which `is_meant` holds.
+    fn slot_names(&self, at: usize, is_meant: impl Fn(Endpoint, &Slot) -> bool) -> Vec<String> {
+        let project = self.projects[at].as_deref();
+        let slots = project.map_or(&[][..], |project| &project.component.slots);
+        let ends = slots.iter().zip(0..).map(|(slot, number)| {
+            let end = Endpoint {
+                instance: at,
+                slot: number,
+            };
+            (end, slot)
+        });
+        let meant = ends.filter(|(end, slot)| is_meant(*end, slot));
+        meant.map(|(_, slot)| slot.name.clone()).collect()
+    }
+
     /// The plan of the network, which has no errors. Paths are absolute.
     ///
     /// # Errors
@@ -39,7 +68,7 @@ impl Network {
             // A missing executable was an error, or is not needed.
             let executable = self.executable(at, profile)?;
             let executable = executable.map(std::path::absolute).transpose()?;
-            let executable = executable.unwrap_or_default();
+            let executable = executable.map(|path| normal(&path)).unwrap_or_default();
             let directory = match instance.folder.as_path() {
                 here if here.as_os_str().is_empty() => Path::new(".").canonicalize()?,
                 folder => folder.canonicalize()?,
@@ -51,7 +80,7 @@ impl Network {
             let project = self.projects[at].as_deref();
             let host = self.deployment.remote_host(instance);
             let config = config(instance, project).map(std::path::absolute);
-            let config = config.transpose()?;
+            let config = config.transpose()?.map(|path| normal(&path));
             let mut files = Vec::new();
             if let Some(config) = &config {
                 option("--config", config.to_string_lossy().into_owned());
@@ -60,8 +89,12 @@ impl Network {
                 files.extend(config.clone());
                 // In its own workspace, it finds its files.
                 if host.workspace.is_none() {
-                    files.extend(named_files(project, config.as_deref(), &directory));
+                    let values = self.parameters[at].values.as_ref();
+                    files.extend(named_files(project, values, &directory));
                 }
+            }
+            for (path, value) in &self.parameters[at].set {
+                option("--set", format!("{path}={value}"));
             }
             let component = project.map(|p| &p.component);
             for set in self.passed_settings(at) {
@@ -92,6 +125,9 @@ impl Network {
                     .iter()
                     .map(|(n, v)| (n.text.clone(), v.text.clone()))
                     .collect(),
+                external: self
+                    .slot_names(at, |end, _| self.connections.externals.contains_key(&end)),
+                optional: self.slot_names(at, |_, slot| slot.optional),
                 ready: instance.ready,
                 stop: instance.stop,
                 restart: restart(instance.restart),

@@ -60,6 +60,8 @@ pub struct Process {
     pub configuration: Option<PathBuf>,
     /// Its working directory.
     pub directory: PathBuf,
+    /// The values of parameters that the network sets, as JSON, by path.
+    pub parameters: BTreeMap<String, serde_json::Value>,
     /// All its arguments.
     pub arguments: Vec<String>,
     /// Its environment, in addition to that of rcdeploy.
@@ -144,6 +146,7 @@ impl Network {
                     .transpose()
                     .map_err(refused("open a configuration"))?,
                 directory: planned.directory,
+                parameters: self.parameters[at].set.iter().cloned().collect(),
                 arguments: planned.args,
                 environment: planned.env,
                 management: run.socket(&process_name(&planned.name)),
@@ -171,6 +174,7 @@ impl Network {
                 .connections_between()
                 .into_iter()
                 .map(|(_, c)| c)
+                .chain(self.connections_outside())
                 .collect(),
         })
     }
@@ -291,7 +295,10 @@ impl Preview {
             .connections
             .iter()
             .map(|c| {
-                let end = |end: &End| format!("{}.{}", end.component, end.slot);
+                let end = |end: &End| match end.external {
+                    true => format!("external {}", end.slot),
+                    false => format!("{}.{}", end.component, end.slot),
+                };
                 let kind = match c.kind {
                     Kind::Call => "call",
                     Kind::Topic => "topic",
@@ -343,6 +350,11 @@ impl Preview {
                 &path(&c.executable, "none: it is in no cargo workspace"),
             )?;
             row("configuration", &path(&c.configuration, "defaults"))?;
+            if !c.parameters.is_empty() {
+                let all = c.parameters.iter();
+                let all = all.map(|(path, value)| format!("{path} = {value}"));
+                row("parameters", &listed(&all.collect::<Vec<_>>(), 19))?;
+            }
             row("management", &short(&c.management))?;
             if let Some(endpoint) = c.endpoint {
                 row("endpoint", &endpoint.to_string())?;

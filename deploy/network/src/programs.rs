@@ -9,6 +9,7 @@ use crate::model::{Network, Profile};
 use crate::variant::{self, Staged};
 use crate::workspaces::Workspaces;
 use rc_cdsl::model::Backend;
+use rc_codegen::load::normal;
 use rc_codegen::note::Note;
 use rc_codegen::{Project, names};
 use rc_ddsl::model::{Deployment, Instance};
@@ -177,7 +178,7 @@ impl Network {
     pub fn executable(&self, at: usize, profile: Profile) -> io::Result<Option<PathBuf>> {
         let instance = &self.deployment.instances[at];
         if let Some(executable) = &instance.executable {
-            return Ok(Some(instance.folder.join(&executable.text)));
+            return Ok(Some(normal(&instance.folder.join(&executable.text))));
         }
         let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
             return Ok(None);
@@ -195,7 +196,7 @@ impl Network {
     }
 
     /// The instances whose programs are built, with their components and variants.
-    fn built(&self) -> impl Iterator<Item = (&Instance, &Project, Option<Backend>)> {
+    pub(crate) fn built(&self) -> impl Iterator<Item = (&Instance, &Project, Option<Backend>)> {
         let instances = self.deployment.instances.iter();
         let instances = instances.zip(&self.projects).zip(&self.variants);
         instances.filter_map(|((instance, project), variant)| {

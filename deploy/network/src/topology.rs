@@ -1,10 +1,10 @@
 //! Machines and connections of a network, for the preview and the picture.
 
 use crate::model::Network;
-use rc_cdsl::model::Role;
+use rc_cdsl::model::{Role, Slot};
 use rc_ddsl::{Connection as Pair, Endpoint};
 use serde::Serialize;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A machine.
 #[derive(Clone, Debug, Serialize)]
@@ -30,13 +30,31 @@ pub enum Kind {
 /// One endpoint of a connection.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct End {
-    /// The full name of a component.
+    /// The full name of a component. The address of an end that is not part of the network.
     pub component: String,
-    /// One of its slots.
+    /// One of its slots. The interface of an end that is not part of the network.
     pub slot: String,
+    /// Whether it is not part of the network.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub external: bool,
     /// The indices of component and slot.
     #[serde(skip)]
     pub at: (usize, usize),
+}
+
+/// A peer that is not part of the network.
+#[derive(Clone, Debug)]
+pub struct External {
+    /// Its address.
+    pub address: String,
+    /// The interface: `Module::Interface`.
+    pub interface: String,
+    /// Its middleware.
+    pub middleware: &'static str,
+    /// Whether it serves or publishes.
+    pub kind: Kind,
+    /// The slots that connect to it.
+    pub consumers: Vec<Endpoint>,
 }
 
 /// A connection.
@@ -90,8 +108,70 @@ impl Network {
         End {
             component: self.deployment.instances[end.instance].path.clone(),
             slot: self.slot(end).map_or_else(String::new, |s| s.name.clone()),
+            external: false,
             at: (end.instance, end.slot),
         }
+    }
+
+    /// The peers that are not part of the network. Slots with one address, interface and middleware
+    /// share a peer.
+    pub fn externals(&self) -> Vec<External> {
+        let addresses = self.addresses();
+        let mut peers: BTreeMap<(&str, String, &'static str), External> = BTreeMap::new();
+        for end in self.connections.externals.keys() {
+            let (Some(slot), Some(address)) = (self.slot(*end), addresses.get(end)) else {
+                continue;
+            };
+            let instance = &self.deployment.instances[end.instance];
+            let library = self.projects[end.instance]
+                .as_ref()
+                .map(|p| &p.component.library);
+            let interface = library.map(|library| library.interface_path(slot.interface));
+            let interface = interface.unwrap_or_default();
+            let middleware = slot.backend.unwrap_or(instance.middleware).word();
+            let peer = peers.entry((address, interface.clone(), middleware));
+            let peer = peer.or_insert_with(|| External {
+                address: address.clone(),
+                interface,
+                middleware,
+                kind: kind(slot),
+                consumers: Vec::new(),
+            });
+            peer.consumers.push(*end);
+        }
+        peers.into_values().collect()
+    }
+
+    /// The connections to peers that are not part of the network. In the indices of ends, these
+    /// peers follow the instances.
+    pub fn connections_outside(&self) -> Vec<Connection> {
+        let externals = self.externals().into_iter();
+        let externals = externals.zip(self.deployment.instances.len()..);
+        let connections = externals.flat_map(|(peer, at)| {
+            let outside = End {
+                component: peer.address.clone(),
+                slot: interface_name(&peer.interface).to_owned(),
+                external: true,
+                at: (at, 0),
+            };
+            let connection = |consumer: &Endpoint| {
+                let inside = self.end(*consumer);
+                let (from, to) = match peer.kind {
+                    Kind::Topic => (outside.clone(), inside),
+                    Kind::Call => (inside, outside.clone()),
+                };
+                Connection {
+                    from,
+                    to,
+                    interface: peer.interface.clone(),
+                    kind: peer.kind,
+                    middleware: peer.middleware,
+                    address: Some(peer.address.clone()),
+                }
+            };
+            peer.consumers.iter().map(connection).collect::<Vec<_>>()
+        });
+        connections.collect()
     }
 
     /// All connections between a provider and a consumer, including refused ones.
@@ -118,11 +198,7 @@ impl Network {
                 let component = &self.projects[pair.provider.instance].as_ref()?.component;
                 let instance = &self.deployment.instances[pair.consumer.instance];
                 let own = self.slot(pair.consumer)?.backend;
-                let kind = if slot.role.is_topic() {
-                    Kind::Topic
-                } else {
-                    Kind::Call
-                };
+                let kind = kind(slot);
                 let (from, to) = match kind {
                     Kind::Topic => (pair.provider, pair.consumer),
                     Kind::Call => (pair.consumer, pair.provider),
@@ -142,4 +218,17 @@ impl Network {
             })
             .collect()
     }
+}
+
+fn kind(slot: &Slot) -> Kind {
+    if slot.role.is_topic() {
+        Kind::Topic
+    } else {
+        Kind::Call
+    }
+}
+
+/// The last part of the path of an interface.
+pub fn interface_name(path: &str) -> &str {
+    path.rsplit("::").next().unwrap_or(path)
 }

@@ -25,6 +25,9 @@ pub(super) struct Input {
     /// changed.
     #[arg(long, value_parser = middleware)]
     pub(super) middleware: Option<Backend>,
+    /// Sets a parameter, as in `--set avoider.speed=300`, whatever the files say.
+    #[arg(long, value_name = "COMPONENT.PATH=VALUE")]
+    pub(super) set: Vec<String>,
 }
 
 /// Components of a running network.

@@ -1,11 +1,26 @@
 //! Reads the description of a network and prints what is wrong with it.
 
 use super::arguments::Input;
-use super::output::{Failure, print_findings, print_line, system};
+use super::output::{Failure, print_findings, print_line, print_note, system};
 use crate::process::machine;
 use rc_codegen::FileLoader;
-use rc_deploy_network::Network;
+use rc_deploy_network::{Network, Overrides};
 use rc_diagnostics::{Diagnostics, SourceMap, render};
+
+/// Reads a network and prints nothing.
+fn read_silently(
+    input: &Input,
+    loader: &FileLoader,
+) -> Result<(Option<Network>, SourceMap, Diagnostics), Failure> {
+    let mut sources = SourceMap::new();
+    let overrides = Overrides {
+        middleware: input.middleware,
+        parameters: &input.set,
+    };
+    let (network, found) = rc_deploy_network::load(&input.file, &overrides, &mut sources, loader)
+        .map_err(|e| system(&format!("{}: {e}", input.file.display())))?;
+    Ok((network, sources, found))
+}
 
 /// Reads a network, runs further checks (`more`), and prints the findings.
 pub(super) fn read(
@@ -13,16 +28,32 @@ pub(super) fn read(
     format: rc_diagnostics::Format,
     more: impl FnOnce(&Network, &mut Diagnostics),
 ) -> Result<(Option<Network>, SourceMap, Diagnostics), Failure> {
-    let mut sources = SourceMap::new();
-    let loader = FileLoader::new(&input.include);
-    let (network, mut found) =
-        rc_deploy_network::load(&input.file, input.middleware, &mut sources, &loader)
-            .map_err(|e| system(&format!("{}: {e}", input.file.display())))?;
+    let (network, sources, mut found) = read_silently(input, &FileLoader::new(&input.include))?;
     if let Some(network) = &network {
         more(network, &mut found);
     }
     print_findings(&render(&sources, &found, format));
     Ok((network, sources, found))
+}
+
+/// Generates the components of a network whose generated code is missing or stale. A network with
+/// errors is left alone: they are reported when it is read again.
+pub(super) fn generate_stale(input: &Input) -> Result<(), Failure> {
+    let loader = FileLoader::new(&input.include);
+    let (network, mut sources, found) = read_silently(input, &loader)?;
+    let Some(network) = network.filter(|_| !found.has_errors()) else {
+        return Ok(());
+    };
+    let generated = network.generate_stale(&mut sources, &loader)?;
+    for component in &generated.components {
+        print_note(&format_args!("generated {}", component.display()));
+    }
+    let human = rc_diagnostics::Format::Human;
+    print_findings(&render(&sources, &generated.found, human));
+    if generated.found.has_errors() {
+        return Err(Failure(1, String::new()));
+    }
+    Ok(())
 }
 
 /// Reads a network that must have no errors.

@@ -17,8 +17,12 @@ pub(super) fn export(
 ) -> Result<u8, Failure> {
     let network = load(input, rc_diagnostics::Format::Human, |_, _| {})?;
     let plan = network.plan(input.profile)?;
-    let export =
-        rc_deploy_export::export(&network, &plan, engine, image).map_err(|e| Failure(1, e))?;
+    let user = (
+        rustix::process::getuid().as_raw(),
+        rustix::process::getgid().as_raw(),
+    );
+    let export = rc_deploy_export::export(&network, &plan, engine, image, user)
+        .map_err(|e| Failure(1, e))?;
     let steps = export.files.plan(out).map_err(|e| system(&e))?;
     let foreign =
         rc_codegen::export::first_foreign_file(&steps, out, rc_deploy_export::FIRST_WORDS);

@@ -17,7 +17,7 @@ mod up;
 use crate::Options;
 use arguments::{Action, Input, Named, engine, format, switch};
 use clap::{ArgAction, Parser, Subcommand};
-use networks::{named, network_of};
+use networks::{named, network_of, running};
 use output::{Failure, show};
 use rc_deploy_client::{Format, connection, logs, status};
 use rc_deploy_export::Engine;
@@ -82,8 +82,12 @@ enum Command {
         ///
         /// If the generated/ of a component is for another middleware than the network's, a variant
         /// is built below target/rc. The folder of the component is not changed.
+        /// Components whose generated code is missing or of an older model are generated before.
         #[arg(long)]
         build: bool,
+        /// Refuses missing or stale generated code instead of generating it.
+        #[arg(long, requires = "build")]
+        no_generate: bool,
         /// Supervises in the background. `rcdeploy down` stops the network.
         #[arg(long)]
         detach: bool,
@@ -113,6 +117,8 @@ enum Command {
         network: Option<String>,
     },
     /// Shows the state of a running network.
+    ///
+    /// Components that were started by hand are marked so.
     Status {
         /// The network or its .ddsl. Optional if only one network is up.
         network: Option<String>,
@@ -237,6 +243,7 @@ fn run(command: Command) -> Result<u8, Failure> {
         Command::Up {
             input,
             build,
+            no_generate,
             detach,
             plain,
             format,
@@ -257,9 +264,14 @@ fn run(command: Command) -> Result<u8, Failure> {
                 hold: Vec::new(),
                 services: BTreeMap::new(),
             };
+            let build = build.then_some(if no_generate {
+                up::Build::AsIs
+            } else {
+                up::Build::Generated
+            });
             up::up(&input, build, detach, &options)
         }
-        Command::Top { network } => top::top(&named(network)?),
+        Command::Top { network } => top::top(&running(network)?),
         Command::Down { network } => {
             let network = named(network)?;
             // Components have limits of their own; this one is for a supervisor that does not
@@ -268,8 +280,8 @@ fn run(command: Command) -> Result<u8, Failure> {
             Ok(0)
         }
         Command::Status { network, format } => {
-            let status = connection::status(&named(network)?)?;
-            show(format, &status, status::table)
+            let report = status::report(&running(network)?)?;
+            show(format, &report, status::report_table)
         }
         Command::Logs {
             network,

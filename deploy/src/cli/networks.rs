@@ -1,9 +1,24 @@
 //! Which network a command means: its name, its file, or the only one that is up.
 
 use super::output::{Failure, print_findings, system};
-use rc_deploy_client::connection;
+use rc_deploy_client::{by_hand, connection};
 use rc_diagnostics::{SourceMap, render};
 use std::path::Path;
+
+/// The network of an argument, or the only one that runs: under a supervisor, otherwise by hand.
+pub(super) fn running(argument: Option<String>) -> Result<String, Failure> {
+    if argument.is_some() || !connection::networks().is_empty() {
+        return named(argument);
+    }
+    match by_hand::networks().as_slice() {
+        [] => named(None),
+        [one] => Ok(one.clone()),
+        many => Err(Failure(
+            2,
+            format!("several networks run: {}; name one", many.join(", ")),
+        )),
+    }
+}
 
 /// The network of an argument, or the only one that is up.
 pub(super) fn named(argument: Option<String>) -> Result<String, Failure> {

@@ -1,7 +1,7 @@
 //! `rcdeploy up`, with the processes that it starts: the guard, and the agents of other machines.
 
 use super::arguments::Input;
-use super::description::load;
+use super::description::{generate_stale, load};
 use super::output::{Failure, print_line, system};
 use crate::Options;
 use crate::guard::services;
@@ -13,14 +13,26 @@ use rc_diagnostics::Diagnostics;
 use rc_middleware::RunDirectory;
 use std::process::Command as Process;
 
+/// What `up --build` does before cargo builds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Build {
+    /// Generates what is missing or stale.
+    Generated,
+    /// Nothing: stale code is an error.
+    AsIs,
+}
+
 pub(super) fn up(
     input: &Input,
-    build: bool,
+    build: Option<Build>,
     detach: bool,
     options: &Options,
 ) -> Result<u8, Failure> {
     let human = rc_diagnostics::Format::Human;
-    let network = if build {
+    if build == Some(Build::Generated) {
+        generate_stale(input)?;
+    }
+    let network = if build.is_some() {
         let network = load(input, human, |network, found| {
             machine::check(network, true, found);
             network.check_generated(found);
@@ -53,6 +65,9 @@ pub(super) fn up(
         if let Some(middleware) = input.middleware {
             command.args(["--middleware", middleware.word()]);
         }
+        input.set.iter().for_each(|set| {
+            command.arg("--set").arg(set);
+        });
         input.include.iter().for_each(|dir| {
             command.arg("-I").arg(dir);
         });

@@ -4,6 +4,7 @@
 //! of the last five seconds had it, so that a condition that comes and goes is one event.
 
 use crate::supervisor::memory_growth::Growth;
+use rc_deploy_network::plan::Component;
 use rc_management::component::ClockStatus;
 use rc_management::event::Severity;
 use rc_management::link::Heartbeat;
@@ -13,6 +14,9 @@ use std::time::{Duration, Instant, SystemTime};
 
 /// How many heartbeats in a row without a condition end it.
 const CALM: u32 = 10;
+/// The loop of a component turns more often than this, unless a handler or `compute()` takes longer.
+/// It notices overruns and silences at its turns.
+const TURN_LIMIT_MS: u64 = 500;
 /// How many mismatching peers are kept for `status`.
 const MISMATCHES: usize = 8;
 
@@ -25,11 +29,17 @@ type Key = (&'static str, String);
 /// The conditions of one run of a component.
 #[derive(Debug, Default)]
 pub(crate) struct HealthMonitor {
+    /// The slots whose peers are not part of the network.
+    external: Vec<String>,
+    /// The slots that need no peer.
+    optional: Vec<String>,
     /// How many more heartbeats without it an overrun, or the silence of a topic, needs to end.
     overrun: u32,
     silent: BTreeMap<String, u32>,
     /// Whether a slot has a peer. A slot that never had one is left out.
     peers: BTreeMap<String, bool>,
+    /// How many more heartbeats without a first peer an external slot may have.
+    patience: BTreeMap<String, u32>,
     growth: Growth,
     /// The clock, as the last heartbeat told it.
     clock: Option<Box<ClockStatus>>,
@@ -39,6 +49,14 @@ pub(crate) struct HealthMonitor {
 }
 
 impl HealthMonitor {
+    pub(crate) fn new(component: &Component) -> Self {
+        Self {
+            external: component.external.clone(),
+            optional: component.optional.clone(),
+            ..Self::default()
+        }
+    }
+
     /// Stops reporting: the network stops, so peers vanish.
     pub(crate) fn be_quiet(&mut self) {
         self.quiet = true;
@@ -50,7 +68,6 @@ impl HealthMonitor {
         if self.quiet {
             return happened;
         }
-        self.overruns(&heartbeat, &mut happened);
         for jump in &heartbeat.jumps {
             let text = format!(
                 "time jumped back from {:.3} s to {:.3} s",
@@ -58,8 +75,12 @@ impl HealthMonitor {
             );
             happened.push((Severity::Warning, "time-jumped", text));
         }
+        // A loop that does not turn notices nothing, so nothing is over.
+        if heartbeat.age_ms < TURN_LIMIT_MS || heartbeat.overruns.is_some() {
+            self.overruns(&heartbeat, &mut happened);
+            self.silences(heartbeat.silent, &mut happened);
+        }
         self.time(heartbeat.clock, &mut happened);
-        self.silences(heartbeat.silent, &mut happened);
         for (slot, peers) in heartbeat.peers {
             self.peers(slot, peers > 0, &mut happened);
         }
@@ -159,15 +180,40 @@ impl HealthMonitor {
     }
 
     fn peers(&mut self, slot: String, there: bool, happened: &mut Vec<HealthEvent>) {
+        let external = self.external.contains(&slot);
+        let optional = self.optional.contains(&slot);
+        let word = match (external, optional) {
+            (true, _) => "external slot",
+            (false, true) => "optional slot",
+            (false, false) => "slot",
+        };
         match (self.peers.get(&slot), there) {
+            (Some(true), false) if optional => {
+                let text = format!("{word} {slot} has no peer any more");
+                happened.push((Severity::Info, "peer-vanished", text));
+            }
             (Some(true), false) => {
-                let text = format!("slot {slot} has no peer any more");
+                let text = format!("{word} {slot} has no peer any more");
                 self.begin("peer-vanished", &slot, &text);
                 happened.push((Severity::Warning, "peer-vanished", text));
             }
+            // The network starts no peer for it: somebody else has to.
+            (None, false) if external && !optional => {
+                if end_of(self.patience.entry(slot.clone()).or_insert(CALM)) {
+                    let text = format!("{word} {slot} has no peer yet");
+                    self.begin("peer-missing", &slot, &text);
+                    happened.push((Severity::Warning, "peer-missing", text));
+                }
+                return;
+            }
+            (None, true) if self.patience.get(&slot) == Some(&0) => {
+                self.over("peer-missing", &slot);
+                let text = format!("{word} {slot} has a peer now");
+                happened.push((Severity::Info, "peer-back", text));
+            }
             (Some(false), true) => {
                 self.over("peer-vanished", &slot);
-                let text = format!("slot {slot} has a peer again");
+                let text = format!("{word} {slot} has a peer again");
                 happened.push((Severity::Info, "peer-back", text));
             }
             (None, false) => return,
@@ -307,6 +353,24 @@ mod tests {
     }
 
     #[test]
+    fn nothing_is_over_while_the_loop_does_not_turn() {
+        let mut watch = HealthMonitor::default();
+        assert_eq!(codes(&watch.heartbeat(slow())), ["overrun"]);
+        assert_eq!(codes(&watch.heartbeat(silent(&["a"]))), ["silent"]);
+        for beats in 1..3 * u64::from(CALM) {
+            let hangs = Heartbeat {
+                age_ms: 500 * beats,
+                ..Heartbeat::default()
+            };
+            assert_eq!(codes(&watch.heartbeat(hangs)), [""; 0]);
+        }
+        let good: Vec<_> = (0..CALM)
+            .flat_map(|_| watch.heartbeat(Heartbeat::default()))
+            .collect();
+        assert_eq!(codes(&good), ["in-time", "heard-again"]);
+    }
+
+    #[test]
     fn silence_is_detected_per_topic() {
         let mut watch = HealthMonitor::default();
         assert_eq!(
@@ -366,5 +430,36 @@ mod tests {
         assert_eq!(after(1), ["peer-back"]);
         watch.be_quiet();
         assert_eq!(codes(&watch.heartbeat(peers(0))), [""; 0]);
+    }
+
+    #[test]
+    fn an_optional_peer_may_vanish_without_trouble() {
+        let mut watch = HealthMonitor {
+            optional: vec!["Laser".to_owned()],
+            ..HealthMonitor::default()
+        };
+        watch.heartbeat(peers(1));
+        let gone = watch.heartbeat(peers(0));
+        let text = "optional slot Laser has no peer any more".to_owned();
+        assert_eq!(gone, [(Severity::Info, "peer-vanished", text)]);
+        assert_eq!(watch.troubles(), []);
+        assert_eq!(codes(&watch.heartbeat(peers(1))), ["peer-back"]);
+    }
+
+    #[test]
+    fn an_external_peer_is_missed_after_a_while_until_it_comes() {
+        let mut watch = HealthMonitor {
+            external: vec!["Laser".to_owned()],
+            ..HealthMonitor::default()
+        };
+        for _ in 1..CALM {
+            assert_eq!(codes(&watch.heartbeat(peers(0))), [""; 0]);
+        }
+        assert_eq!(codes(&watch.heartbeat(peers(0))), ["peer-missing"]);
+        assert_eq!(codes(&watch.heartbeat(peers(0))), [""; 0]);
+        assert_eq!(watch.troubles()[0].code, "peer-missing");
+        assert_eq!(codes(&watch.heartbeat(peers(1))), ["peer-back"]);
+        assert_eq!(watch.troubles(), []);
+        assert_eq!(codes(&watch.heartbeat(peers(0))), ["peer-vanished"]);
     }
 }

@@ -47,6 +47,10 @@ impl Unit {
                     return;
                 }
                 self.reported = Some(state);
+                // The event `starting` says it already.
+                if state == State::Starting {
+                    return;
+                }
                 let severity = match state {
                     State::Emergency => Severity::Warning,
                     _ => Severity::Info,

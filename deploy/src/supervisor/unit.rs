@@ -301,7 +301,7 @@ impl Unit {
         self.unkept = self.changes.lost();
         self.hung = None;
         self.garbage = 0;
-        self.health = HealthMonitor::default();
+        self.health = HealthMonitor::new(&self.component);
         self.phase = Phase::Alive(Running {
             handle,
             closed: None,
@@ -520,6 +520,7 @@ impl Unit {
         };
         ComponentStatus {
             name: self.name().to_owned(),
+            by_hand: false,
             state: self.state(),
             host: self.component.host.as_ref().map(|host| host.name.clone()),
             pid: running.and_then(|r| r.handle.pid()),

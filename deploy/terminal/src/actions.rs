@@ -63,6 +63,11 @@ impl Session<'_> {
     /// Sends a command to the supervisor, which answers when it has ended.
     fn control(&mut self, verb: Verb, name: &str) {
         let text = format!("{} {name}", verb.word());
+        let mut components = self.model.components.iter();
+        if components.any(|c| c.status.name == name && c.status.by_hand) {
+            let text = format!("{text}: it was started by hand, where it has to be stopped, too");
+            return self.model.say(text, true);
+        }
         self.model.say(format!("{text} …"), false);
         match Connection::connect(&self.directory.socket(supervisor::SOCKET)) {
             Ok(mut connection) => {

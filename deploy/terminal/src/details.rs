@@ -2,7 +2,7 @@
 
 use super::model::{Component, Model, Page, Rate};
 use super::style::{bytes, chosen, faint, percent, plain, rate, strong, uptime};
-use super::text::{fit, offset, opt, put, times};
+use super::text::{fit, offset, opt, put, times, wrap};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -32,6 +32,9 @@ pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {
     );
     if let Some(pid) = status.pid {
         facts += &format!("  pid {pid}");
+    }
+    if status.by_hand {
+        facts += "  by hand";
     }
     if let Some(host) = &status.host {
         facts += &format!("  on {host}");
@@ -94,6 +97,13 @@ pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {
     match model.page {
         Page::Parameters => parameters(model, &lines, buf),
         Page::Connections => connections(model, component, &lines, buf),
+        _ if status.log.as_os_str().is_empty() => {
+            say(
+                "It prints to a terminal or a pipe, not into a file.",
+                &lines,
+                buf,
+            );
+        }
         _ => log(model, &lines, buf),
     }
 }
@@ -116,6 +126,9 @@ fn say(text: &str, lines: &[Rect], buf: &mut Buffer) {
     }
 }
 
+/// The most lines below the parameters that tell more of the chosen one.
+const NOTE_LINES: usize = 3;
+
 fn parameters(model: &Model, lines: &[Rect], buf: &mut Buffer) {
     let known = match &model.parameters {
         None => return say("It has not answered yet.", lines, buf),
@@ -125,15 +138,21 @@ fn parameters(model: &Model, lines: &[Rect], buf: &mut Buffer) {
         }
         Some(Ok(known)) => known,
     };
-    let Some((&last, lines)) = lines.split_last() else {
+    let Some(&last) = lines.last() else {
         return;
     };
+    let chosen_one = known.parameters.get(model.line);
+    let note = chosen_one.map_or_else(String::new, note);
+    let mut note = wrap(&note, usize::from(last.width));
+    note.truncate(NOTE_LINES.min(lines.len()));
+    let (lines, below) = lines.split_at(lines.len() - note.len());
     let width = |column: fn(&ParameterStatus) -> String, most: usize| {
         let widths = known.parameters.iter().map(|p| column(p).chars().count());
         widths.max().unwrap_or(0).min(most)
     };
     let path = width(|p| p.path.clone(), usize::from(last.width) / 2);
     let value = width(value, usize::from(last.width) / 3);
+    let rest = usize::from(last.width).saturating_sub(path + value + 4);
     let first = offset(model.line, known.parameters.len(), lines.len());
     let shown = known.parameters.iter().enumerate().skip(first);
     for ((index, parameter), &at) in shown.zip(lines) {
@@ -148,26 +167,31 @@ fn parameters(model: &Model, lines: &[Rect], buf: &mut Buffer) {
             [
                 Span::styled(fit(&parameter.path, path), strong()),
                 Span::styled(format!("  {}", fit(&self::value(parameter), value)), style),
-                Span::raw(format!("  {}", parameter.allowed)),
+                Span::raw(format!("  {}", fit(&parameter.allowed, rest).trim_end())),
             ],
         );
         if index == model.line {
             buf.set_style(at, chosen());
         }
     }
-    if let Some(parameter) = known.parameters.get(model.line) {
-        let mut notes = vec![match (parameter.editable, parameter.restart) {
-            (_, true) => "changes at the next start",
-            (true, _) => "changes at once",
-            _ => "is fixed",
-        }];
-        if parameter.unsaved {
-            notes.push("is not saved");
-        }
-        let doc = parameter.doc.join(" ");
-        let text = format!("{}. {}", notes.join(", "), plain(&doc));
-        put(buf, last, [Span::styled(text, faint())]);
+    for (line, &at) in note.into_iter().zip(below) {
+        put(buf, at, [Span::styled(line, faint())]);
     }
+}
+
+/// What is allowed for a parameter, when it changes, and its documentation.
+fn note(parameter: &ParameterStatus) -> String {
+    let mut notes = vec![match (parameter.editable, parameter.restart) {
+        (_, true) => "changes at the next start",
+        (true, _) => "changes at once",
+        _ => "is fixed",
+    }];
+    if parameter.unsaved {
+        notes.push("is not saved");
+    }
+    let doc = parameter.doc.join(" ");
+    let allowed = plain(&parameter.allowed);
+    format!("{allowed}; {}. {}", notes.join(", "), plain(&doc))
 }
 
 /// What a parameter is, and what it will be.

@@ -61,7 +61,7 @@ pub enum ViewEnd {
 pub fn top(network: &str, stop: BorrowedFd<'_>) -> Result<ViewEnd, Error> {
     check_name("network", network)?;
     // Errors are reported before the view takes the terminal.
-    rc_deploy_client::connection::status(network)?;
+    rc_deploy_client::status::report(network)?;
     let end = show(Host::Top, network, stop)?;
     Ok(match end {
         End::Left => ViewEnd::Running,

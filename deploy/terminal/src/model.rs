@@ -286,6 +286,29 @@ impl Model {
             };
             self.components.push(component);
         }
+        // The supervisor does not know these.
+        let known = known.into_iter().filter(|c| c.status.by_hand);
+        self.components.extend(known);
+        self.select_something();
+    }
+
+    /// Takes the status of a component that was started by hand.
+    pub(crate) fn by_hand(&mut self, status: ComponentStatus) {
+        match self.find_mut(&status.name) {
+            Some(known) if known.status.pid == status.pid => known.status = status,
+            Some(known) => *known = Component::new(status),
+            None => self.components.push(Component::new(status)),
+        }
+        self.select_something();
+    }
+
+    /// Removes a component that was started by hand and has ended.
+    pub(crate) fn remove(&mut self, name: &str) {
+        self.components.retain(|c| c.status.name != name);
+        self.select_something();
+    }
+
+    fn select_something(&mut self) {
         if self.row().is_none() {
             let first = self.rows().first().map(|row| row.path.to_owned());
             self.selected = first.unwrap_or_default();

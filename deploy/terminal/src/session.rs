@@ -7,13 +7,14 @@ use super::log::Log;
 use super::model::{Host, LOG, Model, Page};
 use super::screen::Screen;
 use super::{render, screen, usage};
+use rc_deploy_client::by_hand;
 use rc_deploy_client::error::{Error, ErrorContext};
 use rc_management::component;
 use rc_management::supervisor::{self, NetworkStatus, Notification};
 use rc_middleware::RunDirectory;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, ErrorKind};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::time::{Duration, Instant};
@@ -58,8 +59,11 @@ pub(crate) struct Session<'s> {
     keys_due: Option<Instant>,
     /// Ends the view when it becomes readable.
     owner: BorrowedFd<'s>,
-    supervisor: Connection,
+    /// None if all components were started by hand.
+    supervisor: Option<Connection>,
     pub(super) components: BTreeMap<String, Connection>,
+    /// Those of `components` that have not answered yet and that the supervisor does not know.
+    unknown: BTreeSet<String>,
     /// Commands to the supervisor in progress, each on its own connection.
     pub(super) actions: Vec<Connection>,
     pub(super) log: Option<Log>,
@@ -76,16 +80,23 @@ impl<'s> Session<'s> {
     ) -> Result<Self, Error> {
         let directory = RunDirectory::of(&model.network);
         let socket = directory.socket(supervisor::SOCKET);
-        let supervisor = Connection::connect(&socket).map_err(|error| match error.kind() {
-            ErrorKind::NotFound | ErrorKind::ConnectionRefused => Error::NotUp {
-                network: model.network.clone(),
-                others: rc_deploy_client::connection::networks(),
-            },
-            _ => Error::System {
-                action: format!("connect to {}", socket.display()),
-                source: error,
-            },
-        })?;
+        let supervisor = match Connection::connect(&socket) {
+            Ok(connection) => Some(connection),
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    ErrorKind::NotFound | ErrorKind::ConnectionRefused
+                ) =>
+            {
+                None
+            }
+            Err(source) => {
+                return Err(Error::System {
+                    action: format!("connect to {}", socket.display()),
+                    source,
+                });
+            }
+        };
         let mut session = Self {
             screen,
             model,
@@ -96,6 +107,7 @@ impl<'s> Session<'s> {
             owner,
             supervisor,
             components: BTreeMap::new(),
+            unknown: BTreeSet::new(),
             actions: Vec::new(),
             log: None,
             changed: true,
@@ -106,10 +118,10 @@ impl<'s> Session<'s> {
     }
 
     fn greet(&mut self) {
-        self.supervisor
-            .send(Pending::Events, &supervisor::Request::Events);
-        self.supervisor
-            .send(Pending::Status, &supervisor::Request::Status);
+        if let Some(supervisor) = &mut self.supervisor {
+            supervisor.send(Pending::Events, &supervisor::Request::Events);
+            supervisor.send(Pending::Status, &supervisor::Request::Status);
+        }
     }
 
     /// Shows the network until something ends it.
@@ -163,17 +175,15 @@ impl<'s> Session<'s> {
 
     fn wait(&self, wake: Instant) -> Vec<Source> {
         let stdin = io::stdin();
-        let supervisor = &self.supervisor;
         let mut all: Vec<(Source, BorrowedFd<'_>, bool)> = vec![
             (Source::Keys, stdin.as_fd(), false),
             (Source::Terminal, self.screen.changes(), false),
             (Source::Owner, self.owner, false),
-            (
-                Source::Supervisor,
-                supervisor.as_fd(),
-                supervisor.has_output(),
-            ),
         ];
+        if let Some(supervisor) = &self.supervisor {
+            let output = supervisor.has_output();
+            all.push((Source::Supervisor, supervisor.as_fd(), output));
+        }
         for (name, connection) in &self.components {
             let source = Source::Component(name.clone());
             all.push((source, connection.as_fd(), connection.has_output()));
@@ -242,7 +252,10 @@ impl<'s> Session<'s> {
                 });
             }
             Source::Supervisor => {
-                let (received, open) = self.supervisor.receive();
+                let Some(supervisor) = &mut self.supervisor else {
+                    return Ok(());
+                };
+                let (received, open) = supervisor.receive();
                 received
                     .into_iter()
                     .for_each(|message| self.supervisor_message(message));
@@ -257,6 +270,7 @@ impl<'s> Session<'s> {
                 let (received, open) = connection.receive();
                 if !open {
                     self.components.remove(name);
+                    self.leave_by_hand(name);
                 }
                 for message in received {
                     self.component_message(name, message);
@@ -329,22 +343,17 @@ impl<'s> Session<'s> {
     fn tick(&mut self) {
         let now = self.start.elapsed();
         self.changed = true;
-        if !self
-            .supervisor
-            .pending()
-            .any(|a| matches!(a, Pending::Status))
-        {
-            self.supervisor
-                .send(Pending::Status, &supervisor::Request::Status);
-        }
+        self.ask_supervisor();
+        self.find_by_hand();
         let model = &mut self.model;
         let running: Vec<(String, Option<i32>, bool)> = model
             .components
             .iter()
             .map(|c| (c.status.name.clone(), c.status.pid, c.status.host.is_none()))
             .collect();
+        let unknown = &self.unknown;
         self.components
-            .retain(|name, _| running.iter().any(|(n, ..)| n == name));
+            .retain(|name, _| unknown.contains(name) || running.iter().any(|(n, ..)| n == name));
         for (name, pid, here) in running {
             let Some(pid) = pid else {
                 self.components.remove(&name);
@@ -381,6 +390,56 @@ impl<'s> Session<'s> {
         model.tick(now);
     }
 
+    /// Asks the supervisor for its status, unless that is asked already.
+    fn ask_supervisor(&mut self) {
+        if let Some(supervisor) = &mut self.supervisor
+            && !supervisor.pending().any(|a| matches!(a, Pending::Status))
+        {
+            supervisor.send(Pending::Status, &supervisor::Request::Status);
+        }
+    }
+
+    /// Connects to components that were started by hand. They are shown when they have answered.
+    fn find_by_hand(&mut self) {
+        // Before its first answer, the supervisor may know each of them.
+        if self.supervisor.is_some() && self.model.components.is_empty() {
+            return;
+        }
+        let known = self.model.components.iter();
+        let known = known.filter(|c| !c.status.by_hand);
+        let found = by_hand::sockets(&self.directory, known.map(|c| c.status.name.as_str()));
+        self.unknown.clear();
+        for name in found {
+            let mut shown = self.model.components.iter();
+            if shown.any(|c| c.status.name == name) {
+                continue;
+            }
+            if !self.components.contains_key(&name) {
+                let Ok(mut connection) = Connection::connect(&self.directory.socket(&name)) else {
+                    continue;
+                };
+                connection.send(Pending::Status, &component::Request::Status);
+                self.components.insert(name.clone(), connection);
+            }
+            self.unknown.insert(name);
+        }
+        let is_over = self.supervisor.is_none()
+            && self.model.components.is_empty()
+            && self.unknown.is_empty();
+        if is_over {
+            self.end = Some(End::Down);
+        }
+    }
+
+    /// A component has closed its connection. If it was started by hand, it has ended.
+    fn leave_by_hand(&mut self, name: &str) {
+        let mut components = self.model.components.iter();
+        if components.any(|c| c.status.name == name && c.status.by_hand) {
+            self.model.remove(name);
+            self.changed = true;
+        }
+    }
+
     fn supervisor_message(&mut self, received: Received) {
         self.changed = true;
         match received {
@@ -396,13 +455,8 @@ impl<'s> Session<'s> {
             Received::Notification(Notification::Event(event)) => {
                 self.model.stopping |= event.code == "stopping";
                 // An event of a component changes its row.
-                let asked = self
-                    .supervisor
-                    .pending()
-                    .any(|a| matches!(a, Pending::Status));
-                if !asked && event.code != "log" {
-                    let request = supervisor::Request::Status;
-                    self.supervisor.send(Pending::Status, &request);
+                if event.code != "log" {
+                    self.ask_supervisor();
                 }
                 if event.code == "down" {
                     self.end = Some(End::Down);
@@ -421,7 +475,7 @@ impl<'s> Session<'s> {
     fn supervisor_gone(&mut self) {
         match Connection::connect(&self.directory.socket(supervisor::SOCKET)) {
             Ok(connection) if self.end.is_none() => {
-                self.supervisor = connection;
+                self.supervisor = Some(connection);
                 self.model.events.clear();
                 self.greet();
             }
@@ -435,6 +489,10 @@ impl<'s> Session<'s> {
             Received::Answer(Pending::Status, Ok(report)) => {
                 if let Ok(report) = component::Status::deserialize(report) {
                     let now = self.start.elapsed();
+                    let mut components = self.model.components.iter();
+                    if components.all(|c| c.status.name != name || c.status.by_hand) {
+                        self.model.by_hand(by_hand::status(&report));
+                    }
                     self.model.report(name, report, now);
                 }
             }
@@ -467,6 +525,7 @@ impl<'s> Session<'s> {
     fn follow_log(&mut self, now: Instant) {
         let selected = self.model.component();
         let shown = selected.filter(|_| self.model.page == Page::Log);
+        let shown = shown.filter(|c| !c.status.log.as_os_str().is_empty());
         let Some((name, path)) = shown.map(|c| (c.status.name.clone(), c.status.log.clone()))
         else {
             self.log = None;

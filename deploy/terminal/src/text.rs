@@ -34,3 +34,47 @@ pub(super) fn fit(text: &str, width: usize) -> String {
         format!("{text}{}", " ".repeat(width - count))
     }
 }
+
+/// A text as lines of at most `width`, broken between words where that is possible. At least one
+/// line.
+pub(super) fn wrap(text: &str, width: usize) -> Vec<String> {
+    let width = width.max(1);
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let mut word: Vec<char> = word.chars().collect();
+        loop {
+            let line = lines.last().map_or(0, |line| line.chars().count());
+            let gap = usize::from(line > 0);
+            if line + gap + word.len() <= width || line == 0 && word.len() <= width {
+                break;
+            }
+            if line > 0 {
+                lines.push(String::new());
+            } else {
+                let rest = word.split_off(width);
+                lines.pop();
+                lines.extend([word.into_iter().collect(), String::new()]);
+                word = rest;
+            }
+        }
+        if let Some(line) = lines.last_mut() {
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.extend(word);
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::wrap;
+
+    #[test]
+    fn lines_break_between_words() {
+        assert_eq!(wrap("from 150 to 3000", 9), ["from 150", "to 3000"]);
+        assert_eq!(wrap("abcdefgh ij", 3), ["abc", "def", "gh", "ij"]);
+        assert_eq!(wrap("", 3), [""]);
+    }
+}

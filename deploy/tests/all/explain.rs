@@ -124,7 +124,9 @@ fn check(files: &[Block<'_>], example: &Block<'_>) -> (Vec<&'static str>, bool, 
     let mut found = Diagnostics::new();
     let loader = FileLoader::new(&[]);
     if example.ending == "ddsl" {
-        let (network, more) = network::load(&path, None, &mut sources, &loader).expect("a file");
+        let (network, more) =
+            network::load(&path, &network::Overrides::default(), &mut sources, &loader)
+                .expect("a file");
         found.extend(more);
         if let Some(network) = network {
             network.check_executables(Profile::Dev, &mut found);

@@ -35,14 +35,16 @@ fn exported(network: &str, engine: Engine) -> (Export, PathBuf) {
     let mut sources = SourceMap::new();
     let path = root().join(network);
     let loader = FileLoader::new(&[]);
-    let (network, found) = network::load(&path, None, &mut sources, &loader).expect("a file");
+    let (network, found) =
+        network::load(&path, &network::Overrides::default(), &mut sources, &loader)
+            .expect("a file");
     let told = render(&sources, &found, Format::Short);
     assert!(!found.has_errors(), "{told}");
     let network = network.expect("a network");
     let plan = network.plan(Profile::Release).expect("a plan");
     let program = &plan.components[0].executable;
     let target = program.ancestors().nth(2).expect("a folder").to_path_buf();
-    let export = export(&network, &plan, engine, None).expect("it can be exported");
+    let export = export(&network, &plan, engine, None, (1000, 100)).expect("it can be exported");
     (export, target)
 }
 
@@ -191,7 +193,8 @@ fn read<T: DeserializeOwned + Serialize>(manifest: &Value) -> T {
 
 fn documents(export: &Export) -> Vec<Value> {
     let mut all = Vec::new();
-    for (.., text) in export.files.iter() {
+    let yaml = |path: &Path| path.extension().is_some_and(|e| e == "yaml");
+    for (.., text) in export.files.iter().filter(|(path, ..)| yaml(path)) {
         for document in serde_norway::Deserializer::from_str(text) {
             let value = serde::Deserialize::deserialize(document).expect("YAML");
             all.push(value);
@@ -332,4 +335,108 @@ fn order_and_policies_are_the_same_for_all_engines() {
     let whom: Vec<&Value> = waits.iter().map(|wait| &wait["command"][5]).collect();
     assert_eq!(whom, ["simulator", "monitor"]);
     assert_eq!(pod["terminationGracePeriodSeconds"], 3);
+}
+
+/// The image has all that the manifests name, and its context has all that it copies.
+#[test]
+fn the_image_holds_what_the_pods_need() {
+    for network in NETWORKS {
+        let (export, _) = exported(network, Engine::Kubernetes);
+        let mut files = export.files.iter();
+        let (mut copied, mut allowed, mut made) = (Vec::new(), Vec::new(), String::new());
+        for (path, _, text) in files.by_ref() {
+            let lines = text.lines();
+            if path.ends_with("Dockerfile") {
+                let copies = lines.filter(|line| line.starts_with("COPY "));
+                copied.extend(copies.map(|line| {
+                    let list = line.split_once('[').expect("a list").1;
+                    let list: [String; 2] =
+                        serde_json::from_str(&format!("[{list}")).expect("two paths");
+                    list
+                }));
+                made += text;
+            } else if path.ends_with("Dockerfile.dockerignore") {
+                let kept = lines.filter_map(|line| line.strip_prefix('!'));
+                allowed.extend(kept.map(str::to_owned));
+            }
+        }
+        assert!(!copied.is_empty());
+        for [from, to] in &copied {
+            assert!(
+                allowed.contains(from) && to.ends_with(from.as_str()),
+                "{from} {to}"
+            );
+        }
+        let holds = |path: &str| copied.iter().any(|[_, to]| to == path);
+        for manifest in documents(&export) {
+            let pod = &manifest["spec"]["template"]["spec"];
+            let container = &pod["containers"][0];
+            let words = |key: &str| container[key].as_array().cloned().unwrap_or_default();
+            let words: Vec<String> = ["command", "args"]
+                .into_iter()
+                .flat_map(words)
+                .map(|word| word.as_str().expect("a text").replace("$$(", "$("))
+                .collect();
+            let program = words
+                .iter()
+                .find(|word| word.starts_with('/'))
+                .expect("a program");
+            assert!(holds(program), "{program} is not in\n{made}");
+            if let Some(at) = words.iter().position(|word| word == "--config") {
+                assert!(holds(&words[at + 1]), "{} is not in\n{made}", words[at + 1]);
+            }
+            let directory = container["workingDir"].as_str().expect("a folder");
+            assert!(made.contains(directory), "{directory} is not in\n{made}");
+        }
+        let user =
+            &documents(&export)[0]["spec"]["template"]["spec"]["securityContext"]["runAsUser"];
+        assert!(made.ends_with(&format!("USER {user}:{user}\n")), "{made}");
+    }
+}
+
+/// It asks for the version of podman before anything else, and starts nothing else to read a file.
+const PODMAN: &str = "#!/bin/sh\necho podman version 5.0.0\n";
+
+#[test]
+fn podman_compose_reads_every_file_as_it_is_meant() {
+    let test = "podman_compose_reads_every_file_as_it_is_meant";
+    let Some(python) = python::interpreter("podman_compose==1.6.0", test) else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let podman = folder.path().join("podman");
+    fs::write(&podman, PODMAN).expect("a program");
+    fs::set_permissions(&podman, fs::Permissions::from_mode(0o755)).expect("its rights");
+    for network in NETWORKS {
+        let (export, _) = exported(network, Engine::Compose);
+        for ((_, _, text), own) in export.files.iter().zip(documents(&export)) {
+            let file = folder.path().join("compose.yaml");
+            fs::write(&file, text).expect("a file");
+            let output = Command::new(python)
+                .args(["-m", "podman_compose", "--podman-path"])
+                .arg(&podman)
+                .arg("-f")
+                .arg(&file)
+                .arg("config")
+                .env_remove("ROBOCOMP_USER")
+                .env_remove("ROBOCOMP_IMAGE")
+                .output()
+                .expect("it starts");
+            assert!(output.status.success(), "{output:?}");
+            let said = String::from_utf8_lossy(&output.stdout);
+            let read: Value = serde_norway::from_str(&said).expect("YAML");
+            let services = own["services"].as_object().expect("services");
+            assert_eq!(
+                read["services"].as_object().map(|s| s.len()),
+                Some(services.len())
+            );
+            for (name, service) in services {
+                let read = &read["services"][name];
+                assert_eq!(read["user"], "1000:100", "{said}");
+                assert_eq!(read["depends_on"], service["depends_on"], "{said}");
+                let text = service["command"].to_string().replace("$$", "$");
+                assert_eq!(read["command"].to_string(), text, "{said}");
+            }
+        }
+    }
 }

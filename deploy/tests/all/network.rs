@@ -11,6 +11,7 @@ mod groups;
 mod joints;
 mod late;
 mod params;
+mod partial;
 mod patrol;
 mod pictures;
 mod probe;

@@ -52,7 +52,9 @@ fn findings(further: &[(&str, &str)], content: &str) -> Vec<String> {
     let mut sources = SourceMap::new();
     let loader = FileLoader::new(&[]);
     let path = folder.path().join("robot.ddsl");
-    let (network, mut found) = network::load(&path, None, &mut sources, &loader).expect("a file");
+    let (network, mut found) =
+        network::load(&path, &network::Overrides::default(), &mut sources, &loader)
+            .expect("a file");
     network.expect("a network").check_generated(&mut found);
     let reported = render(&sources, &found, Format::Short);
     let reported = reported.replace(&format!("{}/", folder.path().display()), "");

@@ -26,8 +26,8 @@ pub struct Configuration {
     pub period: Option<Duration>,
     /// `log` of `[component]`: `error`, `warn`, `info`, `debug` or `trace`.
     pub log: Option<String>,
-    /// `[bindings]`: the address of each slot.
-    pub bindings: BTreeMap<String, String>,
+    /// `[bindings]`, by slot.
+    pub bindings: BTreeMap<String, Binding>,
     /// `[middleware.NAME]`.
     pub middleware: Settings,
     /// `[parameters]`.
@@ -49,6 +49,15 @@ pub fn check_readable(configuration: &Configuration, mode: u32, found: &mut Diag
         more.redact(&configuration.secrets);
         found.extend(more);
     }
+}
+
+/// An address under `[bindings]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Binding {
+    /// The address.
+    pub address: String,
+    /// The location of the slot's name.
+    pub span: Span,
 }
 
 /// Checks one configuration and reports all errors at once. `parameters` is the model of the
@@ -150,15 +159,23 @@ impl Checker {
         }
         if let Some((table, at)) = self.table(root, "bindings") {
             for (slot, item) in table.iter() {
-                match item.as_str() {
-                    Some(address) => drop(out.bindings.insert(slot.to_owned(), address.to_owned())),
-                    None => self.wrong_type(
-                        item,
-                        &format!("bindings.{slot}"),
-                        at,
-                        "an address as a string",
-                    ),
+                let Some(address) = item.as_str() else {
+                    let path = format!("bindings.{slot}");
+                    self.wrong_type(item, &path, at, "an address as a string");
+                    continue;
+                };
+                if let Err(reason) = rc_settings::address::check(address) {
+                    let span = self.locator.span(item.span(), at);
+                    self.found
+                        .push(Diagnostic::error("bad-address", span, reason));
+                    continue;
                 }
+                let span = table.key(slot).and_then(toml_edit::Key::span);
+                let binding = Binding {
+                    address: address.to_owned(),
+                    span: self.locator.span(span, at),
+                };
+                out.bindings.insert(slot.to_owned(), binding);
             }
         }
         if let Some((table, at)) = self.table(root, "middleware") {

@@ -32,7 +32,7 @@ mod values;
 pub use change::ParamChange;
 #[cfg(feature = "tools")]
 pub use check::violations_by_defaults;
-pub use check::{Configuration, check, check_readable, defaults};
+pub use check::{Binding, Configuration, check, check_readable, defaults};
 pub use document::parse_argument;
 pub use live::{CheckedChanges, LiveParameter, LiveParameters};
 pub use middleware::{Setting, Settings};

@@ -9,7 +9,7 @@ use crate::parameters::Reader;
 use crate::path::{Target, resolve};
 use crate::rules;
 use crate::values::Values;
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_management::component::ParameterStatus;
 use serde_json::Value as Json;
 
@@ -77,7 +77,9 @@ impl LiveParameters {
         &self,
         changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
     ) -> Result<CheckedChanges, Diagnostics> {
-        self.check_changes(changes, false)
+        let changes = changes.into_iter();
+        let at = no_location().start();
+        self.check_changes(changes.map(|(path, value)| (path, value, at)), false)
     }
 
     /// As [`LiveParameters::check`], for a component that has not started: each change takes
@@ -85,6 +87,17 @@ impl LiveParameters {
     pub fn check_start<'c>(
         &self,
         changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
+    ) -> Result<CheckedChanges, Diagnostics> {
+        let at = no_location().start();
+        let changes = changes.into_iter();
+        self.check_overrides(changes.map(|(path, value)| (path, value, at)))
+    }
+
+    /// As [`LiveParameters::check_start`], for values of a file: each finding has the location of
+    /// its value.
+    pub fn check_overrides<'c>(
+        &self,
+        changes: impl IntoIterator<Item = (&'c str, &'c Json, Span)>,
     ) -> Result<CheckedChanges, Diagnostics> {
         self.check_changes(changes, true)
     }
@@ -103,21 +116,20 @@ impl LiveParameters {
 
     fn check_changes<'c>(
         &self,
-        changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
+        changes: impl IntoIterator<Item = (&'c str, &'c Json, Span)>,
         starts: bool,
     ) -> Result<CheckedChanges, Diagnostics> {
         let mut found = Diagnostics::new();
-        let mut wanted: Vec<(Target<'_>, Option<Value>)> = Vec::new();
-        for (path, value) in changes {
-            match self.check_change(path, value, starts, &mut found) {
-                Some((target, _)) if wanted.iter().any(|(other, _)| other.overlaps(&target)) => {
+        let mut wanted: Vec<(Target<'_>, Option<Value>, Span)> = Vec::new();
+        for (path, value, at) in changes {
+            match self.check_change(path, value, at, starts, &mut found) {
+                Some((target, _)) if wanted.iter().any(|(other, ..)| other.overlaps(&target)) => {
                     let message = format!("`{}` is changed twice", target.path);
-                    let diagnostic =
-                        Diagnostic::error("repeated-change", no_location().start(), message);
+                    let diagnostic = Diagnostic::error("repeated-change", at, message);
                     found.push(diagnostic.help("give each parameter one value"));
-                    wanted.push((target, None));
+                    wanted.push((target, None, at));
                 }
-                other => wanted.extend(other),
+                other => wanted.extend(other.map(|(target, value)| (target, value, at))),
             }
         }
         let mut accepted = CheckedChanges {
@@ -126,7 +138,7 @@ impl LiveParameters {
             changes: Vec::new(),
             pending: Vec::new(),
         };
-        for (target, new) in wanted {
+        for (target, new, at) in wanted {
             let Some(new) = new else {
                 // Rules that refer to it are not evaluated.
                 for block in [&mut accepted.running, &mut accepted.next] {
@@ -152,16 +164,17 @@ impl LiveParameters {
                 secret: target.parameter.secret,
             });
             if !restart {
-                set_value(&target, &mut accepted.running, &new);
+                set_value(&target, &mut accepted.running, &new, at);
             }
-            set_value(&target, &mut accepted.next, &new);
+            set_value(&target, &mut accepted.next, &new, at);
         }
         let now = rules::violations(&self.model.rules, &accepted.running);
         for (_, violation) in now {
             found.push(violation.diagnostic());
         }
         // These values differ only in changes that wait for the next start.
-        for (_, mut violation) in rules::violations(&self.model.rules, &accepted.next) {
+        let later = (!starts).then(|| rules::violations(&self.model.rules, &accepted.next));
+        for (_, mut violation) in later.into_iter().flatten() {
             violation.explanation.push_str(", at the next start");
             found.push(violation.diagnostic());
         }
@@ -180,16 +193,17 @@ impl LiveParameters {
         &'m self,
         path: &str,
         value: &Json,
+        at: Span,
         starts: bool,
         found: &mut Diagnostics,
     ) -> Option<(Target<'m>, Option<Value>)> {
         let locator = no_location();
-        let target = resolve(path, &self.model.parameters, &self.next, locator.start());
+        let target = resolve(path, &self.model.parameters, &self.next, at);
         let target = target.map_err(|diagnostic| found.push(diagnostic)).ok()?;
         let (parameter, path) = (target.parameter, target.path.as_str());
         let Kind::Scalar { ty, array } = &parameter.kind else {
             let message = format!("`{path}` cannot be changed as a whole");
-            let diagnostic = Diagnostic::error("wrong-type", locator.start(), message);
+            let diagnostic = Diagnostic::error("wrong-type", at, message);
             let (element, members) = match &parameter.kind {
                 Kind::List { parameters, .. } if !path.ends_with(']') => ("[0]", parameters),
                 Kind::List { parameters, .. } | Kind::Group(parameters) => ("", parameters),
@@ -207,7 +221,7 @@ impl LiveParameters {
         };
         if !parameter.editable && !parameter.restart && !starts {
             let message = format!("`{path}` is fixed when the component starts");
-            let diagnostic = Diagnostic::error("fixed-parameter", locator.start(), message);
+            let diagnostic = Diagnostic::error("fixed-parameter", at, message);
             found.push(diagnostic.help(format!(
                 "change it in the configuration file and restart the component, or mark it `T` or `restart` in the .pdsl of `{}` and generate anew",
                 self.model.name
@@ -216,7 +230,7 @@ impl LiveParameters {
         }
         let Some(item) = document::from_json(value, ty.is_number()) else {
             let message = format!("`{path}` cannot be null");
-            let diagnostic = Diagnostic::error("wrong-type", locator.start(), message);
+            let diagnostic = Diagnostic::error("wrong-type", at, message);
             found.push(diagnostic.help(format!("allowed is {}", parameter.allowed())));
             return Some((target, None));
         };
@@ -230,9 +244,10 @@ impl LiveParameters {
             with_sample_elements: false,
         };
         let new = if let (Some(_), Some(_)) = (array, target.element) {
-            reader.scalar(parameter, *ty, &item, path, locator.start())
+            reader.scalar(parameter, *ty, &item, path, at)
         } else {
             let mut field = target.field(&self.next)?.clone();
+            field.at = at;
             reader.read_given(parameter, &item, &mut field);
             match field.content {
                 Some(Content::Value(value)) => Some(value),
@@ -377,11 +392,12 @@ pub(crate) fn no_location() -> Locator {
 }
 
 /// Sets a value.
-fn set_value(target: &Target<'_>, root: &mut Block, new: &Value) {
+fn set_value(target: &Target<'_>, root: &mut Block, new: &Value, at: Span) {
     let Some(field) = target.field_mut(root) else {
         return;
     };
     field.origin = Origin::Given;
+    field.at = at;
     match (&mut field.content, target.element) {
         (Some(Content::Value(Value::Array(values))), Some(at)) => {
             if let Some(value) = values.get_mut(at) {

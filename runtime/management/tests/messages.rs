@@ -270,6 +270,7 @@ fn of_supervisors(golden: &mut Golden) {
     ]);
     golden.title("answers of a supervisor");
     let component = |state| supervisor::ComponentStatus {
+        by_hand: false,
         name: text("lidar"),
         host: Some(text("base")),
         state,

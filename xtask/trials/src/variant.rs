@@ -40,7 +40,11 @@ pub(crate) fn build(
 ) -> Result<[PathBuf; 2], Failure> {
     let path = root().join("bench").join(name).with_extension("ddsl");
     let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
-    let (network, found) = network::load(&path, Some(middleware), &mut sources, &loader)?;
+    let overrides = network::Overrides {
+        middleware: Some(middleware),
+        ..network::Overrides::default()
+    };
+    let (network, found) = network::load(&path, &overrides, &mut sources, &loader)?;
     let network = network
         .filter(|_| !found.has_errors())
         .ok_or_else(|| render(&sources, &found, Format::Human))?;

@@ -1,10 +1,11 @@
 //! Components, groups and hosts as boxes: sizes and contents.
 
-use super::{INK, NAME, PORT, SMALL, emphasis, interface, port, rounded, text, title};
+use super::{INK, NAME, PORT, SMALL, emphasis, port, rounded, text, title};
 use crate::marks::{Mark, Marks, marked};
 use crate::model::{Component, Graph, Slot, host_title};
 use crate::outline::{Step, outline};
 use crate::text::width;
+use rc_deploy_network::topology::interface_name;
 use rc_graph_layout::{Node, Port, Rect, Shape};
 use std::collections::HashMap;
 
@@ -14,6 +15,9 @@ const ROW: i32 = 17;
 const HEADER: i32 = 30;
 /// Between a name and the edge of its box.
 const SIDE: i32 = 9;
+
+/// The frame of a peer that is not part of the network.
+const DASHED: &str = " stroke-dasharray=\"4 3\"";
 
 /// The host or group of a cluster.
 enum Cluster {
@@ -36,11 +40,12 @@ fn provides(slot: &Slot) -> bool {
     matches!(slot.role, "implements" | "publishes")
 }
 
-/// The label of a slot: with its interface, if that has another name.
+/// The label of a slot: with its interface, if that has another name, and whether it is optional.
 fn slot_name(slot: &Slot) -> String {
-    match interface(&slot.interface) {
-        same if same == slot.name => slot.name.clone(),
-        interface => format!("{}: {interface}", slot.name),
+    let optional = if slot.optional { " (optional)" } else { "" };
+    match interface_name(&slot.interface) {
+        same if same == slot.name => format!("{same}{optional}"),
+        interface => format!("{}: {interface}{optional}", slot.name),
     }
 }
 
@@ -194,15 +199,21 @@ impl Boxes {
             let (colour, thick) = all
                 .as_ref()
                 .map_or((INK, "1.2"), |m| (m.level.colour(), "2.4"));
-            let what = format!(
-                "{}: {} on {}, over {}",
-                component.name,
-                component.component.as_deref().unwrap_or("unknown"),
-                component.host,
-                component.middleware
-            );
+            let what = if component.external {
+                format!("not part of the network, over {}", component.middleware)
+            } else {
+                format!(
+                    "{}: {} on {}, over {}",
+                    component.name,
+                    component.component.as_deref().unwrap_or("unknown"),
+                    component.host,
+                    component.middleware
+                )
+            };
             out += &format!("<g>{}\n", title(&what, marks, all.as_ref()));
-            let frame = format!("fill=\"#ffffff\" stroke=\"{colour}\" stroke-width=\"{thick}\"");
+            let dashed = if component.external { DASHED } else { "" };
+            let frame =
+                format!("fill=\"#ffffff\" stroke=\"{colour}\" stroke-width=\"{thick}\"{dashed}");
             out += &rounded(rect, 4, &frame);
             let middle = rect.x + rect.width / 2;
             let bold = format!(" font-size=\"{NAME}\" font-weight=\"bold\" text-anchor=\"middle\"");

@@ -56,6 +56,7 @@ fn network(u: &mut Unstructured<'_>) -> Result<Graph> {
                 interface: format!("M::{}", u.choose(&WORDS)?),
                 role: u.choose(&ROLES)?,
                 middleware: "iceoryx2",
+                optional: *u.choose(&[false, true])?,
             });
         }
         components.push(Component {
@@ -64,6 +65,7 @@ fn network(u: &mut Unstructured<'_>) -> Result<Graph> {
             group,
             host: u.choose(&hosts)?.name.clone(),
             middleware: "iceoryx2",
+            external: *u.choose(&[false, false, true])?,
             slots,
         });
     }
@@ -106,6 +108,7 @@ fn connections(u: &mut Unstructured<'_>, components: &[Component]) -> Result<Vec
             let end = End {
                 component: component.name.clone(),
                 slot: slot.name.clone(),
+                external: component.external,
                 at: (at, number),
             };
             ends[role].push((at, end));

@@ -107,19 +107,19 @@ fn parameters_are_shown_and_edited() {
         80,
         12,
         &expect![[r#"
-        patrol  4 running  1 emergency  1 failed                                8.5% 25M
-        simulator  running  up 0s  cpu 0.3%  mem 3.0M  pid 100
-        iceoryx2  restarts 0  lost 0  period 50ms  compute 55us/1.2ms  overruns 2  error
-         log   parameters   connections
-        speed  400.0*       float, from 0 to 1500, in mm/s
-        map    "house.map"  path
-        name   "left"       string
-        token  ***          string
+            patrol  4 running  1 emergency  1 failed                                8.5% 25M
+            simulator  running  up 0s  cpu 0.3%  mem 3.0M  pid 100
+            iceoryx2  restarts 0  lost 0  period 50ms  compute 55us/1.2ms  overruns 2  error
+             log   parameters   connections
+            speed  400.0*       float, from 0 to 1500, in mm/s
+            map    "house.map"  path
+            name   "left"       string
+            token  ***          string
 
-
-        changes at once, is not saved. How fast it may be.
-        enter change  w save  tab connections  r restart  esc back  q stop the network
-    "#]],
+            float, from 0 to 1500, in mm/s; changes at once, is not saved. How fast it may
+            be.
+            enter change  w save  tab connections  r restart  esc back  q stop the network
+        "#]],
     );
     press(&mut model, Key::Enter);
     press(&mut model, Key::Backspace);

@@ -29,6 +29,7 @@ const NAMES: [&str; 6] = [
 fn status() -> NetworkStatus {
     let components = NAMES.iter().enumerate().map(|(at, name)| ComponentStatus {
         name: (*name).to_owned(),
+        by_hand: false,
         host: None,
         state: match at {
             3 => ComponentState::Emergency,

@@ -201,3 +201,48 @@ fn the_help_fits_a_medium_terminal() {
     press(&mut model, Key::Esc);
     assert_eq!(model.page, Page::Table);
 }
+
+#[test]
+fn components_that_were_started_by_hand_are_marked() {
+    let mut model = model(Host::Top);
+    let mut by_hand = status().components.remove(0);
+    by_hand.name = "joystick".to_owned();
+    by_hand.by_hand = true;
+    by_hand.log = std::path::PathBuf::new();
+    model.by_hand(by_hand);
+    // The supervisor, which does not know it, changes nothing.
+    model.status(status());
+    let shown = screen(&mut model, 80, 24);
+    let row = shown.lines().find(|line| line.contains("joystick"));
+    assert!(
+        row.is_some_and(|row| row.starts_with("joystick         by hand ")),
+        "{shown}"
+    );
+    press(&mut model, Key::End);
+    keys(&mut model, "l");
+    let shown = screen(&mut model, 80, 24);
+    assert!(shown.contains("pid 100  by hand"), "{shown}");
+    assert!(
+        shown.contains("It prints to a terminal or a pipe"),
+        "{shown}"
+    );
+    model.remove("joystick");
+    assert!(!screen(&mut model, 80, 24).contains("joystick"));
+}
+
+#[test]
+fn what_is_allowed_for_a_parameter_is_never_cut() {
+    let mut model = model(Host::Top);
+    keys(&mut model, "p");
+    let selected = model.selected.clone();
+    model.parameters(&selected, Ok(parameters()));
+    for width in [24, 30, 40, 80] {
+        let shown = screen(&mut model, width, 24);
+        let words: Vec<&str> = shown.split_whitespace().collect();
+        let allowed = ["float,", "from", "0", "to", "1500,", "in", "mm/s;"];
+        assert!(
+            words.windows(allowed.len()).any(|words| words == allowed),
+            "{shown}"
+        );
+    }
+}

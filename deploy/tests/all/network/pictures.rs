@@ -13,7 +13,12 @@ use std::path::Path;
 /// A network, and all that is wrong with it but its executables.
 fn load(file: &Path) -> (Network, SourceMap, Diagnostics) {
     let mut sources = SourceMap::new();
-    let (network, found) = network::load(file, None, &mut sources, &FileLoader::new(&[]))
-        .expect("the network is there");
+    let (network, found) = network::load(
+        file,
+        &network::Overrides::default(),
+        &mut sources,
+        &FileLoader::new(&[]),
+    )
+    .expect("the network is there");
     (network.expect("it can be read"), sources, found)
 }

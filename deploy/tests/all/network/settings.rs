@@ -19,8 +19,13 @@ fn load(folder: &Path, ddsl: &str, config: &str) -> (Network, String) {
     write("n.ddsl", ddsl);
     let mut sources = SourceMap::new();
     let loader = FileLoader::default();
-    let (network, found) =
-        network::load(&folder.join("n.ddsl"), None, &mut sources, &loader).expect("the files");
+    let (network, found) = network::load(
+        &folder.join("n.ddsl"),
+        &network::Overrides::default(),
+        &mut sources,
+        &loader,
+    )
+    .expect("the files");
     let found = render(&sources, &found, Format::Short);
     let found = found.replace(&format!("{}/", folder.display()), "");
     (network.expect("a network"), found)
@@ -97,7 +102,12 @@ fn a_quality_that_is_set_is_reckoned_with() {
         write("n.ddsl", &text);
         let mut sources = SourceMap::new();
         let path = folder.path().join("n.ddsl");
-        let loaded = network::load(&path, None, &mut sources, &FileLoader::default());
+        let loaded = network::load(
+            &path,
+            &network::Overrides::default(),
+            &mut sources,
+            &FileLoader::default(),
+        );
         let found = render(&sources, &loaded.expect("the files").1, Format::Short);
         found.replace(&format!("{}/", folder.path().display()), "")
     };
@@ -148,4 +158,48 @@ fn ends_in_different_domains_are_found_whoever_chooses_them() {
     );
     let (_, found) = load(folder.path(), NETWORK, "[middleware.dds]\ndomain = 7\n");
     assert_eq!(found, "");
+}
+
+#[test]
+fn an_address_for_a_slot_that_is_not_there_is_found_where_it_stands() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let config = "[bindings]\nLaser = \"n/laser\"\nLasr = \"n/laser\"\n";
+    let (_, found) = load(folder.path(), NETWORK, config);
+    assert_eq!(
+        found,
+        "user.toml:3:1: error[unknown-slot]: `Lasr` is not a slot of user (did you mean `Laser`?)\n"
+    );
+    let (_, found) = load(folder.path(), NETWORK, "[bindings]\nLaser = \"n laser\"\n");
+    assert!(
+        found.starts_with("user.toml:2:9: error[bad-address]: `n laser` is not an address"),
+        "{found}"
+    );
+}
+
+#[test]
+fn paths_in_findings_have_no_detours() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path().canonicalize().expect("a path");
+    std::fs::create_dir_all(folder.join("networks")).expect("a folder");
+    load(&folder, NETWORK, "[component]\npriod = 3\n");
+    let text = NETWORK
+        .replace("cdsl \"", "cdsl \"../")
+        .replace("config \"", "config \"../");
+    let path = folder.join("networks/n.ddsl");
+    std::fs::write(&path, text).expect("to write");
+    let mut sources = SourceMap::new();
+    let overrides = network::Overrides::default();
+    let loaded = network::load(&path, &overrides, &mut sources, &FileLoader::default());
+    let (network, found) = loaded.expect("the files");
+    let found = render(&sources, &found, Format::Short);
+    let place = folder.join("user.toml").display().to_string();
+    assert!(
+        found.starts_with(&format!("{place}:2:1: error[unknown-key]")),
+        "{found}"
+    );
+    let plan = network
+        .expect("a network")
+        .plan(Profile::Dev)
+        .expect("a plan");
+    assert!(plan.components[1].args.contains(&place), "{plan:?}");
 }

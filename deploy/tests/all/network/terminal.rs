@@ -145,3 +145,32 @@ fn who_wants_lines_gets_lines() {
     assert!(screen.contains("is down"), "{screen}");
     site.assert_nothing_left();
 }
+
+#[test]
+fn components_that_were_started_by_hand_are_shown_without_a_supervisor() {
+    let site = Site::new("handmade");
+    let simulator = site.start("simulator", &[]);
+    let mut terminal = start(&site, (80, 24), &["top", &site.network]);
+    let by_hand = |name: &str, screen: &vt100::Screen| {
+        let contents = screen.contents();
+        let mut rows = contents.lines().filter(|line| line.starts_with(name));
+        rows.any(|row| row.contains(" by hand "))
+    };
+    terminal.until("the simulator", |screen| by_hand("simulator", screen));
+    // Another one comes.
+    let mut avoider = site.start("avoider", &[]);
+    terminal.until("the avoider", |screen| by_hand("avoider", screen));
+    terminal.press("x");
+    terminal.until_text("y/n stop");
+    terminal.press("y");
+    terminal.until_text("it was started by hand");
+    avoider.kill();
+    terminal.until("one component", |screen| {
+        !screen.contents().contains("avoider")
+    });
+    kill_process(simulator.pid(), Signal::TERM).expect("to end it");
+    assert_eq!(simulator.end(), Some(0));
+    let (code, screen) = terminal.end();
+    assert_eq!(code, Some(0), "{screen}");
+    assert!(screen.contains("is down"), "{screen}");
+}

@@ -309,3 +309,60 @@ fn what_lies_in_the_folder_counts_where_it_is_to_be_built() {
     site.edit(source, |text| text.replace("rc-note", "note"));
     assert_eq!(network("ros2"), ["stale-generated"]);
 }
+
+#[test]
+fn what_is_stale_is_generated_before_it_is_built() {
+    let site = Site::new("stale");
+    let robot = user(&site);
+    let hello = robot.join("components/hello");
+    edit(&hello.join("hello.cdsl"), |text| {
+        text.replace("20ms", "30ms")
+    });
+    let before = files(&robot);
+    // This cargo builds nothing.
+    let up = |more: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+        command
+            .args(["up", "--build", "--profile", "dev"])
+            .args(more);
+        command.arg(robot.join("deployments/hello.ddsl"));
+        command.env("CARGO", "/bin/false");
+        site.run(command)
+    };
+    let refused = up(&["--no-generate"]);
+    assert_eq!(refused.code, 1, "{refused:?}");
+    assert!(
+        refused.stderr.contains("error[stale-generated]"),
+        "{refused:?}"
+    );
+    assert!(before == files(&robot), "something has changed");
+    let built = up(&[]);
+    assert_eq!(built.code, 3, "{built:?}");
+    assert!(
+        built.stderr.contains("cargo could not build hello"),
+        "{built:?}"
+    );
+    let told = format!("note: generated {}", hello.join("hello.cdsl").display());
+    assert!(built.stderr.contains(&told), "{built:?}");
+    let description = std::fs::read_to_string(hello.join("generated/src/description.rs"));
+    assert!(
+        description.expect("a file").contains("30000000"),
+        "{built:?}"
+    );
+    let worker = hello.join("src/specific_worker.rs");
+    assert!(before[&worker] == std::fs::read(&worker).expect("a file"));
+    // It is up to date now.
+    let after = files(&robot);
+    let again = up(&[]);
+    assert!(!again.stderr.contains("generated "), "{again:?}");
+    assert!(after == files(&robot), "something has changed");
+    // The middleware of the folder stays.
+    let backend = std::fs::read_to_string(hello.join("generated/src/backend.rs"));
+    assert!(backend.expect("a file").contains("\"dds\""));
+    // A component that was never generated gets all its files.
+    std::fs::remove_dir_all(hello.join("generated")).expect("to remove");
+    std::fs::remove_dir_all(hello.join("src")).expect("to remove");
+    let new = up(&[]);
+    assert!(new.stderr.contains(&told), "{new:?}");
+    assert!(worker.exists() && hello.join("generated/src/description.rs").exists());
+}

@@ -83,7 +83,7 @@ tags = ["x"]
     let configuration = check(text, &expect![[""]]);
     assert_eq!(configuration.period, Some(Duration::from_millis(20)));
     assert_eq!(configuration.log.as_deref(), Some("debug"));
-    assert_eq!(configuration.bindings["laser"], "robot/laser");
+    assert_eq!(configuration.bindings["laser"].address, "robot/laser");
     let values = &configuration.parameters;
     assert_eq!(
         (

@@ -1,0 +1,326 @@
+//! Networks of which a part is somewhere else, and parameters that a network sets.
+
+use crate::network::site::{Ran, Site};
+use rc_codegen::FileLoader;
+use rc_deploy_graph::{Graph, GraphFormat};
+use rc_deploy_network::{self as network, Network, Overrides, Profile};
+use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use rustix::process::{Signal, kill_process};
+use std::path::Path;
+use std::process::Stdio;
+
+const PDSL: &str = "ComponentParams user\n{\n    speed float 400.0 0:1500 T unit \"mm/s\";\n    \
+    low int 1 T;\n    high int 5 T;\n    token string \"\" secret;\n    gains float[0:3] [1.0];\n    \
+    wait duration 20ms;\n    name string \"\";\n    require low < high \"low is below high\";\n};\n";
+
+/// What is found in a network with the component `user`, which requires `Laser` and has parameters.
+fn load(
+    folder: &Path,
+    body: &str,
+    set: &[&str],
+) -> (Option<Network>, SourceMap, Diagnostics, String) {
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.join(name), text).expect("to write");
+    };
+    write(
+        "user.cdsl",
+        "import \"Laser.idsl\";\nComponent user { Communications { requires Laser; }; language rust; parameters \"user.pdsl\"; };\n",
+    );
+    write("user.pdsl", PDSL);
+    write("user.toml", "[parameters]\nhigh = 3\n");
+    write(
+        "n.ddsl",
+        &format!(
+            "Deployment n\n{{\nComponent user {{ cdsl \"user.cdsl\"; executable \"x\"; config \"user.toml\"; {body}\n}};\n"
+        ),
+    );
+    let mut sources = SourceMap::new();
+    let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
+    let overrides = Overrides {
+        parameters: &set,
+        ..Overrides::default()
+    };
+    let loader = FileLoader::default();
+    let loaded = network::load(&folder.join("n.ddsl"), &overrides, &mut sources, &loader);
+    let (network, found) = loaded.expect("the files");
+    let told = render(&sources, &found, Format::Short);
+    let told = told.replace(&format!("{}/", folder.display()), "");
+    (network, sources, found, told)
+}
+
+/// The values of one option on the command line of `user`.
+fn told(network: &Network, option: &str) -> Vec<String> {
+    let plan = network.plan(Profile::Dev).expect("a plan");
+    let pairs = plan.components[0].args.windows(2);
+    let told = pairs.filter(|pair| pair[0] == option);
+    told.map(|pair| pair[1].clone()).collect()
+}
+
+#[test]
+fn values_reach_the_component_and_the_command_line_comes_first() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let body = "parameters { speed 300; gains [0.5, 2]; wait 5ms; name \"a \\\"b\\\"\"; }; };\nexternal user.Laser;";
+    let set = [
+        "user.speed=250.5",
+        "user.high=9",
+        "user.low=8",
+        "user.high=10",
+    ];
+    let (network, _, _, found) = load(folder.path(), body, &set);
+    assert_eq!(found, "");
+    let network = network.expect("a network");
+    assert_eq!(
+        told(&network, "--set"),
+        [
+            "gains=[0.5,2]",
+            "wait=\"5ms\"",
+            "name=\"a \\\"b\\\"\"",
+            "speed=250.5",
+            "low=8",
+            "high=10"
+        ]
+    );
+    assert_eq!(told(&network, "--bind"), ["Laser=n/Laser"]);
+    let preview = network.preview(Profile::Dev).expect("a plan");
+    let text = preview.to_string();
+    assert!(
+        text.contains("parameters     gains = [0.5,2], high = 10,"),
+        "{text}"
+    );
+    assert!(
+        text.contains("user.Laser  external Laser  call  iceoryx2  n/Laser"),
+        "{text}"
+    );
+    let json = serde_json::to_value(&preview).expect("JSON");
+    assert_eq!(json["components"][0]["parameters"]["speed"], 250.5);
+    assert_eq!(json["connections"][0]["to"]["external"], true);
+    assert_eq!(json["connections"][0]["to"]["component"], "n/Laser");
+}
+
+#[test]
+fn wrong_values_are_found_where_they_stand() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let check = |parameters: &str, set: &[&str]| {
+        let body = format!("parameters {{ {parameters} }}; }};\nexternal user.Laser;");
+        load(folder.path(), &body, set).3
+    };
+    expect_test::expect![[r#"
+        n.ddsl:3:85: error[out-of-range]: `speed` cannot be the number 9000 (allowed is a number of 32 bits, from 0 to 1500, in mm/s)
+        n.ddsl:3:97: error[unknown-parameter]: unknown parameter `sped` (did you mean `speed`?)
+        n.ddsl:3:105: error[wrong-type]: `gains` cannot be the number 3 (allowed is an array, 0 to 3 elements, each a number of 32 bits)
+        n.ddsl:3:114: error[wrong-type]: `wait` cannot be the string "fast" (allowed is a duration such as "50ms", or a number of milliseconds)
+        n.ddsl:3:125: error[wrong-type]: `low` cannot be the string "x" (allowed is an integer of 32 bits)
+        n.ddsl:3:134: error[unknown-parameter]: there is no `gains[1]` (there is only `gains[0]`)
+    "#]].assert_eq(&check(
+        "speed 9000; sped 1; gains 3; wait fast; low \"x\"; gains[1] 2;",
+        &[],
+    ));
+    // The configuration says that `high` is 3.
+    expect_test::expect![[r#"
+        n.ddsl:3:85: error[rule-broken]: `low` breaks a rule: low is below high (`low < high` does not hold: `low` is 3, `high` is 3)
+    "#]].assert_eq(&check("low 3;", &[]));
+    expect_test::expect![[r#"
+        n.ddsl:3:85: error[secret-override]: `token` is secret: a network cannot set it (write it into the configuration of the component: everybody can read command lines)
+    "#]].assert_eq(&check("token \"hush\";", &[]));
+    expect_test::expect![[r#"
+        --set:1:6: error[out-of-range]: `speed` cannot be the number 9000 (allowed is a number of 32 bits, from 0 to 1500, in mm/s)
+        --set:1:1: error[bad-override]: `user` is not a value of a parameter (write `COMPONENT.PATH=VALUE`, as in `avoider.speed=300`)
+        --set:1:1: error[unknown-instance]: unknown component `usr` (did you mean `user`?)
+        --set:1:6: error[secret-override]: `token` is secret: a network cannot set it (write it into the configuration of the component: everybody can read command lines)
+        --set:1:6: error[unknown-parameter]: unknown parameter `sped` (did you mean `speed`?)
+    "#]].assert_eq(&check(
+        "",
+        &[
+            "user.speed=9000",
+            "user",
+            "usr.speed=1",
+            "user.token=x",
+            "user.sped=1",
+        ],
+    ));
+}
+
+#[test]
+fn an_external_peer_is_drawn_outside() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let body = "host robot; };\nHost robot { address \"10.0.0.2\"; };\nmiddleware dds;\nexternal user.Laser at \"fleet/lidar/Laser\";";
+    let (network, sources, found, told) = load(folder.path(), body, &[]);
+    assert_eq!(told, "");
+    let graph = Graph::of(&network.expect("a network"), &sources, &found);
+    let draw = |format| graph.draw(format).expect("a picture");
+    let json: serde_json::Value = serde_json::from_str(&draw(GraphFormat::Json)).expect("JSON");
+    let outside = &json["components"][1];
+    assert_eq!(
+        (
+            &outside["name"],
+            &outside["external"],
+            &outside["slots"][0]["role"]
+        ),
+        (
+            &"fleet/lidar/Laser".into(),
+            &true.into(),
+            &"implements".into()
+        )
+    );
+    let dot = draw(GraphFormat::Dot);
+    assert!(
+        dot.contains("c1 [label=\"fleet/lidar/Laser\\nexternal\""),
+        "{dot}"
+    );
+    assert!(dot.contains("style=\"rounded,dashed\""), "{dot}");
+    // Before the box of the host.
+    assert!(
+        dot.find("  c1 [") < dot.find("subgraph cluster_host0"),
+        "{dot}"
+    );
+    let mermaid = draw(GraphFormat::Mermaid);
+    assert!(mermaid.contains(":::external"), "{mermaid}");
+    let svg = draw(GraphFormat::Svg);
+    assert!(svg.contains("not part of the network, over dds"), "{svg}");
+    assert!(svg.contains("stroke-dasharray=\"4 3\""), "{svg}");
+}
+
+/// The avoider alone: its robot is somebody else's.
+const ALONE: &str = "Deployment patrol\n{\n    Component avoider { cdsl \"../avoider/avoider.cdsl\"; };\n    \
+    external avoider.Laser, avoider.DifferentialRobot;\n};\n";
+
+fn params(site: &Site, args: &[&str]) -> Ran {
+    site.rcdeploy(&[&["params"], args].concat(), false)
+}
+
+#[test]
+fn a_network_runs_without_the_part_that_somebody_starts_by_hand() {
+    let site = Site::new("partial");
+    site.write_ddsl(ALONE);
+    let net = site.network.clone();
+    let up = [
+        "up",
+        "--detach",
+        "--profile",
+        "dev",
+        "--set",
+        "avoider.speed=300",
+    ];
+    let up = site.rcdeploy(&up, true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let get = params(&site, &["get", &net, "avoider", "speed"]);
+    assert_eq!(get.stdout, "speed = 300.0\n", "{get:?}");
+    // Its calls fail, and it is told who is missed.
+    site.await_component("avoider", |c| {
+        c["state"] == "running" && c["troubles"][0]["code"] == "peer-missing"
+    });
+    let mut simulator = site.start("simulator", &[]);
+    site.await_component("avoider", |c| {
+        c["troubles"].as_array().is_some_and(Vec::is_empty)
+    });
+    let before = site.ask("avoider", "status");
+    let drives = |status: &serde_json::Value| {
+        let sent = status["slots"].as_array().into_iter().flatten();
+        let mut sent = sent.map(|slot| (slot["peers"].as_u64(), slot["sent"].as_u64()));
+        sent.all(|(peers, sent)| peers == Some(1) && sent > before["slots"][0]["sent"].as_u64())
+    };
+    Site::until("a robot that drives", || {
+        drives(&site.ask("avoider", "status"))
+    });
+    // It belongs to the network as well, although nobody has planned it.
+    site.await_component("simulator", |c| {
+        c["by_hand"] == true && c["state"] == "running"
+    });
+    let status = site.rcdeploy(&["status", &net], false);
+    assert!(status.stdout.contains("  by hand"), "{status:?}");
+    simulator.kill();
+    site.await_component("avoider", |c| c["troubles"][0]["code"] == "peer-vanished");
+    let simulator = site.start("simulator", &[]);
+    site.await_component("avoider", |c| {
+        c["troubles"].as_array().is_some_and(Vec::is_empty)
+    });
+    let told = site.events("avoider");
+    let codes: Vec<&str> = told.iter().map(|(code, _)| code.as_str()).collect();
+    assert_eq!(
+        codes.iter().filter(|c| **c == "state").count(),
+        1,
+        "{told:?}"
+    );
+    assert!(codes.contains(&"peer-back"), "{told:?}");
+    // Values are checked before anything starts.
+    let wrong = site.rcdeploy(
+        &["check", "--profile", "dev", "--set", "avoider.speed=3000"],
+        true,
+    );
+    assert_eq!(wrong.code, 1, "{wrong:?}");
+    assert!(wrong.stderr.contains("--set:1:9"), "{wrong:?}");
+    kill_process(simulator.pid(), Signal::TERM).expect("to end it");
+    assert_eq!(simulator.end(), Some(0));
+    let down = site.rcdeploy(&["down", &net], false);
+    assert_eq!(down.code, 0, "{down:?}");
+    site.assert_nothing_left();
+}
+
+#[test]
+fn components_that_were_started_by_hand_are_found_without_a_supervisor() {
+    let site = Site::new("byhand2");
+    let net = site.network.clone();
+    let nobody = site.rcdeploy(&["status", &net], false);
+    assert_eq!(nobody.code, 3, "{nobody:?}");
+    let avoider = site.start("avoider", &[]);
+    let simulator = site.start("simulator", &[]);
+    let status = site.rcdeploy(&["status", &net], false);
+    assert_eq!(status.code, 0, "{status:?}");
+    assert!(
+        status
+            .stdout
+            .starts_with(&format!("network {net} has no supervisor\n")),
+        "{status:?}"
+    );
+    let rows: Vec<&str> = status.stdout.lines().skip(2).collect();
+    assert_eq!(rows.len(), 2, "{status:?}");
+    for (row, name) in rows.iter().zip(["avoider", "simulator"]) {
+        assert!(row.starts_with(name) && row.ends_with("by hand"), "{row}");
+    }
+    let json = site.status();
+    assert_eq!(
+        (&json["pid"], &json["ddsl"]),
+        (&serde_json::Value::Null, &serde_json::Value::Null)
+    );
+    let first = &json["components"][0];
+    assert_eq!(first["pid"], avoider.pid().as_raw_nonzero().get());
+    assert_eq!(
+        first["executable"],
+        Site::executable("avoider").display().to_string()
+    );
+    // Their logs are the files into which they print.
+    let logs = site.rcdeploy(&["logs", &net, "simulator"], false);
+    assert_eq!((logs.code, logs.stdout), (0, simulator.log()));
+    let logs = site.rcdeploy(&["logs", &net], false);
+    assert!(logs.stdout.contains("avoider   | "), "{logs:?}");
+    // The only network that runs needs no name.
+    let status = site.rcdeploy(&["status"], false);
+    assert_eq!(status.code, 0, "{status:?}");
+    for component in [avoider, simulator] {
+        kill_process(component.pid(), Signal::TERM).expect("to end it");
+        assert_eq!(component.end(), Some(0));
+    }
+    assert_eq!(site.rcdeploy(&["status"], false).code, 3);
+}
+
+#[test]
+fn a_component_that_prints_to_a_pipe_has_no_log() {
+    let site = Site::new("piped");
+    let mut command = site.command(&Site::executable("avoider"));
+    command
+        .args(["--network", &site.network])
+        .stderr(Stdio::piped());
+    let mut avoider = command.spawn().expect("a component");
+    Site::until("its status", || {
+        site.rcdeploy(&["status", &site.network], false).code == 0
+    });
+    let logs = site.rcdeploy(&["logs", &site.network, "avoider"], false);
+    assert_eq!(logs.code, 3, "{logs:?}");
+    assert!(
+        logs.stderr
+            .contains("avoider was started by hand and prints to pipe:"),
+        "{logs:?}"
+    );
+    avoider.kill().expect("to kill it");
+    avoider.wait().expect("to reap it");
+}
