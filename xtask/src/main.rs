@@ -48,6 +48,7 @@ fn trials(args: &[&str]) -> ExitCode {
 /// select the whole workspace: dependencies have the same features then, and are compiled once.
 fn test(rest: &[&str]) -> Result<(), String> {
     cargo(&["build", "--workspace", "--bins"])?;
+    cargo(&["run", "--quiet", "--bin", "trials", "--", "variants"])?;
     let timed = rest.contains(&"--timings");
     let rest: Vec<&str> = rest.iter().copied().filter(|a| *a != "--timings").collect();
     let mut test = vec!["test", "--workspace", "--no-fail-fast"];

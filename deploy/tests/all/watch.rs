@@ -91,10 +91,10 @@ fn a_component_that_sends_only_garbage_is_stopped() {
     bench.assert_nothing_left();
 }
 
-/// The herald, a component over DDS.
-fn herald(bench: &Bench, domain: &str) -> Component {
+/// The component `interop` over DDS.
+fn interop(bench: &Bench, domain: &str) -> Component {
     let folder = Path::new(env!("CARGO_BIN_EXE_rcdeploy")).parent();
-    let program = folder.expect("the target folder").join("herald");
+    let program = folder.expect("the target folder").join("interop");
     assert!(
         program.exists(),
         "{} is missing: run the tests by `cargo xtask test`",
@@ -107,7 +107,7 @@ fn herald(bench: &Bench, domain: &str) -> Component {
         .chain(["--set-middleware", "dds.interfaces=lo"]);
     Component {
         args: args.map(str::to_owned).collect(),
-        ..Component::new("herald", program, "/")
+        ..Component::new("interop", program, "/")
     }
 }
 
@@ -115,9 +115,9 @@ fn herald(bench: &Bench, domain: &str) -> Component {
 fn a_mismatched_endpoint_that_joins_later_is_reported() {
     const DOMAIN: &str = "61";
     let bench = Bench::new();
-    let mut up = bench.start(vec![herald(&bench, DOMAIN)]);
+    let mut up = bench.start(vec![interop(&bench, DOMAIN)]);
     up.await_event("up", None);
-    // As if on another machine, somebody sends reports that may get lost; the herald wants them all.
+    // As if on another machine, somebody sends reports that may get lost; the component wants them all.
     let network = format!("{}-beside", bench.network);
     let mut environment = Environment {
         directory: RunDirectory::open(&network).expect("a run directory"),
@@ -133,7 +133,7 @@ fn a_mismatched_endpoint_that_joins_later_is_reported() {
     let publisher = there.publisher(&Endpoint {
         address: Address::parse(&format!("{}/Reports/report", bench.network)).expect("an address"),
         types: TypeIdentity {
-            name: "RcHerald::Reports/report".to_owned(),
+            name: "RcInterop::Reports/report".to_owned(),
             hash: 7,
         },
         qos: Qos {
@@ -142,7 +142,7 @@ fn a_mismatched_endpoint_that_joins_later_is_reported() {
         },
         external_types: Vec::new(),
     });
-    let message = up.await_event("mismatch", Some("herald"));
+    let message = up.await_event("mismatch", Some("interop"));
     assert!(
         message.contains("reliability: offered best_effort, requested reliable"),
         "{message}"

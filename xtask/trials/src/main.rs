@@ -64,6 +64,8 @@ fn main() -> ExitCode {
         ["soak", ref rest @ ..] if let Some(soak) = soak(Middleware::Iceoryx2, "3600", rest) => {
             soak.map_err(|e| e.to_string())
         }
+        // A step of `cargo xtask test`.
+        ["variants"] => variant::build_interop().map_err(|e| e.to_string()),
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(

@@ -6,8 +6,8 @@ use crate::programs::{Failure, finish, root};
 use rc_cdsl::model::Backend;
 use rc_codegen::load::FileLoader;
 use rc_deploy_network::{self as network, Profile};
-use rc_diagnostics::{Format, SourceMap, render};
-use std::path::PathBuf;
+use rc_diagnostics::{Diagnostic, Format, Severity, SourceMap, render};
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Settings for DDS: this machine only, a domain of its own, and a lease that outlasts a second
@@ -39,14 +39,37 @@ pub(crate) fn build(
     profile: Profile,
 ) -> Result<[PathBuf; 2], Failure> {
     let path = root().join("bench").join(name).with_extension("ddsl");
+    let programs = build_network(&path, middleware, profile, |_| true)?;
+    programs
+        .try_into()
+        .map_err(|_| format!("{} has more or less than two components", path.display()).into())
+}
+
+/// Builds the component of the interoperability tests for ROS 2; its own middleware is DDS.
+pub(crate) fn build_interop() -> Result<(), Failure> {
+    let path = root().join("middleware/interop/interop.ddsl");
+    // Programs of the tests are its providers.
+    let is_error = |found: &Diagnostic| found.code != "no-provider";
+    build_network(&path, Backend::Ros2, Profile::Dev, is_error).map(drop)
+}
+
+/// Builds all components of a network for another middleware. Returns the executables in their
+/// order. An error of the network stops the build if `is_error` accepts it.
+fn build_network(
+    path: &Path,
+    middleware: Backend,
+    profile: Profile,
+    is_error: impl Fn(&Diagnostic) -> bool,
+) -> Result<Vec<PathBuf>, Failure> {
     let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
     let overrides = network::Overrides {
         middleware: Some(middleware),
         ..network::Overrides::default()
     };
-    let (network, found) = network::load(&path, &overrides, &mut sources, &loader)?;
+    let (network, found) = network::load(path, &overrides, &mut sources, &loader)?;
+    let mut errors = found.iter().filter(|d| d.severity == Severity::Error);
     let network = network
-        .filter(|_| !found.has_errors())
+        .filter(|_| !errors.any(is_error))
         .ok_or_else(|| render(&sources, &found, Format::Human))?;
     for build in network.builds(profile)? {
         let build = build?;
@@ -55,8 +78,5 @@ pub(crate) fn build(
         finish(cargo, BUILD)?;
     }
     let components = network.plan(profile)?.components.into_iter();
-    let programs: Vec<PathBuf> = components.map(|component| component.executable).collect();
-    programs
-        .try_into()
-        .map_err(|_| format!("{} has more or less than two components", path.display()).into())
+    Ok(components.map(|component| component.executable).collect())
 }

@@ -8,8 +8,7 @@
 )]
 
 pub mod rc_bench;
-pub mod rc_envoy;
-pub mod rc_herald;
+pub mod rc_interop;
 pub mod rc_soak;
 pub mod robo_comp_camera;
 pub mod robo_comp_common_behavior;

@@ -1,4 +1,4 @@
-//! A client of the herald or of the envoy, in the process of the test.
+//! A client of the component `interop`, in the process of the test.
 
 use crate::network::dds::{Domain, Over};
 use crate::network::site::Site;
@@ -9,11 +9,11 @@ use rc_middleware::{
 };
 use std::time::Duration;
 
-/// The generated descriptions, for what they say of the types of their slots.
-const HERALD: &str =
-    include_str!("../../../../middleware/dds/tests/stranger/herald/generated/src/description.rs");
-const ENVOY: &str =
-    include_str!("../../../../middleware/ros2/tests/stranger/envoy/generated/src/description.rs");
+/// The generated description, for the types of its slots.
+const DESCRIPTION: &str =
+    include_str!("../../../../middleware/interop/generated/src/description.rs");
+/// The slot that is called.
+const SLOT: &str = "Interop";
 
 /// Longest that a call lasts here; what is noticed is noticed long before that.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
@@ -27,7 +27,6 @@ impl Asker {
     pub(crate) const NOTE: Operation = Self::operation("note", -900_475_222, false);
     pub(crate) const NOTED: Operation = Self::operation("noted", 1_175_885_854, true);
     pub(crate) const CONSULT: Operation = Self::operation("consult", 3_440_400, true);
-    /// The envoy alone has it.
     pub(crate) const ADD: Operation = Self::operation("add", -59_184_076, true);
 
     /// As a stranger does, it tells no types of its operations.
@@ -65,27 +64,27 @@ impl Asker {
             wake_event: WakeEvent::new().expect("a wake event"),
             settings,
         };
-        let (backend, slot, description) = match domain.over {
-            Over::Dds => (rc_dds::connect(&environment), "Herald", HERALD),
-            Over::Ros2 => (rc_ros2::connect(&environment), "Envoy", ENVOY),
+        let backend = match domain.over {
+            Over::Dds => rc_dds::connect(&environment),
+            Over::Ros2 => rc_ros2::connect(&environment),
         };
         let backend = backend.expect("the domain");
-        let address = format!("{}/{slot}", domain.site.network);
-        let (_, described) = description
-            .split_once(&format!("const SLOT_{}", slot.to_uppercase()))
+        let address = format!("{}/{SLOT}", domain.site.network);
+        let (_, described) = DESCRIPTION
+            .split_once(&format!("const SLOT_{}", SLOT.to_uppercase()))
             .expect("the slot");
         let (_, hash) = described.split_once("type_hash: 0x").expect("its hash");
         let endpoint = Endpoint {
             address: Address::parse(&address).expect("an address"),
             types: TypeIdentity {
-                name: format!("Rc{slot}::{slot}"),
+                name: format!("Rc{SLOT}::{SLOT}"),
                 hash: u64::from_str_radix(&hash[..16], 16).expect("a hash"),
             },
             qos: Qos::CALL,
             external_types: types
                 .iter()
                 .map(|(operation, type_name)| ExternalType {
-                    slot: slot.to_owned(),
+                    slot: SLOT.to_owned(),
                     operation: operation.name.to_owned(),
                     id: operation.id,
                     type_name: (*type_name).to_owned(),

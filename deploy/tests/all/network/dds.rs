@@ -1,4 +1,4 @@
-//! What tests of DDS and of ROS 2 share: the component `herald`, or `envoy`, in a domain, and programs beside it.
+//! What tests of DDS and of ROS 2 share: the component `interop` in a domain, and programs beside it.
 
 use crate::network::site::{Running, Site};
 use crate::python;
@@ -9,6 +9,8 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
+/// The component that other programs talk to.
+pub(crate) const COMPONENT: &str = "interop";
 const PACKAGE: &str = "cyclonedds==11.0.1";
 /// No test waits longer for a line.
 const LIMIT: Duration = Duration::from_secs(30);
@@ -45,11 +47,11 @@ impl Over {
         middleware.join(self.name()).join("tests/stranger")
     }
 
-    /// The component that strangers talk to.
-    pub(crate) fn component(self) -> &'static str {
+    /// The program of [`COMPONENT`]; that of ROS 2 is a variant.
+    pub(crate) fn program(self) -> &'static str {
         match self {
-            Self::Dds => "herald",
-            Self::Ros2 => "envoy",
+            Self::Dds => "interop",
+            Self::Ros2 => "interop-ros2",
         }
     }
 }
@@ -90,7 +92,7 @@ impl Domain {
         let args = self.args(settings);
         let args: Vec<&str> = args.iter().map(|arg| &**arg).collect();
         self.site
-            .start_with(self.over.component(), &args, variables)
+            .start_program(self.over.program(), COMPONENT, &args, variables)
     }
 
     /// Starts one of the programs in `middleware/MIDDLEWARE/tests/stranger`, in this network.
@@ -144,7 +146,7 @@ impl Domain {
 
     /// What the management of the component says of one of its slots.
     pub(crate) fn slot(&self, name: &str) -> Value {
-        let status = self.site.ask(self.over.component(), "status");
+        let status = self.site.ask(COMPONENT, "status");
         let slots = status["slots"].as_array().expect("slots");
         let slot = slots.iter().find(|slot| slot["name"] == name);
         slot.expect("the slot").clone()

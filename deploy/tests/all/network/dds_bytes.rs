@@ -8,14 +8,18 @@ fn report(number: i64) -> Vec<u8> {
     let mut writer = rc_middleware::Writer::default();
     writer.put(&number);
     writer.put(&"right".to_owned());
+    writer.put(&vec![1_u8, 2, 3]);
     writer.put(&vec![0.5, 1.5]);
     writer.put(&7_i32);
     writer.put(&1.5_f32);
     writer.put(&2.5_f64);
+    // A mark.
     writer.put(&1_u32);
     writer.put(&"mark".to_owned());
     writer.put(&0.5_f32);
     writer.put(&0.25_f64);
+    // No scores.
+    writer.put(&0_u32);
     writer.into_bytes()
 }
 
@@ -36,14 +40,14 @@ fn bytes_that_are_none_change_nothing() {
     let domain = Domain::new("dds_bytes", 224);
     let network = &domain.site.network;
     let topic = |name: &str, kind: &str| -> Topic {
-        (format!("{network}/{name}"), format!("RcHerald::{kind}"))
+        (format!("{network}/{name}"), format!("RcInterop::{kind}"))
     };
     let target = Target {
         reports: topic("Reports/report", "Reports_report"),
         echoes: topic("Echoes/echo", "Echoes_echo"),
-        slot: "Herald",
-        requests: topic("Herald_Request", "Herald_Request"),
-        replies: topic("Herald_Reply", "Herald_Reply"),
+        slot: "Interop",
+        requests: topic("Interop_Request", "Interop_Request"),
+        replies: topic("Interop_Reply", "Interop_Reply"),
         answers: topic("Oracle_Reply", "Oracle_Reply"),
         report: report(1),
         request: note(1, "never"),

@@ -1,6 +1,6 @@
 //! Strangers: programs that meet a generated component with the package `cyclonedds` of Python and nothing of ours, as
 //! `middleware/dds/README.md` tells them. The programs are in `middleware/dds/tests/stranger`, for people to begin with;
-//! so is the component, `herald`.
+//! so is the component, `interop`.
 
 use crate::network::asker::{Asker, PATIENCE};
 use crate::network::dds::{Domain, Stranger, python};
@@ -14,19 +14,19 @@ fn reports_come_and_go() {
         return;
     };
     let domain = Domain::new("dds_repeat", 215);
-    let herald = domain.start(&[]);
+    let component = domain.start(&[]);
     let stranger = domain.stranger(python, "repeat.py", &["10000"]);
     assert_eq!(
         stranger.end(),
         ["told 10000 heard 10000"],
         "{}",
-        herald.log()
+        component.log()
     );
     let reports = domain.slot("Reports");
     assert_eq!(reports["handlers"]["count"], 10_000, "{reports}");
     assert_eq!(reports["handlers"]["errors"], 0, "{reports}");
     assert_eq!(reports["lost"], 0, "{reports}");
-    assert!(!herald.log().contains("WARN"), "{}", herald.log());
+    assert!(!component.log().contains("WARN"), "{}", component.log());
 }
 
 #[test]
@@ -35,12 +35,12 @@ fn a_stranger_calls() {
         return;
     };
     let domain = Domain::new("dds_ask", 216);
-    let _herald = domain.start(&[]);
+    let _component = domain.start(&[]);
     let said = domain.stranger(python, "ask.py", &[]).end();
     let moved =
         "marks=[Mark(name='a', at=Point(x=1.5, y=2.5)), Mark(name='', at=Point(x=0.5, y=0.5))]";
     let expected = [
-        ("REMOTE_EX_OK", "Herald_shift_Out(count=2"),
+        ("REMOTE_EX_OK", "Interop_shift_Out(count=2"),
         (
             "REMOTE_EX_OK",
             "Nonsense(what='`bare` has no marks', code=-7)",
@@ -55,7 +55,7 @@ fn a_stranger_calls() {
         let outcome = said.split(' ').next();
         assert!(outcome == Some(code) && said.contains(result), "{said}");
     }
-    let calls = domain.slot("Herald");
+    let calls = domain.slot("Interop");
     assert_eq!(calls["handlers"]["count"], 5, "{calls}");
 }
 
@@ -65,7 +65,7 @@ fn a_component_calls_a_stranger() {
         return;
     };
     let domain = Domain::new("dds_consult", 217);
-    let _herald = domain.start(&[]);
+    let _component = domain.start(&[]);
     let mut consult = domain.stranger(python, "consult.py", &[]);
     consult.says("ready");
     consult.write("1000 early\n");
@@ -73,7 +73,7 @@ fn a_component_calls_a_stranger() {
     assert!(early.contains("no server at"), "{early}");
     let oracle = domain.stranger(python, "oracle.py", &[]);
     oracle.says("ready");
-    Site::until("the herald finds the oracle", || {
+    Site::until("the component finds the oracle", || {
         domain.slot("Oracle")["peers"] == 1
     });
     for (question, answer) in [
@@ -104,7 +104,7 @@ fn who_comes_late_gets_what_was_kept() {
     let domain = Domain::new("dds_late", 218);
     let early = domain.stranger(python, "late.py", &["5"]);
     early.says("ready");
-    let _herald = domain.start(&[]);
+    let _component = domain.start(&[]);
     // Five were ordered; the last three were kept.
     let mut client = asker(&domain, "early");
     Site::until("the orders came", || {
@@ -135,7 +135,7 @@ fn what_does_not_fit_is_told() {
         return;
     };
     let domain = Domain::new("dds_misfit", 219);
-    let herald = domain.start(&[]);
+    let component = domain.start(&[]);
     let misfit = domain.stranger(python, "misfit.py", &[]);
     assert_eq!(misfit.line(), "matched 0 0");
     let told = [
@@ -149,7 +149,7 @@ fn what_does_not_fit_is_told() {
         ),
     ];
     Site::until("both are told", || {
-        let log = herald.log();
+        let log = component.log();
         told.iter().all(|(topic, values)| {
             log.lines()
                 .any(|line| line.contains(topic) && line.ends_with(values))
@@ -176,7 +176,7 @@ fn a_call_ends_with_its_server() {
     let domain = Domain::new("dds_died", 220);
     let mut noticed = Vec::new();
     for (lease, announce) in [("1s", "250ms"), ("200ms", "50ms")] {
-        let mut herald = domain.start(&[&format!("dds.lease={lease}")]);
+        let mut component = domain.start(&[&format!("dds.lease={lease}")]);
         // It tells how long it may be silent, and is heard four times in that time, as components are.
         let config = format!(
             "<Discovery><LeaseDuration>{lease}</LeaseDuration><SPDPInterval>{announce}</SPDPInterval></Discovery>"
@@ -186,7 +186,7 @@ fn a_call_ends_with_its_server() {
         let attempt = |kill: &mut dyn FnMut(&mut Stranger), expected: &str| {
             let mut oracle = domain.stranger_with(python, "oracle.py", &[], &config);
             oracle.says("ready");
-            Site::until("the herald finds the oracle", || {
+            Site::until("the component finds the oracle", || {
                 domain.slot("Oracle")["peers"] == 1
             });
             std::thread::scope(|scope| {
@@ -211,9 +211,9 @@ fn a_call_ends_with_its_server() {
                 .find_map(|_| attempt(kill, expected))
                 .expect("a question that waits")
         };
-        // The herald, which is generated, calls a stranger; then it is called, and killed.
+        // The component, which is generated, calls a stranger; then it is called, and killed.
         let stranger = time(&mut |oracle| oracle.kill(), "the server died");
-        let generated = time(&mut |_| herald.kill(), "ServerDied");
+        let generated = time(&mut |_| component.kill(), "ServerDied");
         noticed.push(stranger.min(generated));
     }
     assert!(noticed[1] < noticed[0], "{noticed:?}");
@@ -232,10 +232,10 @@ fn cyclones_own_configuration_is_respected() {
          <Tracing><Verbosity>config</Verbosity><OutputFile>{}</OutputFile></Tracing>",
         trace.display()
     );
-    let herald = domain.start_with(&[], &[("CYCLONEDDS_URI", &config)]);
+    let component = domain.start_with(&[], &[("CYCLONEDDS_URI", &config)]);
     let elsewhere = Domain { id: 222, ..domain };
     let said = elsewhere.stranger(python, "repeat.py", &["3"]).end();
-    assert_eq!(said, ["told 3 heard 3"], "{}", herald.log());
+    assert_eq!(said, ["told 3 heard 3"], "{}", component.log());
     let traced = std::fs::read_to_string(trace).expect("a trace");
     assert!(traced.contains("ExternalDomainId"), "{traced}");
 }
@@ -245,7 +245,7 @@ fn a_wrong_interface_is_told_with_those_there_are() {
     let domain = Domain::new("dds_interface", 223);
     let args = ["--set-middleware", "dds.interfaces=lo,wlan77"];
     let args = [&["--network", &domain.site.network], &args[..]].concat();
-    let ran = domain.site.component("herald", &args);
+    let ran = domain.site.component(domain.over.program(), &args);
     assert_ne!(ran.code, 0, "{ran:?}");
     let (_, there) = ran
         .stderr
@@ -256,7 +256,7 @@ fn a_wrong_interface_is_told_with_those_there_are() {
     assert!(names.any(|name| name == "lo (127.0.0.1)"), "{ran:?}");
 }
 
-/// A client of the herald.
+/// A client of the component.
 fn asker(domain: &Domain, name: &str) -> Asker {
     Asker::meet(domain, name, &[], &[])
 }

@@ -38,15 +38,15 @@ fn bytes_that_are_none_change_nothing_in_ros() {
     let network = &domain.site.network;
     let topic = |name: &str, kind: &str| -> Topic {
         let (prefix, name) = name.split_once(' ').expect("a prefix");
-        let kind = format!("envoy_msgs::{kind}_");
+        let kind = format!("interop_msgs::{kind}_");
         (format!("{prefix}/{network}/{name}"), kind)
     };
     let target = Target {
         reports: topic("rt Reports/report", "msg::dds_::Report"),
         echoes: topic("rt Echoes/echo", "msg::dds_::Report"),
-        slot: "Envoy",
-        requests: topic("rq Envoy/noteRequest", "srv::dds_::EnvoyNote_Request"),
-        replies: topic("rr Envoy/noteReply", "srv::dds_::EnvoyNote_Response"),
+        slot: "Interop",
+        requests: topic("rq Interop/noteRequest", "srv::dds_::InteropNote_Request"),
+        replies: topic("rr Interop/noteReply", "srv::dds_::InteropNote_Response"),
         answers: topic("rr Oracle/askReply", "srv::dds_::OracleAsk_Response"),
         report: report(1),
         request: note(1, "nothing"),

@@ -1,5 +1,5 @@
 //! A stranger of ROS 2 on Fast DDS, which `rmw_fastrtps`, ROS's default, stands on: topics, and services in the Enhanced mapping.
-//! The program is `middleware/ros2/tests/stranger/fast.cpp`, the component `envoy`.
+//! The program is `middleware/ros2/tests/stranger/fast.cpp`, the component `interop`.
 
 use crate::debian;
 use crate::network::dds::{Domain, Over, Stranger};
@@ -88,17 +88,17 @@ fn a_node_on_fast_dds_talks() {
         return;
     };
     let domain = domain("ros_fast_talk", 31);
-    let envoy = domain.start(&[]);
+    let component = domain.start(&[]);
     let lengths = [
         "0", "1", "2", "3", "1300", "1301", "1302", "1303", "2051", "65535", "204801", "1048575",
     ];
     let mut talker = stranger(&domain, program, &[&["talk"], &lengths[..]].concat());
     talker.says("met");
-    Site::until("the envoy finds the talker", || {
+    Site::until("the component finds the talker", || {
         domain.slot("Talk")["peers"] == 1 && domain.slot("Gossip")["peers"] == 1
     });
     talker.write("\n");
-    assert_eq!(talker.end(), ["heard 12"], "{}", envoy.log());
+    assert_eq!(talker.end(), ["heard 12"], "{}", component.log());
 }
 
 /// A client of a service: many calls, a refusal, long requests, a long response.
@@ -108,7 +108,7 @@ fn a_node_on_fast_dds_asks() {
         return;
     };
     let domain = domain("ros_fast_ask", 32);
-    let envoy = domain.start(&[]);
+    let component = domain.start(&[]);
     let said = stranger(&domain, program, &["ask"]).end();
     let expected = [
         "added 200",
@@ -117,8 +117,8 @@ fn a_node_on_fast_dds_asks() {
         "noted long ones",
         "a large response",
     ];
-    assert_eq!(said, expected, "{}", envoy.log());
-    let calls = domain.slot("Envoy");
+    assert_eq!(said, expected, "{}", component.log());
+    let calls = domain.slot("Interop");
     assert_eq!(calls["handlers"]["count"], 200 + 24 + 7, "{calls}");
 }
 
@@ -129,11 +129,11 @@ fn a_node_on_fast_dds_answers() {
         return;
     };
     let domain = domain("ros_fast_oracle", 33);
-    let _envoy = domain.start(&[]);
+    let _component = domain.start(&[]);
     let mut client = asker(&domain, "asker", "enhanced");
     let mut oracle = stranger(&domain, program, &["oracle"]);
     oracle.says("ready");
-    Site::until("the envoy finds the oracle", || {
+    Site::until("the component finds the oracle", || {
         domain.slot("Oracle")["peers"] == 1
     });
     let limit = Duration::from_secs(10);

@@ -9,12 +9,12 @@ fn every_change_of_a_parameter_is_told_in_ros() {
     };
     let domain = Domain::over(Over::Ros2, "ros_events", 17);
     let network = &domain.site.network;
-    let node = format!("/{network}/envoy");
+    let node = format!("/{network}/interop");
     // Where it is found at once by who comes later, as `rmw_cyclonedds` is with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
     let config = "<Discovery><ParticipantIndex>auto</ParticipantIndex></Discovery>";
     let mut stranger = domain.stranger_with(python, "events.py", &[&node], config);
     stranger.says("listens");
-    let envoy = domain.start(&["ros2.service_mapping=cyclone"]);
+    let component = domain.start(&["ros2.service_mapping=cyclone"]);
     // What is secret is not among them.
     assert_eq!(
         stranger.line(),
@@ -36,7 +36,7 @@ fn every_change_of_a_parameter_is_told_in_ros() {
         ]
     );
     let params = |changes: &[&str]| {
-        let args = [&["params", "set", network, "envoy"], changes].concat();
+        let args = [&["params", "set", network, "interop"], changes].concat();
         domain.site.rcdeploy(&args, false)
     };
     // What stays as it is, what is secret and what is refused is not told; one element is told with its array.
@@ -49,7 +49,7 @@ fn every_change_of_a_parameter_is_told_in_ros() {
         stranger.line(),
         "changed speed=4.0 arm.joints=['a', 'c']",
         "{}",
-        envoy.log()
+        component.log()
     );
     stranger.write("set_atomically\n");
     let mut lines = [stranger.line(), stranger.line()];
@@ -59,5 +59,5 @@ fn every_change_of_a_parameter_is_told_in_ros() {
         ["changed speed=3.5 arm.joints=['x', 'y']", "set True"]
     );
     assert_eq!(stranger.end(), [""; 0]);
-    assert!(!envoy.log().contains("WARN"), "{}", envoy.log());
+    assert!(!component.log().contains("WARN"), "{}", component.log());
 }

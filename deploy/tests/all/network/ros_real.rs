@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 
 const IDSL: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/../middleware/ros2/tests/stranger/envoy/Envoy.idsl"
+    "/../middleware/interop/Interop.idsl"
 );
 
 /// A machine with ROS 2, and a domain there.
@@ -105,23 +105,23 @@ fn a_component_is_a_node_of_ros() {
         return;
     };
     let network = ros.domain.site.network.clone();
-    let _envoy = ros.domain.start(&["ros2.remap=Talk/chatter:=/chatter"]);
-    ros.says("ros2 node list", &format!("/{network}/envoy"));
+    let _component = ros.domain.start(&["ros2.remap=Talk/chatter:=/chatter"]);
+    ros.says("ros2 node list", &format!("/{network}/interop"));
     let _talker = ros.start("talker", "ros2 run demo_nodes_cpp talker");
-    Site::until("the envoy hears the talker", || {
+    Site::until("the component hears the talker", || {
         ros.domain.slot("Talk")["handlers"]["count"].as_u64() > Some(0)
     });
     let topic = format!("/{network}/Gossip/chatter");
     let listener = format!("ros2 run demo_nodes_cpp listener --ros-args -r chatter:={topic}");
     let listener = ros.start("listener", &listener);
-    Site::until("the listener hears the envoy", || {
+    Site::until("the listener hears the component", || {
         listener.has_said("I heard: [Hello World")
     });
     ros.says(
         &format!("ros2 topic echo --once {topic} std_msgs/msg/String"),
         "data: 'Hello World",
     );
-    let service = format!("/{network}/Envoy/add");
+    let service = format!("/{network}/Interop/add");
     ros.says(
         &format!("ros2 service call {service} example_interfaces/srv/AddTwoInts '{{a: 40, b: 2}}'"),
         "sum=42",
@@ -141,8 +141,8 @@ fn parameters_are_those_of_a_node_of_ros() {
         return;
     };
     let network = ros.domain.site.network.clone();
-    let _envoy = ros.domain.start(&[]);
-    let param = |verb: &str, rest: &str| format!("ros2 param {verb} /{network}/envoy {rest}");
+    let _component = ros.domain.start(&[]);
+    let param = |verb: &str, rest: &str| format!("ros2 param {verb} /{network}/interop {rest}");
     ros.says(&param("list", ""), "arm.joints");
     let listed = ros.run(&param("list", ""));
     assert!(!listed.stdout.contains("token"), "{listed:?}");
@@ -171,7 +171,7 @@ fn parameters_are_those_of_a_node_of_ros() {
     let echo = ros.start("events", echo);
     let set = |value: &str| {
         let change = format!("speed={value}");
-        let set = ["params", "set", &network, "envoy", &change];
+        let set = ["params", "set", &network, "interop", &change];
         let ran = ros.domain.site.rcdeploy(&set, false);
         assert_eq!(ran.code, 0, "{ran:?}");
     };
@@ -197,16 +197,16 @@ fn an_exported_package_is_one_of_ros() {
     assert_eq!(built.code, 0, "{built:?}");
     let show = |what: &str| {
         ros.run(&script(&format!(
-            "source install/setup.bash && ros2 interface show envoy_msgs/{what}"
+            "source install/setup.bash && ros2 interface show interop_msgs/{what}"
         )))
     };
     let report = show("msg/Report");
     assert!(report.stdout.contains("float64[] ranges"), "{report:?}");
-    let shift = show("srv/EnvoyShift");
+    let shift = show("srv/InteropShift");
     assert!(shift.stdout.contains("int32 NONSENSE=1"), "{shift:?}");
 }
 
-/// As `rcgen export Envoy.idsl --to ros2 --out FOLDER`.
+/// As `rcgen export Interop.idsl --to ros2 --out FOLDER`.
 fn export(folder: &Path) {
     let mut command = Command::new(Site::executable("rcgen"));
     command.args(["export", IDSL, "--to", "ros2", "--out"]);

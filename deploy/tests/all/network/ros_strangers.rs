@@ -1,6 +1,6 @@
 //! Strangers of ROS 2: programs that meet a generated component with the package `cyclonedds` of Python and ROS 2's own
 //! names, as a node on Cyclone DDS has them. The programs are in `middleware/ros2/tests/stranger`, for people to begin with; so is
-//! the component, `envoy`. They cannot have ROS 2's default mapping of services: that is tested with Fast DDS (`ros_fast`) and
+//! the component, `interop`. They cannot have ROS 2's default mapping of services: that is tested with Fast DDS (`ros_fast`) and
 //! between components, here and in `middleware/ros2/tests/conformance.rs`.
 
 use crate::network::asker::{Asker, PATIENCE};
@@ -16,11 +16,11 @@ fn domain(name: &str, id: u32) -> Domain {
     Domain::over(Over::Ros2, name, id)
 }
 
-/// A stranger that tells reports until they have come back. It begins when the envoy has found its ends.
+/// A stranger that tells reports until they have come back. It begins when the component has found its ends.
 fn repeat(domain: &Domain, python: &std::path::Path, args: &[&str]) -> Stranger {
     let mut stranger = domain.stranger(python, "repeat.py", args);
     stranger.says("met");
-    Site::until("the envoy finds the stranger", || {
+    Site::until("the component finds the stranger", || {
         domain.slot("Reports")["peers"] == 1 && domain.slot("Echoes")["peers"] == 1
     });
     stranger.write("\n");
@@ -35,14 +35,14 @@ fn reports_come_and_go_in_ros() {
         return;
     };
     let domain = domain("ros_repeat", 1);
-    let envoy = domain.start(&[]);
+    let component = domain.start(&[]);
     let said = repeat(&domain, python, &["5000"]).end();
-    assert_eq!(said, ["told 5000 heard 5000"], "{}", envoy.log());
+    assert_eq!(said, ["told 5000 heard 5000"], "{}", component.log());
     let reports = domain.slot("Reports");
     assert_eq!(reports["handlers"]["count"], 5000, "{reports}");
     assert_eq!(reports["handlers"]["errors"], 0, "{reports}");
     assert_eq!(reports["lost"], 0, "{reports}");
-    assert!(!envoy.log().contains("WARN"), "{}", envoy.log());
+    assert!(!component.log().contains("WARN"), "{}", component.log());
 }
 
 /// What is larger than a packet of 1.3 KiB and no multiple of four bytes is what Cyclone DDS throws away of `rustdds`,
@@ -53,14 +53,14 @@ fn every_length_reaches_a_stranger() {
         return;
     };
     let domain = domain("ros_lengths", 2);
-    let envoy = domain.start(&[]);
+    let component = domain.start(&[]);
     let lengths = [
         "1300", "1301", "1302", "1303", "2048", "2049", "2050", "2051", "65535", "204801",
         "204802", "204803", "1048576",
     ];
     let args = [&["26"], &lengths[..]].concat();
     let said = repeat(&domain, python, &args).end();
-    assert_eq!(said, ["told 26 heard 26"], "{}", envoy.log());
+    assert_eq!(said, ["told 26 heard 26"], "{}", component.log());
 }
 
 #[test]
@@ -69,7 +69,7 @@ fn a_stranger_of_ros_calls() {
         return;
     };
     let domain = domain("ros_ask", 3);
-    let _envoy = domain.start(&[CYCLONE]);
+    let _component = domain.start(&[CYCLONE]);
     let said = domain.stranger(python, "ask.py", &[]).end();
     let moved =
         "marks=[Mark(name='a', at=Point(x=1.5, y=2.5)), Mark(name='', at=Point(x=0.5, y=0.5))]";
@@ -77,7 +77,7 @@ fn a_stranger_of_ros_calls() {
         "sum=1099511627774",
         "code=0, nonsense=Nonsense(what='', code=0), count=2",
         "code=1, nonsense=Nonsense(what='`bare` has no marks', code=-7), count=0",
-        "EnvoyNote_Response(",
+        "InteropNote_Response(",
         "result=['from Python']",
         "shifted 2048",
         "shifted 2049",
@@ -89,7 +89,7 @@ fn a_stranger_of_ros_calls() {
     for (said, expected) in said.iter().zip(expected) {
         assert!(said.contains(expected), "{said}");
     }
-    let calls = domain.slot("Envoy");
+    let calls = domain.slot("Interop");
     assert_eq!(calls["handlers"]["count"], 9, "{calls}");
     assert_eq!(calls["handlers"]["errors"], 0, "{calls}");
 }
@@ -101,12 +101,12 @@ fn the_first_call_is_answered() {
         return;
     };
     let domain = domain("ros_first", 4);
-    let envoy = domain.start(&[CYCLONE]);
+    let component = domain.start(&[CYCLONE]);
     let said = domain.stranger(python, "first.py", &["40"]).end();
     assert_eq!(said, ["answered 40"]);
-    drop(envoy);
+    drop(component);
     // The same between components, in the other mapping.
-    let _envoy = domain.start(&[]);
+    let _component = domain.start(&[]);
     for number in 0..10 {
         let mut client = asker(&domain, &format!("asker{number}"), "enhanced");
         assert_eq!(client.add(number, 1).expect("an answer"), number + 1);
@@ -119,7 +119,7 @@ fn a_component_calls_a_stranger_of_ros() {
         return;
     };
     let domain = domain("ros_consult", 5);
-    let _envoy = domain.start(&[CYCLONE]);
+    let _component = domain.start(&[CYCLONE]);
     let mut consult = domain.stranger(python, "consult.py", &[]);
     consult.says("ready");
     consult.write("1000 early\n");
@@ -127,7 +127,7 @@ fn a_component_calls_a_stranger_of_ros() {
     assert!(early.contains("no server at"), "{early}");
     let mut oracle = domain.stranger(python, "oracle.py", &[]);
     oracle.says("ready");
-    Site::until("the envoy finds the oracle", || {
+    Site::until("the component finds the oracle", || {
         domain.slot("Oracle")["peers"] == 1
     });
     for (question, answer) in [
@@ -156,7 +156,7 @@ fn who_comes_late_into_ros_gets_what_was_kept() {
     let domain = domain("ros_late", 6);
     let early = domain.stranger(python, "late.py", &["5"]);
     early.says("ready");
-    let _envoy = domain.start(&[]);
+    let _component = domain.start(&[]);
     // Five were ordered; the last three were kept.
     let mut client = asker(&domain, "early", "enhanced");
     Site::until("the orders came", || {
@@ -187,7 +187,7 @@ fn who_comes_late_into_ros_gets_what_was_kept() {
 #[test]
 fn components_call_each_other_in_ros() {
     let domain = domain("ros_enhanced", 7);
-    let _envoy = domain.start(&[]);
+    let _component = domain.start(&[]);
     let mut client = asker(&domain, "asker", "enhanced");
     assert_eq!(client.add(40, 2).expect("a sum"), 42);
     let mut noted = Vec::new();
@@ -197,7 +197,7 @@ fn components_call_each_other_in_ros() {
         noted.push(text);
         assert!(client.noted() == noted, "{size}");
     }
-    let calls = domain.slot("Envoy");
+    let calls = domain.slot("Interop");
     assert_eq!(calls["handlers"]["count"], 13, "{calls}");
     assert_eq!(calls["handlers"]["errors"], 0, "{calls}");
 }
@@ -210,18 +210,18 @@ fn a_call_in_ros_ends_with_its_server() {
         return;
     };
     let domain = domain("ros_died", 8);
-    let mut envoy = domain.start(&[CYCLONE]);
+    let mut component = domain.start(&[CYCLONE]);
     let mut oracle = domain.stranger(python, "oracle.py", &[]);
     oracle.says("ready");
-    let mut attempt = |envoy: &mut Running, client: &mut Asker| {
-        Site::until("the envoy finds the oracle", || {
+    let mut attempt = |component: &mut Running, client: &mut Asker| {
+        Site::until("the component finds the oracle", || {
             domain.slot("Oracle")["peers"] == 1
         });
         let oracle = &mut oracle;
         std::thread::scope(|scope| {
             let killer = scope.spawn(move || {
                 oracle.says("asked hold");
-                envoy.kill();
+                component.kill();
                 Instant::now()
             });
             let answer = client.consult("hold", PATIENCE);
@@ -234,12 +234,12 @@ fn a_call_in_ros_ends_with_its_server() {
         });
     };
     let mut client = asker(&domain, "asker", "cyclone");
-    attempt(&mut envoy, &mut client);
+    attempt(&mut component, &mut client);
     // The same client finds who comes next, and the one after that.
-    let mut envoy = domain.start(&[CYCLONE]);
+    let mut component = domain.start(&[CYCLONE]);
     Site::until("the next one is found", || client.add(1, 2).is_ok());
-    attempt(&mut envoy, &mut client);
-    let _envoy = domain.start(&[CYCLONE]);
+    attempt(&mut component, &mut client);
+    let _component = domain.start(&[CYCLONE]);
     Site::until("the last one is found", || client.add(1, 2).is_ok());
 }
 
@@ -250,28 +250,33 @@ fn a_killed_subscriber_holds_nobody_up() {
         return;
     };
     let domain = domain("ros_killed", 9);
-    let envoy = domain.start(&[]);
+    let component = domain.start(&[]);
     let mut stranger = domain.stranger(python, "repeat.py", &["5000"]);
     stranger.says("met");
-    Site::until("the envoy finds it", || {
+    Site::until("the component finds it", || {
         domain.slot("Reports")["peers"] == 1 && domain.slot("Echoes")["peers"] == 1
     });
     let mut killed = domain.stranger(python, "repeat.py", &["5000"]);
     killed.says("met");
-    Site::until("the envoy finds the other one", || {
+    Site::until("the component finds the other one", || {
         domain.slot("Echoes")["peers"] == 2
     });
     killed.kill();
     stranger.write("\n");
-    assert_eq!(stranger.end(), ["told 5000 heard 5000"], "{}", envoy.log());
+    assert_eq!(
+        stranger.end(),
+        ["told 5000 heard 5000"],
+        "{}",
+        component.log()
+    );
 }
 
-/// A client of the envoy.
+/// A client of the component.
 pub(crate) fn asker(domain: &Domain, name: &str, mapping: &str) -> Asker {
     let types = [
-        (Asker::NOTE, "envoy_msgs/srv/EnvoyNote"),
-        (Asker::NOTED, "envoy_msgs/srv/EnvoyNoted"),
-        (Asker::CONSULT, "envoy_msgs/srv/EnvoyConsult"),
+        (Asker::NOTE, "interop_msgs/srv/InteropNote"),
+        (Asker::NOTED, "interop_msgs/srv/InteropNoted"),
+        (Asker::CONSULT, "interop_msgs/srv/InteropConsult"),
         (Asker::ADD, "example_interfaces/srv/AddTwoInts"),
     ];
     Asker::meet(domain, name, &[("service_mapping", mapping)], &types)
@@ -279,7 +284,7 @@ pub(crate) fn asker(domain: &Domain, name: &str, mapping: &str) -> Asker {
 
 /// A client of somebody else, who adds at `service`.
 pub(crate) fn adding_at(domain: &Domain, service: &str) -> Asker {
-    let rule = format!("Envoy/add:={service}");
+    let rule = format!("Interop/add:={service}");
     let types = [(Asker::ADD, "example_interfaces/srv/AddTwoInts")];
     Asker::meet(domain, "adder", &[("remap", &rule)], &types)
 }

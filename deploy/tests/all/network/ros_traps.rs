@@ -2,32 +2,32 @@
 //! are no multiple of four, the first call, and peers that were killed are in `ros_strangers.rs`. Not tested: nodes on several networks at
 //! once, of which this machine may have one; tests are on the loopback alone.
 
-use crate::network::dds::{Domain, Over, python};
+use crate::network::dds::{COMPONENT, Domain, Over, python};
 use crate::network::site::Site;
 use rustix::process::{Signal, kill_process};
 use std::time::{Duration, Instant};
 
-/// The ends of the envoy: their names, types, and quality of service.
+/// The ends of the component: their names, types, and quality of service.
 const ENDS: [&str; 20] = [
-    "hears rq/NET/Envoy/addRequest example_interfaces::srv::dds_::AddTwoInts_Request_ reliable",
-    "hears rq/NET/Envoy/consultRequest envoy_msgs::srv::dds_::EnvoyConsult_Request_ reliable",
-    "hears rq/NET/Envoy/noteRequest envoy_msgs::srv::dds_::EnvoyNote_Request_ reliable",
-    "hears rq/NET/Envoy/notedRequest envoy_msgs::srv::dds_::EnvoyNoted_Request_ reliable",
-    "hears rq/NET/Envoy/shiftRequest envoy_msgs::srv::dds_::EnvoyShift_Request_ reliable",
-    "hears rr/NET/Oracle/askReply envoy_msgs::srv::dds_::OracleAsk_Response_ reliable",
-    "hears rr/NET/Oracle/tellReply envoy_msgs::srv::dds_::OracleTell_Response_ reliable",
-    "hears rt/NET/Orders/order envoy_msgs::msg::dds_::OrdersOrder_ reliable kept",
-    "hears rt/NET/Reports/report envoy_msgs::msg::dds_::Report_ reliable",
+    "hears rq/NET/Interop/addRequest example_interfaces::srv::dds_::AddTwoInts_Request_ reliable",
+    "hears rq/NET/Interop/consultRequest interop_msgs::srv::dds_::InteropConsult_Request_ reliable",
+    "hears rq/NET/Interop/noteRequest interop_msgs::srv::dds_::InteropNote_Request_ reliable",
+    "hears rq/NET/Interop/notedRequest interop_msgs::srv::dds_::InteropNoted_Request_ reliable",
+    "hears rq/NET/Interop/shiftRequest interop_msgs::srv::dds_::InteropShift_Request_ reliable",
+    "hears rr/NET/Oracle/askReply interop_msgs::srv::dds_::OracleAsk_Response_ reliable",
+    "hears rr/NET/Oracle/tellReply interop_msgs::srv::dds_::OracleTell_Response_ reliable",
+    "hears rt/NET/Orders/order interop_msgs::msg::dds_::OrdersOrder_ reliable kept",
+    "hears rt/NET/Reports/report interop_msgs::msg::dds_::Report_ reliable",
     "hears rt/NET/Talk/chatter std_msgs::msg::dds_::String_ reliable",
-    "sends rq/NET/Oracle/askRequest envoy_msgs::srv::dds_::OracleAsk_Request_ reliable",
-    "sends rq/NET/Oracle/tellRequest envoy_msgs::srv::dds_::OracleTell_Request_ reliable",
-    "sends rr/NET/Envoy/addReply example_interfaces::srv::dds_::AddTwoInts_Response_ reliable",
-    "sends rr/NET/Envoy/consultReply envoy_msgs::srv::dds_::EnvoyConsult_Response_ reliable",
-    "sends rr/NET/Envoy/noteReply envoy_msgs::srv::dds_::EnvoyNote_Response_ reliable",
-    "sends rr/NET/Envoy/notedReply envoy_msgs::srv::dds_::EnvoyNoted_Response_ reliable",
-    "sends rr/NET/Envoy/shiftReply envoy_msgs::srv::dds_::EnvoyShift_Response_ reliable",
-    "sends rt/NET/Archive/keep envoy_msgs::msg::dds_::ArchiveKeep_ reliable kept",
-    "sends rt/NET/Echoes/echo envoy_msgs::msg::dds_::Report_ reliable",
+    "sends rq/NET/Oracle/askRequest interop_msgs::srv::dds_::OracleAsk_Request_ reliable",
+    "sends rq/NET/Oracle/tellRequest interop_msgs::srv::dds_::OracleTell_Request_ reliable",
+    "sends rr/NET/Interop/addReply example_interfaces::srv::dds_::AddTwoInts_Response_ reliable",
+    "sends rr/NET/Interop/consultReply interop_msgs::srv::dds_::InteropConsult_Response_ reliable",
+    "sends rr/NET/Interop/noteReply interop_msgs::srv::dds_::InteropNote_Response_ reliable",
+    "sends rr/NET/Interop/notedReply interop_msgs::srv::dds_::InteropNoted_Response_ reliable",
+    "sends rr/NET/Interop/shiftReply interop_msgs::srv::dds_::InteropShift_Response_ reliable",
+    "sends rt/NET/Archive/keep interop_msgs::msg::dds_::ArchiveKeep_ reliable kept",
+    "sends rt/NET/Echoes/echo interop_msgs::msg::dds_::Report_ reliable",
     "sends rt/NET/Gossip/chatter std_msgs::msg::dds_::String_ reliable",
 ];
 
@@ -40,7 +40,7 @@ fn ends_have_their_names_and_qualities_and_say_goodbye() {
         return;
     };
     let domain = Domain::over(Over::Ros2, "ros_ends", 11);
-    let envoy = domain.start(&["ros2.namespace=/"]);
+    let component = domain.start(&["ros2.namespace=/"]);
     let ends = domain.stranger(python, "ends.py", &[&ENDS.len().to_string()]);
     for end in ENDS {
         let end = end.replace("/NET/", &format!("/{}/", domain.site.network));
@@ -48,10 +48,10 @@ fn ends_have_their_names_and_qualities_and_say_goodbye() {
     }
     assert_eq!(ends.line(), "all");
     let stopped = Instant::now();
-    kill_process(envoy.pid(), Signal::TERM).expect("it is ours");
+    kill_process(component.pid(), Signal::TERM).expect("it is ours");
     assert_eq!(ends.line(), "gone");
     assert!(stopped.elapsed() < Duration::from_secs(10));
-    assert_eq!(envoy.end(), Some(0));
+    assert_eq!(component.end(), Some(0));
     ends.end();
 }
 
@@ -63,7 +63,7 @@ fn a_quality_that_is_set_is_that_of_the_end() {
     };
     let domain = Domain::over(Over::Ros2, "ros_set", 19);
     let rules = "ros2.qos=Reports/report.reliability:=best_effort,Orders.durability:=volatile,Echoes.durability:=transient_local";
-    let _envoy = domain.start(&[rules]);
+    let _component = domain.start(&[rules]);
     let ends = domain.stranger(python, "ends.py", &[&ENDS.len().to_string()]);
     let others = [
         ("Reports/report", "reliable", ""),
@@ -89,7 +89,7 @@ fn what_does_not_fit_in_ros_is_told() {
         return;
     };
     let domain = Domain::over(Over::Ros2, "ros_misfit", 12);
-    let envoy = domain.start(&[]);
+    let component = domain.start(&[]);
     let misfit = domain.stranger(python, "misfit.py", &[]);
     assert_eq!(misfit.line(), "matched 0 0");
     let told = [
@@ -103,7 +103,7 @@ fn what_does_not_fit_in_ros_is_told() {
         ),
     ];
     Site::until("both are told", || {
-        let log = envoy.log();
+        let log = component.log();
         told.iter().all(|(topic, values)| {
             log.lines()
                 .any(|line| line.contains(topic) && line.ends_with(values))
@@ -123,14 +123,14 @@ fn other_types_at_a_topic_of_ros_are_told() {
         return;
     };
     let domain = Domain::over(Over::Ros2, "ros_types", 20);
-    let envoy = domain.start(&[]);
+    let component = domain.start(&[]);
     let other = domain.stranger(python, "other_type.py", &[]);
     // Cyclone DDS compares types itself.
     assert_eq!(other.line(), "matched 0 0");
     let told = |topic: &str| {
-        let log = envoy.log();
+        let log = component.log();
         let both = [
-            "envoy_msgs::msg::dds_::Report_",
+            "interop_msgs::msg::dds_::Report_",
             "std_msgs::msg::dds_::String_",
         ];
         let about = |line: &&str| line.contains(topic) && both.iter().all(|ty| line.contains(ty));
@@ -150,12 +150,12 @@ fn other_types_at_a_topic_of_ros_are_told() {
     // Who fits is heard beside them.
     let mut stranger = domain.stranger(python, "repeat.py", &["3"]);
     stranger.says("met");
-    Site::until("the envoy finds the stranger", || {
+    Site::until("the component finds the stranger", || {
         domain.slot("Reports")["peers"] == 1 && domain.slot("Echoes")["peers"] == 1
     });
     stranger.write("\n");
     assert_eq!(stranger.end(), ["told 3 heard 3"]);
-    let log = envoy.log();
+    let log = component.log();
     assert_eq!(
         (told("Reports/report"), told("Echoes/echo")),
         (1, 1),
@@ -177,10 +177,12 @@ fn the_variables_of_ros_are_respected() {
         ("ROS_DOMAIN_ID", id.as_str()),
         ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"),
     ];
-    let _envoy = domain.site.start_with("envoy", &[], &variables);
+    let _component = domain
+        .site
+        .start_program(Over::Ros2.program(), COMPONENT, &[], &variables);
     let mut stranger = domain.stranger(python, "repeat.py", &["3"]);
     stranger.says("met");
-    Site::until("the envoy finds the stranger", || {
+    Site::until("the component finds the stranger", || {
         domain.slot("Reports")["peers"] == 1 && domain.slot("Echoes")["peers"] == 1
     });
     stranger.write("\n");
@@ -202,7 +204,7 @@ fn a_wrong_variable_of_ros_is_told() {
             "it is SUBNET, LOCALHOST, OFF or SYSTEM_DEFAULT",
         ),
     ] {
-        let mut command = domain.site.command(&Site::executable("envoy"));
+        let mut command = domain.site.command(&Site::executable(Over::Ros2.program()));
         command
             .args(["--network", &domain.site.network])
             .env(name, value);
@@ -218,7 +220,7 @@ fn there_is_no_basic_mapping() {
     let site = Site::new("ros_basic");
     let setting = ["--set-middleware", "ros2.service_mapping=basic"];
     let args = [&["--network", &site.network], &setting[..]].concat();
-    let ran = site.component("envoy", &args);
+    let ran = site.component(Over::Ros2.program(), &args);
     assert_ne!(ran.code, 0, "{ran:?}");
     assert!(ran.stderr.contains("enhanced, cyclone"), "{ran:?}");
 }

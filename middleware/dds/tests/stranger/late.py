@@ -2,7 +2,7 @@
 
 import sys
 
-from herald import Archive_keep, Orders_order
+from interop import Archive_keep, Orders_order
 from network import Network, qos
 
 network, domain, count = sys.argv[1], sys.argv[2], int(sys.argv[3])

@@ -1,8 +1,8 @@
-"""Has ends that do not fit those of the herald, until its input ends: misfit.py NETWORK DOMAIN."""
+"""Has ends that do not fit those of the component, until its input ends: misfit.py NETWORK DOMAIN."""
 
 import sys
 
-from herald import Archive_keep, Echoes_echo, Kind, Orders_order, Point, Report, Reports_report
+from interop import Archive_keep, Echoes_echo, Kind, Orders_order, Point, Report, Reports_report
 from network import Network, met, qos, until
 
 network, domain = sys.argv[1:]
@@ -16,6 +16,6 @@ right = here.writer("Orders/order", Orders_order, qos(kept=True))
 met(right)
 right.write(Orders_order("once"))
 until("the reader of reports was found", lambda: careless.get_offered_incompatible_qos_status())
-careless.write(Reports_report(Report(1, "", [], Kind.wall, Point(0.0, 0.0), [])))
+careless.write(Reports_report(Report(1, "", [], [], Kind.wall, Point(0.0, 0.0), [], [])))
 print("matched", len(careless.get_matched_subscriptions()), len(wrong.get_matched_subscriptions()), flush=True)
 sys.stdin.read()

@@ -1,9 +1,9 @@
-"""Answers what the herald asks until its input ends: oracle.py NETWORK DOMAIN."""
+"""Answers what the component asks until its input ends: oracle.py NETWORK DOMAIN."""
 
 import sys
 import threading
 
-from herald import (
+from interop import (
     Nonsense, Nothing, Oracle_Reply, Oracle_Request, Oracle_Return, Oracle_ask_Out, Oracle_ask_Result, Oracle_tell_Result,
     Point,
 )

@@ -1,8 +1,8 @@
-"""Tells the herald reports and looks whether they come back, whole and in order: repeat.py NETWORK DOMAIN COUNT."""
+"""Tells the component reports and looks whether they come back, whole and in order: repeat.py NETWORK DOMAIN COUNT."""
 
 import sys
 
-from herald import Echoes_echo, Kind, Mark, Point, Report, Reports_report
+from interop import Echoes_echo, Kind, Mark, Point, Report, Reports_report, Scores_entry
 from network import Network, met, qos
 
 # So many are under way at most: no end keeps more than it was told to.
@@ -12,8 +12,10 @@ WINDOW = 500
 def report(number):
     marks = [Mark(f"mark {i}", Point(i * 0.5, -i * 0.1)) for i in range(number % 4)]
     ranges = [number + i * 0.001 for i in range(number % 7)]
-    text = "größer als 5 €"[: number % 15]
-    return Report(number, text, ranges, list(Kind)[number % 3], Point(0.25, -number), marks)
+    scores = [Scores_entry(f"score {i}", i / 3) for i in range(number % 3)]
+    # The package reads a sequence of octets as a list.
+    text, data = "größer als 5 €"[: number % 15], list(bytes(number % 5))
+    return Report(number, text, data, ranges, list(Kind)[number % 3], Point(0.25, -number), marks, scores)
 
 
 network, domain, count = sys.argv[1], sys.argv[2], int(sys.argv[3])

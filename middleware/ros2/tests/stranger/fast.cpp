@@ -1,9 +1,9 @@
 // A node of ROS 2 on Fast DDS, as `rmw_fastrtps` has it, by hand: names, types, and the Enhanced mapping of services, in which
 // a request is known by its writer and its number, and a response says beside its body which one it is for.
 //
-//   fast NETWORK DOMAIN talk BYTES…   says strings of so many bytes to the envoy and hears them again
-//   fast NETWORK DOMAIN ask           asks the envoy
-//   fast NETWORK DOMAIN oracle        answers what the envoy asks, until its input ends
+//   fast NETWORK DOMAIN talk BYTES…   says strings of so many bytes to the component and hears them again
+//   fast NETWORK DOMAIN ask           asks the component
+//   fast NETWORK DOMAIN oracle        answers what the component asks, until its input ends
 //
 // With Debian's package libfastrtps-dev: c++ -std=c++17 fast.cpp -o fast -lfastrtps -lfastcdr
 
@@ -291,7 +291,7 @@ void ask(Node &node) {
         }
         return *response;
     };
-    Client add(node, "Envoy/add", "example_interfaces::srv::dds_::AddTwoInts");
+    Client add(node, "Interop/add", "example_interfaces::srv::dds_::AddTwoInts");
     for (int64_t number = 0; number < 200; ++number) {
         const auto [sum] = decoded<int64_t>(answered(add.call(encoded(int64_t{1} << 40, -number))));
         if (sum != (int64_t{1} << 40) - number) {
@@ -299,8 +299,8 @@ void ask(Node &node) {
         }
     }
     std::cout << "added 200" << std::endl;
-    // A report without marks: number, text, data, ranges, mood, origin, marks, scores; and by how much they are moved.
-    Client shift(node, "Envoy/shift", "envoy_msgs::srv::dds_::EnvoyShift");
+    // A report without marks: number, text, data, ranges, kind, origin, marks, scores; and by how much they are moved.
+    Client shift(node, "Interop/shift", "interop_msgs::srv::dds_::InteropShift");
     const std::vector<uint8_t> none;
     const uint32_t no = 0;
     size_t refused = 0;
@@ -315,8 +315,8 @@ void ask(Node &node) {
     }
     std::cout << "refused " << refused << std::endl;
     // An empty message has one byte in it.
-    Client note(node, "Envoy/note", "envoy_msgs::srv::dds_::EnvoyNote");
-    Client noted(node, "Envoy/noted", "envoy_msgs::srv::dds_::EnvoyNoted");
+    Client note(node, "Interop/note", "interop_msgs::srv::dds_::InteropNote");
+    Client noted(node, "Interop/noted", "interop_msgs::srv::dds_::InteropNoted");
     answered(note.call(encoded(std::string("from Fast DDS"))));
     const auto [notes] = decoded<std::vector<std::string>>(answered(noted.call(encoded(uint8_t{0}))));
     std::cout << "noted " << notes.size() << ": " << notes.front() << std::endl;
@@ -330,8 +330,8 @@ void ask(Node &node) {
 }
 
 void oracle(Node &node) {
-    Server asks(node, "Oracle/ask", "envoy_msgs::srv::dds_::OracleAsk");
-    Server tells(node, "Oracle/tell", "envoy_msgs::srv::dds_::OracleTell");
+    Server asks(node, "Oracle/ask", "interop_msgs::srv::dds_::OracleAsk");
+    Server tells(node, "Oracle/tell", "interop_msgs::srv::dds_::OracleTell");
     asks.met();
     tells.met();
     std::cout << "ready" << std::endl;

@@ -4,7 +4,7 @@ import sys
 
 from node import Node, qos
 
-from envoy import ArchiveKeep, OrdersOrder
+from interop import ArchiveKeep, OrdersOrder
 
 network, domain, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
 here = Node(network, domain)

@@ -1,10 +1,10 @@
-"""Has ends that do not fit those of the envoy, until its input ends: misfit.py NETWORK DOMAIN."""
+"""Has ends that do not fit those of the component, until its input ends: misfit.py NETWORK DOMAIN."""
 
 import sys
 
 from node import Node, met, qos, until
 
-from envoy import ArchiveKeep, OrdersOrder, Report
+from interop import ArchiveKeep, OrdersOrder, Report
 
 network, domain = sys.argv[1:]
 here = Node(network, domain)

@@ -1,11 +1,11 @@
-"""Answers what the envoy asks until its input ends: oracle.py NETWORK DOMAIN."""
+"""Answers what the component asks until its input ends: oracle.py NETWORK DOMAIN."""
 
 import sys
 import threading
 
 from node import Node, Server, met
 
-from envoy import (
+from interop import (
     NONSENSE, Nonsense, OK, OracleAsk_Request, OracleAsk_Response, OracleTell_Request, OracleTell_Response, Point,
 )
 

@@ -1,10 +1,10 @@
-"""Has ends of other types than the envoy has at the same topics, until its input ends: other_type.py NETWORK DOMAIN."""
+"""Has ends of other types than the component has at the same topics, until its input ends: other_type.py NETWORK DOMAIN."""
 
 import sys
 
 from node import Node, met, qos
 
-from envoy import OrdersOrder, String
+from interop import OrdersOrder, String
 
 network, domain = sys.argv[1:]
 here = Node(network, domain)

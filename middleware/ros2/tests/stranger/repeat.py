@@ -1,4 +1,4 @@
-"""Tells the envoy reports and looks whether they come back, whole and in order: repeat.py NETWORK DOMAIN COUNT [BYTES …].
+"""Tells the component reports and looks whether they come back, whole and in order: repeat.py NETWORK DOMAIN COUNT [BYTES …].
 
 With BYTES each report holds so many, in text and data, and one is under way at a time."""
 
@@ -6,7 +6,7 @@ import sys
 
 from node import Node, met, qos
 
-from envoy import CALM, HURRIED, LOST, Mark, Point, Report, ScoresEntry
+from interop import DOOR, PERSON, WALL, Mark, Point, Report, ScoresEntry
 
 # So many are under way at most: no end keeps more than it was told to.
 WINDOW = 500
@@ -20,7 +20,7 @@ def report(number, size=None):
     if size is not None:
         text, data = "ä" * (size // 4), bytes(i * number % 251 for i in range(size - size // 4 * 2))
     # The package reads a sequence of octets as a list.
-    return Report(number, text, list(data), ranges, [CALM, HURRIED, LOST][number % 3], Point(0.25, -number), marks, scores)
+    return Report(number, text, list(data), ranges, [WALL, DOOR, PERSON][number % 3], Point(0.25, -number), marks, scores)
 
 
 network, domain, count = sys.argv[1], sys.argv[2], int(sys.argv[3])

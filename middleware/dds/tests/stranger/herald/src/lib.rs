@@ -1,5 +1,0 @@
-//! The component `herald`.
-
-mod specific_worker;
-
-pub use specific_worker::SpecificWorker;

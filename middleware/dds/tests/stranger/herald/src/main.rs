@@ -1,5 +1,0 @@
-//! Runs the component `herald`.
-
-fn main() -> std::process::ExitCode {
-    herald_generated::run::<herald::SpecificWorker>()
-}

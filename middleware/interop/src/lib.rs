@@ -1,0 +1,5 @@
+//! The component `interop`.
+
+mod specific_worker;
+
+pub use specific_worker::SpecificWorker;

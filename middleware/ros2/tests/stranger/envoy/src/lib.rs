@@ -1,5 +1,0 @@
-//! The component `envoy`.
-
-mod specific_worker;
-
-pub use specific_worker::SpecificWorker;
