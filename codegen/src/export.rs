@@ -1,5 +1,6 @@
 //! Exports interfaces to OMG IDL and to packages of ROS 2, for programs of other frameworks.
 
+mod component;
 mod idl;
 mod module;
 mod names;
@@ -9,6 +10,7 @@ mod rpc_names;
 mod scope;
 pub(crate) mod uses;
 
+pub use component::component;
 pub(crate) use idl::plain;
 pub use ros2::ros2;
 

@@ -10,6 +10,7 @@ mod standard;
 mod words;
 
 pub use check::annotations;
+pub(crate) use check::wrong_package;
 pub(crate) use comments::sanitized;
 pub(crate) use mapping::{Constant, Field, Package, packages};
 

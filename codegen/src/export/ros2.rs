@@ -138,33 +138,40 @@ fn manifest(first: &str, package: &Package, doc: &[String], module: &str) -> Str
         .iter()
         .map(|other| format!("  <depend>{other}</depend>\n"))
         .collect();
+    let depends = format!(
+        "  <buildtool_depend>rosidl_default_generators</buildtool_depend>
+
+{depends}  <exec_depend>rosidl_default_runtime</exec_depend>
+
+  <member_of_group>rosidl_interface_packages</member_of_group>
+"
+    );
+    package_file(first, &package.name, &description, &depends)
+}
+
+/// A `package.xml` with lines about what the package depends on.
+pub(super) fn package_file(first: &str, name: &str, description: &str, depends: &str) -> String {
     format!(
         "<!-- {first} -->
 <package format=\"3\">
-  <name>{}</name>
+  <name>{name}</name>
   <version>0.1.0</version>
   <description>{description}</description>
   <maintainer email=\"nobody@example.com\">nobody</maintainer>
   <license>unspecified</license>
 
   <buildtool_depend>ament_cmake</buildtool_depend>
-  <buildtool_depend>rosidl_default_generators</buildtool_depend>
-
-{depends}  <exec_depend>rosidl_default_runtime</exec_depend>
-
-  <member_of_group>rosidl_interface_packages</member_of_group>
-
+{depends}
   <export>
     <build_type>ament_cmake</build_type>
   </export>
 </package>
-",
-        package.name
+"
     )
 }
 
 /// Escapes text between tags.
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     let text = text.replace('&', "&amp;").replace('<', "&lt;");
     let text = text.replace('>', "&gt;");
     text.replace(|c: char| c.is_control(), " ")

@@ -31,6 +31,24 @@ pub fn annotations(library: &Library) -> Diagnostics {
     checker.found
 }
 
+/// The finding about the name of an own package, if it is invalid or one of ROS 2.
+pub(crate) fn wrong_package(name: &str, span: Span) -> Option<Diagnostic> {
+    let (message, help) = if !words::is_package(name) {
+        (
+            format!("invalid name of a ROS 2 package `{name}`"),
+            "use lower-case letters, digits and single `_`, and begin with a letter",
+        )
+    } else if standard::has_package(name) {
+        (
+            format!("`{name}` is a package of ROS 2"),
+            "choose a name of your own; annotate single structs of an interface with `@ros`",
+        )
+    } else {
+        return None;
+    };
+    Some(Diagnostic::error("ros-name", span, message).help(help))
+}
+
 /// A member, a parameter or a result, which is compared with a field of a ROS 2 type.
 struct Own {
     /// How messages name it.
@@ -57,17 +75,7 @@ impl Checker<'_> {
         let Some(Name { text, span }) = name else {
             return;
         };
-        if !words::is_package(text) {
-            let message = format!("invalid name of a ROS 2 package `{text}`");
-            let help = "use lower-case letters, digits and single `_`, and begin with a letter";
-            let diagnostic = Diagnostic::error("ros-name", *span, message);
-            self.found.push(diagnostic.help(help));
-        } else if standard::has_package(text) {
-            let message = format!("`{text}` is a package of ROS 2");
-            let help = "choose a package of your own, and annotate single structs with `@ros`";
-            let diagnostic = Diagnostic::error("ros-name", *span, message);
-            self.found.push(diagnostic.help(help));
-        }
+        self.found.extend(wrong_package(text, *span));
     }
 
     fn structure(&mut self, decl: &TypeDecl) {

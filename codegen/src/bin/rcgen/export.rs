@@ -1,9 +1,9 @@
 //! `rcgen export`.
 
 use crate::command_line::{Common, Target};
-use crate::reports::{Failure, print_line, report, tell, unreadable};
+use crate::reports::{Failure, load, print_line, report, tell, unreadable};
 use rc_codegen::files::Change;
-use rc_codegen::{FileLoader, export};
+use rc_codegen::{FileLoader, Files, export};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use std::path::Path;
 
@@ -14,6 +14,10 @@ pub(crate) fn export(
     common: &Common,
     dry_run: bool,
 ) -> Result<(), Failure> {
+    let is_component = file.extension().is_some_and(|e| e == "cdsl");
+    if is_component && matches!(target, Target::Ros2) {
+        return export_component(file, out, common, dry_run);
+    }
     if file.extension().is_none_or(|e| e != "idsl") {
         let message = format!("{} is not an .idsl file", file.display());
         return Err(Failure::Usage(message));
@@ -50,6 +54,25 @@ pub(crate) fn export(
         let file = file.display();
         tell(format_args!("{file}: there is nothing to export in it\n"));
     }
+    write(&files, out, dry_run)
+}
+
+/// Exports a component to a package of ROS 2.
+fn export_component(
+    file: &Path,
+    out: &Path,
+    common: &Common,
+    dry_run: bool,
+) -> Result<(), Failure> {
+    let mut sources = SourceMap::new();
+    let (project, mut found) = load(file, common, &mut sources)?;
+    let (files, more) = export::component(&project).map_err(|e| Failure::System(e.to_string()))?;
+    found.extend(more);
+    report(&sources, &found, common.format)?;
+    write(&files, out, dry_run)
+}
+
+fn write(files: &Files, out: &Path, dry_run: bool) -> Result<(), Failure> {
     let system = |e: std::io::Error| Failure::System(e.to_string());
     let steps = files.plan(out).map_err(system)?;
     if let Some(foreign) =
