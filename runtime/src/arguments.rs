@@ -1,11 +1,11 @@
 //! The arguments of a component, as its command line gives them.
 
 use crate::description::Description;
+use crate::ros_arguments::RosArguments;
 use crate::time::ClockChoice;
 use rc_management::component::Role;
 use rc_middleware::{Address, Settings};
 use rc_settings::qos::Policy;
-use rc_settings::ros::Remapping;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -21,12 +21,10 @@ pub(crate) struct Arguments {
     pub(crate) bindings: BTreeMap<String, Address>,
     pub(crate) log: Option<String>,
     pub(crate) settings: Settings,
-    /// Rules for names in ROS 2, which precede those of the settings.
-    pub(crate) remap: Vec<Remapping>,
-    /// The quality of service of topics of ROS 2, which precedes that of the settings.
-    pub(crate) qos: Vec<RosOverride>,
-    /// Parameters of this run, each with its text.
+    /// Parameters of this run (`--set`), each with its text.
     pub(crate) parameters: Vec<(String, String)>,
+    /// What follows `--ros-args`.
+    pub(crate) ros: RosArguments,
     /// Where time comes from.
     pub(crate) clock: ClockChoice,
     /// The components that follow the time of this one, in the order of their turns.

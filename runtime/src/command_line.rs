@@ -2,7 +2,7 @@
 
 use crate::arguments::{Arguments, ROS2, check_slot};
 use crate::description::Description;
-use crate::ros_arguments;
+use crate::ros_arguments::{self, RosArguments};
 use crate::time::ClockChoice;
 use lexopt::prelude::{Long, Short, ValueExt};
 use rc_middleware::{Address, Settings};
@@ -40,9 +40,7 @@ pub(crate) fn parse(
         bindings: BTreeMap::new(),
         log: None,
         settings: Settings::default(),
-        remap: Vec::new(),
-        qos: Vec::new(),
-        parameters: Vec::new(),
+        ros: RosArguments::default(),
         clock: ClockChoice::default(),
         followers: Vec::new(),
     };
@@ -201,7 +199,11 @@ fn help(description: &Description) -> String {
             "\nAs a node of ROS 2, NAME … --ros-args … [--]:\n  \
              -r FROM:=TO           rename; FROM is a slot, SLOT/operation, a full name, __node or __ns\n  \
              -p NAME:=VALUE        set a parameter for this run\n  \
-             --log-level LEVEL     debug, info, warn, error or fatal\n",
+             --params-file FILE    set those that a YAML file has for this node\n  \
+             --log-level LEVEL     debug, info, warn, error or fatal\n  \
+             --disable-rosout-logs, --disable-stdout-logs, --enable-…\n                        \
+             whether the log is published on /rosout and printed\n\n\
+             NODE:FROM:=TO, NODE:NAME:=VALUE and NODE:=LEVEL are for that node alone.\n",
         );
     }
     if !description.slots.is_empty() {

@@ -4,11 +4,12 @@ use crate::arguments::{self, Arguments};
 use crate::description::Description;
 use crate::error::{StartError, refused};
 use crate::log::print_error;
+use crate::ros_arguments::{self, RosArguments, RosOverrides};
 use rc_configuration::model::Parameters;
-use rc_configuration::{Configuration, LiveParameters};
+use rc_configuration::{Configuration, Given, LiveParameters};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
-use rc_middleware::Address;
-use std::collections::BTreeMap;
+use rc_middleware::{Address, Settings};
+use std::collections::{BTreeMap, BTreeSet};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
@@ -19,6 +20,8 @@ pub(crate) struct LoadedConfiguration {
     pub(crate) configuration: Configuration,
     /// The absolute path of the file.
     pub(crate) file: Option<PathBuf>,
+    /// What the command line of ROS 2 sets.
+    pub(crate) ros: RosOverrides,
 }
 
 /// Reads and checks the configuration. Parameters of the command line replace those of the file.
@@ -27,26 +30,78 @@ pub(crate) fn load(
     arguments: &Arguments,
 ) -> Result<LoadedConfiguration, StartError> {
     let mut loaded = read(description, arguments)?;
-    if arguments.parameters.is_empty() {
+    if loaded.ros.parameters.is_empty() && arguments.parameters.is_empty() {
         return Ok(loaded);
     }
-    let Some(model) = &loaded.parameters else {
-        let name = description.name;
-        let message = format!("{name} has no parameters, and the command line sets one");
-        return Err(StartError::Usage(message));
+    let name = description.name;
+    let wrong = |from: &str, found: &Diagnostics| {
+        let reason = refused(found).message;
+        StartError::Configuration(format!("{name}: error: {from}: {reason}\n"))
     };
-    let live = LiveParameters::new(model.clone(), &loaded.configuration.parameters);
-    let given = arguments.parameters.iter();
-    let given: Vec<(&str, serde_json::Value)> = given
-        .map(|(path, text)| (path.as_str(), live.parse_text(path, text)))
-        .collect();
+    let is_optional = loaded.ros.parameters.iter().all(|one| one.is_optional);
+    let model = match &loaded.parameters {
+        Some(model) => model.clone(),
+        None if is_optional && arguments.parameters.is_empty() => return Ok(loaded),
+        None => {
+            let message = format!("{name} has no parameters, and the command line sets one");
+            return Err(StartError::Usage(message));
+        }
+    };
+    let live = LiveParameters::new(model, &loaded.configuration.parameters);
+    let (mut given, mut sources) = (Vec::new(), BTreeSet::new());
+    for (path, text) in &arguments.parameters {
+        given.push((path.as_str(), live.parse_text(path, text)));
+        sources.insert("command line");
+    }
+    for one in &loaded.ros.parameters {
+        match live.given(&one.name, &one.value) {
+            Ok(value) => {
+                given.push((one.name.as_str(), value));
+                sources.insert(one.from.as_str());
+            }
+            Err(unknown) if one.is_optional => {
+                let help = unknown
+                    .help
+                    .map_or(String::new(), |help| format!("; {help}"));
+                let ignored = format!("{}: {}{help}", one.from, unknown.message);
+                loaded.ros.ignored.push(ignored);
+            }
+            Err(unknown) => {
+                let mut found = Diagnostics::new();
+                found.push(unknown);
+                return Err(wrong(&one.from, &found));
+            }
+        }
+    }
     let given = given.iter().map(|(path, value)| (*path, value));
     let accepted = live.check_start(given).map_err(|found| {
-        let (name, reason) = (description.name, refused(&found).message);
-        StartError::Configuration(format!("{name}: error: command line: {reason}\n"))
+        let sources: Vec<&str> = sources.into_iter().collect();
+        wrong(&sources.join(", "), &found)
     })?;
     loaded.configuration.parameters = accepted.values();
     Ok(loaded)
+}
+
+/// The settings of a configuration.
+pub(crate) fn configured(configuration: &Configuration) -> Settings {
+    let mut settings = Settings::default();
+    for (middleware, keys) in &configuration.middleware {
+        for (key, set) in keys {
+            settings.set(middleware, key, set.value.clone());
+        }
+    }
+    settings
+}
+
+/// Applies the arguments of ROS 2, for which the configuration may set names.
+fn ros_overrides(
+    arguments: &Arguments,
+    configuration: &Configuration,
+) -> Result<RosOverrides, StartError> {
+    if arguments.ros == RosArguments::default() {
+        return Ok(RosOverrides::default());
+    }
+    ros_arguments::resolve(arguments, &configured(configuration)).map_err(StartError::Configuration)
 }
 
 fn read(
@@ -64,8 +119,16 @@ fn read(
             return Err(StartError::System(message));
         }
     };
+    let values = |ros: &RosOverrides| -> BTreeMap<String, Given> {
+        let given = ros.parameters.iter();
+        given
+            .map(|one| (one.name.clone(), one.value.clone()))
+            .collect()
+    };
     let Some(path) = config_file(description, arguments) else {
-        let configuration = rc_configuration::defaults(parameters.as_ref()).map_err(|missing| {
+        let ros = ros_overrides(arguments, &Configuration::default())?;
+        let configuration =
+            rc_configuration::defaults_with(parameters.as_ref(), &values(&ros)).map_err(|missing| {
             StartError::Configuration(format!(
                 "{}: error: there is no configuration file, and these parameters have no default: {}; name one with --config\n",
                 description.name,
@@ -76,6 +139,7 @@ fn read(
             parameters,
             configuration,
             file: None,
+            ros,
         });
     };
     let text = rc_files::read(&path).map_err(|e| {
@@ -87,7 +151,11 @@ fn read(
     })?;
     let mut sources = SourceMap::new();
     let source = sources.add(&path, text);
-    let (configuration, mut found) = rc_configuration::check(&sources, source, parameters.as_ref());
+    // Without the parameters, which the arguments may set.
+    let (first, _) = rc_configuration::check(&sources, source, None);
+    let ros = ros_overrides(arguments, &first)?;
+    let (configuration, mut found) =
+        rc_configuration::check_with(&sources, source, parameters.as_ref(), &values(&ros));
     let mode = std::fs::metadata(&path).map_or(0, |file| file.mode());
     rc_configuration::check_readable(&configuration, mode, &mut found);
     if found.has_errors() {
@@ -104,6 +172,7 @@ fn read(
         parameters,
         configuration,
         file: Some(file),
+        ros,
     })
 }
 

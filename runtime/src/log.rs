@@ -3,13 +3,16 @@
 use crate::error::StartError;
 use std::io::Write;
 
-/// Sends the log to standard error, with messages of this level and above.
-pub(crate) fn start(level: &str) -> Result<(), StartError> {
+/// Sends the log to standard error if it `prints`, with messages of this level and above.
+pub(crate) fn start(level: &str, prints: bool) -> Result<(), StartError> {
     let level: tracing::Level = level.parse().map_err(|_| {
         StartError::Usage(format!(
             "`{level}` is not a log level; there are error, warn, info, debug and trace"
         ))
     })?;
+    if !prints {
+        return Ok(());
+    }
     // A second component of one process, as in tests, uses the log of the first.
     let _ = tracing_subscriber::fmt()
         .with_max_level(level)

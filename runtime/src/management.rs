@@ -72,6 +72,7 @@ impl Management {
             parameters,
             configuration,
             file,
+            ros: _,
         } = loaded;
         let mut server = Server {
             info: info.clone(),

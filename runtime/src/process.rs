@@ -193,14 +193,11 @@ fn run_component<C: Component>(
 ) -> Result<(), StartError> {
     let loaded = configuration::load(description, arguments)?;
     let configuration = &loaded.configuration;
-    let level = arguments
-        .log
-        .as_deref()
-        .or(configuration.log.as_deref())
-        .unwrap_or("info");
-    log::start(level)?;
+    let level = loaded.ros.log.or(arguments.log.as_deref());
+    let level = level.or(configuration.log.as_deref()).unwrap_or("info");
+    log::start(level, arguments.ros.prints_log.unwrap_or(true))?;
     let bindings = configuration::bindings(description, arguments, configuration)?;
-    let mut settings = settings(description, arguments, configuration, &bindings)?;
+    let mut settings = settings(description, arguments, &loaded, &bindings)?;
     let kind = clock(description, arguments, &mut settings)?;
     let period = configuration.period.unwrap_or(description.period);
     let directory = RunDirectory::open(&arguments.network)

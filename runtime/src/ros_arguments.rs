@@ -1,11 +1,57 @@
 //! The command line of ROS 2: `--ros-args -r FROM:=TO -p NAME:=VALUE --log-level LEVEL … --`.
+//!
+//! The command line is read first, as far as it needs no names. [`resolve`] then applies what
+//! concerns the node, whose name the configuration may set.
 
-use crate::arguments::{Arguments, ROS2, RosOverride};
+mod params_file;
+mod qos;
+mod resolve;
+
+pub(crate) use resolve::{RosOverrides, resolve};
+
+use crate::arguments::{Arguments, ROS2};
 use crate::description::Description;
-use rc_management::component::Role;
-use rc_settings::qos::Policy;
-use rc_settings::{Scalar, Value};
+use params_file::scalar;
+use rc_configuration::Given;
+use rc_settings::ros::Remapping;
+use rc_settings::{Scalar, Value, ros};
 use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// The arguments of ROS 2, in their order where it counts.
+#[derive(Debug, Default, PartialEq)]
+pub(crate) struct RosArguments {
+    /// Rules for names.
+    pub(crate) remap: Vec<For<Remapping>>,
+    /// Settings of the node: its name and its namespace.
+    pub(crate) settings: Vec<For<(&'static str, Value)>>,
+    /// Levels of the log.
+    pub(crate) log: Vec<For<&'static str>>,
+    pub(crate) parameters: Vec<Source>,
+    /// Whether the log is published on `/rosout`.
+    pub(crate) rosout: Option<bool>,
+    /// Whether the log is printed.
+    pub(crate) prints_log: Option<bool>,
+}
+
+/// An argument, and the node that it is for, if it names one.
+#[derive(Debug, PartialEq)]
+pub(crate) struct For<T> {
+    pub(crate) node: Option<String>,
+    pub(crate) value: T,
+}
+
+/// Where values of parameters come from.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Source {
+    /// `-p NAME:=VALUE`
+    Argument(For<(String, Given)>),
+    /// `--params-file FILE`
+    File(PathBuf),
+}
+
+/// What follows `--ros-args`, for messages.
+const OPTIONS: &str = "-r FROM:=TO, -p NAME:=VALUE, --params-file FILE, --log-level LEVEL, --enable-rosout-logs, --disable-rosout-logs, --enable-stdout-logs, --disable-stdout-logs, --enable-external-lib-logs, --disable-external-lib-logs and --enclave NAME";
 
 /// Splits the command line into the arguments outside and inside `--ros-args … --`.
 pub(crate) fn split(
@@ -26,9 +72,6 @@ pub(crate) fn split(
     (own, ros)
 }
 
-/// The prefix of parameters that set the quality of service of topics.
-const QOS: &str = "qos_overrides.";
-
 /// Adds the arguments of ROS 2 to `out`. An error says what is allowed.
 pub(crate) fn read(
     description: &Description,
@@ -41,6 +84,7 @@ pub(crate) fn read(
             description.name
         ));
     }
+    let out = &mut out.ros;
     let mut args = args.into_iter().map(|arg| {
         let wrong = |arg: OsString| format!("--ros-args: `{}` is not UTF-8", arg.to_string_lossy());
         arg.into_string().map_err(wrong)
@@ -53,28 +97,20 @@ pub(crate) fn read(
         };
         match option.as_str() {
             "-r" | "--remap" => remap(&value()?, out)?,
-            "-p" | "--param" => match parameter(&value()?)? {
-                (name, value) if name.starts_with(QOS) => {
-                    out.qos.extend(quality(&name[QOS.len()..], &value)?);
-                }
-                parameter => out.parameters.push(parameter),
-            },
-            "--log-level" => out.log = Some(level(&value()?)?.to_owned()),
-            "--params-file" => {
-                return Err(format!(
-                    "--ros-args: the parameters of {} are in its own configuration; write them there and name it with --config FILE, or give single ones with -p NAME:=VALUE",
-                    description.name
-                ));
-            }
-            "-e" | "--enclave" => {
-                return Err(
-                    "--ros-args: there is no security here, so an enclave would protect nothing"
-                        .to_owned(),
-                );
-            }
+            "-p" | "--param" => out.parameters.push(Source::Argument(parameter(&value()?)?)),
+            "--params-file" => out.parameters.push(Source::File(value()?.into())),
+            "--log-level" => out.log.push(level(&value()?)?),
+            "--enable-rosout-logs" => out.rosout = Some(true),
+            "--disable-rosout-logs" => out.rosout = Some(false),
+            "--enable-stdout-logs" => out.prints_log = Some(true),
+            "--disable-stdout-logs" => out.prints_log = Some(false),
+            // A component writes no log through a library of ROS 2.
+            "--enable-external-lib-logs" | "--disable-external-lib-logs" => {}
+            // An enclave takes effect where security is on, and here it is off.
+            "-e" | "--enclave" => enclave(&value()?)?,
             other => {
                 return Err(format!(
-                    "--ros-args: `{other}` is not known here; there are -r FROM:=TO, -p NAME:=VALUE and --log-level LEVEL"
+                    "--ros-args: `{other}` is not known here; there are {OPTIONS}"
                 ));
             }
         }
@@ -82,7 +118,18 @@ pub(crate) fn read(
     Ok(())
 }
 
-fn remap(rule: &str, out: &mut Arguments) -> Result<(), String> {
+/// Splits `NODE:REST`, where the node is optional.
+fn of_node(text: &str) -> (Option<String>, &str) {
+    match text.split_once(':') {
+        Some((node, rest)) if ros::is_node(node) && !rest.starts_with('=') => {
+            (Some(node.to_owned()), rest)
+        }
+        _ => (None, text),
+    }
+}
+
+fn remap(text: &str, out: &mut RosArguments) -> Result<(), String> {
+    let (node, rule) = of_node(text);
     let key = match rule.split_once(":=") {
         Some(("__node" | "__name", name)) => Some(("node", name)),
         Some(("__ns", name)) => Some(("namespace", name)),
@@ -95,27 +142,50 @@ fn remap(rule: &str, out: &mut Arguments) -> Result<(), String> {
     let converted = known.kind.convert(Scalar::Text(value));
     let converted = converted.map_err(|_| {
         let allowed = known.kind.allowed();
-        format!("--ros-args: -r `{rule}` is refused; behind -r, or its `:=`, is {allowed}")
+        format!(
+            "--ros-args: -r `{text}` is refused; behind -r or -r NODE:, or its `:=`, is {allowed}"
+        )
     })?;
     match converted {
-        Value::Remappings(rules) => out.remap.extend(rules),
-        value => out.settings.set(ROS2, key, value),
+        Value::Remappings(rules) => out.remap.extend(rules.into_iter().map(|value| For {
+            node: node.clone(),
+            value,
+        })),
+        value => out.settings.push(For {
+            node,
+            value: (known.name, value),
+        }),
     }
     Ok(())
 }
 
-fn parameter(text: &str) -> Result<(String, String), String> {
-    match text.split_once(":=") {
-        Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
+fn parameter(text: &str) -> Result<For<(String, Given)>, String> {
+    let (node, rule) = of_node(text);
+    match rule.split_once(":=") {
+        Some((name, value)) if !name.is_empty() => {
+            if let Some(rule) = name.strip_prefix(qos::QOS) {
+                qos::quality(rule, value)?;
+            }
+            let given = Given {
+                text: Some(value.to_owned()),
+                value: scalar(value),
+            };
+            let value = (name.to_owned(), given);
+            Ok(For { node, value })
+        }
         _ => Err(format!(
-            "--ros-args: -p takes NAME:=VALUE, as in `-p motors[0].max:=1.5`, not `{text}`"
+            "--ros-args: -p takes NAME:=VALUE or NODE:NAME:=VALUE, as in `-p motors[0].max:=1.5`, not `{text}`"
         )),
     }
 }
 
-/// The level of the log for a level of ROS 2.
-fn level(text: &str) -> Result<&'static str, String> {
-    Ok(match text.to_ascii_lowercase().as_str() {
+/// The level of the log for a level of ROS 2, and the logger that it is for.
+fn level(text: &str) -> Result<For<&'static str>, String> {
+    let (node, level) = match text.split_once(":=") {
+        Some((node, level)) => (Some(node.to_owned()), level),
+        None => (None, text),
+    };
+    let value = match level.to_ascii_lowercase().as_str() {
         "debug" => "debug",
         "info" => "info",
         "warn" => "warn",
@@ -123,62 +193,29 @@ fn level(text: &str) -> Result<&'static str, String> {
         "error" | "fatal" => "error",
         _ => {
             return Err(format!(
-                "--ros-args: `{text}` is not a log level; there are debug, info, warn, error and fatal"
+                "--ros-args: `{level}` is not a log level; there are debug, info, warn, error and fatal, alone or as NODE:=LEVEL"
             ));
         }
-    })
+    };
+    if node.as_deref() == Some("") {
+        return Err(format!(
+            "--ros-args: --log-level takes LEVEL or NODE:=LEVEL, not `{text}`"
+        ));
+    }
+    Ok(For { node, value })
 }
 
-/// Parses `TOPIC.publisher.POLICY` or `TOPIC.subscription.POLICY` with a value in the words of ROS 2. Durations are
-/// integers, in nanoseconds. The result is none for a value that always holds.
-fn quality(name: &str, value: &str) -> Result<Option<RosOverride>, String> {
-    let form = || {
-        format!(
-            "--ros-args: `{QOS}{name}` is not {QOS}TOPIC.publisher.POLICY or {QOS}TOPIC.subscription.POLICY, with the topic in full, such as {QOS}/scan.publisher.depth"
-        )
-    };
-    let (left, policy) = name.rsplit_once('.').ok_or_else(form)?;
-    let (topic, end) = left.rsplit_once('.').ok_or_else(form)?;
-    let role = match end {
-        "publisher" => Role::Publishes,
-        "subscription" => Role::SubscribesTo,
-        _ => return Err(form()),
-    };
-    if !topic.starts_with('/') || !rc_settings::ros::is_name(topic) {
-        return Err(form());
+fn enclave(name: &str) -> Result<(), String> {
+    let secure = std::env::var("ROS_SECURITY_ENABLE").is_ok_and(|value| value == "true");
+    if secure && std::env::var("ROS_SECURITY_STRATEGY").is_ok_and(|value| value == "Enforce") {
+        return Err(format!(
+            "--ros-args: the enclave `{name}` must be secure (ROS_SECURITY_STRATEGY is Enforce), and components neither encrypt nor sign"
+        ));
     }
-    let value = value.trim_matches(['"', '\'']);
-    let policy = match (policy, value) {
-        ("history", "keep_last")
-        | ("liveliness", "automatic")
-        | ("avoid_ros_namespace_conventions", "false") => return Ok(None),
-        ("history" | "liveliness" | "avoid_ros_namespace_conventions", _) => {
-            return Err(format!(
-                "--ros-args: `{QOS}{name}` cannot be `{value}`; history is keep_last, liveliness is automatic, and names are those of ROS"
-            ));
-        }
-        ("deadline" | "lifespan" | "liveliness_lease_duration", _) => {
-            let nanoseconds: u64 = value.parse().map_err(|_| {
-                format!("--ros-args: `{QOS}{name}` takes nanoseconds, not `{value}`")
-            })?;
-            let own = match policy {
-                "liveliness_lease_duration" => "liveliness",
-                own => own,
-            };
-            // In ROS 2, 0 and the largest duration mean that there is no limit.
-            let is_none = nanoseconds == 0 || nanoseconds >= i64::MAX as u64;
-            let limit = if is_none {
-                Scalar::Text("none")
-            } else {
-                Scalar::Duration(nanoseconds)
-            };
-            Policy::convert(own, limit)
-        }
-        (own, value) => Policy::parse(own, value),
-    };
-    Ok(Some(RosOverride {
-        topic: topic.to_owned(),
-        role,
-        policy: policy.map_err(|error| format!("--ros-args: {error}"))?,
-    }))
+    if ros::is_namespace(name) {
+        return Ok(());
+    }
+    Err(format!(
+        "--ros-args: `{name}` is not an enclave; allowed is an absolute name such as `/robot/lidar`"
+    ))
 }

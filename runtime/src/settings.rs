@@ -2,12 +2,14 @@
 
 use crate::addresses::address;
 use crate::arguments::{Arguments, ROS2, RosOverride};
+use crate::configuration::{LoadedConfiguration, configured};
 use crate::description::{Description, Slot};
-use rc_configuration::Configuration;
+use crate::ros_arguments::RosOverrides;
 use rc_management::component::Role;
 use rc_middleware::{Address, Durability, OpenError, Qos, Reliability, Settings};
+use rc_settings::Value;
 use rc_settings::qos::{self, Policy};
-use rc_settings::{Value, ros};
+use rc_settings::ros::ResolvedRemapping;
 use std::collections::BTreeMap;
 
 /// Collects all settings. The log reports a rule that matches nothing in the component; a network may have it for
@@ -15,25 +17,24 @@ use std::collections::BTreeMap;
 pub(crate) fn settings(
     description: &Description,
     arguments: &Arguments,
-    configuration: &Configuration,
+    loaded: &LoadedConfiguration,
     bindings: &BTreeMap<String, Address>,
 ) -> Result<Settings, OpenError> {
-    let mut settings = Settings::default();
-    for (middleware, keys) in &configuration.middleware {
-        for (key, set) in keys {
-            settings.set(middleware, key, set.value.clone());
-        }
-    }
+    let ros = &loaded.ros;
+    let mut settings = configured(&loaded.configuration);
     settings.extend(&arguments.settings);
-    if !arguments.remap.is_empty() {
-        let remap = Value::Remappings(arguments.remap.clone());
-        prepend(&mut settings, "remap", remap);
+    settings.extend(&ros.settings);
+    if !ros.remap.is_empty() {
+        prepend(&mut settings, "remap", Value::Remappings(ros.remap.clone()));
     }
-    let overrides = overrides(description, arguments, &settings, bindings)?;
+    let overrides = overrides(description, arguments, ros, &settings, bindings)?;
     if !overrides.is_empty() {
         prepend(&mut settings, "qos", Value::Qos(overrides));
     }
     warn(description, &settings);
+    for ignored in &ros.ignored {
+        tracing::warn!("--ros-args: {ignored}");
+    }
     Ok(settings)
 }
 
@@ -57,24 +58,26 @@ fn topics(description: &Description, middleware: &str) -> impl Iterator<Item = &
 fn overrides(
     description: &Description,
     arguments: &Arguments,
+    ros: &RosOverrides,
     settings: &Settings,
     bindings: &BTreeMap<String, Address>,
 ) -> Result<Vec<qos::Rule>, OpenError> {
-    if arguments.qos.is_empty() {
+    if ros.qos.is_empty() {
         return Ok(Vec::new());
     }
     let own = |key: &str| settings.text(ROS2, key).map(str::to_owned);
     let (network, name) = (&arguments.network, &arguments.name);
-    let (namespace, node) = ros::node(network, name, own("namespace"), own("node"));
+    let (namespace, node) = rc_settings::ros::node(network, name, own("namespace"), own("node"));
     let remap = settings.remappings(ROS2, "remap").iter();
     let remap = remap.map(|rule| rule.resolve(&namespace, &node));
-    let remap: Vec<ros::ResolvedRemapping> = remap.collect();
+    let remap: Vec<ResolvedRemapping> = remap.collect();
     let mut named = Vec::new();
     for slot in topics(description, ROS2) {
         let own_address = address(network, slot, bindings)?;
         for operation in slot.operations {
             let own = own_address.join(operation.name);
-            let topic = ros::operation(own.as_str(), slot.name, operation.name, &remap);
+            let topic =
+                rc_settings::ros::operation(own.as_str(), slot.name, operation.name, &remap);
             named.push((
                 topic,
                 slot.role,
@@ -87,7 +90,7 @@ fn overrides(
         topic,
         role,
         policy,
-    } in &arguments.qos
+    } in &ros.qos
     {
         let of = named
             .iter()
@@ -120,7 +123,7 @@ fn warn(description: &Description, settings: &Settings) {
     for (middleware, _) in description.backends {
         for rule in settings.remappings(middleware, "remap") {
             let from = &rule.from;
-            if let Some(hint) = ros::unknown_target_help(from, &slots) {
+            if let Some(hint) = rc_settings::ros::unknown_target_help(from, &slots) {
                 tracing::warn!("remap `{rule}`: {name} has no `{from}`; {hint}");
             }
         }

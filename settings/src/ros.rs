@@ -75,6 +75,9 @@ fn token(text: &str) -> String {
     token
 }
 
+/// The end of both names of a rule for all default names of a network.
+const ALL_BELOW: &str = "/*";
+
 /// A rule `FROM:=TO`, as ROS 2 writes it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Remapping {
@@ -100,6 +103,23 @@ impl Remapping {
         })
     }
 
+    /// The rule of another namespace on a command line: default names below `/NETWORK` are below
+    /// `namespace` instead. Files cannot have such a rule.
+    ///
+    /// ```
+    /// use rc_settings::ros::{Remapping, operation};
+    /// let rule = Remapping::of_namespace("patrol", "/robot").resolve("/robot", "lidar");
+    /// let name = operation("patrol/LaserPub/newScan", "LaserPub", "newScan", &[rule]);
+    /// assert_eq!(name, "/robot/LaserPub/newScan");
+    /// ```
+    pub fn of_namespace(network: &str, namespace: &str) -> Self {
+        let all = |prefix: &str| format!("{}{ALL_BELOW}", prefix.trim_end_matches('/'));
+        Self {
+            from: all(&name(network)),
+            to: all(namespace),
+        }
+    }
+
     /// The rule for a node, with an absolute name in place of `TO`.
     pub fn resolve(&self, namespace: &str, node: &str) -> ResolvedRemapping {
         ResolvedRemapping {
@@ -123,6 +143,15 @@ pub struct ResolvedRemapping {
 }
 
 impl ResolvedRemapping {
+    /// The default name in another namespace, if the rule is about namespaces.
+    fn relocate(&self, default: &str) -> Option<String> {
+        let [from, to] = [&self.from, &self.to].map(|name| name.strip_suffix(ALL_BELOW));
+        let below = default.strip_prefix(from?)?;
+        below
+            .starts_with('/')
+            .then(|| format!("{}{below}", to.unwrap_or_default()))
+    }
+
     /// The name of an operation by this rule, if the rule matches. Its name without rules is
     /// `default`.
     fn apply(&self, slot: &str, operation: &str, default: &str) -> Option<String> {
@@ -142,6 +171,8 @@ pub fn operation(
     rules: &[ResolvedRemapping],
 ) -> String {
     let default = name(address);
+    let relocated = rules.iter().find_map(|rule| rule.relocate(&default));
+    let default = relocated.unwrap_or(default);
     let mut remapped = rules.iter();
     let remapped = remapped.find_map(|rule| rule.apply(slot, operation, &default));
     remapped.unwrap_or(default)
@@ -229,6 +260,30 @@ mod tests {
             named(&["Laser:=/no", "Laser1/set:=/no"]),
             "/default/Laser/get"
         );
+    }
+
+    #[test]
+    fn default_names_are_relative_to_the_network() {
+        let named = |namespace: &str, rule: &str, address: &str| {
+            let rules = [
+                Remapping::of_namespace("my-robot", namespace),
+                Remapping::parse(rule).expect("a rule"),
+            ];
+            let rules = rules.map(|rule| rule.resolve(namespace, "lidar"));
+            operation(address, "Laser", "get", &rules)
+        };
+        let other = "/other:=/no";
+        assert_eq!(named("/a/b", other, "my-robot/Laser/get"), "/a/b/Laser/get");
+        assert_eq!(named("/", other, "my-robot/Laser/get"), "/Laser/get");
+        assert_eq!(
+            named("/a", other, "my-robots/Laser/get"),
+            "/my_robots/Laser/get"
+        );
+        assert_eq!(
+            named("/a", "/a/Laser/get:=scan", "my-robot/Laser/get"),
+            "/a/scan"
+        );
+        assert_eq!(named("/a", "Laser:=/x", "my-robot/Laser/get"), "/x/get");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use crate::checker::Checker;
 use crate::document::{self, Locator};
+use crate::given::Given;
 use crate::middleware::Settings;
 use crate::model::{ConversionError, Parameters, Type, Value};
 use crate::parameters::Reader;
@@ -67,16 +68,35 @@ pub fn check(
     source: SourceId,
     parameters: Option<&Parameters>,
 ) -> (Configuration, Diagnostics) {
-    let (configuration, found, _) = read(sources, source, parameters);
+    check_with(sources, source, parameters, &BTreeMap::new())
+}
+
+/// As [`check`], with values for parameters that have no default and that the file does not set,
+/// by their paths.
+pub fn check_with(
+    sources: &SourceMap,
+    source: SourceId,
+    parameters: Option<&Parameters>,
+    given: &BTreeMap<String, Given>,
+) -> (Configuration, Diagnostics) {
+    let (configuration, found, _) = read(sources, source, parameters, given);
     (configuration, found)
 }
 
 /// The configuration of a component without a file. The error lists the paths of parameters that
 /// have no default.
 pub fn defaults(parameters: Option<&Parameters>) -> Result<Configuration, Vec<String>> {
+    defaults_with(parameters, &BTreeMap::new())
+}
+
+/// As [`defaults`], with values for parameters that have no default, by their paths.
+pub fn defaults_with(
+    parameters: Option<&Parameters>,
+    given: &BTreeMap<String, Given>,
+) -> Result<Configuration, Vec<String>> {
     let mut sources = SourceMap::new();
     let source = sources.add("", "");
-    let (configuration, _, missing) = read(&sources, source, parameters);
+    let (configuration, _, missing) = read(&sources, source, parameters, given);
     if missing.is_empty() {
         Ok(configuration)
     } else {
@@ -88,6 +108,7 @@ fn read(
     sources: &SourceMap,
     source: SourceId,
     parameters: Option<&Parameters>,
+    given: &BTreeMap<String, Given>,
 ) -> (Configuration, Diagnostics, Vec<String>) {
     let mut checker = Checker {
         locator: Locator { source },
@@ -99,7 +120,9 @@ fn read(
     };
     let mut configuration = Configuration::default();
     match Document::parse(sources.text(source)) {
-        Ok(document) => checker.document(document.as_table(), parameters, &mut configuration),
+        Ok(document) => {
+            checker.document(document.as_table(), parameters, given, &mut configuration);
+        }
         Err(error) => {
             let text = sources.text(source);
             let span = checker.locator.span(error.span(), checker.locator.start());
@@ -127,6 +150,7 @@ pub fn violations_by_defaults(parameters: &Parameters) -> Vec<(usize, String)> {
     for with_sample_elements in [false, true] {
         let mut reader = Reader {
             locator: Locator { source },
+            given: &BTreeMap::new(),
             found: &mut Diagnostics::new(),
             missing: Vec::new(),
             secrets: Vec::new(),
@@ -149,6 +173,7 @@ impl Checker {
         &mut self,
         root: &dyn TableLike,
         parameters: Option<&Parameters>,
+        given_values: &BTreeMap<String, Given>,
         out: &mut Configuration,
     ) {
         self.unknown_keys(root, &TABLES, "", self.locator.start());
@@ -191,6 +216,7 @@ impl Checker {
         });
         let mut reader = Reader {
             locator: self.locator,
+            given: given_values,
             found: &mut self.found,
             missing: Vec::new(),
             secrets: Vec::new(),

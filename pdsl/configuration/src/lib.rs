@@ -13,6 +13,7 @@ mod checker;
 pub mod condition;
 mod document;
 mod edit;
+mod given;
 mod live;
 mod middleware;
 pub mod model;
@@ -32,8 +33,11 @@ mod values;
 pub use change::ParamChange;
 #[cfg(feature = "tools")]
 pub use check::violations_by_defaults;
-pub use check::{Binding, Configuration, check, check_readable, defaults};
+pub use check::{
+    Binding, Configuration, check, check_readable, check_with, defaults, defaults_with,
+};
 pub use document::parse_argument;
+pub use given::Given;
 pub use live::{CheckedChanges, LiveParameter, LiveParameters};
 pub use middleware::{Setting, Settings};
 pub use model::Parameters;

@@ -4,6 +4,7 @@ use crate::block::{Block, Content, Origin};
 use crate::change::{ParamChange, shown};
 use crate::document::{self, Locator};
 use crate::edit::{Edit, edits};
+use crate::given::Given;
 use crate::model::{Kind, Parameter, Parameters, Range, Type, Value};
 use crate::parameters::Reader;
 use crate::path::{Target, resolve};
@@ -12,6 +13,7 @@ use crate::values::Values;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_management::component::ParameterStatus;
 use serde_json::Value as Json;
+use std::collections::BTreeMap;
 
 /// One parameter of a running component.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,16 +104,16 @@ impl LiveParameters {
         self.check_changes(changes, true)
     }
 
-    /// Parses a value of a command line, where strings need no quotes.
-    pub fn parse_text(&self, path: &str, text: &str) -> Json {
-        let json = serde_json::from_str(text);
-        let status = self.list(&[path]);
-        let is_text = status.is_ok_and(|status| status.iter().all(ParameterStatus::is_text));
-        match json {
-            Ok(Json::String(quoted)) => Json::String(quoted),
-            Ok(value) if !is_text => value,
-            _ => Json::from(text),
-        }
+    /// The value of `given` for the parameter at `path`. Fails if there is none.
+    pub fn given(&self, path: &str, given: &Given) -> Result<Json, Diagnostic> {
+        let at = no_location().start();
+        let target = resolve(path, &self.model.parameters, &self.next, at)?;
+        Ok(match &target.parameter.kind {
+            Kind::Scalar { ty, array } => {
+                given.json(*ty, array.is_some() && target.element.is_none())
+            }
+            Kind::Group(_) | Kind::List { .. } => given.value.clone(),
+        })
     }
 
     fn check_changes<'c>(
@@ -237,6 +239,7 @@ impl LiveParameters {
         let mut errors = Diagnostics::new();
         let mut reader = Reader {
             locator,
+            given: &BTreeMap::new(),
             found: &mut errors,
             missing: Vec::new(),
             secrets: Vec::new(),

@@ -2,14 +2,17 @@
 
 use crate::block::{Block, Content, Field, Origin, inner};
 use crate::document::{self, Locator};
+use crate::given::Given;
 use crate::model::{ConversionError, Kind, Length, Parameter, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span, nearest};
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use toml_edit::{Item, TableLike};
 
 /// Reads the values of parameters, and collects the findings.
 pub(crate) struct Reader<'a> {
     pub(crate) locator: Locator,
+    /// Values for parameters that are not set and have no default, by their paths.
+    pub(crate) given: &'a BTreeMap<String, Given>,
     pub(crate) found: &'a mut Diagnostics,
     /// The paths of parameters without a value and without a default.
     pub(crate) missing: Vec<String>,
@@ -103,6 +106,14 @@ impl Reader<'_> {
     }
 
     fn read_absent(&mut self, parameter: &Parameter, field: &mut Field) {
+        if let (Kind::Scalar { ty, array }, None) = (&parameter.kind, &parameter.default)
+            && let Some(given) = self.given.get(&field.path)
+            && let Some(item) =
+                document::from_json(&given.json(*ty, array.is_some()), ty.is_number())
+        {
+            self.read_given(parameter, &item, field);
+            return;
+        }
         let (path, at) = (&field.path, field.at);
         match &parameter.kind {
             Kind::Group(members) => {
@@ -252,6 +263,7 @@ pub(crate) fn is_valid_value(parameter: &Parameter, item: &Item, locator: Locato
             let mut found = Diagnostics::new();
             let mut reader = Reader {
                 locator,
+                given: &BTreeMap::new(),
                 found: &mut found,
                 missing: Vec::new(),
                 secrets: Vec::new(),

@@ -202,7 +202,8 @@ fn names_and_parameters_are_applied() {
     assert_eq!(settings.text("ros2", "namespace"), Some("/robot"));
     let rules = settings.remappings("ros2", "remap").iter();
     let rules: Vec<String> = rules.map(ToString::to_string).collect();
-    assert_eq!(rules, ["/a:=/c", "/d:=~/e", "/a:=/b"]);
+    let default = format!("/{network}/*:=/robot/*");
+    assert_eq!(rules, [&default, "/a:=/c", "/d:=~/e", "/a:=/b"]);
     let parameters = PARAMETERS.lock().expect("the parameters").remove(&network);
     assert_eq!(parameters, Some((3.0, "12".to_owned())));
 }
@@ -275,10 +276,10 @@ fn unknown_arguments_are_reported() {
         ("-r __node:=a/b", "the name of a node"),
         ("-r", "-r takes a value"),
         ("-p rate=3", "-p takes NAME:=VALUE"),
-        ("--params-file x.yaml", "--config FILE"),
-        ("--enclave /x", "no security here"),
+        ("--enclave x", "an absolute name"),
         ("--log-level loud", "debug, info, warn, error and fatal"),
-        ("--disable-rosout-logs", "is not known here"),
+        ("--log-level :=debug", "LEVEL or NODE:=LEVEL"),
+        ("--log-config-file x", "--disable-rosout-logs"),
         (
             "-p qos_overrides.scan.publisher.depth:=1",
             "with the topic in full",
@@ -309,6 +310,11 @@ fn unknown_arguments_are_reported() {
         ("-p rat:=3", "did you mean `rate`?"),
         ("-p rate:=30", "from 0 to 10"),
         ("-p rate:=fast", "from 0 to 10"),
+        (
+            "--params-file /nowhere/x.yaml",
+            "/nowhere/x.yaml cannot be read",
+        ),
+        ("-p use_sim_time:=maybe", "`use_sim_time`"),
     ] {
         let error = refusal(&NODE, text);
         assert!(
@@ -322,4 +328,69 @@ fn unknown_arguments_are_reported() {
         error.to_string().contains("components that use ros2"),
         "{error}"
     );
+}
+
+/// A node with a parameter that has no default.
+static ARM: Description = Description {
+    name: "arm",
+    parameters: Some(
+        r#"{"name":"arm","parameters":[
+        {"name":"rate","kind":{"scalar":{"type":"float"}}},
+        {"name":"device","kind":{"scalar":{"type":"string"}},"default":{"text":"a"}}]}"#,
+    ),
+    ..NODE
+};
+
+/// Starts `ARM` with a file of parameters and further arguments of ROS 2. Returns its parameters
+/// and its settings.
+fn started(test: &str, yaml: &str, more: &str) -> ((f64, String), Settings) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("params.yaml");
+    std::fs::write(&file, yaml).expect("to write");
+    let network = format!("ros_params_{test}_{}", std::process::id());
+    let file = file.to_string_lossy();
+    let mut args = vec!["--network", &network, "--ros-args", "--params-file", &file];
+    args.extend(more.split_whitespace());
+    let component = embed(&ARM, Worker::start, &args).expect("a component");
+    component.stop();
+    component.join().expect("a good end");
+    let parameters = PARAMETERS.lock().expect("the parameters").remove(&network);
+    let settings = SEEN.lock().expect("the settings").remove(&network);
+    (parameters.expect("a worker"), settings.expect("a backend"))
+}
+
+/// As a launch file writes it: for all nodes, for others, for this one, and some that it has not.
+#[test]
+fn a_file_of_parameters_is_read() {
+    let yaml = "\
+/**:
+  ros__parameters: {rate: 1, unknown: 7, device: all, use_sim_time: true}
+/robot:
+  front:
+    ros__parameters: {rate: 2.5}
+  rear:
+    ros__parameters: {rate: 9.0}
+";
+    let names = "-r __ns:=/robot -r __node:=front";
+    let ((rate, device), settings) = started("names", yaml, names);
+    assert_eq!((rate, device.as_str()), (2.5, "all"));
+    assert_eq!(settings.bool("ros2", "use_sim_time"), Some(true));
+    // The last value counts, and rules for other nodes do not.
+    let more = "-r __ns:=/robot -p rate:=4 -p rear:rate:=5 -p arm:device:=7 -r rear:__node:=x --log-level rear:=debug";
+    let ((rate, device), settings) = started("order", yaml, more);
+    assert_eq!((rate, device.as_str()), (4.0, "7"));
+    assert_eq!(settings.text("ros2", "node"), None);
+}
+
+/// Arguments that launch files pass, and that change nothing or a setting.
+#[test]
+fn arguments_of_launch_files_are_taken() {
+    let more = "--enclave /robot/arm --disable-external-lib-logs --disable-rosout-logs --enable-stdout-logs \
+                -p start_type_description_service:=true --log-level arm:=warn --log-level rcl:=debug";
+    let (_, settings) = started(
+        "launch",
+        "arm: {ros__parameters: {rate: 1}}\n",
+        &format!("{more} -r __ns:=/"),
+    );
+    assert_eq!(settings.bool("ros2", "rosout"), Some(false));
 }
