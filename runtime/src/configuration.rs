@@ -4,7 +4,7 @@ use crate::arguments::{self, Arguments};
 use crate::description::Description;
 use crate::error::{StartError, refused};
 use crate::log::print_error;
-use crate::ros_arguments::{self, RosArguments, RosOverrides};
+use crate::ros_arguments::{self, Override, RosArguments, RosOverrides};
 use rc_configuration::model::Parameters;
 use rc_configuration::{Configuration, Given, LiveParameters};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
@@ -49,11 +49,14 @@ pub(crate) fn load(
     };
     let live = LiveParameters::new(model, &loaded.configuration.parameters);
     let (mut given, mut sources) = (Vec::new(), BTreeSet::new());
-    for (path, text) in &arguments.parameters {
-        given.push((path.as_str(), live.parse_text(path, text)));
-        sources.insert("command line");
-    }
-    for one in &loaded.ros.parameters {
+    let set = arguments.parameters.iter().map(|(path, text)| Override {
+        name: path.clone(),
+        value: Given::of_text(text),
+        from: "command line".to_owned(),
+        is_optional: false,
+    });
+    let set: Vec<_> = set.collect();
+    for one in set.iter().chain(&loaded.ros.parameters) {
         match live.given(&one.name, &one.value) {
             Ok(value) => {
                 given.push((one.name.as_str(), value));

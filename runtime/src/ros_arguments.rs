@@ -7,7 +7,7 @@ mod params_file;
 mod qos;
 mod resolve;
 
-pub(crate) use resolve::{RosOverrides, resolve};
+pub(crate) use resolve::{Override, RosOverrides, resolve};
 
 use crate::arguments::{Arguments, ROS2};
 use crate::description::Description;

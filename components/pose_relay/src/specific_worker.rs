@@ -1,6 +1,11 @@
-//! Forwards poses from shared memory to ROS 2.
+//! Forwards poses from shared memory to ROS 2, as they are and as transforms.
 
-use pose_relay_generated::{Context, FullPoseEuler, Robot, Worker, WorkerError};
+use crate::transform::{rotation, stamp};
+use pose_relay_generated::{
+    Context, FullPoseEuler, Header, Robot, Transform, TransformStamped, Vector3, Worker,
+    WorkerError, tracing::warn,
+};
+use std::time::SystemTime;
 
 pub struct SpecificWorker {}
 
@@ -17,7 +22,27 @@ impl Worker for SpecificWorker {
 impl Robot for SpecificWorker {
     fn new_full_pose(&mut self, ctx: &mut Context, pose: FullPoseEuler) {
         if let Err(why) = ctx.ros.new_full_pose(&pose) {
-            pose_relay_generated::tracing::warn!("a pose did not go out: {why}");
+            warn!("a pose is not published: {why}");
+        }
+        let transform = TransformStamped {
+            header: Header {
+                stamp: stamp(SystemTime::now()),
+                frame_id: ctx.params.parent_frame.clone(),
+            },
+            child_frame_id: ctx.params.child_frame.clone(),
+            transform: Transform {
+                translation: metres(pose.x, pose.y, pose.z),
+                rotation: rotation(pose.rx.into(), pose.ry.into(), pose.rz.into()),
+            },
+        };
+        if let Err(why) = ctx.tf.transforms(&[transform]) {
+            warn!("a transform is not published: {why}");
         }
     }
+}
+
+/// Poses are in millimetres.
+fn metres(x: f32, y: f32, z: f32) -> Vector3 {
+    let [x, y, z] = [x, y, z].map(|value| f64::from(value) / 1000.0);
+    Vector3 { x, y, z }
 }

@@ -19,6 +19,7 @@ mod restored;
 mod ros_bytes;
 mod ros_fast;
 mod ros_parameters;
+mod ros_rclpy;
 mod ros_real;
 mod ros_strangers;
 mod ros_traps;

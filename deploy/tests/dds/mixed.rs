@@ -3,8 +3,9 @@
 
 use crate::patrol::of_user;
 use crate::site::{PATROL, Ran, Site};
-use crate::{await_well, patrol::END};
+use crate::{await_well, patrol::END, python};
 use std::path::Path;
+use std::process::Command;
 
 const MIXED: &str = include_str!("../../../components/networks/patrol_mixed.ddsl");
 const COMPONENTS: [&str; 5] = [
@@ -32,7 +33,7 @@ fn up(site: &Site, more: &[&str]) -> Ran {
     command.args(["up", "--build", "--detach", "--profile", "dev"]);
     command.args(more).arg(site.ddsl());
     // What an environment of ROS 2 has.
-    command.envs([("ROS_DOMAIN_ID", "38"), ("ROS_LOCALHOST_ONLY", "1")]);
+    command.envs([("ROS_DOMAIN_ID", DOMAIN), ("ROS_LOCALHOST_ONLY", "1")]);
     command.env("CARGO_NET_OFFLINE", "true");
     site.run(command)
 }
@@ -55,6 +56,8 @@ pub(crate) fn build() {
     }
 }
 
+/// Of ROS 2.
+const DOMAIN: &str = "38";
 const IN_ROS: [&str; 2] = ["--middleware", "ros2"];
 
 /// How many poses a component says that it has heard.
@@ -86,6 +89,7 @@ fn poses_go_from_shared_memory_to_ros_2_and_one_component_hears_them_in_both() {
             let slots = status["slots"].as_array().cloned().unwrap_or_default();
             let peers = |slot: &serde_json::Value| match slot["name"].as_str() {
                 Some("ros") if component == "relay" => 2,
+                Some("tf") => 0,
                 _ => 1,
             };
             !slots.is_empty() && slots.iter().all(|slot| slot["peers"] == peers(slot))
@@ -95,6 +99,7 @@ fn poses_go_from_shared_memory_to_ros_2_and_one_component_hears_them_in_both() {
     for component in ["monitor", "listener", "watcher"] {
         Site::until("poses come", || poses(&site, component) > 20);
     }
+    assert_transforms(&site);
     down(&site);
     assert!(
         before == of_user(&COMPONENTS),
@@ -104,6 +109,28 @@ fn poses_go_from_shared_memory_to_ros_2_and_one_component_hears_them_in_both() {
         let picture = site.path("networks").join(picture);
         assert!(picture.exists(), "{} is drawn", picture.display());
     }
+}
+
+/// The pose is on `/tf`, in the frames of the parameters.
+fn assert_transforms(site: &Site) {
+    let Some(python) = python::interpreter("cyclonedds==11.0.1", "poses are on /tf") else {
+        return;
+    };
+    let script = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../middleware/ros2/tests/stranger/transforms.py"
+    );
+    let loopback = "<General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces></General>";
+    let output = Command::new(python)
+        .args(["-B", script, &site.network, DOMAIN])
+        .env("CYCLONEDDS_URI", loopback)
+        .output()
+        .expect("Python");
+    assert_eq!(
+        String::from_utf8_lossy(&output.stdout),
+        "map base_link\n",
+        "{output:?}"
+    );
 }
 
 #[test]

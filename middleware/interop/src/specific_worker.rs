@@ -2,22 +2,76 @@
 
 use interop_generated::tracing::warn;
 use interop_generated::{
-    AskError, CallError, Context, Interop, Nonsense, Orders, Report, Reports, ShiftError, Talk,
-    Worker, WorkerError,
+    AskError, CallError, Camera, CameraInfo, Context, Header, Image, Interop, Nonsense, Orders,
+    ParamChange, Report, Reports, ShiftError, Talk, Worker, WorkerError,
 };
 use std::time::Duration;
 
+/// Longest call of the camera driver.
+const DRIVER: Duration = Duration::from_secs(20);
+
 pub struct SpecificWorker {
     noted: Vec<String>,
+    /// The number of the next image.
+    image: i32,
 }
 
 impl Worker for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
-        Ok(Self { noted: Vec::new() })
+        Ok(Self {
+            noted: Vec::new(),
+            image: 0,
+        })
     }
 
-    fn compute(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+    fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        let images = &ctx.params.images;
+        if self.image < images.count {
+            let image = image(self.image, images.bytes.unsigned_abs());
+            self.image += 1;
+            if let Err(error) = ctx.images.image(&image) {
+                warn!("image {} is not published: {error}", image.header.frame_id);
+            }
+        }
         Ok(())
+    }
+
+    fn params_changed(
+        &mut self,
+        _ctx: &mut Context,
+        changes: &[ParamChange],
+    ) -> Result<(), WorkerError> {
+        if changes.iter().any(|change| change.path == "images.count") {
+            self.image = 0;
+        }
+        Ok(())
+    }
+}
+
+/// An image of one line. All its bytes are the number of its frame, modulo 251.
+fn image(number: i32, bytes: u32) -> Image {
+    Image {
+        header: Header {
+            frame_id: number.to_string(),
+            ..Header::default()
+        },
+        height: 1,
+        width: bytes,
+        encoding: "mono8".to_owned(),
+        is_bigendian: 0,
+        step: bytes,
+        data: vec![(number % 251) as u8; bytes as usize],
+    }
+}
+
+impl Camera for SpecificWorker {
+    fn set_camera_info(&mut self, ctx: &mut Context, camera_info: CameraInfo) -> (bool, String) {
+        if camera_info.header.frame_id != "forward" {
+            return (true, camera_info.distortion_model);
+        }
+        ctx.camera_driver.set_timeout(DRIVER);
+        let reply = ctx.camera_driver.set_camera_info(&camera_info);
+        reply.unwrap_or_else(|error| (false, error.to_string()))
     }
 }
 

@@ -17,6 +17,14 @@ pub struct Given {
 }
 
 impl Given {
+    /// A value of a command line, where strings need no quotes. Anything else is JSON.
+    pub fn of_text(text: &str) -> Self {
+        Self {
+            text: Some(text.to_owned()),
+            value: serde_json::from_str(text).unwrap_or_else(|_| Json::from(text)),
+        }
+    }
+
     /// The value for a parameter of this type, or for an array of it.
     pub(crate) fn json(&self, ty: Type, is_array: bool) -> Json {
         match (ty, &self.text, &self.value) {

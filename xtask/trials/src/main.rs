@@ -16,6 +16,7 @@ mod pair;
 mod parameters;
 mod programs;
 mod pypi;
+mod rclpy;
 mod ros2;
 mod slots;
 mod soak;
@@ -23,6 +24,7 @@ mod usage;
 mod variant;
 
 use programs::Failure;
+use rc_deploy_network::Profile;
 use soak::Middleware;
 use std::process::ExitCode;
 
@@ -48,7 +50,11 @@ fn main() -> ExitCode {
         }
         ["bench", "dds"] => dds::run(bench::BLOCKS, 1.0).map_err(|e| e.to_string()),
         ["bench", "dds", "--smoke"] => dds::run(5, 0.4).map_err(|e| e.to_string()),
-        ["bench", "ros2"] => ros2::run(bench::BLOCKS, 1.0).map_err(|e| e.to_string()),
+        ["bench", "ros2"] => ros2::run(bench::BLOCKS, 1.0)
+            .and_then(|()| rclpy::bench(3, 300))
+            .map_err(|e| e.to_string()),
+        ["bench", "rclpy"] => rclpy::bench(3, 300).map_err(|e| e.to_string()),
+        ["bench", "rclpy", "--smoke"] => rclpy::bench(1, 5).map_err(|e| e.to_string()),
         ["bench", "ros2", "--smoke"] => ros2::run(5, 0.4).map_err(|e| e.to_string()),
         ["bench", "deploy"] => deploy::run(false).map_err(|e| e.to_string()),
         ["bench", "deploy", "--smoke"] => deploy::run(true).map_err(|e| e.to_string()),
@@ -58,6 +64,11 @@ fn main() -> ExitCode {
         ["soak", "dds", ref rest @ ..] if let Some(soak) = soak(Middleware::Dds, "600", rest) => {
             soak.map_err(|e| e.to_string())
         }
+        ["soak", "rclpy"] => rclpy::soak(600, Profile::Release).map_err(|e| e.to_string()),
+        ["soak", "rclpy", "--smoke"] => rclpy::soak(20, Profile::Dev).map_err(|e| e.to_string()),
+        ["soak", "rclpy", seconds] if let Ok(seconds) = seconds.parse() => {
+            rclpy::soak(seconds, Profile::Release).map_err(|e| e.to_string())
+        }
         ["soak", "ros2", ref rest @ ..] if let Some(soak) = soak(Middleware::Ros2, "600", rest) => {
             soak.map_err(|e| e.to_string())
         }
@@ -65,11 +76,13 @@ fn main() -> ExitCode {
             soak.map_err(|e| e.to_string())
         }
         // A step of `cargo xtask test`.
-        ["variants"] => variant::build_interop().map_err(|e| e.to_string()),
+        ["variants"] => variant::build_interop(Profile::Dev)
+            .map(drop)
+            .map_err(|e| e.to_string()),
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | deny [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2 | rclpy] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | deny [--smoke]"
             );
             return ExitCode::from(2);
         }

@@ -205,6 +205,13 @@ impl Program {
         }
     }
 
+    /// Kills it.
+    pub(crate) fn kill(mut self) -> Result<(), Failure> {
+        self.child.0.kill()?;
+        self.child.0.wait()?;
+        Ok(())
+    }
+
     /// Asks it to end, and waits for that; gives back what it said. An error: it had to be killed,
     /// or failed.
     pub(crate) fn end(mut self, limit: Duration) -> Result<Vec<String>, Failure> {

@@ -46,11 +46,15 @@ pub(crate) fn build(
 }
 
 /// Builds the component of the interoperability tests for ROS 2; its own middleware is DDS.
-pub(crate) fn build_interop() -> Result<(), Failure> {
+pub(crate) fn build_interop(profile: Profile) -> Result<PathBuf, Failure> {
     let path = root().join("middleware/interop/interop.ddsl");
     // Programs of the tests are its providers.
     let is_error = |found: &Diagnostic| found.code != "no-provider";
-    build_network(&path, Backend::Ros2, Profile::Dev, is_error).map(drop)
+    let programs = build_network(&path, Backend::Ros2, profile, is_error)?;
+    programs
+        .into_iter()
+        .next()
+        .ok_or_else(|| format!("{} has no component", path.display()).into())
 }
 
 /// Builds all components of a network for another middleware. Returns the executables in their

@@ -20,3 +20,4 @@ pub mod robo_comp_joint_motor;
 pub mod robo_comp_laser;
 pub mod robo_comp_laser_pub;
 pub mod robo_comp_speech;
+pub mod transforms;

@@ -217,6 +217,507 @@ impl std::fmt::Display for Nonsense {
 
 impl std::error::Error for Nonsense {}
 
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Time {
+    pub sec: i32,
+    pub nanosec: u32,
+}
+
+impl Cdr for Time {
+    fn encode(&self, writer: &mut Writer<'_>) {
+        writer.put(&self.sec);
+        writer.put(&self.nanosec);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        Ok(Self {
+            sec: reader.get()?,
+            nanosec: reader.get()?,
+        })
+    }
+}
+
+/// `Time` in shared memory.
+#[derive(
+    rc_middleware::in_place::FromBytes,
+    rc_middleware::in_place::Immutable,
+    rc_middleware::in_place::IntoBytes,
+    rc_middleware::in_place::KnownLayout
+)]
+#[zerocopy(crate = "rc_middleware::in_place::zerocopy")]
+#[repr(C)]
+pub struct TimeInPlace {
+    pub sec: i32,
+    pub nanosec: u32,
+}
+
+impl rc_middleware::in_place::InPlace for TimeInPlace {
+    type Value = Time;
+
+    const NAME: &'static str = "Time";
+
+    fn reset(&mut self) {
+        self.sec = 0;
+        self.nanosec = 0;
+    }
+
+    fn set(&mut self, value: &Self::Value) -> Result<(), rc_middleware::EncodeError> {
+        self.sec = value.sec;
+        self.nanosec = value.nanosec;
+        Ok(())
+    }
+
+    fn value(&self) -> Result<Self::Value, DecodeError> {
+        Ok(Time {
+            sec: self.sec,
+            nanosec: self.nanosec,
+        })
+    }
+}
+
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Header {
+    pub stamp: Time,
+    pub frame_id: String,
+}
+
+impl Cdr for Header {
+    fn encode(&self, writer: &mut Writer<'_>) {
+        writer.put(&self.stamp);
+        writer.put(&self.frame_id);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        Ok(Self {
+            stamp: reader.get()?,
+            frame_id: reader.get()?,
+        })
+    }
+}
+
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RegionOfInterest {
+    pub x_offset: u32,
+    pub y_offset: u32,
+    pub height: u32,
+    pub width: u32,
+    pub do_rectify: bool,
+}
+
+impl Cdr for RegionOfInterest {
+    fn encode(&self, writer: &mut Writer<'_>) {
+        writer.put(&self.x_offset);
+        writer.put(&self.y_offset);
+        writer.put(&self.height);
+        writer.put(&self.width);
+        writer.put(&self.do_rectify);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        Ok(Self {
+            x_offset: reader.get()?,
+            y_offset: reader.get()?,
+            height: reader.get()?,
+            width: reader.get()?,
+            do_rectify: reader.get()?,
+        })
+    }
+}
+
+/// `RegionOfInterest` in shared memory.
+#[derive(
+    rc_middleware::in_place::FromBytes,
+    rc_middleware::in_place::Immutable,
+    rc_middleware::in_place::IntoBytes,
+    rc_middleware::in_place::KnownLayout
+)]
+#[zerocopy(crate = "rc_middleware::in_place::zerocopy")]
+#[repr(C)]
+pub struct RegionOfInterestInPlace {
+    pub x_offset: u32,
+    pub y_offset: u32,
+    pub height: u32,
+    pub width: u32,
+    pub do_rectify: rc_middleware::in_place::Bool,
+    _gap0: [u8; 3],
+}
+
+impl rc_middleware::in_place::InPlace for RegionOfInterestInPlace {
+    type Value = RegionOfInterest;
+
+    const NAME: &'static str = "RegionOfInterest";
+
+    fn reset(&mut self) {
+        self.x_offset = 0;
+        self.y_offset = 0;
+        self.height = 0;
+        self.width = 0;
+        rc_middleware::in_place::InPlace::reset(&mut self.do_rectify);
+    }
+
+    fn set(&mut self, value: &Self::Value) -> Result<(), rc_middleware::EncodeError> {
+        self.x_offset = value.x_offset;
+        self.y_offset = value.y_offset;
+        self.height = value.height;
+        self.width = value.width;
+        rc_middleware::in_place::InPlace::set(&mut self.do_rectify, &value.do_rectify)?;
+        Ok(())
+    }
+
+    fn value(&self) -> Result<Self::Value, DecodeError> {
+        Ok(RegionOfInterest {
+            x_offset: self.x_offset,
+            y_offset: self.y_offset,
+            height: self.height,
+            width: self.width,
+            do_rectify: rc_middleware::in_place::InPlace::value(&self.do_rectify)?,
+        })
+    }
+}
+
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CameraInfo {
+    pub header: Header,
+    pub height: u32,
+    pub width: u32,
+    pub distortion_model: String,
+    pub d: Vec<f64>,
+    pub k: [f64; 9],
+    pub r: [f64; 9],
+    pub p: [f64; 12],
+    pub binning_x: u32,
+    pub binning_y: u32,
+    pub roi: RegionOfInterest,
+}
+
+impl Cdr for CameraInfo {
+    fn encode(&self, writer: &mut Writer<'_>) {
+        writer.put(&self.header);
+        writer.put(&self.height);
+        writer.put(&self.width);
+        writer.put(&self.distortion_model);
+        writer.put(&self.d);
+        writer.put(&self.k);
+        writer.put(&self.r);
+        writer.put(&self.p);
+        writer.put(&self.binning_x);
+        writer.put(&self.binning_y);
+        writer.put(&self.roi);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        Ok(Self {
+            header: reader.get()?,
+            height: reader.get()?,
+            width: reader.get()?,
+            distortion_model: reader.get()?,
+            d: reader.get()?,
+            k: reader.get()?,
+            r: reader.get()?,
+            p: reader.get()?,
+            binning_x: reader.get()?,
+            binning_y: reader.get()?,
+            roi: reader.get()?,
+        })
+    }
+}
+
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Image {
+    pub header: Header,
+    pub height: u32,
+    pub width: u32,
+    pub encoding: String,
+    pub is_bigendian: u8,
+    pub step: u32,
+    pub data: Vec<u8>,
+}
+
+impl Cdr for Image {
+    fn encode(&self, writer: &mut Writer<'_>) {
+        writer.put(&self.header);
+        writer.put(&self.height);
+        writer.put(&self.width);
+        writer.put(&self.encoding);
+        writer.put(&self.is_bigendian);
+        writer.put(&self.step);
+        writer.put(&self.data);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        Ok(Self {
+            header: reader.get()?,
+            height: reader.get()?,
+            width: reader.get()?,
+            encoding: reader.get()?,
+            is_bigendian: reader.get()?,
+            step: reader.get()?,
+            data: reader.get()?,
+        })
+    }
+}
+
+/// The interface `Images`.
+///
+/// Images that the component publishes while its parameter `images.count` is not reached.
+pub mod images {
+    use rc_middleware::typed::Operation;
+    use rc_middleware::{CallError, DecodeError, OpenError, Reader, SendError};
+
+    /// `image`
+    pub const IMAGE: Operation = Operation {
+        name: "image",
+        id: 576356472,
+        type_hash: 0x764905efc4f71d7e,
+        two_way: false,
+        replies: &[],
+    };
+
+    /// All operations, in the order of the IDSL.
+    pub const OPERATIONS: &[Operation] = &[IMAGE];
+
+    /// Reads the parameters of `image`.
+    pub fn read_image(reader: &mut Reader<'_>) -> Result<super::Image, DecodeError> {
+        let image: super::Image = reader.get()?;
+        Ok(image)
+    }
+
+    /// A client of `Images`.
+    pub struct ImagesClient {
+        client: rc_middleware::typed::TypedClient,
+    }
+
+    impl ImagesClient {
+        /// Calls the operations through `client`.
+        pub fn new(client: rc_middleware::typed::TypedClient) -> Self {
+            Self { client }
+        }
+
+        /// Sets the longest time that a call may take.
+        pub fn set_timeout(&mut self, timeout: std::time::Duration) {
+            self.client.set_timeout(timeout);
+        }
+
+        /// Whether there is a server.
+        pub fn is_connected(&self) -> bool {
+            self.client.peers() > 0
+        }
+
+        pub fn image(&mut self, image: &super::Image) -> Result<(), CallError> {
+            self.client
+                .send_with(
+                    &IMAGE,
+                    |writer| {
+                        writer.put(image);
+                    },
+                )
+        }
+    }
+
+    /// A publisher of `Images`: each operation is a topic.
+    pub struct ImagesPublisher {
+        image: rc_middleware::typed::TypedPublisher,
+    }
+
+    impl ImagesPublisher {
+        /// Publishes each topic through the publisher that `open` returns for its number, from 0.
+        pub fn new(
+            mut open: impl FnMut(
+                usize,
+            ) -> Result<rc_middleware::typed::TypedPublisher, OpenError>,
+        ) -> Result<Self, OpenError> {
+            Ok(Self { image: open(0)? })
+        }
+
+        /// The number of subscribers of the topic that has most.
+        pub fn subscribers(&self) -> usize {
+            [self.image.peers()].into_iter().max().unwrap_or(0)
+        }
+
+        pub fn image(&mut self, image: &super::Image) -> Result<(), SendError> {
+            self.image
+                .publish_with(|writer| {
+                    writer.put(image);
+                })
+        }
+    }
+}
+
+/// The interface `Camera`.
+///
+/// A call with types that every installation of ROS 2 has.
+pub mod camera {
+    use rc_middleware::typed::{HandlerError, Operation, Request};
+    use rc_middleware::{CallError, DecodeError, Reader};
+
+    /// `setCameraInfo`
+    pub const SET_CAMERA_INFO: Operation = Operation {
+        name: "setCameraInfo",
+        id: 1982589214,
+        type_hash: 0xd8fb589b72c0499f,
+        two_way: true,
+        replies: &[],
+    };
+
+    /// All operations, in the order of the IDSL.
+    pub const OPERATIONS: &[Operation] = &[SET_CAMERA_INFO];
+
+    /// The reply of `setCameraInfo`.
+    pub type SetCameraInfoAnswer = (bool, String);
+
+    /// Reads the parameters of `setCameraInfo`.
+    pub fn read_set_camera_info(
+        reader: &mut Reader<'_>,
+    ) -> Result<super::CameraInfo, DecodeError> {
+        let camera_info: super::CameraInfo = reader.get()?;
+        Ok(camera_info)
+    }
+
+    /// Replies to `setCameraInfo`.
+    pub fn reply_set_camera_info(
+        request: &mut Request<'_>,
+        (success, status_message): SetCameraInfoAnswer,
+    ) -> Result<(), HandlerError> {
+        request
+            .reply_with(
+                0,
+                |writer| {
+                    writer.put(&success);
+                    writer.put(&status_message);
+                },
+            )
+    }
+
+    /// A client of `Camera`.
+    pub struct CameraClient {
+        client: rc_middleware::typed::TypedClient,
+    }
+
+    impl CameraClient {
+        /// Calls the operations through `client`.
+        pub fn new(client: rc_middleware::typed::TypedClient) -> Self {
+            Self { client }
+        }
+
+        /// Sets the longest time that a call may take.
+        pub fn set_timeout(&mut self, timeout: std::time::Duration) {
+            self.client.set_timeout(timeout);
+        }
+
+        /// Whether there is a server.
+        pub fn is_connected(&self) -> bool {
+            self.client.peers() > 0
+        }
+
+        /// Replies with the distortion model. Calls the `CameraDriver` if the frame is `forward`.
+        pub fn set_camera_info(
+            &mut self,
+            camera_info: &super::CameraInfo,
+        ) -> Result<SetCameraInfoAnswer, CallError> {
+            self.client
+                .call_with(
+                    &SET_CAMERA_INFO,
+                    |writer| {
+                        writer.put(camera_info);
+                    },
+                    |case, reader| {
+                        rc_middleware::typed::expect_result(case)?;
+                        let success: bool = reader.get()?;
+                        let status_message: String = reader.get()?;
+                        Ok((success, status_message))
+                    },
+                )
+        }
+    }
+}
+
+/// The interface `CameraDriver`.
+///
+/// The same call at another server.
+pub mod camera_driver {
+    use rc_middleware::typed::{HandlerError, Operation, Request};
+    use rc_middleware::{CallError, DecodeError, Reader};
+
+    /// `setCameraInfo`
+    pub const SET_CAMERA_INFO: Operation = Operation {
+        name: "setCameraInfo",
+        id: 1982589214,
+        type_hash: 0x2969e4c9d56ec5f1,
+        two_way: true,
+        replies: &[],
+    };
+
+    /// All operations, in the order of the IDSL.
+    pub const OPERATIONS: &[Operation] = &[SET_CAMERA_INFO];
+
+    /// The reply of `setCameraInfo`.
+    pub type SetCameraInfoAnswer = (bool, String);
+
+    /// Reads the parameters of `setCameraInfo`.
+    pub fn read_set_camera_info(
+        reader: &mut Reader<'_>,
+    ) -> Result<super::CameraInfo, DecodeError> {
+        let camera_info: super::CameraInfo = reader.get()?;
+        Ok(camera_info)
+    }
+
+    /// Replies to `setCameraInfo`.
+    pub fn reply_set_camera_info(
+        request: &mut Request<'_>,
+        (success, status_message): SetCameraInfoAnswer,
+    ) -> Result<(), HandlerError> {
+        request
+            .reply_with(
+                0,
+                |writer| {
+                    writer.put(&success);
+                    writer.put(&status_message);
+                },
+            )
+    }
+
+    /// A client of `CameraDriver`.
+    pub struct CameraDriverClient {
+        client: rc_middleware::typed::TypedClient,
+    }
+
+    impl CameraDriverClient {
+        /// Calls the operations through `client`.
+        pub fn new(client: rc_middleware::typed::TypedClient) -> Self {
+            Self { client }
+        }
+
+        /// Sets the longest time that a call may take.
+        pub fn set_timeout(&mut self, timeout: std::time::Duration) {
+            self.client.set_timeout(timeout);
+        }
+
+        /// Whether there is a server.
+        pub fn is_connected(&self) -> bool {
+            self.client.peers() > 0
+        }
+
+        pub fn set_camera_info(
+            &mut self,
+            camera_info: &super::CameraInfo,
+        ) -> Result<SetCameraInfoAnswer, CallError> {
+            self.client
+                .call_with(
+                    &SET_CAMERA_INFO,
+                    |writer| {
+                        writer.put(camera_info);
+                    },
+                    |case, reader| {
+                        rc_middleware::typed::expect_result(case)?;
+                        let success: bool = reader.get()?;
+                        let status_message: String = reader.get()?;
+                        Ok((success, status_message))
+                    },
+                )
+        }
+    }
+}
+
 /// The interface `Reports`.
 ///
 /// Reports that the component receives.

@@ -6,7 +6,9 @@ use crate::description::DESCRIPTION;
 use crate::slots;
 use rc_runtime::middleware::Reader;
 use rc_runtime::middleware::typed::HandlerError;
-use rc_runtime::{Component, Core, Embedded, Ports, StartError, Values, WorkerError};
+use rc_runtime::{
+    Component, Core, Embedded, ParamChange, Ports, StartError, Values, WorkerError,
+};
 use std::process::ExitCode;
 
 /// The worker of the component. The runtime calls all functions on one thread. It logs and counts an error of
@@ -17,6 +19,18 @@ pub trait Worker: Sized {
 
     /// Runs once a period.
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError>;
+
+    /// Runs after parameters of the running component changed, with all changes of one request. `ctx.params` holds the
+    /// new values. Return an error to reject the request: the requester receives it, and `ctx.params` gets the
+    /// old values back.
+    fn params_changed(
+        &mut self,
+        ctx: &mut Context,
+        changes: &[ParamChange],
+    ) -> Result<(), WorkerError> {
+        let _ = (ctx, changes);
+        Ok(())
+    }
 
     /// Runs once a period instead of `compute`, while the component is in the state Emergency.
     fn emergency(&mut self, ctx: &mut Context) {
@@ -69,6 +83,17 @@ impl<W: Worker + slots::Robot> Component for Adapter<W> {
 
     fn compute(&mut self) -> Result<(), WorkerError> {
         Worker::compute(&mut self.worker, &mut self.ctx)
+    }
+
+    fn set_parameters(&mut self, values: &Values) {
+        self.ctx.set_parameters(values);
+    }
+
+    fn parameters_changed(
+        &mut self,
+        changes: &[ParamChange],
+    ) -> Result<(), WorkerError> {
+        Worker::params_changed(&mut self.worker, &mut self.ctx, changes)
     }
 
     fn emergency(&mut self) {

@@ -20,5 +20,8 @@ pub(crate) const TYPES_ROS: &[&str] = &[
     "robocomp_full_pose_estimation_msgs/msg/FullPoseEuler",
 ];
 
+/// The middleware's names for the types of `tf`, if it has its own.
+pub(crate) const TYPES_TF: &[&str] = &["tf2_msgs/msg/TFMessage"];
+
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"pose_relay\",\"model\":\"1c13aa44fcf8fa8e\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"pose_relay\",\"model\":\"09d6a332a0689752\",\"middleware\":\"iceoryx2\"}\0";

@@ -2,6 +2,7 @@
 //! The context of the worker: its parameters, its clients and its publishers.
 
 use crate::interfaces;
+use crate::parameters::Params;
 use rc_runtime::middleware::OpenError;
 use rc_runtime::{Core, Ports, Values};
 use std::ops::{Deref, DerefMut};
@@ -17,8 +18,12 @@ use std::ops::{Deref, DerefMut};
 /// ```
 pub struct Context {
     core: Core,
+    /// The parameters of the configuration.
+    pub params: Params,
     /// publishes `FullPoseEstimationPub`
     pub ros: interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher,
+    /// publishes `TransformPub`
+    pub tf: interfaces::transform_pub::TransformPubPublisher,
 }
 
 impl Context {
@@ -27,11 +32,14 @@ impl Context {
         ports: &Ports,
         values: &Values,
     ) -> Result<Self, OpenError> {
-        let _ = values;
         Ok(Self {
             core,
+            params: Params::from_values(values),
             ros: interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::new(
                 ports.publishers(1),
+            )?,
+            tf: interfaces::transform_pub::TransformPubPublisher::new(
+                ports.publishers(2),
             )?,
         })
     }
@@ -40,8 +48,13 @@ impl Context {
         &mut self.core
     }
 
+    pub(crate) fn set_parameters(&mut self, values: &Values) {
+        self.params = Params::from_values(values);
+    }
+
     pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
         peers[1] = self.ros.subscribers();
+        peers[2] = self.tf.subscribers();
     }
 }
 

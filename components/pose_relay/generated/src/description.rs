@@ -3,6 +3,7 @@
 
 use crate::backend;
 use crate::interfaces;
+use crate::parameters;
 use rc_runtime::Description;
 use rc_runtime::middleware::Qos;
 use rc_runtime::middleware::Durability;
@@ -42,15 +43,30 @@ const SLOT_ROS: Slot = Slot {
     external_types: backend::TYPES_ROS,
 };
 
+const SLOT_TF: Slot = Slot {
+    name: "tf",
+    role: Role::Publishes,
+    interface: "TransformPub",
+    type_name: "Transforms::TransformPub",
+    type_hash: 0xd31ec2b03197b132,
+    backend: "ros2",
+    qos: Qos {
+        depth: 100,
+        ..Qos::PUBLISHER
+    },
+    operations: interfaces::transform_pub::OPERATIONS,
+    external_types: backend::TYPES_TF,
+};
+
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "pose_relay",
-    model_hash: 0x1c13aa44fcf8fa8e,
+    model_hash: 0x09d6a332a0689752,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
-    parameters: None,
+    parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_ROBOT, SLOT_ROS],
+    slots: &[SLOT_ROBOT, SLOT_ROS, SLOT_TF],
     backends: backend::BACKENDS,
     simulates_time: false,
     note: backend::NOTE,

@@ -3,3 +3,5 @@
 
 pub use ::interfaces::robo_comp_full_pose_estimation_pub::full_pose_estimation_pub;
 pub use self::full_pose_estimation_pub::FullPoseEstimationPubPublisher;
+pub use ::interfaces::transforms::transform_pub;
+pub use self::transform_pub::TransformPubPublisher;

@@ -11,11 +11,13 @@ mod backend;
 mod context;
 mod description;
 pub mod interfaces;
+pub mod parameters;
 mod slots;
 pub mod types;
 
 pub use adapter::{Worker, embed, run};
 pub use context::Context;
+pub use parameters::Params;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;

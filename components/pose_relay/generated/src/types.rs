@@ -4,3 +4,8 @@
 pub use ::interfaces::robo_comp_full_pose_estimation;
 pub use self::robo_comp_full_pose_estimation::FullPoseEuler;
 pub use ::interfaces::robo_comp_full_pose_estimation_pub;
+pub use ::interfaces::transforms;
+pub use self::transforms::{
+    Time, TimeInPlace, Header, Vector3, Vector3InPlace, Quaternion, QuaternionInPlace,
+    Transform, TransformInPlace, TransformStamped,
+};

@@ -117,6 +117,21 @@ impl Domain {
         self.beside(command, args)
     }
 
+    /// Starts one of the programs in `middleware/ros2/tests/rclpy`, with the default settings of ROS 2
+    /// but for the domain and the loopback.
+    pub(crate) fn rclpy(&self, python: &Path, program: &str, args: &[&str]) -> Stranger {
+        let mut command = Command::new(python);
+        let folder = self.over.strangers().join("../rclpy");
+        command
+            .arg("-B")
+            .arg(folder.join(program))
+            .env("ROS_DOMAIN_ID", self.id.to_string())
+            .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+            .env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp")
+            .env("ROS_LOG_DIR", self.site.path("ros"));
+        self.beside(command, args)
+    }
+
     /// Starts a program that is told this network, this domain and `args`.
     pub(crate) fn beside(&self, mut command: Command, args: &[&str]) -> Stranger {
         self.site.place(&mut command);

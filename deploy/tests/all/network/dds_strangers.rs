@@ -110,6 +110,9 @@ fn who_comes_late_gets_what_was_kept() {
     Site::until("the orders came", || {
         domain.slot("Orders")["handlers"]["count"] == 3
     });
+    Site::until("the component finds the subscriber", || {
+        domain.slot("Archive")["peers"] == 1
+    });
     for number in 0..8 {
         client.note(&format!("note {number}"));
     }

@@ -18,7 +18,7 @@ fn every_change_of_a_parameter_is_told_in_ros() {
     // What is secret is not among them.
     assert_eq!(
         stranger.line(),
-        "new speed=1.0 count=7 arm.joints=['a', 'b']"
+        "new speed=1.0 count=7 images.bytes=64 images.count=0 arm.joints=['a', 'b']"
     );
     let mut next = |command: &str| {
         stranger.write(&format!("{command}\n"));

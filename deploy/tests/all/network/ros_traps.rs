@@ -8,19 +8,23 @@ use rustix::process::{Signal, kill_process};
 use std::time::{Duration, Instant};
 
 /// The ends of the component: their names, types, and quality of service.
-const ENDS: [&str; 20] = [
+const ENDS: [&str; 25] = [
+    "hears rq/NET/Camera/setCameraInfoRequest sensor_msgs::srv::dds_::SetCameraInfo_Request_ reliable",
     "hears rq/NET/Interop/addRequest example_interfaces::srv::dds_::AddTwoInts_Request_ reliable",
     "hears rq/NET/Interop/consultRequest interop_msgs::srv::dds_::InteropConsult_Request_ reliable",
     "hears rq/NET/Interop/noteRequest interop_msgs::srv::dds_::InteropNote_Request_ reliable",
     "hears rq/NET/Interop/notedRequest interop_msgs::srv::dds_::InteropNoted_Request_ reliable",
     "hears rq/NET/Interop/shiftRequest interop_msgs::srv::dds_::InteropShift_Request_ reliable",
+    "hears rr/NET/CameraDriver/setCameraInfoReply sensor_msgs::srv::dds_::SetCameraInfo_Response_ reliable",
     "hears rr/NET/Oracle/askReply interop_msgs::srv::dds_::OracleAsk_Response_ reliable",
     "hears rr/NET/Oracle/tellReply interop_msgs::srv::dds_::OracleTell_Response_ reliable",
     "hears rt/NET/Orders/order interop_msgs::msg::dds_::OrdersOrder_ reliable kept",
     "hears rt/NET/Reports/report interop_msgs::msg::dds_::Report_ reliable",
     "hears rt/NET/Talk/chatter std_msgs::msg::dds_::String_ reliable",
+    "sends rq/NET/CameraDriver/setCameraInfoRequest sensor_msgs::srv::dds_::SetCameraInfo_Request_ reliable",
     "sends rq/NET/Oracle/askRequest interop_msgs::srv::dds_::OracleAsk_Request_ reliable",
     "sends rq/NET/Oracle/tellRequest interop_msgs::srv::dds_::OracleTell_Request_ reliable",
+    "sends rr/NET/Camera/setCameraInfoReply sensor_msgs::srv::dds_::SetCameraInfo_Response_ reliable",
     "sends rr/NET/Interop/addReply example_interfaces::srv::dds_::AddTwoInts_Response_ reliable",
     "sends rr/NET/Interop/consultReply interop_msgs::srv::dds_::InteropConsult_Response_ reliable",
     "sends rr/NET/Interop/noteReply interop_msgs::srv::dds_::InteropNote_Response_ reliable",
@@ -29,6 +33,7 @@ const ENDS: [&str; 20] = [
     "sends rt/NET/Archive/keep interop_msgs::msg::dds_::ArchiveKeep_ reliable kept",
     "sends rt/NET/Echoes/echo interop_msgs::msg::dds_::Report_ reliable",
     "sends rt/NET/Gossip/chatter std_msgs::msg::dds_::String_ reliable",
+    "sends rt/NET/Images/image sensor_msgs::msg::dds_::Image_ reliable",
 ];
 
 /// Names are absolute, also of a node in the namespace `/`, where ros2-client makes `rt//name` of a relative one. Nothing is

@@ -55,13 +55,17 @@ struct Adapter<W> {
 }
 
 /// Runs the component with the command line of this process until it ends.
-pub fn run<W: Worker + slots::Interop + slots::Orders + slots::Reports + slots::Talk>() -> ExitCode {
+pub fn run<
+    W: Worker + slots::Camera + slots::Interop + slots::Orders + slots::Reports
+        + slots::Talk,
+>() -> ExitCode {
     rc_runtime::run(&DESCRIPTION, start::<W>)
 }
 
 /// Runs the component on a thread of this process, with a command line as for its binary: for tests.
 pub fn embed<
-    W: Worker + slots::Interop + slots::Orders + slots::Reports + slots::Talk + 'static,
+    W: Worker + slots::Camera + slots::Interop + slots::Orders + slots::Reports
+        + slots::Talk + 'static,
 >(args: &[&str]) -> Result<Embedded, StartError> {
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
 }
@@ -76,8 +80,10 @@ fn start<W: Worker>(
     Ok(Adapter { worker, ctx })
 }
 
-impl<W: Worker + slots::Interop + slots::Orders + slots::Reports + slots::Talk> Component
-for Adapter<W> {
+impl<
+    W: Worker + slots::Camera + slots::Interop + slots::Orders + slots::Reports
+        + slots::Talk,
+> Component for Adapter<W> {
     fn core(&mut self) -> &mut Core {
         self.ctx.core()
     }
@@ -120,6 +126,7 @@ for Adapter<W> {
     ) -> Result<(), HandlerError> {
         match slot {
             0 => slots::interop::serve(&mut self.worker, &mut self.ctx, request),
+            1 => slots::camera::serve(&mut self.worker, &mut self.ctx, request),
             _ => request.unknown(),
         }
     }
@@ -131,7 +138,7 @@ for Adapter<W> {
         reader: &mut Reader<'_>,
     ) -> Result<(), HandlerError> {
         match slot {
-            2 => {
+            4 => {
                 slots::reports::receive(
                     &mut self.worker,
                     &mut self.ctx,
@@ -139,8 +146,8 @@ for Adapter<W> {
                     reader,
                 )
             }
-            3 => slots::talk::receive(&mut self.worker, &mut self.ctx, operation, reader),
-            4 => {
+            5 => slots::talk::receive(&mut self.worker, &mut self.ctx, operation, reader),
+            6 => {
                 slots::orders::receive(
                     &mut self.worker,
                     &mut self.ctx,

@@ -12,8 +12,14 @@ pub(crate) const BACKENDS: &[(&str, Connect)] = &[("dds", rc_dds::connect)];
 /// The middleware's names for the types of `Interop`, if it has its own.
 pub(crate) const TYPES_INTEROP: &[&str] = &[];
 
+/// The middleware's names for the types of `Camera`, if it has its own.
+pub(crate) const TYPES_CAMERA: &[&str] = &[];
+
 /// The middleware's names for the types of `Oracle`, if it has its own.
 pub(crate) const TYPES_ORACLE: &[&str] = &[];
+
+/// The middleware's names for the types of `CameraDriver`, if it has its own.
+pub(crate) const TYPES_CAMERA_DRIVER: &[&str] = &[];
 
 /// The middleware's names for the types of `Reports`, if it has its own.
 pub(crate) const TYPES_REPORTS: &[&str] = &[];
@@ -30,8 +36,11 @@ pub(crate) const TYPES_ECHOES: &[&str] = &[];
 /// The middleware's names for the types of `Gossip`, if it has its own.
 pub(crate) const TYPES_GOSSIP: &[&str] = &[];
 
+/// The middleware's names for the types of `Images`, if it has its own.
+pub(crate) const TYPES_IMAGES: &[&str] = &[];
+
 /// The middleware's names for the types of `Archive`, if it has its own.
 pub(crate) const TYPES_ARCHIVE: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"interop\",\"model\":\"4107933bbccdfa6f\",\"middleware\":\"dds\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"interop\",\"model\":\"17b778da48ceab77\",\"middleware\":\"dds\"}\0";

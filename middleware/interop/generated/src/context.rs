@@ -22,10 +22,14 @@ pub struct Context {
     pub params: Params,
     /// requires `Oracle`
     pub oracle: interfaces::oracle::OracleClient,
+    /// requires `CameraDriver`
+    pub camera_driver: interfaces::camera_driver::CameraDriverClient,
     /// publishes `Echoes`
     pub echoes: interfaces::echoes::EchoesPublisher,
     /// publishes `Gossip`
     pub gossip: interfaces::gossip::GossipPublisher,
+    /// publishes `Images`
+    pub images: interfaces::images::ImagesPublisher,
     /// publishes `Archive`
     pub archive: interfaces::archive::ArchivePublisher,
 }
@@ -39,10 +43,14 @@ impl Context {
         Ok(Self {
             core,
             params: Params::from_values(values),
-            oracle: interfaces::oracle::OracleClient::new(ports.client(1)?),
-            echoes: interfaces::echoes::EchoesPublisher::new(ports.publishers(5))?,
-            gossip: interfaces::gossip::GossipPublisher::new(ports.publishers(6))?,
-            archive: interfaces::archive::ArchivePublisher::new(ports.publishers(7))?,
+            oracle: interfaces::oracle::OracleClient::new(ports.client(2)?),
+            camera_driver: interfaces::camera_driver::CameraDriverClient::new(
+                ports.client(3)?,
+            ),
+            echoes: interfaces::echoes::EchoesPublisher::new(ports.publishers(7))?,
+            gossip: interfaces::gossip::GossipPublisher::new(ports.publishers(8))?,
+            images: interfaces::images::ImagesPublisher::new(ports.publishers(9))?,
+            archive: interfaces::archive::ArchivePublisher::new(ports.publishers(10))?,
         })
     }
 
@@ -55,10 +63,12 @@ impl Context {
     }
 
     pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
-        peers[1] = usize::from(self.oracle.is_connected());
-        peers[5] = self.echoes.subscribers();
-        peers[6] = self.gossip.subscribers();
-        peers[7] = self.archive.subscribers();
+        peers[2] = usize::from(self.oracle.is_connected());
+        peers[3] = usize::from(self.camera_driver.is_connected());
+        peers[7] = self.echoes.subscribers();
+        peers[8] = self.gossip.subscribers();
+        peers[9] = self.images.subscribers();
+        peers[10] = self.archive.subscribers();
     }
 }
 

@@ -23,6 +23,18 @@ const SLOT_INTEROP: Slot = Slot {
     external_types: backend::TYPES_INTEROP,
 };
 
+const SLOT_CAMERA: Slot = Slot {
+    name: "Camera",
+    role: Role::Implements,
+    interface: "Camera",
+    type_name: "RcInterop::Camera",
+    type_hash: 0xd8fb589b72c0499f,
+    backend: backend::MIDDLEWARE,
+    qos: Qos::CALL,
+    operations: interfaces::camera::OPERATIONS,
+    external_types: backend::TYPES_CAMERA,
+};
+
 const SLOT_ORACLE: Slot = Slot {
     name: "Oracle",
     role: Role::Requires,
@@ -33,6 +45,18 @@ const SLOT_ORACLE: Slot = Slot {
     qos: Qos::CALL,
     operations: interfaces::oracle::OPERATIONS,
     external_types: backend::TYPES_ORACLE,
+};
+
+const SLOT_CAMERA_DRIVER: Slot = Slot {
+    name: "CameraDriver",
+    role: Role::Requires,
+    interface: "CameraDriver",
+    type_name: "RcInterop::CameraDriver",
+    type_hash: 0x2969e4c9d56ec5f1,
+    backend: backend::MIDDLEWARE,
+    qos: Qos::CALL,
+    operations: interfaces::camera_driver::OPERATIONS,
+    external_types: backend::TYPES_CAMERA_DRIVER,
 };
 
 const SLOT_REPORTS: Slot = Slot {
@@ -111,6 +135,18 @@ const SLOT_GOSSIP: Slot = Slot {
     external_types: backend::TYPES_GOSSIP,
 };
 
+const SLOT_IMAGES: Slot = Slot {
+    name: "Images",
+    role: Role::Publishes,
+    interface: "Images",
+    type_name: "RcInterop::Images",
+    type_hash: 0x764905efc4f71d7e,
+    backend: backend::MIDDLEWARE,
+    qos: Qos::PUBLISHER,
+    operations: interfaces::images::OPERATIONS,
+    external_types: backend::TYPES_IMAGES,
+};
+
 const SLOT_ARCHIVE: Slot = Slot {
     name: "Archive",
     role: Role::Publishes,
@@ -130,19 +166,22 @@ const SLOT_ARCHIVE: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "interop",
-    model_hash: 0x4107933bbccdfa6f,
+    model_hash: 0x17b778da48ceab77,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[
         SLOT_INTEROP,
+        SLOT_CAMERA,
         SLOT_ORACLE,
+        SLOT_CAMERA_DRIVER,
         SLOT_REPORTS,
         SLOT_TALK,
         SLOT_ORDERS,
         SLOT_ECHOES,
         SLOT_GOSSIP,
+        SLOT_IMAGES,
         SLOT_ARCHIVE,
     ],
     backends: backend::BACKENDS,

@@ -3,10 +3,15 @@
 
 pub use ::interfaces::rc_interop::archive;
 pub use self::archive::ArchivePublisher;
+pub use ::interfaces::rc_interop::camera;
+pub use ::interfaces::rc_interop::camera_driver;
+pub use self::camera_driver::CameraDriverClient;
 pub use ::interfaces::rc_interop::echoes;
 pub use self::echoes::EchoesPublisher;
 pub use ::interfaces::rc_interop::gossip;
 pub use self::gossip::GossipPublisher;
+pub use ::interfaces::rc_interop::images;
+pub use self::images::ImagesPublisher;
 pub use ::interfaces::rc_interop::interop;
 pub use self::interop::{ShiftError, ShiftAnswer};
 pub use ::interfaces::rc_interop::oracle;

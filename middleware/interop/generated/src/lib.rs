@@ -23,6 +23,7 @@ pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;
 pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
 pub use self::interfaces::*;
+pub use slots::Camera;
 pub use slots::Interop;
 pub use slots::Orders;
 pub use slots::Reports;

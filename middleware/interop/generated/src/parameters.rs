@@ -4,7 +4,49 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"interop","parameters":[{"name":"speed","doc":["Desired speed."],"kind":{"scalar":{"type":"float"}},"default":{"float":1.0},"range":{"min":{"float":0.0},"max":{"float":10.0}},"unit":"m/s","editable":true},{"name":"count","doc":["Number of wheels."],"kind":{"scalar":{"type":"int"}},"default":{"int":7},"range":{"min":{"int":1},"max":{"int":100}}},{"name":"token","doc":["Never leaves the process."],"kind":{"scalar":{"type":"string"}},"default":{"text":"s3cret"},"editable":true,"secret":true},{"name":"arm","kind":{"group":[{"name":"joints","doc":["From the shoulder on."],"kind":{"scalar":{"type":"string","array":{"min":0}}},"default":{"array":[{"text":"a"},{"text":"b"}]},"editable":true}]}}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"interop","parameters":[{"name":"speed","doc":["Desired speed."],"kind":{"scalar":{"type":"float"}},"default":{"float":1.0},"range":{"min":{"float":0.0},"max":{"float":10.0}},"unit":"m/s","editable":true},{"name":"count","doc":["Number of wheels."],"kind":{"scalar":{"type":"int"}},"default":{"int":7},"range":{"min":{"int":1},"max":{"int":100}}},{"name":"token","doc":["Never leaves the process."],"kind":{"scalar":{"type":"string"}},"default":{"text":"s3cret"},"editable":true,"secret":true},{"name":"wheels","doc":["For a node with hundreds of parameters."],"kind":{"list":{"length":{"min":0,"max":128},"parameters":[{"name":"radius","kind":{"scalar":{"type":"double"}},"default":{"float":0.1},"range":{"min":{"float":0.0},"max":{"float":10.0}},"unit":"m","editable":true},{"name":"name","kind":{"scalar":{"type":"string"}},"default":{"text":""},"editable":true}]}}},{"name":"images","kind":{"group":[{"name":"bytes","doc":["Bytes of each image."],"kind":{"scalar":{"type":"int"}},"default":{"int":64},"range":{"min":{"int":0},"max":{"int":16777216}},"editable":true},{"name":"count","doc":["Images to publish, one each period. A change begins with the first one."],"kind":{"scalar":{"type":"int"}},"default":{"int":0},"range":{"min":{"int":0}},"editable":true}]}},{"name":"arm","kind":{"group":[{"name":"joints","doc":["From the shoulder on."],"kind":{"scalar":{"type":"string","array":{"min":0}}},"default":{"array":[{"text":"a"},{"text":"b"}]},"editable":true}]}}]}"###;
+
+/// One element of `wheels`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WheelsParams {
+    /// Allowed: a number of 64 bits, from 0 to 10, in m.
+    pub radius: f64,
+    /// Allowed: a string.
+    pub name: String,
+}
+
+impl WheelsParams {
+    /// Takes the values of a configuration that was checked.
+    pub(crate) fn from_values(values: &Values) -> Self {
+        Self {
+            radius: values.float("radius"),
+            name: values.text("name"),
+        }
+    }
+}
+
+/// The group `images`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImagesParams {
+    /// Bytes of each image.
+    ///
+    /// Allowed: an integer of 32 bits, from 0 to 16777216.
+    pub bytes: i32,
+    /// Images to publish, one each period. A change begins with the first one.
+    ///
+    /// Allowed: an integer of 32 bits, at least 0.
+    pub count: i32,
+}
+
+impl ImagesParams {
+    /// Takes the values of a configuration that was checked.
+    pub(crate) fn from_values(values: &Values) -> Self {
+        Self {
+            bytes: values.int("bytes") as i32,
+            count: values.int("count") as i32,
+        }
+    }
+}
 
 /// The group `arm`.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +81,12 @@ pub struct Params {
     ///
     /// Allowed: a string.
     pub token: String,
+    /// For a node with hundreds of parameters.
+    ///
+    /// Allowed: a list of tables, 0 to 128 elements.
+    pub wheels: Vec<WheelsParams>,
+    /// Allowed: a table.
+    pub images: ImagesParams,
     /// Allowed: a table.
     pub arm: ArmParams,
 }
@@ -50,6 +98,12 @@ impl Params {
             speed: values.float("speed") as f32,
             count: values.int("count") as i32,
             token: values.text("token"),
+            wheels: values
+                .list("wheels")
+                .iter()
+                .map(WheelsParams::from_values)
+                .collect(),
+            images: ImagesParams::from_values(values.group("images")),
             arm: ArmParams::from_values(values.group("arm")),
         }
     }
@@ -62,6 +116,8 @@ impl std::fmt::Debug for Params {
             .field("speed", &self.speed)
             .field("count", &self.count)
             .field("token", &"***")
+            .field("wheels", &self.wheels)
+            .field("images", &self.images)
             .field("arm", &self.arm)
             .finish()
     }

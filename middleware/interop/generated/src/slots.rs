@@ -2,11 +2,13 @@
 //! The traits that the user's worker implements, one for each slot that receives.
 
 pub(crate) mod interop;
+pub(crate) mod camera;
 pub(crate) mod reports;
 pub(crate) mod talk;
 pub(crate) mod orders;
 
 pub use interop::Interop;
+pub use camera::Camera;
 pub use reports::Reports;
 pub use talk::Talk;
 pub use orders::Orders;

@@ -3,5 +3,6 @@
 
 pub use ::interfaces::rc_interop;
 pub use self::rc_interop::{
-    Kind, KindInPlace, Point, PointInPlace, Mark, Scores, Report, Nonsense,
+    Kind, KindInPlace, Point, PointInPlace, Mark, Scores, Report, Nonsense, Time,
+    TimeInPlace, Header, RegionOfInterest, RegionOfInterestInPlace, CameraInfo, Image,
 };

@@ -1,0 +1,189 @@
+//! A component beside ROS 2 itself: rclpy on Fast DDS, of the wheels of ROS 2 Jazzy on PyPI, with its
+//! default settings. `bench ros2` compares round trips with those of rclpy alone; `soak ros2 peers`
+//! publishes images while peers come and go.
+
+#[allow(dead_code, reason = "tests use the other parts")]
+#[path = "../../../deploy/tests/all/python.rs"]
+mod python;
+
+use crate::pair::{Network, quantile};
+use crate::programs::{Failure, Program, root};
+use crate::usage::own_memory;
+use crate::variant::build_interop;
+use rc_deploy_network::Profile;
+use rc_management::Client;
+use rc_management::component::Request;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+/// The domain of both.
+const DOMAIN: &str = "92";
+/// Sizes of round trips, in bytes.
+const SIZES: [&str; 3] = ["64", "65536", "1048576"];
+/// At p50 a round trip between rclpy and a component may take so much of one between rclpy and rclpy.
+const GOAL: f64 = 1.0;
+/// The limit for a line of a program: a round of the largest size takes some ten milliseconds.
+const LINE: Duration = Duration::from_mins(2);
+/// The limit for the end of a program.
+const END: Duration = Duration::from_secs(5);
+/// The limit for an answer of management.
+const ANSWER: Duration = Duration::from_secs(2);
+/// The bytes of an image, and the pause between two in milliseconds.
+const IMAGE: u64 = 1 << 20;
+const PERIOD: u32 = 33;
+/// Memory that may come in a soak, in MB: the heap breathes by a few images.
+const GROWTH: f64 = 8.0;
+
+/// Starts a program of `middleware/ros2/tests/rclpy`.
+fn rclpy(python: &Path, program: &str, network: &str, args: &[&str]) -> Result<Program, Failure> {
+    let mut command = Command::new(python);
+    // Names of ROS 2 have no `-`.
+    let network = network.replace('-', "_");
+    let path = root().join("middleware/ros2/tests/rclpy").join(program);
+    command
+        .arg("-B")
+        .arg(path)
+        .args([network.as_str(), DOMAIN])
+        .args(args)
+        .env("ROS_DOMAIN_ID", DOMAIN)
+        .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        .env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
+    Program::spawn(command)
+}
+
+/// Starts the component, and waits until it answers.
+fn component(path: &Path, network: &Network) -> Result<Program, Failure> {
+    let domain = format!("ros2.domain={DOMAIN}");
+    let settings = [
+        "--set-middleware",
+        &domain,
+        "--set-middleware",
+        "ros2.interfaces=lo",
+    ];
+    let own = ["--network", network.name.as_str(), "--log", "error"];
+    let program = Program::start_apart(path, &[&own[..], &settings].concat())?;
+    let end = Instant::now() + LINE;
+    while Client::connect(&network.directory.socket("interop"), ANSWER).is_err() {
+        if Instant::now() > end {
+            return Err("the component does not start".into());
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    Ok(program)
+}
+
+/// Microseconds of round trips, by what was sent.
+type Times = BTreeMap<String, Vec<u64>>;
+
+/// Measures all sizes with a partner that is there.
+fn measure(python: &Path, network: &str, rounds: usize, times: &mut Times) -> Result<(), Failure> {
+    let rounds = rounds.to_string();
+    let args = [&[rounds.as_str()], &SIZES[..]].concat();
+    let measuring = rclpy(python, "measure.py", network, &args)?;
+    for _ in 0..2 * SIZES.len() {
+        let line = measuring.hear(LINE)?;
+        let mut words = line.split(' ');
+        let what = [words.next(), words.next()].map(Option::unwrap_or_default);
+        let row = times.entry(what.join(" ")).or_default();
+        for word in words {
+            row.push(word.parse()?);
+        }
+    }
+    measuring.stop(END)
+}
+
+/// Prints round trips of rclpy with a component beside those of rclpy with rclpy, measured in turns.
+pub(crate) fn bench(blocks: usize, rounds: usize) -> Result<(), Failure> {
+    let Some(python) = python::ros("round trips with rclpy") else {
+        return Ok(());
+    };
+    let program = build_interop(Profile::Release)?;
+    let (mut ours, mut theirs) = (Times::new(), Times::new());
+    for _ in 0..blocks {
+        let network = Network::new("rclpy")?;
+        let component = component(&program, &network)?;
+        measure(python, &network.name, rounds, &mut ours)?;
+        component.stop(END)?;
+        let alone = format!("{}-alone", network.name);
+        let echo = rclpy(python, "echo.py", &alone, &[])?;
+        echo.hear(LINE)?;
+        measure(python, &alone, rounds, &mut theirs)?;
+        echo.stop(END)?;
+    }
+    println!(
+        "| round trip of rclpy, µs | with a component, p50 / p99 | with rclpy, p50 / p99 | p50 ratio | goal |"
+    );
+    println!("|---|---|---|---|---|");
+    for (what, ours) in &mut ours {
+        let theirs = theirs.get_mut(what).ok_or("a row is missing")?;
+        let [ours, theirs] =
+            [ours, theirs].map(|times| [0.5, 0.99].map(|part| quantile(times, part)));
+        let ratio = ours[0] as f64 / theirs[0] as f64;
+        println!(
+            "| {what} B | {} / {} | {} / {} | {ratio:.2} | {GOAL:.2} |",
+            ours[0], ours[1], theirs[0], theirs[1]
+        );
+    }
+    Ok(())
+}
+
+/// A soak of `seconds`: images at 30 Hz to a reliable subscriber, while another node of rclpy comes and goes, in turns
+/// by a clean end and killed. An error: an image was lost, or memory has grown.
+pub(crate) fn soak(seconds: u64, profile: Profile) -> Result<(), Failure> {
+    let Some(python) = python::ros("a soak beside rclpy") else {
+        return Ok(());
+    };
+    let program: PathBuf = build_interop(profile)?;
+    let network = Network::new("peers")?;
+    let component = component(&program, &network)?;
+    let count = seconds * 1000 / u64::from(PERIOD);
+    let images = rclpy(
+        python,
+        "images.py",
+        &network.name,
+        &["reliable", &count.to_string()],
+    )?;
+    while images.hear(LINE)? != "met" {}
+    let mut management = Client::connect(&network.directory.socket("interop"), ANSWER)?;
+    let period = Request::Period { ms: PERIOD.into() };
+    management.call::<serde_json::Value>(&period, ANSWER)?;
+    let changes = [("images.bytes", IMAGE), ("images.count", count)];
+    let changes = changes.map(|(path, value)| (path.to_owned(), value.into()));
+    let changes = Request::ParametersSet {
+        changes: changes.into_iter().collect(),
+    };
+    management.call::<serde_json::Value>(&changes, ANSWER)?;
+    let end = Instant::now() + Duration::from_secs(seconds);
+    let (mut peers, mut first, mut last) = (0, None, 0.0);
+    while Instant::now() < end {
+        let peer = rclpy(python, "repeat.py", &network.name, &["64"])?;
+        peer.hear(LINE)?;
+        if peers % 2 == 0 {
+            peer.stop(END)?;
+        } else {
+            peer.kill()?;
+        }
+        peers += 1;
+        last = own_memory(component.pid())?;
+        // Every buffer has been used once by then.
+        if peers == 3 {
+            first = Some(last);
+        }
+    }
+    let received = images.hear(LINE)?;
+    component.stop(END)?;
+    println!(
+        "{seconds} s, {peers} peers came and went: images {count}, {received}, memory {first:.1?} to {last:.1} MB"
+    );
+    if received != format!("received {count}") {
+        return Err(format!("images were lost: {received} of {count}").into());
+    }
+    match first {
+        Some(first) if last > first + GROWTH => {
+            Err(format!("memory grew from {first:.1} to {last:.1} MB").into())
+        }
+        _ => Ok(()),
+    }
+}
