@@ -40,6 +40,7 @@ pub(crate) fn parse(
         bindings: BTreeMap::new(),
         log: None,
         settings: Settings::default(),
+        parameters: Vec::new(),
         ros: RosArguments::default(),
         clock: ClockChoice::default(),
         followers: Vec::new(),

@@ -3,7 +3,7 @@
 
 use crate::configuration::Configured;
 use rc_codegen::Project;
-use rc_configuration::{Given, LiveParameters, Values};
+use rc_configuration::{LiveParameters, Values};
 use rc_ddsl::model::{Deployment, ParameterValue};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_settings::duration;
@@ -119,7 +119,7 @@ pub(crate) fn overridden(
             let file = file.filter(|p| given.iter().all(|g| g.path != p.path.text));
             let file = file.map(|p| (p.path.text.clone(), json(&p.value), p.path.span));
             let line = given.iter().map(|g| {
-                let given = Given::of_text(&g.text);
+                let given = rc_configuration::Given::of_text(&g.text);
                 // An unknown path is found with the others below.
                 let value = live.given(&g.path, &given).unwrap_or(given.value);
                 (g.path.clone(), value, g.span)
