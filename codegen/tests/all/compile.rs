@@ -1,4 +1,4 @@
-//! Generated code compiles, without a warning, and is as rustfmt leaves it.
+//! Generated code compiles without a warning and equals the output of rustfmt.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -16,7 +16,8 @@ fn run(command: &mut Command) -> Output {
     output
 }
 
-/// `cargo` in a workspace, with the target folder that this test was built in, so that nothing is built twice.
+/// Runs `cargo` in a workspace with the target folder of this test run, so that nothing is built
+/// twice.
 fn cargo(workspace: &Path, args: &[&str]) {
     let target = Path::new(RCGEN)
         .ancestors()
@@ -34,7 +35,7 @@ fn workspace(folder: &Path) -> PathBuf {
     run(Command::new(RCGEN)
         .args(["init", "--framework", ROOT])
         .arg(&workspace));
-    // The versions that this project is built with are in the cache.
+    // The cache of cargo contains the versions that this project uses.
     std::fs::copy(
         Path::new(ROOT).join("Cargo.lock"),
         workspace.join("Cargo.lock"),
@@ -60,8 +61,8 @@ fn generate(workspace: &Path, name: &str, middleware: &str) {
         .args(["--middleware", middleware]));
 }
 
-/// A component that was generated, whose interface then gained everything, with what `rcgen stubs` prints pasted
-/// where it says.
+/// A generated component whose interface is then extended, with the output of `rcgen stubs` pasted
+/// at the printed locations.
 fn paste(workspace: &Path) {
     let component = workspace.join("components/pasted");
     std::fs::create_dir(&component).expect("a folder");
@@ -116,7 +117,7 @@ fn paste(workspace: &Path) {
     assert_eq!(output.stdout, b"");
 }
 
-/// Two components, a library, and a value of one component that goes through the library to the other one.
+/// Two components and a library. The library takes a value of one component for the other one.
 fn share(workspace: &Path) {
     let write = |file: &str, text: &str| {
         let path = workspace.join(file);
@@ -146,7 +147,7 @@ fn share(workspace: &Path) {
         let cdsl = workspace.join(format!("components/{name}/{name}.cdsl"));
         run(Command::new(RCGEN).arg(cdsl));
     }
-    // What one component answers is what another one's library takes; both are libraries.
+    // The reply of one component is an argument of the other one's library.
     write(
         "components/viewer/tests/shared.rs",
         "//! Values of another component.\n\nuse scanner as _;\nuse viewer as _;\n\n#[test]\nfn one_type() {\n    \
@@ -162,9 +163,9 @@ fn share(workspace: &Path) {
     std::fs::write(manifest, text).expect("to write");
 }
 
-/// Every construct of the languages; names that generated code uses itself; handlers that were pasted.
+/// Every construct of the languages, names that generated code uses itself, and pasted handlers.
 #[test]
-fn everything_at_once() {
+fn every_construct_compiles() {
     let folder = tempfile::tempdir().expect("a folder");
     let workspace = workspace(folder.path());
     generate(&workspace, "everything", "iceoryx2");
@@ -194,7 +195,7 @@ fn everything_at_once() {
     clippy.extend(packages);
     clippy.extend(["--", "-D", "warnings"]);
     cargo(&workspace, &clippy);
-    // What travels in place is run, too.
+    // The code for in-place values is also executed.
     let placed = workspace.join("components/placed");
     std::fs::create_dir(placed.join("tests")).expect("a folder");
     std::fs::rename(placed.join("checks.rs"), placed.join("tests/checks.rs")).expect("to move");
@@ -218,9 +219,9 @@ fn everything_at_once() {
     cargo(&workspace, &test);
 }
 
-/// What is committed is what would be generated, the crate of interfaces included.
+/// The committed code equals the output of a generation, including the crate of interfaces.
 #[test]
-fn committed_components_are_fresh() {
+fn committed_generated_code_is_fresh() {
     let output = run(Command::new(RCGEN).arg("--dry-run").arg(ROOT));
     let output = String::from_utf8(output.stdout).expect("a text");
     let components = output

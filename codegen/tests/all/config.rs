@@ -1,4 +1,4 @@
-//! `rcgen config --update` and what `rcgen check` says of configurations, as people type them.
+//! The command lines `rcgen config --update` and `rcgen check` for configurations.
 
 use crate::folders::{changed, files, rcgen};
 use std::os::unix::fs::PermissionsExt;
@@ -7,7 +7,7 @@ use std::path::Path;
 const CDSL: &str =
     "Component c { Communications { }; language rust; parameters \"c.pdsl\"; period 20ms; };\n";
 const PDSL: &str = "ComponentParams c { max_speed double 1.0 0:5 unit \"m/s\"; gain int 3; };\n";
-/// One is new, one has another spelling, one is gone.
+/// One parameter is added, one is renamed, one is removed.
 const LATER: &str = "ComponentParams c {\n/// The fastest.\nmaxSpeed double 1.0 0:5 unit \"m/s\";\n\
     /// What is safe.\nsafe_distance double 0.5 unit \"m\";\ntoken string \"s3cret\" secret;\n};\n";
 
@@ -34,7 +34,7 @@ fn read(folder: &Path) -> String {
 }
 
 #[test]
-fn a_configuration_follows_its_pdsl_on_request_and_only_then() {
+fn a_configuration_is_updated_on_request_only() {
     let folder = component();
     let folder = folder.path();
     let mine = "# Mine.\n[parameters]\nmax_speed = 2.0 # fast\ngain = [7]\n";
@@ -43,7 +43,7 @@ fn a_configuration_follows_its_pdsl_on_request_and_only_then() {
     assert_eq!(rcgen(folder, &["c.cdsl"]).0, 0);
     assert_eq!(read(folder), mine);
 
-    // What is wrong is found by the component and by the configuration alike.
+    // The check of the component and of the configuration report the same errors.
     for file in ["c.cdsl", "etc/config.toml", "."] {
         let (code, _, err) = rcgen(folder, &["check", "--format", "short", file]);
         assert_eq!(code, 1);
@@ -74,7 +74,7 @@ fn a_configuration_follows_its_pdsl_on_request_and_only_then() {
     );
     assert_eq!(changed(&before, &files(folder)), [""; 0]);
 
-    // Nothing is written into what nobody may write into; what only its owner may read stays so.
+    // A read-only file is not written. Permissions are preserved.
     rights(folder, 0o400);
     let (code, _, err) = rcgen(folder, &["config", "--update", "c.cdsl"]);
     assert_eq!(code, 3);
@@ -103,7 +103,7 @@ fn a_configuration_follows_its_pdsl_on_request_and_only_then() {
 }
 
 #[test]
-fn a_value_that_may_be_another_parameter_stays_refused_until_somebody_decides() {
+fn an_ambiguous_rename_stays_an_error_until_the_user_decides() {
     let folder = component();
     let folder = folder.path();
     write(
@@ -122,7 +122,7 @@ fn a_value_that_may_be_another_parameter_stays_refused_until_somebody_decides() 
     assert_eq!((code, out.as_str(), err.as_str()), (1, changes, told));
     let updated = format!("{mine}\n# int\nmass = 1\n");
     assert_eq!(read(folder), updated);
-    // Neither does a second update take the decision, nor is the component started with the default.
+    // A second update does not decide either, and the component does not start with the default.
     let (first, _) = changes.split_once('\n').expect("two lines");
     for check in [
         &["config", "--update"][..],
@@ -136,7 +136,7 @@ fn a_value_that_may_be_another_parameter_stays_refused_until_somebody_decides() 
     assert_eq!(code, 1);
     let note = "etc/config.toml:2:1: note[unset-parameter]: not set, so the defaults apply: `top_speed` = 300.0";
     assert!(err.contains(note), "{err}");
-    // It is that parameter; or it is gone, and the default is what is wanted.
+    // The user renames the parameter, or removes it to get the default.
     for (decided, says) in [
         (
             updated.replace("max_speed", "top_speed"),
@@ -156,7 +156,7 @@ fn a_value_that_may_be_another_parameter_stays_refused_until_somebody_decides() 
 }
 
 #[test]
-fn what_a_short_configuration_leaves_to_defaults_is_no_news() {
+fn unset_optional_parameters_are_not_reported() {
     let folder = component();
     let folder = folder.path();
     for text in ["", "[parameters]\ngain = 7\n"] {
@@ -166,13 +166,13 @@ fn what_a_short_configuration_leaves_to_defaults_is_no_news() {
             assert_eq!(said, (0, String::new(), String::new()));
         }
     }
-    // Who asks is told.
+    // An update lists them.
     let (code, out, _) = rcgen(folder, &["config", "--update", "--dry-run", "c.cdsl"]);
     assert_eq!(
         (code, out.as_str()),
         (0, "etc/config.toml: add `max_speed` = 1.0\n")
     );
-    // A note shows a line as well.
+    // A note does not quote a secret either.
     write(folder, "c.pdsl", LATER);
     write(
         folder,
@@ -188,7 +188,7 @@ fn what_a_short_configuration_leaves_to_defaults_is_no_news() {
 }
 
 #[test]
-fn what_cannot_be_updated_is_said_and_stays() {
+fn a_configuration_that_cannot_be_updated_is_reported_and_unchanged() {
     let folder = component();
     let folder = folder.path();
     let update = |file: &str| rcgen(folder, &["config", "--update", "--format", "short", file]);
@@ -215,12 +215,12 @@ fn what_cannot_be_updated_is_said_and_stays() {
     write(folder, "etc/config.toml", "[parameters]\ny = 1\n");
     assert_eq!(update("c.cdsl").0, 1);
     assert_eq!(read(folder), "[parameters]\ny = 1\n");
-    // Nothing but an update is there to be asked for.
+    // `config` requires `--update`.
     assert_eq!(rcgen(folder, &["config", "c.cdsl"]).0, 2);
 }
 
 #[test]
-fn the_page_and_the_schema_follow_every_generation() {
+fn page_and_schema_are_generated() {
     let folder = component();
     let folder = folder.path();
     assert!(read(folder).starts_with("#:schema ../generated/config.schema.json\n"));
@@ -247,7 +247,7 @@ fn the_page_and_the_schema_follow_every_generation() {
         schema.contains("The fastest.\\ndouble, from 0 to 5, in m/s."),
         "{schema}"
     );
-    // A component without parameters has no page of them.
+    // A component without parameters has no page.
     write(
         folder,
         "c.cdsl",

@@ -1,13 +1,13 @@
-//! Programs as Debian packs them, for tests: unpacked below the target folder, which needs no rights.
+//! Debian packages for tests, unpacked below the target folder, which needs no root permissions.
 
 use crate::python::run;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// A folder with the unpacked `packages` (and all that they need beside what is installed), made once; `works` says
-/// whether a folder has what is wanted.
+/// A folder with the unpacked `packages` and their dependencies that are not installed, created
+/// once. `works` checks whether a folder is usable.
 pub(crate) fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<PathBuf, String> {
-    // One test at a time: they would take the same folder.
+    // One test at a time, because all use the same folder.
     static ONE: Mutex<()> = Mutex::new(());
     let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
@@ -16,7 +16,7 @@ pub(crate) fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<
     if works(&place) {
         return Ok(place);
     }
-    // Made under another name, so that what is found is whole.
+    // Created under another name and renamed, so that an existing folder is complete.
     let new = folder.join(format!("{name}-{}", std::process::id()));
     let script = format!(
         "set -e; mkdir \"$0\"; cd \"$0\"
@@ -27,7 +27,7 @@ pub(crate) fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<
         Path::new("sh"),
         &["-c", &script, &new.display().to_string()],
     );
-    // The script itself is no use in a list.
+    // The script would not be readable in a list.
     let made = made.map_err(|error| {
         let last = error.rsplit("`: ").next().unwrap_or_default();
         format!("apt-get download {packages}: {last}")
@@ -42,7 +42,7 @@ pub(crate) fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<
         }
     });
     if made.is_ok() && std::fs::rename(&new, &place).is_err() {
-        // What is there was spoilt, or is another one's.
+        // The existing folder is damaged, or belongs to a concurrent run.
         let _ = std::fs::remove_dir_all(&place);
         let _ = std::fs::rename(&new, &place);
     }

@@ -1,4 +1,5 @@
-//! What is the user's stays as it is, whatever happens to the descriptions: many random edits, always the same ones.
+//! Generation never changes files of the user: a fixed sequence of random edits of the
+//! descriptions.
 
 mod model;
 
@@ -13,7 +14,7 @@ use std::process::Command;
 const EDITS: usize = 200;
 const SEED: u64 = 0x5EED;
 
-/// The same as `rcgen edited.cdsl`, without a process: whether anything was written.
+/// Like `rcgen edited.cdsl`, in this process. Returns whether files were written.
 fn run(folder: &Path) -> bool {
     let mut sources = SourceMap::new();
     let loader = FileLoader::new(&[]);
@@ -35,7 +36,7 @@ fn run(folder: &Path) -> bool {
     true
 }
 
-/// A component whose user was busy.
+/// Changes the user's files of a component.
 fn edit_worker(folder: &Path) {
     let write = |file: &str, text: &[u8]| {
         let path = folder.join(file);
@@ -69,7 +70,7 @@ fn write_model(model: &Model, random: &mut Random, folder: &Path) {
 }
 
 #[test]
-fn two_hundred_edits_leave_the_user_alone() {
+fn random_edits_do_not_change_user_files() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let mut random = Random::new(SEED);
@@ -129,9 +130,9 @@ fn two_hundred_edits_leave_the_user_alone() {
     assert!(written > 100 && refused > 40, "{written} {refused}");
 }
 
-/// A new worker of each of ten components of the same walk compiles, without a warning.
+/// New workers of ten components of the same sequence compile without a warning.
 #[test]
-fn ten_of_them_compile() {
+fn workers_of_ten_random_components_compile() {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
     let folder = tempfile::tempdir().expect("a folder");
     assert_eq!(
@@ -150,7 +151,7 @@ fn ten_of_them_compile() {
         let name = format!("edited_{number}");
         let component = workspace.join("components").join(&name);
         fs::create_dir(&component).expect("a folder");
-        // A module has one definition in a workspace.
+        // A workspace allows one definition per module.
         let own = format!("Own{number}");
         for (file, text) in model.print(&name, &mut random) {
             let text = text.replace("module Own", &format!("module {own}"));
@@ -161,7 +162,7 @@ fn ten_of_them_compile() {
         let (code, _, err) = rcgen(&component, &["edited.cdsl"]);
         assert_eq!(code, 0, "{}\n{err}", file.display());
     }
-    // The target folder that this test was built in, so that nothing is built twice.
+    // The target folder of this test run, so that nothing is built twice.
     let program = Path::new(env!("CARGO_BIN_EXE_rcgen"));
     let target = program.ancestors().nth(2).expect("target/debug/rcgen");
     let cargo = |args: &[&str]| {

@@ -1,5 +1,5 @@
-//! `rcgen export`: what it writes, that the compiler of Cyclone DDS takes it, and that a stranger's types of it are
-//! those on the wire.
+//! `rcgen export`: the written files, their acceptance by the compiler of Cyclone DDS, and the
+//! bytes of the exported types.
 
 #![allow(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -21,7 +21,7 @@ fn folder(idsl: &str) -> TempDir {
 
 const EXPORT: [&str; 6] = ["export", "M.idsl", "--to", "dds", "--out", "out"];
 
-/// `M.idl` is what `tests/export/golden` has.
+/// Compares `M.idl` with the file in `tests/export/golden`.
 fn check(name: &str, idsl: &str) {
     let folder = folder(idsl);
     let (code, _, err) = rcgen(folder.path(), &EXPORT);
@@ -84,7 +84,7 @@ fn annotations() {
     );
 }
 
-/// Words of IDL, names that differ only in case, enumerators, and words of annotations.
+/// Keywords of IDL, names that differ only in case, enumerators, and names of annotations.
 #[test]
 fn names() {
     check(
@@ -173,9 +173,9 @@ fn imports_are_exported_and_included() {
     assert_eq!((code, out.as_str()), (0, ""), "all is as it was");
 }
 
-/// As an import finds them.
+/// Found as imports find them.
 #[test]
-fn what_comes_with_rcgen_needs_no_path() {
+fn bundled_interfaces_need_no_path() {
     let folder = tempfile::tempdir().expect("a folder");
     let args = ["export", "GenericBase.idsl", "--to", "dds", "--out", "."];
     let (code, out, err) = rcgen(folder.path(), &args);
@@ -183,7 +183,7 @@ fn what_comes_with_rcgen_needs_no_path() {
     assert_eq!(out, "create ./GenericBase.idl\ncreate ./dds_rpc.idl\n");
 }
 
-/// Exit code and standard error of an export that writes nothing.
+/// The exit code and the standard error of an export that writes nothing.
 fn refused(idsl: &str, args: &[&str]) -> (i32, String) {
     let folder = folder(idsl);
     let before = files(folder.path());
@@ -194,7 +194,7 @@ fn refused(idsl: &str, args: &[&str]) -> (i32, String) {
 }
 
 #[test]
-fn what_is_wrong_writes_nothing() {
+fn an_invalid_export_writes_nothing() {
     let (code, err) = refused("module M { struct S { in x; }; };", &EXPORT);
     assert_eq!(code, 1);
     assert!(err.contains("M.idsl:1:23"), "{err}");
@@ -221,7 +221,7 @@ fn what_is_wrong_writes_nothing() {
 }
 
 #[test]
-fn names_that_idl_does_not_have_are_refused() {
+fn names_invalid_in_idl_are_rejected() {
     let short: Vec<&str> = EXPORT.into_iter().chain(["--format", "short"]).collect();
     let all = [
         "module M { struct laser_GO { int x; }; interface Laser { void go(); }; };",
@@ -266,7 +266,7 @@ fn names_that_idl_does_not_have_are_refused() {
 }
 
 #[test]
-fn a_file_of_somebody_else_is_not_overwritten() {
+fn a_file_not_generated_by_rcgen_is_not_overwritten() {
     let folder = folder("module M { };");
     std::fs::create_dir(folder.path().join("out")).expect("a folder");
     std::fs::write(folder.path().join("out/M.idl"), "// mine\n").expect("a file");
@@ -280,10 +280,10 @@ fn a_file_of_somebody_else_is_not_overwritten() {
     assert_eq!(changed(&before, &files(folder.path())), [""; 0]);
 }
 
-/// All interfaces that come with rcgen, and files with everything.
+/// All bundled interfaces, and files with every construct.
 #[test]
-fn cyclones_compiler_takes_every_file() {
-    let Some(idlc) = idlc::idlc("cyclones_compiler_takes_every_file") else {
+fn the_compiler_of_cyclone_accepts_every_file() {
+    let Some(idlc) = idlc::idlc("the_compiler_of_cyclone_accepts_every_file") else {
         return;
     };
     let interfaces = std::fs::read_dir(Path::new(HERE).join("../components/interfaces"));
@@ -316,7 +316,7 @@ fn cyclones_compiler_takes_every_file() {
             idlc.compile(folder.path(), &file);
         }
     }
-    // What the other tests expect, beside what it includes.
+    // The golden file of another test, beside the files that it includes.
     let folder = folder("import \"Laser.idsl\"; module M { };");
     let args = ["export", "M.idsl", "--to", "dds", "--out", "."];
     assert_eq!(rcgen(folder.path(), &args).0, 0);
@@ -328,11 +328,11 @@ fn cyclones_compiler_takes_every_file() {
     }
 }
 
-/// The types that a program in Python has of the exported file, with the package `cyclonedds` alone, and a generated
-/// component: topics, requests, replies and exceptions, read and written by both.
+/// A Python program with types from the exported file and the package `cyclonedds`, and a generated
+/// component: both write and read topics, requests, replies and exceptions.
 #[test]
-fn a_stranger_and_a_component_write_the_same_bytes() {
-    let test = "a_stranger_and_a_component_write_the_same_bytes";
+fn python_and_components_write_the_same_bytes() {
+    let test = "python_and_components_write_the_same_bytes";
     let Some(python) = python::interpreter("cyclonedds==11.0.1", test) else {
         return;
     };

@@ -1,4 +1,4 @@
-//! The folder of a component in a test: `rcgen` in it, and what it changed.
+//! Runs `rcgen` in the folder of a test, and compares its files.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ pub(crate) fn rcgen(folder: &Path, args: &[&str]) -> (i32, String, String) {
     (code, text(output.stdout), text(output.stderr))
 }
 
-/// Every file of a folder with its bytes.
+/// Every file of a folder with its content.
 pub(crate) fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();
     let mut open = vec![folder.to_path_buf()];
@@ -35,7 +35,7 @@ pub(crate) fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     all
 }
 
-/// The files that are not the same in both, with `/` between their folders.
+/// The paths of the files that differ, with `/` between folders.
 pub(crate) fn changed(
     a: &BTreeMap<PathBuf, Vec<u8>>,
     b: &BTreeMap<PathBuf, Vec<u8>>,

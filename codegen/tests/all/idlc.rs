@@ -1,4 +1,4 @@
-//! The compiler of Cyclone DDS, as Debian packs it.
+//! The compiler of Cyclone DDS from a Debian package.
 
 use crate::debian;
 use crate::python::skipped;
@@ -7,12 +7,12 @@ use std::process::Command;
 
 pub(crate) struct Idlc {
     program: PathBuf,
-    /// Where its libraries are, unless the system knows.
+    /// The folder of its libraries, unless they are installed.
     libraries: Option<PathBuf>,
 }
 
-/// The one of the system, else one below the target folder which is made once: it needs no rights. Where there is no
-/// way to it, `test` is listed as skipped.
+/// The installed compiler, or one unpacked below the target folder, which needs no root
+/// permissions. Without either, reports `test` as skipped.
 pub(crate) fn idlc(test: &str) -> Option<Idlc> {
     let system = Idlc {
         program: PathBuf::from("idlc"),
@@ -30,7 +30,7 @@ pub(crate) fn idlc(test: &str) -> Option<Idlc> {
     }
 }
 
-/// The compiler in packages that were unpacked in `folder`.
+/// The compiler in packages unpacked in `folder`.
 fn unpacked(folder: &Path) -> Idlc {
     let libraries = folder.join(format!("usr/lib/{}-linux-gnu", std::env::consts::ARCH));
     Idlc {
@@ -59,7 +59,7 @@ impl Idlc {
         let output = output.expect("idlc");
         let said = [output.stdout, output.stderr].concat();
         let said = String::from_utf8_lossy(&said);
-        // Annotations that are not found, and names that are not taken, are warnings only.
+        // The compiler only warns about unknown annotations and rejected names.
         let wrong = |line: &&str| {
             !line.contains("Explicit defaults are not supported yet")
                 && !line.contains("are not consecutive or not starting from zero")

@@ -1,9 +1,9 @@
-//! `rust::worker` breaks lines where rustfmt does: many items of random lengths, compared with what rustfmt makes of them.
+//! `rust::worker` breaks lines as rustfmt does: compares many items of random lengths.
 
 use rc_codegen::rust::worker;
 use std::process::Command;
 
-/// Numbers that are the same in every run (xorshift64).
+/// Deterministic random numbers (xorshift64).
 struct Random(u64);
 
 impl Random {
@@ -26,7 +26,7 @@ impl Random {
     }
 }
 
-/// Prints `count` items, and compares with what rustfmt makes of them.
+/// Prints `count` items and compares them with the output of rustfmt.
 fn check(count: usize, mut item: impl FnMut(&mut Random) -> String) {
     let mut random = Random(0x5EED);
     let items: Vec<String> = (0..count).map(|_| item(&mut random)).collect();

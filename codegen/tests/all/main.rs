@@ -1,4 +1,4 @@
-//! All integration tests of rcgen but the random texts in `tests/languages`, in one program.
+//! All integration tests of rcgen in one program, except the random texts in `tests/languages`.
 
 mod compile;
 mod config;

@@ -1,4 +1,4 @@
-//! What people type who come from C++, RoboComp or another version, and what rcgen answers.
+//! Diagnostics for common mistakes of users of C++, RoboComp or other versions.
 
 use crate::folders::rcgen;
 use std::path::Path;

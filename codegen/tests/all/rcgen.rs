@@ -1,4 +1,4 @@
-//! `rcgen` as people type it: which files it writes, which it leaves alone, and how it ends.
+//! Command lines of `rcgen`: files written, files left unchanged, exit codes.
 
 use crate::folders::{changed, files, rcgen};
 use rc_codegen::note::Note;
@@ -58,7 +58,7 @@ fn dds_for_all_slots_and_for_one() {
 }
 
 #[test]
-fn what_is_yours_stays_over_a_change_of_middleware() {
+fn user_files_survive_a_change_of_middleware() {
     let folder = folder(CDSL);
     let folder = folder.path();
     succeeds(folder, &["c.cdsl"]);
@@ -86,7 +86,7 @@ fn what_is_yours_stays_over_a_change_of_middleware() {
 }
 
 #[test]
-fn an_interface_that_is_removed_takes_its_files_with_it() {
+fn files_of_a_removed_interface_are_removed() {
     let folder = folder(CDSL);
     let folder = folder.path();
     succeeds(folder, &["c.cdsl"]);
@@ -115,7 +115,7 @@ fn an_interface_that_is_removed_takes_its_files_with_it() {
 }
 
 #[test]
-fn two_runs_write_the_same() {
+fn generation_is_deterministic() {
     let (one, two) = (folder(CDSL), folder(CDSL));
     succeeds(one.path(), &["c.cdsl"]);
     succeeds(two.path(), &["c.cdsl"]);
@@ -160,7 +160,7 @@ fn dry_runs_and_checks_write_nothing() {
 }
 
 #[test]
-fn an_error_writes_nothing_and_says_where() {
+fn an_error_is_reported_with_its_location_and_writes_nothing() {
     let folder = folder(&CDSL.replace("requires Laser", "requires Lasre"));
     let (code, out, err) = rcgen(folder.path(), &["c.cdsl", "--format", "short"]);
     assert_eq!((code, out.as_str()), (1, ""));
@@ -176,7 +176,7 @@ fn an_error_writes_nothing_and_says_where() {
 }
 
 #[test]
-fn wrong_usage_and_a_system_that_refuses() {
+fn usage_errors_and_system_errors_have_exit_codes() {
     let folder = folder(CDSL);
     let folder = folder.path();
     assert_eq!(rcgen(folder, &["c.cdsl", "--nonsense"]).0, 2);
@@ -195,7 +195,7 @@ fn wrong_usage_and_a_system_that_refuses() {
 }
 
 #[test]
-fn names_that_fall_together_in_rust() {
+fn names_that_collide_in_rust_are_reported() {
     let folder = folder(
         "import \"a.idsl\";\nComponent c { Communications { requires I; }; language rust; };",
     );
@@ -210,7 +210,7 @@ fn names_that_fall_together_in_rust() {
 }
 
 #[test]
-fn every_file_is_checked_and_one_that_is_no_text_is_wrong_input() {
+fn every_file_is_checked_and_invalid_utf8_is_reported() {
     let folder = folder(&CDSL.replace("Laser;", "Lasr;"));
     std::fs::write(folder.path().join("bytes.idsl"), [0xff, 0xfe]).expect("a file");
     let args = ["check", "bytes.idsl", "c.cdsl", "--format", "short"];
@@ -256,13 +256,13 @@ fn a_state_machine_is_checked_with_its_component() {
     std::fs::write(folder.join("c.smdsl"), right).expect("a file");
     assert_eq!(check(&["c.cdsl"]), (0, later.to_owned()));
     assert_eq!(rcgen(folder, &["c.cdsl"]).0, 0);
-    // Nothing is generated from it, so what was generated stays up to date.
+    // Nothing is generated from it, so the generated code stays up to date.
     std::fs::write(folder.join("c.smdsl"), right.replace('b', "c")).expect("a file");
     assert_eq!(rcgen(folder, &["c.cdsl", "--check"]).0, 0);
 }
 
 #[test]
-fn a_folder_is_checked_with_all_that_is_in_it() {
+fn a_folder_is_checked_recursively() {
     let folder = folder(&CDSL.replace("Laser;", "Lasr;"));
     let folder = folder.path();
     for (path, text) in [
@@ -298,7 +298,7 @@ fn a_folder_is_checked_with_all_that_is_in_it() {
     assert!(err.contains("error[nothing-to-check]"), "{err}");
 }
 
-/// A component whose parameters are in two files, and a rule over both.
+/// A component with parameters in two files and a rule across both.
 #[test]
 fn imported_parameters_are_part_of_the_component() {
     let folder = folder(
@@ -350,7 +350,7 @@ fn imported_parameters_are_part_of_the_component() {
 }
 
 #[test]
-fn a_component_that_is_no_text_is_wrong_input() {
+fn a_component_with_invalid_utf8_is_reported() {
     let folder = folder(CDSL);
     std::fs::write(folder.path().join("c.cdsl"), [0xff, 0xfe]).expect("a file");
     for args in [
@@ -365,9 +365,9 @@ fn a_component_that_is_no_text_is_wrong_input() {
     }
 }
 
-/// A function that generated code adds to a structure or a client makes room for a name of the user.
+/// Functions that generated code adds to structures and clients avoid names of the user.
 #[test]
-fn added_names_make_room() {
+fn generated_names_avoid_names_of_the_user() {
     let folder = folder(
         "import \"a.idsl\";\nComponent c { Communications { publishes I; }; language rust; };",
     );
@@ -387,7 +387,7 @@ fn added_names_make_room() {
 }
 
 #[test]
-fn two_exceptions_of_one_name_cannot_be_told_apart() {
+fn exceptions_with_equal_names_are_rejected() {
     let folder = folder(
         "import \"a.idsl\";\nComponent c { Communications { requires I; }; language rust; };",
     );
@@ -422,7 +422,7 @@ fn dependencies_are_the_workers_own() {
                  serde = { version = \"1\", features = [\"derive\", \"rc\"] }\n";
     assert!(text.ends_with(lines), "{text}");
     succeeds(folder, &["check", "c.cdsl"]);
-    // Written once, then compared.
+    // The manifest is written once and compared afterwards.
     std::fs::write(
         folder.join("c.cdsl"),
         with("libm \"0.3\"; map \"../map\"; hound \"3\";"),
@@ -460,16 +460,16 @@ fn dependencies_are_the_workers_own() {
 }
 
 #[test]
-fn fmt_takes_what_there_is_and_names_what_it_cannot_take() {
+fn fmt_formats_valid_files_and_reports_the_others() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let write = |name: &str, text: &[u8]| {
         std::fs::write(folder.join(name), text).expect("a file");
     };
-    // Nothing to do is a mistyped folder.
+    // A folder without files of the languages is most likely a typing mistake.
     assert_eq!(rcgen(folder, &["fmt", "--check", "."]).0, 2);
     write("good.idsl", b"module  G { };");
-    // What editors leave, and what would be waited for.
+    // Backup files of editors, and a pipe, which would block.
     write(".#good.idsl", b"module");
     let pipe = std::process::Command::new("mkfifo")
         .arg(folder.join("pipe.idsl"))
@@ -490,7 +490,7 @@ fn fmt_takes_what_there_is_and_names_what_it_cannot_take() {
         assert_eq!(code, 3);
         assert!(err.contains("pipe.idsl: not a regular file"), "{err}");
     }
-    // A refusal of the system is told beside the mistakes, and wins.
+    // A system error is reported with the other errors, and determines the exit code.
     write("bad.idsl", b"module {");
     write("bytes.idsl", b"module M\n{ \xff };");
     let (code, _, err) = rcgen(
@@ -516,9 +516,9 @@ fn fmt_takes_what_there_is_and_names_what_it_cannot_take() {
     }
 }
 
-/// What a description with errors declares is not known.
+/// The declarations of a description with errors are unknown.
 #[test]
-fn a_configuration_is_not_blamed_for_its_component() {
+fn errors_of_a_component_cause_none_in_its_configuration() {
     for (cdsl, pdsl) in [
         ("", "ComponentParams c { x int 3; };"),
         (
@@ -542,7 +542,7 @@ fn a_configuration_is_not_blamed_for_its_component() {
 }
 
 #[test]
-fn an_older_component_without_a_library_gets_none() {
+fn a_component_without_a_library_gets_none() {
     let folder = folder(CDSL);
     let folder = folder.path();
     std::fs::create_dir(folder.join("src")).expect("a folder");
@@ -575,7 +575,7 @@ fn one_folder_holds_one_component() {
 }
 
 #[test]
-fn nothing_of_the_user_is_called_interfaces() {
+fn the_name_interfaces_is_reserved() {
     let named = folder(&CDSL.replace("Component c", "Component Interfaces"));
     let depending =
         folder(&CDSL.replace("language", "dependencies { interfaces \"1\"; }; language"));

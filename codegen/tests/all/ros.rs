@@ -1,5 +1,5 @@
-//! `rcgen export --to ros2` and `@ros`: the packages, that ROS 2's own tools read them as they were meant, that their bytes
-//! are those of components, and what is refused.
+//! `rcgen export --to ros2` and `@ros`: the packages, their interpretation by ROS 2's own tools,
+//! their bytes on the wire, and the diagnostics.
 
 #![allow(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -22,7 +22,7 @@ fn folder(idsl: &str) -> TempDir {
     folder
 }
 
-/// All files below `folder`, one behind the other.
+/// All files below `folder` in one text.
 fn all(folder: &Path) -> String {
     let texts = files(folder).into_iter().map(|(path, text)| {
         let text = String::from_utf8(text).expect("a text");
@@ -34,7 +34,7 @@ fn all(folder: &Path) -> String {
 const WHOLE: &str = include_str!("../ros/Whole.idsl");
 
 #[test]
-fn a_package_is_written() {
+fn an_export_writes_a_package() {
     let folder = folder(WHOLE);
     let (code, _, err) = rcgen(folder.path(), &EXPORT);
     assert_eq!((code, err.as_str()), (0, ""));
@@ -43,10 +43,10 @@ fn a_package_is_written() {
     assert_eq!((code, out.as_str()), (0, ""), "all is as it was");
 }
 
-/// As ROS 2's own parser reads them, not as they look.
+/// The fields as ROS 2's own parser reads them.
 #[test]
-fn fields_are_those_that_were_meant() {
-    let Some(rosidl) = rosidl::rosidl("fields_are_those_that_were_meant") else {
+fn fields_reach_the_parser_of_ros() {
+    let Some(rosidl) = rosidl::rosidl("fields_reach_the_parser_of_ros") else {
         return;
     };
     let folder = folder(WHOLE);
@@ -82,7 +82,7 @@ fn fields_are_those_that_were_meant() {
 }
 
 #[test]
-fn modules_are_packages_that_need_each_other() {
+fn modules_become_packages_with_dependencies() {
     let folder = folder(
         "import \"Laser.idsl\"; import \"Own.idsl\";
         @ros(\"my_robot_msgs\") module M { struct S { RoboCompLaser::TData a; Own::Stamp b; }; };",
@@ -95,7 +95,7 @@ fn modules_are_packages_that_need_each_other() {
     let (code, out, err) = rcgen(folder.path(), &[&EXPORT[..], &["--dry-run"]].concat());
     assert_eq!((code, err.as_str()), (0, ""));
     assert!(!folder.path().join("out").exists());
-    // Of the module `Own` nothing is left to be a package.
+    // The module `Own` has only standard types and becomes no package.
     expect![[r#"
         create out/my_robot_msgs/CMakeLists.txt
         create out/my_robot_msgs/msg/S.msg
@@ -138,7 +138,7 @@ fn modules_are_packages_that_need_each_other() {
 }
 
 #[test]
-fn what_is_all_of_others_is_no_package() {
+fn a_module_of_standard_types_only_is_not_exported() {
     let folder = folder(
         "module M { @ros(\"builtin_interfaces/msg/Time\") struct T { int sec; uint32 nanosec; }; };",
     );
@@ -149,7 +149,7 @@ fn what_is_all_of_others_is_no_package() {
 }
 
 #[test]
-fn a_file_of_somebody_else_is_not_overwritten() {
+fn a_file_not_generated_by_rcgen_is_not_overwritten() {
     for (name, mine) in [
         ("package.xml", "<?xml version=\"1.0\"?>\n"),
         ("msg/S.msg", "int32 x\n"),
@@ -167,7 +167,7 @@ fn a_file_of_somebody_else_is_not_overwritten() {
     }
 }
 
-/// What `rcgen` says in short about `M.idsl`, which writes nothing.
+/// The short diagnostics of `rcgen` about `M.idsl`. Checks that it writes nothing.
 fn told(command: &[&str], idsl: &str, expected: i32) -> String {
     let folder = folder(idsl);
     let before = files(folder.path());
@@ -184,7 +184,7 @@ fn told(command: &[&str], idsl: &str, expected: i32) -> String {
 }
 
 #[test]
-fn names_that_are_one_in_ros_are_refused() {
+fn names_that_collide_in_ros_are_rejected() {
     let all = [
         "module M { struct S { int someName; int some_name; }; };",
         "module M { struct TData { int x; }; struct T_Data { int x; }; };",
@@ -225,11 +225,11 @@ fn names_that_are_one_in_ros_are_refused() {
     "#]].assert_eq(&err);
 }
 
-/// Structures and operations that are types of ROS 2.
+/// Structures and operations with standard types of ROS 2.
 const STANDARD: &str = include_str!("../ros/Standard.idsl");
 
 #[test]
-fn types_of_ros_stand_for_structures() {
+fn annotated_structures_become_types_of_ros() {
     assert_eq!(told(&["check", "M.idsl"], STANDARD, 0), "");
     let folder = folder(STANDARD);
     let (code, out, err) = rcgen(folder.path(), &EXPORT);
@@ -276,7 +276,7 @@ fn types_of_ros_stand_for_structures() {
 }
 
 #[test]
-fn what_is_no_such_type_is_refused() {
+fn mismatches_with_types_of_ros_are_rejected() {
     let with = |of: &str| {
         format!(
             "module M {{ @ros(\"builtin_interfaces/msg/Time\") struct Time {{ int sec; uint32 nanosec; }}; {of} }};"
@@ -347,7 +347,7 @@ fn what_is_no_such_type_is_refused() {
 }
 
 #[test]
-fn what_is_not_known_is_said_and_taken() {
+fn unknown_types_of_ros_are_noted_and_accepted() {
     let idsl = "module M {
         @ros(\"robot_msgs/msg/Arm\") struct Arm { int x; };
         interface I { @ros(\"robot_msgs/srv/Move\") query go(Arm arm); };
@@ -360,9 +360,9 @@ fn what_is_not_known_is_said_and_taken() {
     "#]].assert_eq(&told(&["check", "M.idsl"], idsl, 0));
 }
 
-/// A component whose interfaces are not what they say is not generated.
+/// A component whose interfaces do not match their annotated types is not generated.
 #[test]
-fn it_is_checked_at_generation() {
+fn types_are_checked_at_generation() {
     let folder = folder(
         "module M { @ros(\"geometry_msgs/msg/Point\") struct P { double x; double y; float z; }; interface I { void go(P p); }; };",
     );
@@ -378,7 +378,7 @@ fn it_is_checked_at_generation() {
     assert_eq!(changed(&before, &files(folder.path())), [""; 0]);
 }
 
-/// Names matter to a component that is a node, and to no other one.
+/// Names of ROS are checked only for components that are nodes.
 #[test]
 fn names_are_checked_for_a_component_that_is_a_node() {
     let folder = folder(
@@ -397,7 +397,7 @@ fn names_are_checked_for_a_component_that_is_a_node() {
     assert_eq!((code, err.as_str()), (0, ""));
 }
 
-/// `rcgen check` finds them where the component says that it is a node, or was generated as one.
+/// `rcgen check` checks names if the component declares ROS 2 or was generated for it.
 #[test]
 fn names_are_checked_before_generation() {
     let folder = folder("module M { struct Data { int x; }; interface I { void go(Data d); }; };");
@@ -423,18 +423,18 @@ fn names_are_checked_before_generation() {
         "M.idsl",
         "module M { struct Data { int x; }; struct D_Ata { int x; }; interface I { void go(Data d); }; };",
     );
-    // It was generated as a node.
+    // The component was generated for ROS 2.
     let (code, of_node) = check();
     expect![[r#"
         M.idsl:1:43: error[ros-name]: `Data` and `D_Ata` become `msg/Data` and `msg/DAta` in ROS 2, which differ only in case; other declaration at M.idsl:1:19 (rename one of them)
     "#]]
     .assert_eq(&of_node);
     assert_eq!(code, 1);
-    // From there it comes to another middleware.
+    // The component is generated for another middleware.
     let (code, _, err) = rcgen(path, &["C.cdsl", "--middleware", "dds"]);
     assert_eq!(code, 0, "{err}");
     assert_eq!(check(), (0, String::new()));
-    // A slot that is one of ROS 2, whatever it was generated for; told once, also at generation.
+    // A slot that declares ROS 2. The error is reported once, also by generation.
     cdsl("publishes I(ros2);");
     assert_eq!(check(), (1, of_node.clone()));
     for middleware in ["dds", "ros2"] {
@@ -452,11 +452,11 @@ fn library(path: &Path) -> rc_idsl::Library {
     library
 }
 
-/// All interfaces that come with rcgen, and files with everything: ROS 2's tools take them, and what these make of them
-/// are the bytes of components.
+/// ROS 2's tools accept all bundled interfaces and files with every construct, and the resulting
+/// types have the bytes of components.
 #[test]
-fn rosidl_takes_every_file_and_means_the_same_bytes() {
-    let Some(rosidl) = rosidl::rosidl("rosidl_takes_every_file_and_means_the_same_bytes") else {
+fn rosidl_accepts_every_file_with_the_same_bytes() {
+    let Some(rosidl) = rosidl::rosidl("rosidl_accepts_every_file_with_the_same_bytes") else {
         return;
     };
     let interfaces = std::fs::read_dir(Path::new(HERE).join("../components/interfaces"));
@@ -500,11 +500,45 @@ fn rosidl_takes_every_file_and_means_the_same_bytes() {
     assert!(compared > 200, "{compared}");
 }
 
-/// The bytes that a component and a stranger in DDS agree about (`tests/export.rs`), read with the exported messages by a
-/// program that knows ROS 2 alone: one value of everything that can travel.
+/// Compares the table of ROS 2's standard types with their definitions.
 #[test]
-fn a_reader_of_ros_reads_what_components_send() {
-    let test = "a_reader_of_ros_reads_what_components_send";
+fn the_table_equals_the_definitions_of_ros() {
+    let Some(python) =
+        python::interpreter("rosbags==0.11.9", "the_table_equals_the_definitions_of_ros")
+    else {
+        return;
+    };
+    let table = include_str!("../../src/ros/standard.txt");
+    let messages = table
+        .lines()
+        .filter(|line| line.contains("/msg/") && !line.contains("/srv/"));
+    let messages: Vec<&str> = messages.filter(|line| !line.starts_with('#')).collect();
+    let mut packages: Vec<&str> = messages
+        .iter()
+        .filter_map(|line| line.split('/').next())
+        .collect();
+    packages.dedup();
+    assert!(packages.len() >= 5);
+    let script = Path::new(HERE).join("tests/ros/standard.py");
+    let output = Command::new(python).arg(script).args(packages).output();
+    let output = output.expect("Python");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let defined = String::from_utf8(output.stdout).expect("a text");
+    for (ours, theirs) in messages.iter().zip(defined.lines()) {
+        assert_eq!(*ours, theirs);
+    }
+    assert_eq!(messages.len(), defined.lines().count());
+}
+
+/// A program that uses only ROS 2's tools decodes the bytes of `tests/export.rs` with the exported
+/// messages: one value of every type.
+#[test]
+fn ros_messages_decode_samples_of_components() {
+    let test = "ros_messages_decode_samples_of_components";
     let Some(dds) = python::interpreter("cyclonedds==11.0.1", test) else {
         return;
     };

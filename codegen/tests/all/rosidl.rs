@@ -1,20 +1,21 @@
-//! The tools of ROS 2 that read interface packages, as Debian packs them.
+//! The tools of ROS 2 for interface packages, from Debian packages.
 
 use crate::debian;
 use crate::python::skipped;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Debian's own, for which the packages are made.
+/// The interpreter of Debian, which its packages require.
 const PYTHON: &str = "/usr/bin/python3";
 const PACKAGES: &str = "rosidl-tools python3-rosidl python3-catkin-pkg python3-empy";
 
 pub(crate) struct Rosidl {
-    /// Where its modules are, unless the system knows.
+    /// The folder of its modules, unless they are installed.
     modules: Option<PathBuf>,
 }
 
-/// Those of the system, else some below the target folder. Where there is no way to them, `test` is listed as skipped.
+/// The installed tools, or tools unpacked below the target folder. Without either, reports `test`
+/// as skipped.
 pub(crate) fn rosidl(test: &str) -> Option<Rosidl> {
     let system = Rosidl { modules: None };
     if system.works() {
@@ -29,7 +30,7 @@ pub(crate) fn rosidl(test: &str) -> Option<Rosidl> {
     }
 }
 
-/// The modules in packages that were unpacked in `folder`.
+/// The modules in packages unpacked in `folder`.
 fn unpacked(folder: &Path) -> Rosidl {
     Rosidl {
         modules: Some(folder.join("usr/lib/python3/dist-packages")),
@@ -52,7 +53,7 @@ impl Rosidl {
         output.is_ok_and(|status| status.success())
     }
 
-    /// What `packages.py` finds in the packages in each of `folders`, line by line.
+    /// The output of `packages.py` for the packages in `folders`.
     pub(crate) fn read(&self, folders: &[PathBuf]) -> String {
         let out = tempfile::tempdir().expect("a folder");
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/ros/packages.py");

@@ -16,7 +16,7 @@ fn write(path: &Path, text: &str) {
     std::fs::write(path, text).expect("a file");
 }
 
-/// A workspace whose folder of interfaces holds `Base.idsl`, `Scan.idsl` and `Grip.idsl`.
+/// A workspace whose folder of interfaces contains `Base.idsl`, `Scan.idsl` and `Grip.idsl`.
 fn workspace() -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("a folder");
     let (code, _, err) = rcgen(folder.path(), &["init", "robot", "--framework", ROOT]);
@@ -28,7 +28,7 @@ fn workspace() -> (TempDir, PathBuf) {
     (folder, robot)
 }
 
-/// Writes a component; gives the path of its description from the workspace.
+/// Writes a component. Returns the path of its description, relative to the workspace.
 fn component(robot: &Path, name: &str, import: &str, slots: &str) -> String {
     let path = format!("components/{name}/{name}.cdsl");
     let text = format!(
@@ -77,13 +77,13 @@ fn one_component_adds_its_modules_and_removes_none() {
     assert_eq!(modules(&robot), ["base", "scan"]);
     succeeds(&robot, &[&b]);
     assert_eq!(modules(&robot), ["base", "grip", "scan"]);
-    // From the component's own folder the same.
+    // The same from the component's folder.
     let (_, _, err) = rcgen(&robot.join("components/b"), &["b.cdsl", "--check"]);
     assert_eq!(err, "");
     std::fs::remove_dir_all(robot.join("components/a")).expect("a folder");
     succeeds(&robot, &[&b]);
     assert_eq!(modules(&robot), ["base", "grip", "scan"]);
-    // A type that is not in it any more is not up to date.
+    // After the removal of a type, the crate is out of date.
     let scan = robot.join("interfaces/generated/src/grip.rs");
     std::fs::write(&scan, "").expect("a file");
     let (code, _, err) = rcgen(&robot, &["--check", &b]);
@@ -135,7 +135,7 @@ fn the_whole_workspace_is_the_exact_union() {
 }
 
 #[test]
-fn what_is_unchanged_is_not_written() {
+fn unchanged_files_are_not_written() {
     let (_folder, robot) = workspace();
     let a = component(&robot, "a", "Scan.idsl", "publishes Scans;");
     let b = component(&robot, "b", "Base.idsl", "");
@@ -147,14 +147,14 @@ fn what_is_unchanged_is_not_written() {
     let after = times(&robot);
     let touched: Vec<_> = before.iter().filter(|file| !after.contains(file)).collect();
     assert_eq!(touched, Vec::<&(PathBuf, SystemTime)>::new());
-    // Comments of another file with the same module are no other definition.
+    // Definitions that differ only in comments are equal.
     let text = format!("// as in interfaces/Base.idsl\n{BASE}");
     write(&robot.join("components/b/Base.idsl"), &text);
     succeeds(&robot, &[&b]);
 }
 
 #[test]
-fn runs_at_once_lose_nothing() {
+fn concurrent_runs_lose_no_module() {
     let (_folder, robot) = workspace();
     let components: Vec<String> = (0..8)
         .map(|n| {
@@ -178,7 +178,7 @@ fn runs_at_once_lose_nothing() {
 }
 
 #[test]
-fn two_definitions_are_an_error_that_shows_both() {
+fn two_definitions_of_a_module_are_reported_with_both_locations() {
     let (_folder, robot) = workspace();
     let a = component(&robot, "a", "Grip.idsl", "requires Gripper;");
     let b = component(&robot, "b", "Grip.idsl", "requires Gripper;");
@@ -195,7 +195,7 @@ fn two_definitions_are_an_error_that_shows_both() {
         assert!(err.contains("interfaces/Grip.idsl:1:8"), "{err}");
         assert_eq!(changed(&before, &files(&robot)), [""; 0]);
     }
-    // The one that is changed, moved or removed is no other one.
+    // A changed, moved or removed file does not count as another definition.
     write(
         &robot.join("interfaces/Grip.idsl"),
         &GRIP.replace("float", "int"),
@@ -212,7 +212,7 @@ fn two_definitions_are_an_error_that_shows_both() {
 }
 
 #[test]
-fn a_file_of_the_workspace_stands_for_one_that_comes_with_rcgen() {
+fn a_file_of_the_workspace_overrides_a_bundled_one() {
     let (_folder, robot) = workspace();
     let a = component(&robot, "a", "Speech.idsl", "requires Speech;");
     let b = component(&robot, "b", "Speech.idsl", "implements Speech;");
@@ -226,7 +226,7 @@ fn a_file_of_the_workspace_stands_for_one_that_comes_with_rcgen() {
 }
 
 #[test]
-fn the_mistake_of_another_component_blocks_nobody() {
+fn errors_of_one_component_do_not_block_others() {
     let (_folder, robot) = workspace();
     let a = component(&robot, "a", "Scan.idsl", "publishes Scans;");
     let b = component(&robot, "b", "Own.idsl", "requires Own;");
@@ -247,7 +247,7 @@ fn the_mistake_of_another_component_blocks_nobody() {
     );
     assert_eq!(modules(&robot), ["base", "grip", "own", "scan"]);
     succeeds(&robot, &["--check", &c]);
-    // An interface that no component uses yet blocks nobody, either.
+    // An invalid interface that no component uses does not block others either.
     write(&robot.join("interfaces/Draft.idsl"), "module Draft {");
     assert_eq!(rcgen(&robot, &["."]).0, 1);
     assert_eq!(modules(&robot), ["base", "grip", "own", "scan"]);
@@ -283,7 +283,7 @@ fn a_component_in_no_workspace_has_the_crate_in_its_folder() {
 }
 
 #[test]
-fn an_older_workspace_gets_what_it_needs() {
+fn an_older_workspace_is_upgraded() {
     let (_folder, robot) = workspace();
     let path = robot.join("Cargo.toml");
     let manifest = std::fs::read_to_string(&path).expect("a manifest");
@@ -317,7 +317,7 @@ fn an_older_workspace_gets_what_it_needs() {
 }
 
 #[test]
-fn the_folder_of_interfaces_is_where_the_workspace_says() {
+fn the_workspace_sets_the_folder_of_interfaces() {
     let (_folder, robot) = workspace();
     let path = robot.join("Cargo.toml");
     let manifest = std::fs::read_to_string(&path).expect("a manifest");
@@ -338,7 +338,7 @@ fn the_folder_of_interfaces_is_where_the_workspace_says() {
 }
 
 #[test]
-fn a_disk_that_refuses_leaves_both_crates_as_they_were() {
+fn a_write_error_leaves_both_crates_unchanged() {
     let (_folder, robot) = workspace();
     let a = component(&robot, "a", "Scan.idsl", "publishes Scans;");
     succeeds(&robot, &[&a]);
@@ -346,7 +346,7 @@ fn a_disk_that_refuses_leaves_both_crates_as_they_were() {
         &robot.join("interfaces/Scan.idsl"),
         &SCAN.replace("from", "to"),
     );
-    // A folder where a file is to be written.
+    // A folder in the place of a file makes writing fail.
     let taken = robot.join("components/a/generated/src/context.rs.rcgen-new");
     std::fs::create_dir(&taken).expect("a folder");
     write(&robot.join("components/a/generated/src/context.rs"), "");
@@ -410,7 +410,7 @@ fn two_modules_with_one_name_in_rust_collide() {
 }
 
 #[test]
-fn a_module_follows_what_it_imports() {
+fn a_module_is_regenerated_after_a_change_of_its_imports() {
     let (_folder, robot) = workspace();
     let a = component(&robot, "a", "Scan.idsl", "publishes Scans;");
     let b = component(&robot, "b", "Base.idsl", "");
@@ -436,7 +436,7 @@ fn a_module_follows_what_it_imports() {
 }
 
 #[test]
-fn a_component_in_no_member_is_named() {
+fn a_component_outside_all_members_is_reported() {
     let (_folder, robot) = workspace();
     let text = "Component far { Communications { }; language rust; };";
     write(&robot.join("elsewhere/far/far.cdsl"), text);

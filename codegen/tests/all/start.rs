@@ -53,7 +53,7 @@ fn a_workspace_that_can_be_given_away() {
         (code, err.as_str()),
         (2, "rcgen: error: . has a Cargo.toml already\n")
     );
-    // Elsewhere, a version or an address.
+    // Outside the repository, the dependency is a version or a URL.
     for (framework, dependency) in [
         ("0.1", "rc-runtime = \"0.1\"\n"),
         (
@@ -66,7 +66,7 @@ fn a_workspace_that_can_be_given_away() {
         let manifest = read(&folder.path().join("robot/Cargo.toml"));
         assert!(manifest.contains(dependency), "{manifest}");
     }
-    // A folder outside is on this machine only.
+    // A path to a folder outside the repository is valid on this machine only.
     let folder = tempfile::tempdir().expect("a folder");
     let (code, _, err) = rcgen(folder.path(), &["init", "robot", "--framework", ROOT]);
     assert!(
@@ -155,7 +155,7 @@ fn a_component_from_any_folder_of_the_workspace() {
         "{err}"
     );
     assert_eq!(changed(&before, &files(&robot)), [""; 0]);
-    // Outside there is no place for it.
+    // Outside a workspace, `new` is refused.
     let (code, _, err) = rcgen(folder.path(), &["new", "x"]);
     assert!(
         code == 2 && err.contains("in no workspace; make one with `rcgen init FOLDER`"),
@@ -224,7 +224,7 @@ fn many_at_once() {
         "{out}"
     );
     assert_eq!(changed(&before, &files(&robot)), [""; 0]);
-    // One of them is wrong: the others are generated.
+    // One component has errors; the others are generated.
     let cdsl = robot.join("components/b/b.cdsl");
     let right = read(&cdsl);
     write(&cdsl, &right.replace("requires Speech", "requires Speach"));
@@ -240,7 +240,7 @@ fn many_at_once() {
         "{out}"
     );
     write(&cdsl, &right);
-    // All that rcgen wrote goes, and comes again.
+    // `clean` removes all files of rcgen, and generation restores them.
     let out = succeeds(&robot, &["clean", "--dry-run"]);
     assert_eq!(out.lines().count(), 4, "{out}");
     assert_eq!(changed(&before, &files(&robot)), [""; 0]);

@@ -1,4 +1,4 @@
-//! `rcgen stubs`: what a worker lacks after its description changed.
+//! `rcgen stubs`: missing handlers of a worker after a change of its description.
 
 use crate::folders::{changed, files, rcgen};
 use expect_test::{Expect, expect};
@@ -24,7 +24,7 @@ Component c { Communications { implements Voice; subscribesTo Goal as goals; }; 
 ";
 const WORKER: &str = "src/specific_worker.rs";
 
-/// A component that was generated.
+/// A generated component.
 struct Component(TempDir);
 
 impl Component {
@@ -49,14 +49,14 @@ impl Component {
         fs::read_to_string(self.path().join(file)).expect("a text")
     }
 
-    /// Replaces what has to be there.
+    /// Replaces a text that must exist.
     fn replace(&self, file: &str, from: &str, to: &str) {
         let text = self.text(file);
         assert!(text.contains(from), "{text}");
         self.write(file, &text.replace(from, to));
     }
 
-    /// Takes out what stands from one text up to another one.
+    /// Removes the text from `from` up to `to`.
     fn cut(&self, from: &str, to: &str) {
         let text = self.text(WORKER);
         let start = text.find(from).expect("the beginning");
@@ -64,7 +64,7 @@ impl Component {
         self.write(WORKER, &format!("{}{}", &text[..start], &text[end..]));
     }
 
-    /// Runs `rcgen stubs`, which changes nothing.
+    /// Runs `rcgen stubs`. Checks that it changes no file.
     fn stubs(&self) -> (i32, String, String) {
         let before = files(self.path());
         let result = rcgen(self.path(), &["stubs", "c.cdsl", "--format", "short"]);
@@ -81,7 +81,7 @@ impl Component {
 }
 
 #[test]
-fn a_new_worker_lacks_nothing() {
+fn a_new_worker_needs_no_stubs() {
     let component = Component::new();
     component.check(
         0,
@@ -96,7 +96,7 @@ fn a_new_worker_lacks_nothing() {
 }
 
 #[test]
-fn one_handler_and_what_it_imports() {
+fn a_missing_handler_is_printed_with_its_imports() {
     let component = Component::new();
     component.cut("    fn path(", "}\n\nimpl Goal");
     component.replace(WORKER, "Point, ", "");
@@ -117,7 +117,7 @@ fn one_handler_and_what_it_imports() {
 }
 
 #[test]
-fn a_component_that_is_no_library_gets_the_lines() {
+fn a_component_without_a_library_gets_its_lines() {
     let component = Component::new();
     let lib = component.text("src/lib.rs");
     fs::remove_file(component.path().join("src/lib.rs")).expect("it was there");
@@ -146,7 +146,7 @@ fn a_component_that_is_no_library_gets_the_lines() {
 }
 
 #[test]
-fn what_is_printed_is_what_a_new_worker_has() {
+fn stubs_equal_the_code_of_a_new_worker() {
     let component = Component::new();
     let text = component.text(WORKER);
     let at = text.find("impl Voice").expect("the handlers");
@@ -162,7 +162,7 @@ fn what_is_printed_is_what_a_new_worker_has() {
 }
 
 #[test]
-fn a_worker_without_anything() {
+fn an_empty_worker_gets_every_handler() {
     let component = Component::new();
     component.write(
         WORKER,
@@ -208,7 +208,7 @@ fn a_worker_without_anything() {
 }
 
 #[test]
-fn handlers_that_nobody_declares() {
+fn undeclared_handlers_are_reported() {
     let component = Component::new();
     component.replace(WORKER, "fn hush", "fn shush");
     component.replace("c.cdsl", " subscribesTo Goal as goals;", "");
@@ -224,7 +224,7 @@ fn handlers_that_nobody_declares() {
 }
 
 #[test]
-fn handlers_with_another_signature() {
+fn changed_signatures_are_reported() {
     let component = Component::new();
     component.replace(WORKER, "text: String", "text: f32");
     component.replace(
@@ -245,9 +245,9 @@ fn handlers_with_another_signature() {
     "]]);
 }
 
-/// What may well be the same is no finding.
+/// Types that may be equal cause no error.
 #[test]
-fn types_that_are_written_in_another_way() {
+fn equivalent_types_are_not_reported() {
     let component = Component::new();
     component.replace(WORKER, "text: String", "_: std::string::String");
     component.replace(WORKER, "-> Result<bool, SayError>", "-> Answer<bool>");
@@ -273,7 +273,7 @@ fn types_that_are_written_in_another_way() {
 }
 
 #[test]
-fn traits_under_other_names_and_workers_of_tests() {
+fn renamed_traits_and_workers_in_tests_are_handled() {
     let component = Component::new();
     component.replace(WORKER, "Voice,", "Voice as Sound,");
     component.replace(
@@ -300,7 +300,7 @@ fn traits_under_other_names_and_workers_of_tests() {
 }
 
 #[test]
-fn a_source_that_is_no_rust() {
+fn invalid_rust_is_reported() {
     let component = Component::new();
     component.replace(WORKER, "let _ = ctx;", "let é = ;");
     component.write("src/main.rs", "fn main() {\n    (\n}\n");
@@ -315,7 +315,7 @@ fn a_source_that_is_no_rust() {
 }
 
 #[test]
-fn a_component_that_was_never_generated() {
+fn a_component_without_generated_code_is_reported() {
     let component = Component::new();
     fs::remove_dir_all(component.path().join("src")).expect("it was there");
     component.check(1, &expect![""], &expect![[r"
@@ -324,7 +324,7 @@ fn a_component_that_was_never_generated() {
 }
 
 #[test]
-fn the_folder_and_the_imports_may_be_elsewhere() {
+fn folder_and_import_paths_can_be_given() {
     let component = Component::new();
     for folder in ["here", "idsl"] {
         fs::create_dir(component.path().join(folder)).expect("a folder");
@@ -342,9 +342,9 @@ fn the_folder_and_the_imports_may_be_elsewhere() {
     assert_eq!(rcgen(component.path(), &["stubs", "none.cdsl"]).0, 3);
 }
 
-/// A generation tells it without being asked, once, when it changed a trait.
+/// A generation that changes a trait reports missing handlers once.
 #[test]
-fn rcgen_says_what_is_missing_after_an_edit() {
+fn generation_reports_missing_handlers() {
     let component = Component::new();
     let worker = component.text(WORKER);
     component.replace("M.idsl", "void hush();", "void hush(int how); int hum();");

@@ -1,4 +1,4 @@
-//! What the templates of every language see, and a page that is printed from it.
+//! The view, which the templates of all languages use, and a page printed from it.
 
 use crate::folders::rcgen;
 use expect_test::expect;

@@ -1,11 +1,11 @@
-//! The order of what components send, by the IDSL alone: as the generated code writes it.
+//! The encoding of types on the wire, derived from the IDSL, in the order of the generated code.
 
 use rc_codegen::ros::names;
 use rc_idsl::Library;
 use rc_idsl::model::{InterfaceId, Member, Primitive, Type, TypeDeclKind};
 use std::collections::BTreeMap;
 
-/// By the names of their types, topics, requests and responses of an operation.
+/// The encodings of types, topics, requests and responses, by name.
 pub(crate) fn of(library: &Library) -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
     for id in (0..library.interfaces.len()).map(InterfaceId) {

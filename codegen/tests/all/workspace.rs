@@ -1,4 +1,4 @@
-//! A workspace with the component that talks to the stranger.
+//! A workspace with the component that exchanges bytes with a Python program.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,8 +6,8 @@ use std::process::Command;
 const RCGEN: &str = env!("CARGO_BIN_EXE_rcgen");
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// Generates the component of `fixtures` in `folder`, and runs its test with the stranger's `samples`, which writes
-/// what the component said to `ours`.
+/// Generates the component of `fixtures` in `folder` and runs its test. The test reads the Python
+/// program's `samples` and writes the component's bytes to `ours`.
 pub(crate) fn check(folder: &Path, fixtures: &Path, samples: &Path, ours: &Path) {
     let workspace = folder.join("robot");
     let component = workspace.join("components/exported");
@@ -17,7 +17,7 @@ pub(crate) fn check(folder: &Path, fixtures: &Path, samples: &Path, ours: &Path)
     let copy = |from: &Path, to: &Path| {
         std::fs::copy(from, to).expect("a copy");
     };
-    // The versions that this project is built with are in the cache.
+    // The cache of cargo contains the versions that this project uses.
     copy(
         &Path::new(ROOT).join("Cargo.lock"),
         &workspace.join("Cargo.lock"),
@@ -39,7 +39,7 @@ pub(crate) fn check(folder: &Path, fixtures: &Path, samples: &Path, ours: &Path)
     let text =
         text + "\n[dev-dependencies]\nrc-local.workspace = true\nrc-runtime.workspace = true\n";
     std::fs::write(manifest, text).expect("to write");
-    // The target folder that this test was built in, so that nothing is built twice.
+    // The target folder of this test run, so that nothing is built twice.
     let target = Path::new(RCGEN)
         .ancestors()
         .nth(2)

@@ -1,5 +1,6 @@
-//! What a generated component and a stranger say to each other, byte by byte; run by `tests/export.rs`. The stranger's
-//! bytes are in the file `EXPORTED_SAMPLES`, the component's go into `EXPORTED_OURS`.
+//! Compares the bytes of a generated component with those of a Python program; run by
+//! `tests/export.rs`. The file `EXPORTED_SAMPLES` contains the bytes of the program. The test
+//! writes those of the component to `EXPORTED_OURS`.
 
 use exported_generated::{
     AskError, Balance, Busy, Context, Desk, Gone, Heard, Mode, Nothing, Point, Reading, Worker,
@@ -17,7 +18,7 @@ use std::time::{Duration, Instant};
 
 const LIMIT: Duration = Duration::from_secs(20);
 
-/// What has happened in the component.
+/// The events in the component.
 static EVENTS: OnceLock<Sender<&'static str>> = OnceLock::new();
 
 fn happened(event: &'static str) {
@@ -72,7 +73,7 @@ fn busy() -> AskError {
     })
 }
 
-/// Says everything once, and expects what the stranger says.
+/// Sends every message once, and expects the messages of the program.
 struct Talker {
     said: bool,
 }
@@ -137,7 +138,7 @@ impl Heard for Talker {
     }
 }
 
-/// The first hash of types behind `place` in a text of the generated code.
+/// The first type hash after `place` in generated code.
 fn hash(text: &str, place: &str) -> u64 {
     let behind = text.split_once(place).expect(place).1;
     let behind = behind.split_once("type_hash: 0x").expect("a hash").1;
@@ -156,7 +157,7 @@ fn endpoint(address: String, name: &str, hash: u64) -> Endpoint {
     }
 }
 
-/// The stranger's bytes by their names.
+/// The bytes of the program, by name.
 fn samples() -> BTreeMap<String, Vec<u8>> {
     let file = std::env::var("EXPORTED_SAMPLES").expect("a file of samples");
     let text = std::fs::read_to_string(file).expect("samples");
@@ -169,10 +170,10 @@ fn samples() -> BTreeMap<String, Vec<u8>> {
     text.lines().map(line).collect()
 }
 
-/// Where a request says whose it is, and a reply to whose it is one.
+/// The length of the request identity at the start of requests and replies.
 const IDENTITY: usize = 24;
 
-/// Answers what the component asks, as the stranger would; says what it was.
+/// Replies to the request of the component with the program's bytes. Returns the request.
 fn answer(
     samples: &BTreeMap<String, Vec<u8>>,
     request: &[u8],

@@ -1,9 +1,9 @@
-//! A component that can be edited at random, and printed in many ways.
+//! A component that can be edited randomly and printed in many layouts.
 
 use std::fs;
 use std::path::Path;
 
-/// Numbers that are the same in every run (xorshift64).
+/// Deterministic random numbers (xorshift64).
 pub(crate) struct Random(u64);
 
 impl Random {
@@ -35,7 +35,7 @@ impl Random {
 }
 
 const ROLES: [&str; 4] = ["implements", "requires", "publishes", "subscribesTo"];
-/// Each with its file and whether it can be a topic; `None` is both.
+/// Each interface with its file and whether it is for topics; `None` allows both.
 const INTERFACES: [(&str, &str, Option<bool>); 10] = [
     ("Laser", "Laser", Some(false)),
     ("LaserPub", "LaserPub", None),
@@ -82,7 +82,7 @@ struct Slot {
     qos: Vec<&'static str>,
 }
 
-/// A component that is valid.
+/// A valid component.
 #[derive(Clone)]
 pub(crate) struct Model {
     slots: Vec<Slot>,
@@ -115,7 +115,7 @@ impl Model {
         }
     }
 
-    /// One change, after which it still is valid.
+    /// Makes one change that keeps it valid.
     pub(crate) fn edit(&mut self, random: &mut Random) {
         match random.below(10) {
             0..=2 if self.slots.len() < 12 => self.add_slot(random),
@@ -192,7 +192,7 @@ impl Model {
         }
     }
 
-    /// Its files, in one of many layouts.
+    /// Its files, in a random layout.
     pub(crate) fn print(&self, name: &str, random: &mut Random) -> Vec<(&'static str, String)> {
         let mut imports: Vec<&str> = self
             .slots
@@ -306,14 +306,14 @@ fn toggle(all: &mut Vec<&'static str>, one: &'static str) {
     }
 }
 
-/// Words with anything between them that means nothing.
+/// Words with random white space and comments between them.
 struct Text<'a> {
     out: String,
     random: &'a mut Random,
 }
 
 impl Text<'_> {
-    /// Words that are written as they are; one with a quotation mark stays in one piece.
+    /// Appends words unchanged. A word with a quotation mark is not split.
     fn words(&mut self, words: &str) {
         for word in words.split(' ') {
             let gaps = [
@@ -333,7 +333,7 @@ impl Text<'_> {
         }
     }
 
-    /// A word that may be written in any case.
+    /// Appends a keyword in random case.
     fn keyword(&mut self, word: &str) {
         let word = match self.random.below(6) {
             0 => word.to_uppercase(),
@@ -344,7 +344,7 @@ impl Text<'_> {
     }
 }
 
-/// An edit that makes a description invalid, or may do so.
+/// An edit that may make a description invalid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spoiled(usize);
 
@@ -353,7 +353,7 @@ impl Spoiled {
         Self(random.below(14))
     }
 
-    /// Whether the description is valid after it, where that is certain.
+    /// Whether the description is valid after the edit; `None` if uncertain.
     pub(crate) fn validity(self) -> Option<bool> {
         (self.0 < 13).then_some(false)
     }

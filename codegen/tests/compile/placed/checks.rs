@@ -1,4 +1,4 @@
-//! Values of every kind, in place and back; run by `tests/compile.rs`.
+//! Conversions of all kinds of values to in-place form and back; run by `tests/compile.rs`.
 
 use placed_generated::{
     CallError, Cloud, CloudInPlace, Context, Dot, InPlace, Names, NamesInPlace, NamesInPlace_, NamesInPlaceRowsItem,
@@ -100,7 +100,7 @@ fn any_bytes_are_read_or_refused() {
     }
 }
 
-/// A member or an operation whose name a function of generated code would have keeps it.
+/// Members and operations keep their names, even if generated functions would have the same.
 #[test]
 fn names_of_the_interface_come_first() {
     let value = Names {
@@ -128,7 +128,7 @@ fn names_of_the_interface_come_first() {
     assert_eq!((read.data, read.data_mut), (vec![5, 7], vec![6]));
 }
 
-/// These functions are there, with these types.
+/// Checks at compile time that these functions exist.
 #[test]
 fn operations_in_place_make_room() {
     fn _all(ctx: &mut Context) -> Result<(), SendError> {

@@ -1,18 +1,18 @@
-//! Pictures from one camera to three that look at them.
+//! Images of one camera to three subscribers.
 
 use crate::network::site::Site;
 
 const CAMERA: &str = include_str!("../../../../components/networks/camera.ddsl");
 
-/// Every picture that comes is looked at in shared memory, and is whole; so is every one that is asked for.
+/// Every received and every requested image is read in shared memory and is complete.
 #[test]
-fn pictures_are_seen_where_they_were_written() {
+fn images_are_read_in_shared_memory() {
     let site = Site::new("camera");
     site.write_ddsl(&CAMERA.replace("Deployment camera", "Deployment patrol"));
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(up.code, 0, "{up:?}");
     for name in ["left", "middle", "right"] {
-        // Two lines: a second's pictures lie between them.
+        // One second of images lies between two lines of the log.
         Site::until("pictures", || {
             site.count_in_log(name, "asked for picture") >= 2
         });

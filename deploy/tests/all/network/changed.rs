@@ -1,4 +1,4 @@
-//! A `.ddsl` that changes while its network runs; components on a disk, and in a shared memory, that is full.
+//! Changes of a `.ddsl` while its network runs, full disks, and full shared memory.
 
 use crate::network::site::{PATROL, Site};
 use crate::python::skipped;
@@ -7,7 +7,7 @@ use std::fs::File;
 use std::process::{Command, Stdio};
 
 #[test]
-fn a_changed_file_still_means_the_network_that_runs() {
+fn a_changed_file_still_refers_to_the_running_network() {
     let site = Site::new("changed");
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(up.code, 0, "{up:?}");
@@ -21,7 +21,7 @@ fn a_changed_file_still_means_the_network_that_runs() {
     let text = std::fs::read_to_string(site.ddsl()).expect("the file");
     let broken = format!("{}\n    Component {{\n", &text[..text.len() / 2]);
     let renamed = PATROL.replace("Deployment patrol", "Deployment other_name");
-    // Another comment; another name; not to be read any more; and gone.
+    // Another comment, another name, a syntax error, and no file.
     for changed in [format!("{text}// later\n"), renamed, broken] {
         std::fs::write(site.ddsl(), changed).expect("written");
         let told = status();
@@ -38,14 +38,14 @@ fn a_changed_file_still_means_the_network_that_runs() {
     let down = site.rcdeploy(&["down"], true);
     assert_eq!(down.code, 0, "{down:?}");
     site.assert_nothing_left();
-    // Now nothing is known of it any more.
+    // Now `rcdeploy` has no information about the network.
     let gone = status();
     assert_eq!(gone.code, 3, "{gone:?}");
     assert!(gone.stderr.contains("No such file"), "{gone:?}");
 }
 
 #[test]
-fn a_component_bears_that_its_log_cannot_be_written() {
+fn a_component_survives_an_unwritable_log() {
     let site = Site::new("full");
     let full = || File::options().write(true).open("/dev/full");
     let program = Site::executable("speech_server");
@@ -72,7 +72,7 @@ fn a_component_bears_that_its_log_cannot_be_written() {
 }
 
 #[test]
-fn a_network_that_does_not_fit_into_the_shared_memory_says_so() {
+fn a_network_that_exceeds_the_shared_memory_is_reported() {
     let site = Site::new("small");
     let file = site.write(
         "small.ddsl",
@@ -89,7 +89,7 @@ fn a_network_that_does_not_fit_into_the_shared_memory_says_so() {
     let mut command = within("true");
     command.stderr(Stdio::null());
     if !command.status().is_ok_and(|status| status.success()) {
-        let test = "a_network_that_does_not_fit_into_the_shared_memory_says_so";
+        let test = "a_network_that_exceeds_the_shared_memory_is_reported";
         return skipped(test, "this user may not mount (`unshare -m`)");
     }
     let mut command = within(env!("CARGO_BIN_EXE_rcdeploy"));

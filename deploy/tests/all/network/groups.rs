@@ -1,4 +1,4 @@
-//! A network with groups, and one whose components are started again.
+//! A network with groups, and restarts.
 
 use crate::network::site::Site;
 use rustix::process::{Pid, Signal, kill_process};
@@ -36,7 +36,7 @@ fn names(status: &serde_json::Value) -> Vec<&str> {
 }
 
 #[test]
-fn components_of_groups_run_under_their_whole_names() {
+fn components_of_groups_run_under_their_full_names() {
     let site = Site::new("groups");
     site.write_ddsl(GROUPED);
     let check = site.rcdeploy(&["check", "--profile", "dev"], true);
@@ -55,7 +55,7 @@ fn components_of_groups_run_under_their_whole_names() {
     );
     assert!(up.stdout.contains("robot.base.avoider  running"), "{up:?}");
     site.await_in_log("monitor", "poses=");
-    // Each answers under a name that sockets can have, and calls go through the groups.
+    // Each component has a socket with a valid name, and calls cross groups.
     let avoider = site.ask("robot-base-avoider", "status");
     assert_eq!(avoider["state"], "running", "{avoider}");
     let slots = avoider["slots"].as_array().expect("a list");
@@ -77,7 +77,7 @@ fn components_of_groups_run_under_their_whole_names() {
 }
 
 #[test]
-fn a_group_is_restarted_and_who_uses_it_finds_it_again() {
+fn users_of_a_restarted_group_reconnect() {
     let site = Site::new("regroup");
     site.write_ddsl(GROUPED);
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
@@ -99,14 +99,14 @@ fn a_group_is_restarted_and_who_uses_it_finds_it_again() {
     assert_ne!(before[0], after[0]);
     assert_eq!(before[1..], after[1..]);
 
-    // The file names the network as well.
+    // The file also identifies the network.
     let ddsl = site.ddsl().display().to_string();
     let stop = site.rcdeploy(&["stop", &ddsl, "world", "--format", "json"], false);
     assert_eq!(
         stop.stdout.trim(),
         r#"{"done":["world.simulator"],"failed":[]}"#
     );
-    // What needs it runs on, and is heard again.
+    // Components that need it keep running and reconnect.
     site.await_component("robot.base.avoider", |c| c["state"] == "running");
     let calls = || site.ask("robot-base-avoider", "status")["compute"]["errors"].as_u64();
     let failed = calls();
@@ -135,7 +135,7 @@ fn a_group_is_restarted_and_who_uses_it_finds_it_again() {
 }
 
 #[test]
-fn what_is_private_or_elsewhere_is_refused_at_its_place() {
+fn private_and_unknown_members_are_rejected_at_their_location() {
     let site = Site::new("private");
     site.write_ddsl(&GROUPED.replace("export Laser, ", "export "));
     let check = site.rcdeploy(&["check", "--profile", "dev", "--format", "short"], true);
@@ -200,7 +200,7 @@ Deployment world
     ));
     let check = site.rcdeploy(&["check", "--profile", "dev", "--format", "short"], true);
     assert_eq!(check.code, 1);
-    // The copy has neither generated code nor a workspace; all else of it was found.
+    // The copy has neither generated code nor a workspace; all its other files were found.
     let errors = check.stderr.lines().filter(|l| l.contains("error["));
     let errors: Vec<&str> = errors.filter_map(|l| l.split(':').nth(3)).collect();
     let expected = [" error[missing-generated]", " error[missing-executable]"];
@@ -208,7 +208,7 @@ Deployment world
 }
 
 #[test]
-fn publishers_with_a_subscriber_in_common_are_not_kept_apart() {
+fn publishers_with_a_common_subscriber_share_all_subscribers() {
     let site = Site::new("mixed");
     let text = r#"
 Deployment patrol
@@ -227,7 +227,7 @@ Deployment patrol
     Component monitor { cdsl "../pose_monitor/pose_monitor.cdsl"; };
 };
 "#;
-    // By itself, each subscriber hears all that it can see.
+    // Without other subscribers, each subscriber receives all its publishers.
     site.write_ddsl(text);
     let check = site.rcdeploy(&["check", "--profile", "dev"], true);
     assert_eq!(check.code, 0, "{check:?}");
@@ -240,7 +240,7 @@ Deployment patrol
 }
 
 #[test]
-fn a_simulator_that_is_killed_is_started_again_and_the_patrol_goes_on() {
+fn the_patrol_continues_after_a_restart_of_the_simulator() {
     let site = Site::new("again");
     site.write_ddsl(&GROUPED.replace(
         "cdsl \"../simulator/simulator.cdsl\";",
@@ -254,7 +254,7 @@ fn a_simulator_that_is_killed_is_started_again_and_the_patrol_goes_on() {
     site.await_component("world.simulator", |c| {
         c["restarts"] == 1 && c["ready"] == true && c["state"] == "running"
     });
-    // Those that use it find it again.
+    // Its users reconnect.
     let poses = || site.count_in_log("monitor", "poses=");
     let so_far = poses();
     Site::until("further poses", || poses() > so_far);

@@ -1,17 +1,17 @@
-//! The motor bus and the controller that moves a joint on it.
+//! The motor bus and the controller that moves a joint.
 
 use crate::network::site::Site;
 
 const JOINTS: &str = include_str!("../../../../components/networks/joints.ddsl");
 const MOTORS: &str = include_str!("../../../../components/motor_bus/etc/config.toml");
 
-/// The network, with the name that a site gives to its own.
+/// The network with the name that `Site` replaces.
 fn joints() -> String {
     JOINTS.replace("Deployment joints", "Deployment patrol")
 }
 
 #[test]
-fn the_controller_moves_the_joint_within_the_limits_that_the_bus_tells() {
+fn the_controller_respects_the_limits_of_the_bus() {
     let site = Site::new("joints");
     site.write(
         "tour.toml",
@@ -35,13 +35,14 @@ fn the_controller_moves_the_joint_within_the_limits_that_the_bus_tells() {
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(up.code, 0, "{up:?}");
     site.await_in_log("controller", "`wrist` turns from -3.1 to 0.6 rad");
-    // There and back, and there again; what the motor cannot reach is its limit.
+    // The joint moves back and forth; way points beyond the limits of the motor are clipped.
     for reached in ["reached 0.3 rad", "reached 0.6 rad", "reached -0.3 rad"] {
         site.await_in_log("controller", reached);
     }
     site.await_in_log("controller", "turns at ");
 
-    // What the joint cannot do is refused with the reason, and with it all that was to change at once.
+    // An impossible change is refused with its reason, together with all changes of the same
+    // request.
     let net = site.network.as_str();
     let set = |changes: &[&str]| {
         site.rcdeploy(
@@ -65,7 +66,7 @@ fn the_controller_moves_the_joint_within_the_limits_that_the_bus_tells() {
         assert!(refused.stderr.contains(reason), "{refused:?}");
         assert_eq!(site.ask("controller", "parameters"), before);
     }
-    // What it can do is no less welcome because it was told 99.0 at the start.
+    // A valid change is accepted, although the configuration contains 99.0.
     let changed = set(&["way_points[0]=0.2", "sine.amplitude=1.8"]);
     assert_eq!(changed.code, 0, "{changed:?}");
     site.await_in_log("controller", "reached 0.2 rad");
@@ -83,7 +84,7 @@ fn the_controller_moves_the_joint_within_the_limits_that_the_bus_tells() {
 fn limits_that_a_motor_would_have_to_move_for_are_refused_and_others_reach_the_controller() {
     let site = Site::new("limits");
     site.write_ddsl(&joints());
-    // The elbow is moved by nobody: it stands at its zero position.
+    // No controller moves the elbow: it is at its zero position.
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(up.code, 0, "{up:?}");
     let net = site.network.as_str();
@@ -111,7 +112,7 @@ fn limits_that_a_motor_would_have_to_move_for_are_refused_and_others_reach_the_c
         endless.stderr.contains("error[out-of-range]"),
         "{endless:?}"
     );
-    // What a motor need not move for holds, and the controller of another one hears of it by itself.
+    // A limit that moves no motor is accepted, and the controller of another motor receives it.
     let near = set(&["motors[1].max=0.5", "motors[0].max_speed=0.9"]);
     assert_eq!(near.code, 0, "{near:?}");
     site.await_in_log("controller", "at most at 0.9 rad/s");
@@ -120,7 +121,7 @@ fn limits_that_a_motor_would_have_to_move_for_are_refused_and_others_reach_the_c
 }
 
 #[test]
-fn a_text_needs_no_quotes_and_what_is_saved_is_told_so() {
+fn strings_need_no_quotes_and_saved_values_are_printed() {
     let site = Site::new("texts");
     let config = site.write("motors.toml", MOTORS);
     let _bus = site.start("motor_bus", &["--config", &config.display().to_string()]);
@@ -130,7 +131,7 @@ fn a_text_needs_no_quotes_and_what_is_saved_is_told_so() {
         assert_eq!(ran.code, 0, "{ran:?}");
         ran.stdout
     };
-    // A shell takes the quotes of `device="1"`.
+    // A shell removes the quotes of `device="1"`.
     for (word, text) in [
         ("1", "1"),
         ("true", "true"),
@@ -164,7 +165,7 @@ fn a_text_needs_no_quotes_and_what_is_saved_is_told_so() {
         "{table}"
     );
     assert!(!table.contains("saved"), "{table}");
-    // Findings begin on a line of their own, and nothing stands behind the colon.
+    // Diagnostics begin on a new line after the colon.
     let wrong = ["params", "set", net, "motor_bus", "baud_rate=1"];
     let wrong = site.rcdeploy(&wrong, false);
     assert_eq!(wrong.code, 1);
@@ -175,7 +176,7 @@ fn a_text_needs_no_quotes_and_what_is_saved_is_told_so() {
 }
 
 #[test]
-fn motors_that_cannot_be_are_refused_before_anything_starts() {
+fn invalid_motors_are_rejected_before_the_start() {
     let site = Site::new("motors");
     let wrong = MOTORS
         .replace("id = 2", "id = 1")

@@ -1,5 +1,5 @@
-//! Who comes late gets the last values, where both ends say `durability transient_local` in their `.cdsl`: the simulator
-//! keeps its last hundred poses.
+//! Late subscribers get the last samples if both ends declare `durability transient_local` in their
+//! `.cdsl`: the simulator keeps its last hundred poses.
 
 use crate::network::site::Site;
 use serde_json::{Value, json};
@@ -17,20 +17,20 @@ fn await_heard(site: &Site, count: usize) {
 }
 
 #[test]
-fn a_late_component_gets_the_last_values_and_one_that_comes_back_too() {
+fn late_and_restarted_subscribers_get_the_last_samples() {
     let site = Site::new("late");
     let config = site.write("simulator.toml", "[component]\nperiod = \"1ms\"\n");
     let config = config.display().to_string();
     let simulator = site.start("simulator", &["--config", &config]);
     let steps = || site.ask("simulator", "status")["compute"]["count"].as_u64();
     Site::until("the simulator has done many steps", || steps() > Some(250));
-    // From now on it does nothing.
+    // From now on it sends nothing.
     site.tell("simulator", "period", &json!({ "ms": 3_600_000 }));
     Site::until("its period is an hour", || {
         site.ask("simulator", "status")["period_ms"] == json!(3.6e6)
     });
 
-    // Twice; each one is killed when it has heard what there was.
+    // Twice; each subscriber is killed when it has received the kept samples.
     for _ in 0..2 {
         let late = site.start_monitor("late", 0);
         await_heard(&site, KEPT);
@@ -44,14 +44,14 @@ fn a_late_component_gets_the_last_values_and_one_that_comes_back_too() {
         drop(late);
     }
 
-    // The next one goes on with what is new, without a gap between old and new.
+    // The next subscriber gets kept and new samples without a gap.
     let late = site.start_monitor("trace", 0);
     await_heard(&site, KEPT);
     site.tell("simulator", "period", &json!({ "ms": 20 }));
     await_heard(&site, KEPT + 10);
     assert_eq!(heard(&site)["lost"], 0);
 
-    // A simulator that is killed and comes back is another sender.
+    // A restarted simulator is another sender.
     drop(simulator);
     let before = heard(&site)["handlers"]["count"].as_u64().expect("a count");
     let _simulator = site.start("simulator", &["--config", &config]);

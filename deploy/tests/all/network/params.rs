@@ -1,4 +1,4 @@
-//! `rcdeploy params` with real components: what is changed, refused and saved.
+//! `rcdeploy params` with real components: changes, errors, saving.
 
 use crate::network::site::{PATROL, Ran, Site};
 use rc_codegen::FileLoader;
@@ -7,7 +7,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use std::fs;
 
-/// The avoider's, with comments in all places.
+/// The configuration of the avoider, with comments everywhere.
 const CONFIG: &str = "# Mine.
 [component]\t# as it was
 period = \"20ms\"
@@ -20,7 +20,7 @@ turn_speed=0.8
 # The end.
 ";
 
-/// A network in which the avoider has a configuration of its own, beside a copy of its description.
+/// A network in which the avoider has its own configuration beside a copy of its description.
 fn site(name: &str) -> Site {
     let site = Site::new(name);
     site.copy_component("avoider");
@@ -44,10 +44,10 @@ fn params(site: &Site, args: &[&str]) -> Ran {
     site.rcdeploy(&[&["params"], args].concat(), false)
 }
 
-/// How many poses the monitor had when it last told where the robot is, and where.
+/// The number of poses in the last line of the monitor, and the position in it.
 fn last_place(site: &Site) -> (usize, Option<String>) {
     let log = site.log("monitor");
-    // A line that is being written has no end yet.
+    // Ignore an incomplete last line.
     let mut lines = log
         .split_inclusive('\n')
         .rev()
@@ -66,7 +66,7 @@ fn down(site: &Site) {
 }
 
 #[test]
-fn a_parameter_is_changed_while_the_robot_drives_and_saved() {
+fn a_parameter_is_changed_and_saved_at_run_time() {
     let site = site("params");
     let net = site.network.as_str();
     let file = site.path("networks/avoider/etc/config.toml");
@@ -75,7 +75,7 @@ fn a_parameter_is_changed_while_the_robot_drives_and_saved() {
     let row = "safe_distance  600.0  700.0    float, from 150 to 3000, in mm  now";
     assert!(table.stdout.contains(row), "{table:?}");
 
-    // A robot that may not drive stands, and its poses repeat.
+    // With speed 0, the poses repeat.
     let stand = params(&site, &["set", net, "avoider", "speed=0", "turn_speed=0.1"]);
     assert_eq!(stand.code, 0, "{stand:?}");
     assert_eq!(
@@ -107,7 +107,7 @@ fn a_parameter_is_changed_while_the_robot_drives_and_saved() {
     let standing = place();
     Site::until("the robot drives", || place().1 != standing.1);
 
-    // By the network's file, too.
+    // Also with the network's file.
     let ddsl = site.ddsl();
     let ddsl = ddsl.to_str().expect("a path");
     let saved = params(&site, &["save", ddsl, "avoider"]);
@@ -123,7 +123,7 @@ fn a_parameter_is_changed_while_the_robot_drives_and_saved() {
     let again = params(&site, &["save", net, "avoider"]);
     assert!(again.stdout.contains("nothing has changed"), "{again:?}");
 
-    // What was written is right, and the next start has it.
+    // The saved file is valid, and the next start uses it.
     let (mut sources, mut found) = (SourceMap::new(), Diagnostics::new());
     let loader = FileLoader::new(&[]);
     rc_codegen::check::file(&file, &mut sources, &loader, &mut found).expect("a file");
@@ -137,7 +137,7 @@ fn a_parameter_is_changed_while_the_robot_drives_and_saved() {
 }
 
 #[test]
-fn what_is_wrong_changes_nothing_and_says_so() {
+fn invalid_changes_are_reported_and_not_applied() {
     let site = site("refused");
     let net = site.network.as_str();
     let wrong = [
@@ -170,7 +170,7 @@ fn what_is_wrong_changes_nothing_and_says_so() {
     let fixed = params(&site, &["set", net, "simulator", "lockstep=true"]);
     assert_eq!(fixed.code, 1, "{fixed:?}");
     assert!(fixed.stderr.contains("mark it `T`"), "{fixed:?}");
-    // Another one has edited the file meanwhile.
+    // Another program has edited the file meanwhile.
     let file = site.path("networks/avoider/etc/config.toml");
     let edited = CONFIG.replace("600 ", "550 ");
     assert_eq!(
@@ -222,7 +222,7 @@ fn a_component_that_was_started_by_hand_is_changed_too_and_one_that_is_stopped_d
 }
 
 #[test]
-fn a_component_whose_log_cannot_be_written_does_its_work() {
+fn a_component_with_an_unwritable_log_works() {
     let site = Site::new("unlogged");
     let full = || {
         fs::File::options()
@@ -241,7 +241,7 @@ fn a_component_whose_log_cannot_be_written_does_its_work() {
     Site::until("its socket", || {
         std::os::unix::net::UnixStream::connect(&socket).is_ok()
     });
-    // There is nobody to ask, of which it complains.
+    // It reports that its server is absent.
     Site::until("complaints", || {
         site.ask("avoider", "status")["compute"]["errors"].as_u64() > Some(2)
     });

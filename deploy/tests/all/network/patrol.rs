@@ -1,4 +1,4 @@
-//! The real rcdeploy with real components on real shared memory, as a user types it.
+//! The real rcdeploy with real components on real shared memory.
 //!
 //! The components are those of this repository, built by `cargo xtask test` before the tests run.
 
@@ -22,7 +22,7 @@ fn patrol_runs_in_the_background_and_leaves_nothing() {
         );
     }
     site.await_in_log("monitor", "poses=");
-    // Each component answers for itself, too.
+    // Each component also replies on its own socket.
     let simulator = site.ask("simulator", "status");
     assert_eq!(simulator["state"], "running", "{simulator}");
     assert_eq!(simulator["middleware"], "iceoryx2");
@@ -50,7 +50,7 @@ fn patrol_runs_in_the_background_and_leaves_nothing() {
 }
 
 #[test]
-fn a_killed_rcdeploy_takes_its_network_with_it() {
+fn killing_rcdeploy_stops_its_network() {
     let site = Site::new("killed");
     assert_eq!(
         site.rcdeploy(&["up", "--detach", "--profile", "dev"], true)
@@ -63,7 +63,7 @@ fn a_killed_rcdeploy_takes_its_network_with_it() {
     kill_process(supervisor, Signal::KILL).expect("to kill it");
     site.await_nothing_left();
     for component in status["components"].as_array().expect("a list") {
-        // A process that nobody has waited for yet has no program any more.
+        // A zombie process has no program any more.
         let program = format!("/proc/{}/exe", component["pid"]);
         assert!(
             std::fs::read_link(program).is_err(),
@@ -81,7 +81,7 @@ fn a_killed_rcdeploy_takes_its_network_with_it() {
 }
 
 #[test]
-fn a_second_server_is_refused_and_told_who_the_first_is() {
+fn a_second_server_is_rejected_with_the_name_of_the_first() {
     let site = Site::new("second");
     assert_eq!(
         site.rcdeploy(&["up", "--detach", "--profile", "dev"], true)
@@ -117,7 +117,7 @@ fn a_second_server_is_refused_and_told_who_the_first_is() {
 }
 
 #[test]
-fn what_is_wrong_is_said_before_anything_starts() {
+fn errors_are_reported_before_the_start() {
     let site = Site::new("wrong");
     let bad = site.write(
         "bad.toml",
@@ -147,7 +147,7 @@ fn what_is_wrong_is_said_before_anything_starts() {
             check.stderr
         );
     }
-    // The component itself says the same.
+    // The component reports the same.
     let own = site.component(
         "avoider",
         &["--check", "--config", bad.to_str().expect("a path")],
@@ -188,7 +188,7 @@ fn executables_are_checked_by_the_note_in_them() {
     assert_eq!(up.code, 1);
     assert!(up.stderr.contains("not-a-component"), "{up:?}");
 
-    // Another model: the same component with one more word in its .cdsl.
+    // Another model: the same component with an additional word in its .cdsl.
     site.copy_component("avoider");
     site.edit("avoider/avoider.cdsl", |text| {
         text.replace("period 50ms", "period 51ms")
@@ -207,7 +207,7 @@ fn executables_are_checked_by_the_note_in_them() {
 }
 
 #[test]
-fn a_binary_tells_what_it_is() {
+fn a_binary_describes_itself() {
     let site = Site::new("tells");
     let help = site.component("avoider", &["--help"]);
     assert_eq!(help.code, 0);
@@ -233,9 +233,9 @@ fn pid_of(status: &Value, name: &str) -> Pid {
     Pid::from_raw(pid as i32).expect("a pid")
 }
 
-/// Calls to a component that stands still end by their deadline; when it goes on, all does.
+/// Calls to a stopped component end at their deadline. When it continues, calls succeed.
 #[test]
-fn a_stopped_component_is_an_error_to_its_callers_and_goes_on() {
+fn calls_to_a_stopped_component_fail_until_it_continues() {
     let site = Site::new("stopped");
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(up.code, 0, "{up:?}");
@@ -251,7 +251,7 @@ fn a_stopped_component_is_an_error_to_its_callers_and_goes_on() {
     assert!(error.contains("no reply from"), "{status}");
     assert_eq!(status["state"], "running", "{status}");
     kill_process(simulator, Signal::CONT).expect("to let it go on");
-    // Five in a row without an error.
+    // Five computes in a row without an error.
     let since = std::cell::Cell::new((0, 0));
     Site::until("it computes again", || {
         let status = avoider();
@@ -264,9 +264,10 @@ fn a_stopped_component_is_an_error_to_its_callers_and_goes_on() {
     site.assert_nothing_left();
 }
 
-/// It reads nothing while the simulator goes on; afterwards it has the newest, and everybody can see what it lost.
+/// The stopped subscriber reads nothing while the simulator sends. Afterwards it gets the newest
+/// samples, and the status shows the losses.
 #[test]
-fn what_a_slow_subscriber_lost_is_in_the_status() {
+fn the_status_shows_samples_lost_by_a_slow_subscriber() {
     let site = Site::new("slow");
     let monitor = PATROL.replace(
         "cdsl \"../pose_monitor/pose_monitor.cdsl\";",
@@ -288,7 +289,7 @@ fn what_a_slow_subscriber_lost_is_in_the_status() {
     let monitor = pid_of(&site.status(), "monitor");
     let computed = || site.ask("simulator", "status")["compute"]["count"].as_u64();
     kill_process(monitor, Signal::STOP).expect("to stop it");
-    // More than the hundred poses that wait for it.
+    // More than the hundred poses that its queue holds.
     let then = computed().expect("a count") + 300;
     Site::until("the simulator goes on", || computed() >= Some(then));
     kill_process(monitor, Signal::CONT).expect("to let it go on");

@@ -1,4 +1,4 @@
-//! What `rcdeploy plan` and `rcdeploy graph` print.
+//! The output of `rcdeploy plan` and `rcdeploy graph`.
 
 mod fleet;
 mod goldens;
@@ -10,7 +10,7 @@ use rc_deploy_network::{self as network, Network};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use std::path::Path;
 
-/// A network, and all that is wrong with it but its executables.
+/// A network and its diagnostics, without those about executables.
 fn load(file: &Path) -> (Network, SourceMap, Diagnostics) {
     let mut sources = SourceMap::new();
     let (network, found) = network::load(

@@ -1,4 +1,4 @@
-//! `--probe`, and what a service manager is told.
+//! `--probe`, and notifications of a service manager.
 
 use crate::network::site::Site;
 use rustix::process::{Signal, kill_process};
@@ -6,7 +6,7 @@ use std::os::unix::net::UnixDatagram;
 use std::time::Duration;
 
 #[test]
-fn a_probe_tells_ready_from_stopped_from_gone() {
+fn a_probe_distinguishes_ready_stopped_and_absent() {
     let site = Site::new("probe");
     let network = site.network.clone();
     let probe = |more: &[&str]| {
@@ -21,7 +21,7 @@ fn a_probe_tells_ready_from_stopped_from_gone() {
         (3, "simulator: not there\n")
     );
 
-    // Who waits is there before it is.
+    // The probe starts before the component.
     let running = std::thread::scope(|scope| {
         let waiting = scope.spawn(|| probe(&["--wait", "15"]));
         let running = site.start("simulator", &[]);
@@ -44,7 +44,7 @@ fn a_probe_tells_ready_from_stopped_from_gone() {
     kill_process(running.pid(), Signal::CONT).expect("it is ours");
     assert_eq!(probe(&["--wait", "15"]).code, 0);
 
-    // Its socket is left.
+    // The socket of the killed component still exists.
     kill_process(running.pid(), Signal::KILL).expect("it is ours");
     assert_eq!(running.end(), None);
     assert_eq!(probe(&[]).code, 3);
@@ -58,7 +58,7 @@ fn a_probe_tells_ready_from_stopped_from_gone() {
 }
 
 #[test]
-fn a_service_manager_is_told_when_it_is_ready_and_when_it_ends() {
+fn a_service_manager_is_notified_of_readiness_and_stop() {
     let site = Site::new("notify");
     let path = site.path("manager");
     let manager = UnixDatagram::bind(&path).expect("a socket");
@@ -79,14 +79,14 @@ fn a_service_manager_is_told_when_it_is_ready_and_when_it_ends() {
 }
 
 #[test]
-fn a_service_manager_that_is_busy_is_told_as_well() {
+fn a_busy_service_manager_is_notified() {
     let site = Site::new("busy");
     let path = site.path("manager");
     let manager = UnixDatagram::bind(&path).expect("a socket");
     manager
         .set_read_timeout(Some(Duration::from_secs(20)))
         .expect("a limit");
-    // Many start at once, and it has not come to read.
+    // Many components start at once, and the service manager does not read.
     let others = UnixDatagram::unbound().expect("a socket");
     others.set_nonblocking(true).expect("it can be");
     while others.send_to(b"noise", &path).is_ok() {}

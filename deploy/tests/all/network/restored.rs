@@ -1,4 +1,4 @@
-//! Parameters that were changed at run time and not saved, over restarts of their component.
+//! Unsaved changes of parameters survive restarts of their component.
 
 use crate::network::site::Site;
 use rustix::process::{Pid, Signal, kill_process};
@@ -18,7 +18,7 @@ fn get(site: &Site, path: &str) -> String {
 }
 
 #[test]
-fn what_was_changed_is_set_again_before_the_component_is_ready() {
+fn changed_parameters_are_restored_before_readiness() {
     let site = Site::new("restored");
     let file = site.write("motors.toml", MOTORS);
     let bus = "motor_bus.cdsl\"; config \"motors.toml\"; restart on_failure backoff 20ms;";
@@ -66,7 +66,7 @@ fn what_was_changed_is_set_again_before_the_component_is_ready() {
         "{codes:?}"
     );
 
-    // A restart that somebody wants, with a file that what was changed does not fit any more.
+    // A requested restart with a configuration that contradicts the changed values.
     set(&["motors[1].max=1.0"]);
     let restart = || {
         let restart = site.rcdeploy(&["restart", net, "bus"], false);
@@ -79,7 +79,7 @@ fn what_was_changed_is_set_again_before_the_component_is_ready() {
     assert_ne!(wide, MOTORS);
     std::fs::write(&file, wide).expect("to write");
     restart();
-    // The answer to the command and the printed events come on different ways.
+    // The reply to the command and the printed events take different paths.
     Site::until("the refusal is printed", || {
         count(&site, "bus", "not-restored") == 1
     });
@@ -93,7 +93,7 @@ fn what_was_changed_is_set_again_before_the_component_is_ready() {
     assert_eq!(get(&site, "motors[1].zero"), "motors[1].zero = 1.5");
     assert_eq!(get(&site, "motors[1].max_speed"), speed);
 
-    // What was stopped begins with its configuration.
+    // After a stop, a component starts with its configuration.
     set(&["motors[1].max_speed=0.25"]);
     assert_eq!(site.rcdeploy(&["stop", net, "bus"], false).code, 0);
     assert_eq!(site.rcdeploy(&["start", net, "bus"], false).code, 0);

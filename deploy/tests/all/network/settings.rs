@@ -1,4 +1,4 @@
-//! What a network sets of a middleware reaches its components, and what they set themselves comes first.
+//! Middleware settings of a network reach its components; settings of the components override them.
 
 use rc_codegen::FileLoader;
 use rc_deploy_network::{self as network, Network, Profile};
@@ -31,7 +31,7 @@ fn load(folder: &Path, ddsl: &str, config: &str) -> (Network, String) {
     (network.expect("a network"), found)
 }
 
-/// What an instance is told of middlewares.
+/// The middleware settings of an instance.
 fn told(network: &Network, name: &str) -> Vec<String> {
     let plan = network.plan(Profile::Dev).expect("a plan");
     let mut components = plan.components.iter();
@@ -46,7 +46,7 @@ const NETWORK: &str = "Deployment n\n{\n    middleware dds { domain 7; peers \"1
     Component user { cdsl \"user.cdsl\"; executable \"x\"; config \"user.toml\"; };\n};\n";
 
 #[test]
-fn what_a_configuration_leaves_open_comes_from_the_network() {
+fn the_network_supplies_settings_that_a_configuration_omits() {
     let folder = tempfile::tempdir().expect("a folder");
     let config = "[middleware.dds]\nlease = \"500ms\"\npeers = []\n";
     let (network, found) = load(folder.path(), NETWORK, config);
@@ -54,7 +54,7 @@ fn what_a_configuration_leaves_open_comes_from_the_network() {
     let both = ["dds.domain=7", "dds.peers=10.0.0.2,b:7410"];
     assert_eq!(told(&network, "lidar"), both);
     assert_eq!(told(&network, "user"), both[..1]);
-    // Who has nothing to do with DDS hears nothing of it.
+    // A component that does not use DDS gets no settings of DDS.
     let text = NETWORK.replace("middleware dds", "middleware iceoryx2; middleware dds");
     let (network, found) = load(folder.path(), &text, config);
     assert_eq!(found, "");
@@ -62,7 +62,7 @@ fn what_a_configuration_leaves_open_comes_from_the_network() {
 }
 
 #[test]
-fn a_rule_for_a_name_that_is_not_there_is_found() {
+fn a_rule_for_an_unknown_name_is_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     let config =
         "[middleware.ros2.remap]\nLaser = \"/front\"\n\"/any\" = \"/other\"\nLasr = \"/front\"\n";
@@ -74,7 +74,7 @@ fn a_rule_for_a_name_that_is_not_there_is_found() {
 }
 
 #[test]
-fn a_quality_that_is_set_is_reckoned_with() {
+fn qos_overrides_are_checked() {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| {
         std::fs::write(folder.path().join(name), text).expect("to write");
@@ -111,7 +111,7 @@ fn a_quality_that_is_set_is_reckoned_with() {
         let found = render(&sources, &loaded.expect("the files").1, Format::Short);
         found.replace(&format!("{}/", folder.path().display()), "")
     };
-    // Without more, the deadline is one that nobody offers.
+    // Without rules, no publisher offers the deadline.
     let lacks = |asked: &str| {
         format!(
             "n.ddsl:4:11: error[qos-mismatch]: `sink.ScanPub` requests deadline 100ms, but `source.ScanPub` offers none; \
@@ -148,7 +148,7 @@ fn a_quality_that_is_set_is_reckoned_with() {
 }
 
 #[test]
-fn ends_in_different_domains_are_found_whoever_chooses_them() {
+fn ends_in_different_domains_are_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     let (_, found) = load(folder.path(), NETWORK, "[middleware.dds]\ndomain = 3\n");
     assert_eq!(

@@ -1,4 +1,4 @@
-//! A place of its own for a test: its network, its run directory, its logs, its files.
+//! The environment of one test: network, run directory, logs and files of its own.
 
 use rc_middleware::RunDirectory;
 use rustix::process::Pid;
@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The network of the README, as its file is.
+/// The network of the README, unchanged.
 pub(crate) const PATROL: &str = include_str!("../../../../components/networks/patrol.ddsl");
-/// No test waits longer for anything.
+/// The longest wait of a test.
 const LIMIT: Duration = Duration::from_secs(20);
 
-/// What a command did.
+/// The exit code and the output of a command.
 #[derive(Debug)]
 pub(crate) struct Ran {
     pub(crate) code: i32,
@@ -22,14 +22,14 @@ pub(crate) struct Ran {
     pub(crate) stderr: String,
 }
 
-/// A component that was started by hand. It is killed at the latest when the test ends.
+/// A component started by hand. Dropping it kills the process.
 pub(crate) struct Running {
     child: Child,
     log: PathBuf,
 }
 
 impl Running {
-    /// What it has printed.
+    /// Its output.
     pub(crate) fn log(&self) -> String {
         std::fs::read_to_string(&self.log).expect("its log")
     }
@@ -44,7 +44,7 @@ impl Running {
         self.child.wait().expect("to reap");
     }
 
-    /// Waits until it ends by itself; gives its exit code.
+    /// Waits for its exit. Returns its exit code.
     pub(crate) fn end(mut self) -> Option<i32> {
         let start = Instant::now();
         loop {
@@ -67,11 +67,12 @@ impl Drop for Running {
 pub(crate) struct Site {
     folder: tempfile::TempDir,
     pub(crate) network: String,
-    /// The command, with its first arguments, in which all programs of this place run; none where it is empty.
+    /// The command, with its first arguments, that runs all programs of this environment. Empty for
+    /// none.
     pub(crate) within: Vec<String>,
 }
 
-/// A network that a failed test has left takes itself down; what killed processes have left goes, too.
+/// Stops a network that a failed test has left, and removes its files.
 impl Drop for Site {
     fn drop(&mut self) {
         if self.directory().path().join("rcdeploy.sock").exists() {
@@ -105,13 +106,14 @@ impl Site {
             .expect("the components")
     }
 
-    /// Writes the network's file, with paths that lead to this repository and a network name of this test.
+    /// Writes the network's file, with paths into this repository and the network name of this
+    /// test.
     pub(crate) fn write_ddsl(&self, text: &str) {
         let components = Self::components();
         let text = text
             .replace("Deployment patrol", &format!("Deployment {}", self.network))
             .replace("\"../", &format!("\"{}/", components.display()));
-        // The components' own paths start at the folder of the network's file.
+        // Paths of components are relative to the folder of the network's file.
         let map = self.path("maps");
         let _ = std::os::unix::fs::symlink(components.join("maps"), map);
         let networks = self.path("networks");
@@ -171,7 +173,7 @@ impl Site {
             .expect("the target folder")
     }
 
-    /// Gives a command the folders of this test.
+    /// Sets the folders of this test for a command.
     pub(crate) fn place(&self, command: &mut Command) {
         command
             .current_dir(self.path("networks"))
@@ -181,7 +183,7 @@ impl Site {
             .stdin(Stdio::null());
     }
 
-    /// A command that runs a program in this place.
+    /// A command that runs a program in this environment.
     pub(crate) fn command(&self, program: &Path) -> Command {
         let mut command = match self.within.split_first() {
             Some((first, rest)) => {
@@ -195,7 +197,7 @@ impl Site {
         command
     }
 
-    /// Runs a program in this place.
+    /// Runs a program in this environment.
     pub(crate) fn run(&self, mut command: Command) -> Ran {
         self.place(&mut command);
         let output = command.output().expect("to run");
@@ -206,7 +208,7 @@ impl Site {
         }
     }
 
-    /// Runs rcdeploy; with `file`, the network's file comes after the arguments.
+    /// Runs rcdeploy. With `file`, appends the network's file to the arguments.
     pub(crate) fn rcdeploy(&self, args: &[&str], file: bool) -> Ran {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
         command.args(args);
@@ -228,7 +230,7 @@ impl Site {
         self.start_with(name, args, &[])
     }
 
-    /// The same, with environment variables.
+    /// Like `start`, with environment variables.
     pub(crate) fn start_with(
         &self,
         name: &str,
@@ -238,7 +240,7 @@ impl Site {
         self.start_program(name, name, args, variables)
     }
 
-    /// The same with a program that has another name than the component.
+    /// Like `start_with`, with a program that has another name than the component.
     pub(crate) fn start_program(
         &self,
         program: &str,
@@ -259,14 +261,15 @@ impl Site {
             log,
         };
         Self::until(&format!("{name} is ready"), || {
-            // One that was killed leaves its socket, which nobody answers.
+            // A killed component leaves its socket, on which no process replies.
             UnixStream::connect(self.directory().socket(name)).is_ok()
                 && self.ask(name, "status")["state"] == "running"
         });
         running
     }
 
-    /// Starts a pose monitor that writes each pose to the file `trace`, and ends after so many where that is not 0.
+    /// Starts a pose monitor that writes each pose to the file `trace`. It exits after `samples`
+    /// poses, unless that is 0.
     pub(crate) fn start_monitor(&self, trace: &str, samples: u32) -> Running {
         let config = self.monitor(trace, samples);
         self.start("pose_monitor", &["--config", &config])
@@ -288,12 +291,12 @@ impl Site {
         serde_json::from_str(&ran.stdout).expect("one JSON document")
     }
 
-    /// One question to the management of a component.
+    /// Sends one request to the management of a component.
     pub(crate) fn ask(&self, name: &str, method: &str) -> Value {
         self.tell(name, method, &Value::Null)
     }
 
-    /// One question to the management of a component, with parameters.
+    /// Sends one request with parameters to the management of a component.
     pub(crate) fn tell(&self, name: &str, method: &str, params: &Value) -> Value {
         let mut stream = UnixStream::connect(self.directory().socket(name)).expect("its socket");
         stream.set_read_timeout(Some(LIMIT)).expect("a limit");
@@ -318,18 +321,18 @@ impl Site {
         });
     }
 
-    /// How often a component has printed a text.
+    /// The number of occurrences of a text in the log of a component.
     pub(crate) fn count_in_log(&self, component: &str, text: &str) -> usize {
         self.log(component).matches(text).count()
     }
 
-    /// What a component has printed.
+    /// The log of a component.
     pub(crate) fn log(&self, component: &str) -> String {
         let logs = self.path("state/robocomp").join(&self.network);
         std::fs::read_to_string(logs.join(format!("{component}.log"))).unwrap_or_default()
     }
 
-    /// The events that a supervisor in the background has reported of a component: their codes and messages.
+    /// The events of a background supervisor about a component: codes and messages.
     pub(crate) fn events(&self, component: &str) -> Vec<(String, String)> {
         let log = self.log("rcdeploy");
         let events = log
@@ -341,7 +344,7 @@ impl Site {
             .collect()
     }
 
-    /// Waits until the status of a component is as it should be.
+    /// Waits until the condition holds for the status of a component.
     pub(crate) fn await_component(&self, name: &str, so: impl Fn(&Value) -> bool) {
         Self::until(&format!("the wanted status of {name}"), || {
             let status = self.status();
@@ -350,12 +353,12 @@ impl Site {
         });
     }
 
-    /// Waits until a component has ended by itself.
+    /// Waits for the exit of a component.
     pub(crate) fn await_end_of(&self, name: &str) {
         self.await_component(name, |c| c["state"] == "done");
     }
 
-    /// Looks until something is so; the looking has a limit, and a pause that is none of what is tested.
+    /// Polls until the condition holds, with a limit. The pause is not part of what is tested.
     pub(crate) fn until(what: &str, mut so: impl FnMut() -> bool) {
         let start = Instant::now();
         while !so() {

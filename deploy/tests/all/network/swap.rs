@@ -21,7 +21,7 @@ fn repository() -> PathBuf {
         .to_path_buf()
 }
 
-/// The configurations of a run that is the same everywhere.
+/// The configurations of a deterministic run.
 fn configure(site: &Site, trace: &Path) -> [PathBuf; 3] {
     let map = repository().join("components/maps/house.map");
     let simulator = format!(
@@ -185,7 +185,7 @@ fn write(path: &Path, text: &str) {
 }
 
 #[test]
-fn one_trace_from_one_seed_whatever_the_middleware() {
+fn equal_seeds_give_equal_traces_over_every_middleware() {
     let folder = tempfile::tempdir().expect("a folder");
     let traces = [
         folder.path().join("local.csv"),

@@ -1,4 +1,4 @@
-//! `rcdeploy up` and `rcdeploy top` on a real terminal: what it shows, what keys do, and how it is given back.
+//! `rcdeploy up` and `rcdeploy top` on a real terminal: screens, keys, and the restored terminal.
 
 use crate::network::site::Site;
 use crate::pty::{SETSID, Terminal};
@@ -34,7 +34,7 @@ fn a_network_is_shown_and_restarted_and_stopped_by_keys() {
     terminal.until_text("3 running");
     terminal.until_text("network screen");
     assert!(terminal.screen().alternate_screen() && terminal.is_raw());
-    // The simulator answers twenty calls a second and more.
+    // The simulator serves at least twenty calls per second.
     terminal.until("rates", |screen| {
         let contents = screen.contents();
         let row = contents.lines().find(|l| l.starts_with("simulator"));
@@ -56,7 +56,7 @@ fn a_network_is_shown_and_restarted_and_stopped_by_keys() {
     terminal.until_text("robot.max_speed");
     terminal.press("\u{1b}");
     terminal.until_text("COMPONENT");
-    // The monitor tells what it hears.
+    // The monitor prints the received poses.
     terminal.press("j\r");
     terminal.until_text("poses=");
     terminal.press("\u{1b}");
@@ -79,15 +79,15 @@ fn a_network_is_shown_and_restarted_and_stopped_by_keys() {
 }
 
 #[test]
-fn a_network_in_the_background_is_looked_at_and_left_alone() {
+fn top_shows_a_background_network_without_affecting_it() {
     let site = Site::new("top");
     let started = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(started.code, 0, "{started:?}");
     let mut terminal = start(&site, (80, 24), &["top", &site.network]);
     terminal.until_text("3 running");
-    // What happened before is told, too.
+    // Earlier events are shown, too.
     terminal.until_text("network top");
-    // What the rates are made of: poses that were sent, scans that were asked for.
+    // The rates count published poses and requested scans.
     for (component, slot) in [("simulator", "FullPoseEstimationPub"), ("avoider", "Laser")] {
         Site::until("something that was sent", || {
             let slots = site.ask(component, "status")["slots"].clone();
@@ -100,13 +100,13 @@ fn a_network_in_the_background_is_looked_at_and_left_alone() {
     assert_eq!(terminal.end().0, Some(0));
     assert_ne!(pid_of(&site, "avoider"), 0);
 
-    // One that is ended by a signal gives the terminal back as well.
+    // A view that is ended by a signal restores the terminal, too.
     let mut terminal = start(&site, (80, 24), &["top", &site.network]);
     terminal.until_text("3 running");
     kill_process(terminal.pid(), Signal::TERM).expect("to end it");
     assert_eq!(terminal.end().0, Some(0));
 
-    // And one whose network goes.
+    // So does a view whose network goes down.
     let mut terminal = start(&site, (80, 24), &["top", &site.network]);
     terminal.until_text("3 running");
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
@@ -123,7 +123,7 @@ fn a_network_in_the_background_is_looked_at_and_left_alone() {
 }
 
 #[test]
-fn a_terminal_that_goes_away_takes_its_network_with_it() {
+fn closing_the_terminal_stops_its_network() {
     let site = Site::new("gone");
     let ddsl = site.ddsl().display().to_string();
     let mut terminal = start(&site, (80, 24), &up(&ddsl, &[]));
@@ -133,7 +133,7 @@ fn a_terminal_that_goes_away_takes_its_network_with_it() {
 }
 
 #[test]
-fn who_wants_lines_gets_lines() {
+fn without_the_view_up_prints_lines() {
     let site = Site::new("plain");
     let ddsl = site.ddsl().display().to_string();
     let mut terminal = start(&site, (120, 60), &up(&ddsl, &["--plain"]));

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const CDSL: &str = "import \"LaserPub.idsl\";\nComponent hello { Communications { publishes LaserPub; }; language rust; period 20ms; };\n";
 
-/// A workspace as `rcgen init` makes it, with a component for DDS that has dependencies and files of its own.
+/// A workspace of `rcgen init` with a component for DDS that has dependencies and files of its own.
 fn user(site: &Site) -> PathBuf {
     let folder = site.path("robot");
     let framework = Framework::parse(ROOT).expect("this project");
@@ -82,7 +82,7 @@ fn edit(path: &Path, change: impl FnOnce(String) -> String) {
     std::fs::write(path, changed).expect("to write");
 }
 
-/// Every file with what is in it.
+/// Every file with its content.
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();
     for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
@@ -97,7 +97,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 #[test]
-fn a_network_runs_on_another_middleware_and_nothing_of_its_user_changes() {
+fn a_network_runs_on_another_middleware_without_changing_user_files() {
     let site = Site::new("variant");
     let robot = user(&site);
     let ddsl = robot.join("deployments/hello.ddsl");
@@ -108,7 +108,7 @@ fn a_network_runs_on_another_middleware_and_nothing_of_its_user_changes() {
         command.env("CARGO_NET_OFFLINE", "true");
         site.run(command)
     };
-    // Another test run may have left the program of a variant of this name.
+    // An earlier test run may have left the program of a variant with this name.
     let check = || rcdeploy(&["check", "--middleware", "iceoryx2", "--format", "short"]);
     let program = Site::target().join("debug/hello-iceoryx2");
     let _ = std::fs::remove_file(&program);
@@ -134,7 +134,7 @@ fn a_network_runs_on_another_middleware_and_nothing_of_its_user_changes() {
     site.assert_nothing_left();
     assert!(before == files(&robot), "something of the user has changed");
 
-    // What is there is used again, and what the user's own build makes is another program.
+    // An existing variant is used again. The user's own build makes another program.
     assert_eq!(check().code, 0);
     let again = rcdeploy(&["up", "--build", "--detach", "--middleware", "iceoryx2"]);
     assert_eq!(again.code, 0, "{again:?}");
@@ -153,7 +153,7 @@ fn a_network_runs_on_another_middleware_and_nothing_of_its_user_changes() {
     assert!(ran.stderr.contains("stale-executable"), "{ran:?}");
     assert!(ran.stderr.contains(&hint), "{ran:?}");
 
-    // A workspace of before knows nothing of the crate.
+    // An older workspace does not have the crate.
     edit(&robot.join("Cargo.toml"), |text| {
         let lines = text.lines().filter(|line| !line.starts_with("rc-iceoryx2"));
         lines.map(|line| format!("{line}\n")).collect()
@@ -164,7 +164,8 @@ fn a_network_runs_on_another_middleware_and_nothing_of_its_user_changes() {
     assert!(ran.stderr.contains("/middleware/iceoryx2\""), "{ran:?}");
 }
 
-/// Two instances of one component, one of them over ROS 2; `NAMED` is what a third one says of its program.
+/// Two instances of one component, one of them over ROS 2. `NAMED` is replaced by the program
+/// clause of a third one.
 const TWO: &str = r#"
 Deployment patrol
 {
@@ -179,7 +180,7 @@ Deployment patrol
 };
 "#;
 
-/// Runs rcdeploy with the network of a place, for a target folder in which nothing was built; gives what it printed.
+/// Runs rcdeploy with the network of a site, for an empty target folder. Returns its output.
 fn unbuilt(site: &Site, args: &[&str]) -> (String, Vec<Value>) {
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
     command.args(args).arg(site.ddsl());
@@ -194,7 +195,7 @@ fn unbuilt(site: &Site, args: &[&str]) -> (String, Vec<Value>) {
     (String::from_utf8_lossy(&output.stdout).into(), findings)
 }
 
-/// What is wrong: the code, the end of the message, the help.
+/// The errors: code, end of the message, help.
 fn errors(site: &Site, args: &[&str]) -> Vec<[String; 3]> {
     let args = [&["check", "--format", "json"], args].concat();
     let (_, findings) = unbuilt(site, &args);
@@ -206,7 +207,7 @@ fn errors(site: &Site, args: &[&str]) -> Vec<[String; 3]> {
 }
 
 #[test]
-fn a_network_says_which_of_its_components_are_variants() {
+fn the_plan_lists_components_that_are_variants() {
     let site = Site::new("chosen");
     let named = Site::executable("pose_listener");
     site.write_ddsl(&TWO.replace("NAMED", &named.to_string_lossy()));
@@ -240,7 +241,7 @@ fn a_network_says_which_of_its_components_are_variants() {
         mismatch("ros2", ""),
     ];
     assert_eq!(found, expected);
-    // The command line chooses for all, also where it chooses what was generated.
+    // The command line applies to all components, even if it names the generated middleware.
     let found = errors(&site, &["--profile", "dev", "--middleware", "dds"]);
     let command = " --profile dev --middleware dds";
     let expected = [
@@ -277,7 +278,7 @@ fn a_network_says_which_of_its_components_are_variants() {
 }
 
 #[test]
-fn what_lies_in_the_folder_counts_where_it_is_to_be_built() {
+fn with_build_the_sources_determine_the_model() {
     let site = Site::new("folder");
     site.copy_component("pose_listener");
     let network = |middleware: &str| {
@@ -286,7 +287,7 @@ fn what_lies_in_the_folder_counts_where_it_is_to_be_built() {
         ));
         let found = errors(&site, &[]);
         let codes = found.into_iter().map(|[code, ..]| code);
-        // The copy is in no workspace.
+        // The copy is not in a workspace.
         let mut codes: Vec<_> = codes.filter(|code| code != "missing-executable").collect();
         codes.sort();
         codes
@@ -299,13 +300,13 @@ fn what_lies_in_the_folder_counts_where_it_is_to_be_built() {
     write(&site.path("networks").join(source), &generated);
     assert_eq!(network("iceoryx2"), [""; 0]);
     assert_eq!(network("ros2"), [""; 0]);
-    // What is of an older model is of no use where it is built, and not looked at where it is not.
+    // Generated code of an older model cannot be built, and is ignored for a variant.
     site.edit("pose_listener/pose_listener.cdsl", |text| {
         text.replace("period 1s", "period 2s")
     });
     assert_eq!(network("iceoryx2"), ["stale-generated"]);
     assert_eq!(network("ros2"), [""; 0]);
-    // It does not tell what it is for.
+    // Generated code without a readable note counts as stale.
     site.edit(source, |text| text.replace("rc-note", "note"));
     assert_eq!(network("ros2"), ["stale-generated"]);
 }

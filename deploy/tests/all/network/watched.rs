@@ -1,4 +1,4 @@
-//! What goes wrong in a network that runs is told when it begins and when it is over.
+//! Conditions of a running network are reported when they start and when they end.
 
 use crate::network::site::{PATROL, Site};
 use serde_json::json;
@@ -12,7 +12,8 @@ fn await_event(site: &Site, component: &str, code: &str, text: &str) {
     });
 }
 
-/// What begins is told once until it is over: on a busy machine it may begin again. About one slot, where that is named.
+/// Checks that start and end of a condition alternate: on a busy machine it may start again. If
+/// `slot` is not empty, checks the events of that slot.
 fn assert_by_turns(site: &Site, component: &str, [begins, over]: [&str; 2], slot: &str) {
     let mut events = site.events(component);
     events.retain(|(code, text)| [begins, over].contains(&code.as_str()) && text.contains(slot));
@@ -39,14 +40,14 @@ fn has_trouble(component: &serde_json::Value, code: &str, text: &str) -> bool {
 }
 
 #[test]
-fn overruns_silence_and_peers_that_vanish_are_told_once_and_when_they_are_over() {
+fn overruns_silence_and_lost_peers_are_reported_at_their_start_and_end() {
     let site = Site::new("watched");
     site.write_ddsl(PATROL);
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(up.code, 0, "{up:?}");
     let net = site.network.as_str();
 
-    // Two calls take longer than this.
+    // Two calls exceed this period.
     site.tell("avoider", "period", &json!({ "ms": 0.1 }));
     await_event(&site, "avoider", "overrun", "compute() took ");
     site.await_component("avoider", |c| {
@@ -61,7 +62,7 @@ fn overruns_silence_and_peers_that_vanish_are_told_once_and_when_they_are_over()
     await_event(&site, "avoider", "in-time", "");
     assert_by_turns(&site, "avoider", ["overrun", "in-time"], "");
 
-    // The monitor wants to hear of poses every second.
+    // The monitor expects poses every second.
     assert_eq!(site.rcdeploy(&["stop", net, "simulator"], false).code, 0);
     for slot in ["Laser", "DifferentialRobot"] {
         await_event(
@@ -94,7 +95,7 @@ fn overruns_silence_and_peers_that_vanish_are_told_once_and_when_they_are_over()
     assert_by_turns(&site, "monitor", ["peer-vanished", "peer-back"], slot);
     let told = ["avoider", "monitor"].map(|name| (name, site.events(name).len()));
     assert_eq!(site.rcdeploy(&["down", net], false).code, 0);
-    // That all go in the end is no news.
+    // The final stop of all components is not reported as a loss.
     for (name, told) in told {
         let last = site.events(name).split_off(told);
         assert!(

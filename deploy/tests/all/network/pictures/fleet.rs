@@ -1,11 +1,11 @@
-//! Forty components on two hosts, in groups in groups, over two middlewares.
+//! Forty components on two hosts, in nested groups, over two middlewares.
 
 use super::load;
 use rc_deploy_graph::{Graph, GraphFormat};
 use rc_diagnostics::{Format, render};
 use std::path::Path;
 
-/// What each kind of component communicates.
+/// The communications of each kind of component.
 const KINDS: [(&str, &str); 11] = [
     ("lidar", "publishes LaserPub;"),
     ("eye", "publishes CameraPub;"),
@@ -70,7 +70,7 @@ fn text() -> String {
     out + "};\n"
 }
 
-/// The network as a picture; its files are left in the folder.
+/// The graph of the network. Its files stay in the folder.
 pub(super) fn fleet(folder: &Path) -> Graph {
     for (name, clauses) in KINDS {
         let words = clauses.split([' ', ',', ';']);

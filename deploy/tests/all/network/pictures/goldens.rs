@@ -1,4 +1,4 @@
-//! The networks that come with the project, as they were printed when somebody last looked at them.
+//! Golden output for the networks of the project.
 
 use super::load;
 use expect_test::expect_file;
@@ -10,7 +10,7 @@ use std::path::Path;
 
 pub(super) const NETWORKS: [&str; 5] = ["patrol", "patrol_fast", "camera", "joints", "speech"];
 
-/// A network of the project; tests run in the folder of this crate.
+/// A network of the project. Tests run in the folder of this crate.
 fn shipped(name: &str) -> (Network, SourceMap, Diagnostics) {
     load(Path::new(&format!("../components/networks/{name}.ddsl")))
 }
@@ -36,7 +36,7 @@ fn pictures_of_the_shipped_networks() {
     }
 }
 
-/// The same text wherever the project lies, is built and runs.
+/// Replaces paths, so that the text is the same on every machine.
 fn stable(text: &str, network: &Network) -> String {
     let executable = network.executable(0, Profile::Release);
     let executable = executable.expect("cargo").expect("a program");
@@ -64,7 +64,7 @@ fn plans_of_the_shipped_networks() {
         let json = serde_json::to_string_pretty(&preview).expect("JSON");
         let json = stable(&json, &network) + "\n";
         expect_file![format!("../../../golden/{name}.plan.json")].assert_eq(&json);
-        // Only paths, which are somebody's, may be longer.
+        // Only paths of users may be longer.
         let long = text.lines().filter(|l| l.chars().count() > 100);
         assert_eq!(long.collect::<Vec<_>>(), Vec::<&str>::new());
     }

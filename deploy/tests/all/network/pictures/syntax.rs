@@ -1,4 +1,4 @@
-//! Mermaid and Graphviz themselves read what is written for them.
+//! Mermaid and Graphviz accept the output.
 
 use super::fleet::fleet;
 use super::goldens::{NETWORKS, draw};
@@ -7,7 +7,7 @@ use crate::python::{run, skipped};
 use rc_deploy_graph::GraphFormat;
 use std::path::{Path, PathBuf};
 
-/// Pictures of all networks, of a wrong and of a large one, as files.
+/// Writes the graphs of all networks, of an invalid and of a large one.
 fn files(folder: &Path, format: GraphFormat) -> Vec<String> {
     let mut texts: Vec<String> = NETWORKS.iter().map(|name| draw(name, format)).collect();
     texts.push(broken(folder).draw(format).expect("a picture"));
@@ -21,9 +21,9 @@ fn files(folder: &Path, format: GraphFormat) -> Vec<String> {
 }
 
 #[test]
-fn graphviz_reads_its_texts() {
+fn graphviz_accepts_the_output() {
     if let Err(reason) = run(Path::new("dot"), &["-V"]) {
-        skipped("graphviz_reads_its_texts", &reason);
+        skipped("graphviz_accepts_the_output", &reason);
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");
@@ -35,7 +35,7 @@ fn graphviz_reads_its_texts() {
     }
 }
 
-/// Mermaid in a folder below the target folder; its parser wants a document, as in a browser.
+/// Installs Mermaid below the target folder, with a DOM, which its parser requires.
 fn mermaid() -> Result<PathBuf, String> {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mermaid-10");
     let program = place.join("parse.mjs");
@@ -61,11 +61,11 @@ fn mermaid() -> Result<PathBuf, String> {
 }
 
 #[test]
-fn mermaid_reads_its_texts() {
+fn mermaid_accepts_the_output() {
     let program = match mermaid() {
         Ok(program) => program.display().to_string(),
         Err(reason) => {
-            skipped("mermaid_reads_its_texts", &reason);
+            skipped("mermaid_accepts_the_output", &reason);
             return;
         }
     };

@@ -1,11 +1,11 @@
-//! Networks in which something is wrong: it is drawn all the same, and what is wrong is said where it is.
+//! Invalid networks are drawn, with the diagnostics at the affected elements.
 
 use super::load;
 use rc_deploy_graph::{Finding, Graph};
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Something wrong with a component, a slot, a connection, a group and a host.
+/// Errors at a component, a slot, a connection, a group and a host.
 const BROKEN: &str = r#"
 Deployment broken
 {
@@ -34,7 +34,7 @@ fn write(folder: &Path, text: &str) -> std::path::PathBuf {
     file
 }
 
-/// The wrong network as a picture.
+/// The graph of the invalid network.
 pub(super) fn broken(folder: &Path) -> Graph {
     let file = write(folder, BROKEN);
     let (network, sources, found) = load(&file);
@@ -47,7 +47,7 @@ fn finding<'a>(graph: &'a Graph, code: &str) -> &'a Finding {
 }
 
 #[test]
-fn each_finding_is_where_it_belongs() {
+fn each_diagnostic_is_drawn_at_its_element() {
     let folder = tempfile::tempdir().expect("a folder");
     let graph = broken(folder.path());
     assert!(graph.has_errors());
@@ -83,7 +83,7 @@ fn rcdeploy(folder: &Path, args: &[&str]) -> Output {
 }
 
 #[test]
-fn a_wrong_network_is_drawn_and_the_exit_code_says_so() {
+fn an_invalid_network_is_drawn_with_exit_code_1() {
     let folder = tempfile::tempdir().expect("a folder");
     write(folder.path(), BROKEN);
     let args = ["graph", "broken.ddsl", "--unbuilt", "-o", "broken.svg"];
@@ -105,7 +105,7 @@ fn a_wrong_network_is_drawn_and_the_exit_code_says_so() {
         .descendants()
         .filter(|n| n.attribute("stroke") == Some("#b00020"));
     assert!(red.count() >= 4);
-    // All beside the picture that was made on the way is gone.
+    // Temporary files are removed.
     let left = std::fs::read_dir(folder.path())
         .expect("the folder")
         .count();
@@ -129,7 +129,7 @@ fn a_wrong_network_is_drawn_and_the_exit_code_says_so() {
 }
 
 #[test]
-fn all_that_is_wrong_with_many_components_is_told_at_once() {
+fn all_errors_of_many_components_are_reported_together() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut text = "Deployment broken {\n".to_owned();
     for number in 0..100 {
