@@ -162,6 +162,7 @@ impl LocalRegistry {
 
 /// The names of the registrations of one moment: reading them takes more time than all else where
 /// many components wait for each other.
+#[derive(Debug)]
 pub(crate) struct Listing<'a> {
     registry: &'a LocalRegistry,
     names: Vec<String>,

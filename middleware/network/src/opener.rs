@@ -80,9 +80,12 @@ impl Opener {
     /// [`Opening::meet`].
     pub(crate) fn begin(&self, address: &str) -> Result<Opening<'_>, OpenError> {
         let lock = self.registry.open_lock();
+        let lock = lock.map_err(|error| failed(address, &error))?;
         Ok(Opening {
             opener: self,
-            lock: lock.map_err(|error| failed(address, &error))?,
+            // Nobody else registers while the lock is held.
+            listing: self.registry.listing(),
+            lock,
             address: address.to_owned(),
         })
     }
@@ -134,6 +137,7 @@ fn has_met(state: &EndpointState, listing: &Listing<'_>) -> bool {
 #[derive(Debug)]
 pub(crate) struct Opening<'a> {
     opener: &'a Opener,
+    listing: Listing<'a>,
     lock: OpenLock,
     address: String,
 }
@@ -153,9 +157,8 @@ impl Opening<'_> {
         info: &EndpointInfo,
         remote: impl IntoIterator<Item = EndpointInfo>,
     ) -> Result<(), OpenError> {
-        let registry = &self.opener.registry;
         let both = [EndpointKind::Writer, EndpointKind::Reader];
-        let local = both.map(|kind| registry.registrations(topic, kind));
+        let local = both.map(|kind| self.listing.registrations(topic, kind));
         let local = local.into_iter().flatten().map(|local| local.info);
         // On this machine, registrations are certain. Discovery still knows a process for a while
         // after it was killed.

@@ -5,7 +5,7 @@ use crate::entities::Watched;
 use crate::opener::{Opener, Patience};
 use crate::watcher::{Discovered, ForwardDiscovery, Message, Watcher};
 use crate::{EndpointInfo, EndpointKind, EndpointState, report, udp};
-use rc_ddsc::{Discovery, Domain, Participant, Writer};
+use rc_ddsc::{Discovery, Domain, Event, Listener, Participant, Qos, Writer};
 use rc_middleware::{Environment, OpenError};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -111,6 +111,20 @@ impl Session {
         self.participant.guid().unwrap_or_default()
     }
 
+    /// Opens a writer that no component of this network reads, so nobody is introduced to it.
+    pub fn writer(
+        &self,
+        (topic, type_name): (&str, &str),
+        qos: &Qos<'_>,
+    ) -> Result<Writer, OpenError> {
+        let made = self.participant.topic(topic, type_name);
+        let made = made.and_then(|topic| self.participant.writer(&topic, qos, Box::new(Quiet)));
+        made.map_err(|error| OpenError::Backend {
+            address: topic.to_owned(),
+            reason: error.to_string(),
+        })
+    }
+
     /// Compares an endpoint of this component with those that are discovered, from now on.
     pub(crate) fn watch(&self, endpoint: &Arc<dyn Watched>, type_name: &str) {
         let own = self.guid();
@@ -137,6 +151,13 @@ impl Session {
             let _ = writer.wait_for_acks(limit.saturating_sub(begin.elapsed()));
         }
     }
+}
+
+/// Hears nothing.
+struct Quiet;
+
+impl Listener for Quiet {
+    fn event(&self, _event: Event) {}
 }
 
 /// The error of a component that cannot join.

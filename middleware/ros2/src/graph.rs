@@ -8,7 +8,6 @@ use rc_network::{
 };
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
-use std::sync::Arc;
 use std::time::Duration;
 
 /// The topic of all participants; it is not below `rt`.
@@ -22,9 +21,11 @@ const GOODBYE: Duration = Duration::from_millis(100);
 pub(crate) struct Graph {
     node: NodeName,
     participant: Guid,
-    port: WriterPort,
+    writer: rc_ddsc::Writer,
     sent: Cell<u64>,
     ends: RefCell<Ends>,
+    // The participant goes after the writer.
+    _session: Rc<Session>,
 }
 
 /// The endpoints of the node.
@@ -42,29 +43,18 @@ pub(crate) struct Listed {
 
 impl Graph {
     pub(crate) fn join(session: &Rc<Session>, node: NodeName) -> Result<Rc<Self>, OpenError> {
-        let opening = Opening::begin(session, TOPIC)?;
-        let types = TypeIdentity {
-            name: "rmw_dds_common/msg/ParticipantEntitiesInfo".to_owned(),
-            hash: 0,
-        };
-        let spec = EndpointSpec {
-            names: (TOPIC.to_owned(), TYPE.to_owned()),
-            role: Role::Publisher,
-            types: &types,
-            qos: topic_qos(&Qos {
-                durability: Durability::TransientLocal,
-                depth: 1,
-                ..Qos::PUBLISHER
-            }),
-            signal: signal(TOPIC)?,
-            labels: String::new(),
-        };
+        let qos = topic_qos(&Qos {
+            durability: Durability::TransientLocal,
+            depth: 1,
+            ..Qos::PUBLISHER
+        });
         let graph = Self {
             node,
             participant: session.guid(),
-            port: opening.writer(spec, Arc::new(()))?,
+            writer: session.writer((TOPIC, TYPE), &qos)?,
             sent: Cell::new(0),
             ends: RefCell::default(),
+            _session: Rc::clone(session),
         };
         graph.tell(true);
         Ok(Rc::new(graph))
@@ -99,7 +89,6 @@ impl Graph {
             }
         }
         let told = self
-            .port
             .writer
             .write(self.sent.get(), stamp(0), &writer.into_bytes());
         if let Err(error) = told {
@@ -113,7 +102,7 @@ impl Drop for Graph {
     fn drop(&mut self) {
         self.tell(false);
         // Whoever does not confirm in time learns it when the participant leaves.
-        let _ = self.port.writer.wait_for_acks(GOODBYE);
+        let _ = self.writer.wait_for_acks(GOODBYE);
     }
 }
 
