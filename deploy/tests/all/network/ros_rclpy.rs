@@ -37,6 +37,71 @@ fn strings_travel_both_ways() {
     assert_eq!(repeat.end(), ["repeated 7"], "{}", component.log());
 }
 
+#[test]
+fn a_client_of_rclpy_calls() {
+    let Some(python) = python::ros("a_client_of_rclpy_calls") else {
+        return;
+    };
+    let domain = domain("rclpy_ask", 41);
+    let component = domain.start(&[]);
+    let service = "Camera/setCameraInfo";
+    let sizes = ["64", "0", "1025", "65536", "1048576", "10485760"];
+    let said = lines(
+        &domain,
+        python,
+        "ask.py",
+        &[&[service], &sizes[..]].concat(),
+    );
+    assert_eq!(said, ["first in time", "answered 6"], "{}", component.log());
+}
+
+#[test]
+fn a_server_of_rclpy_answers() {
+    let Some(python) = python::ros("a_server_of_rclpy_answers") else {
+        return;
+    };
+    let domain = domain("rclpy_serve", 42);
+    let component = domain.start(&[]);
+    let server = domain.rclpy(python, "serve.py", &[]);
+    server.says("ready");
+    until_peers(&domain, &["CameraDriver"]);
+    let sizes = ["64", "0", "1025", "65536", "1048576", "10485760"];
+    let said = lines(&domain, python, "ask_forward.py", &sizes);
+    assert_eq!(said, ["forwarded 6"], "{}", component.log());
+    server.end();
+}
+
+/// All parameters of a node with more than two hundred, in one reply.
+#[test]
+fn rclpy_reads_and_sets_parameters() {
+    let Some(python) = python::ros("rclpy_reads_and_sets_parameters") else {
+        return;
+    };
+    let domain = domain("rclpy_parameters", 43);
+    let wheels = "[[parameters.wheels]]\nname = \"left\"\n".repeat(100);
+    let config = domain.site.write("wheels.toml", &wheels);
+    let component = domain.start_with_args(&["--config", &config.to_string_lossy()]);
+    let said = lines(&domain, python, "parameters.py", &[]);
+    let expected = [
+        "listed 205",
+        "described 205 read 205",
+        "speed 1.0 False (0.0, 10.0)",
+        "count 7 True (1, 100)",
+        "images.bytes 64 False (0, 16777216)",
+        "images.count 0 False (0, 2147483647)",
+        "arm.joints ['a', 'b'] False",
+        "set speed True ",
+    ];
+    assert_eq!(said[..8], expected, "{}", component.log());
+    let refused = |line: &str, name: &str, reason: &str| {
+        assert!(line.starts_with(&format!("set {name} False ")), "{line}");
+        assert!(line.contains(reason), "{line}");
+    };
+    refused(&said[8], "speed", "from 0 to 10");
+    refused(&said[9], "count", "fixed when the component starts");
+    assert_eq!(said[10..], ["set True", "now 3.5 ['x', 'y']"]);
+}
+
 /// A component is a node with its topics, and nothing of its own beside them.
 #[test]
 fn the_graph_of_rclpy_has_the_component() {
@@ -87,4 +152,26 @@ fn a_server_that_was_killed_is_usable_at_once() {
     client.write("\n");
     assert_eq!(client.line(), "answered", "{}", component.log());
     client.end();
+}
+
+/// The images of one second, of a megabyte each. `cargo xtask soak ros2` has the long form.
+#[test]
+fn images_arrive_at_rclpy() {
+    let Some(python) = python::ros("images_arrive_at_rclpy") else {
+        return;
+    };
+    let domain = domain("rclpy_images", 46);
+    let component = domain.start(&[]);
+    domain
+        .site
+        .tell("interop", "period", &serde_json::json!({ "ms": 33 }));
+    let images = domain.rclpy(python, "images.py", &["reliable", "30"]);
+    images.says("met");
+    until_peers(&domain, &["Images"]);
+    let network = &domain.site.network;
+    let set = ["images.bytes=1048576", "images.count=30"];
+    let set = [&["params", "set", network, "interop"], &set[..]].concat();
+    let ran = domain.site.rcdeploy(&set, false);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    assert_eq!(images.end(), ["received 30"], "{}", component.log());
 }
