@@ -65,6 +65,7 @@ fn network(u: &mut Unstructured<'_>) -> Result<Graph> {
             group,
             host: u.choose(&hosts)?.name.clone(),
             middleware: "iceoryx2",
+            clock: u.choose(&["system", "simulated", "source", "ros"])?,
             external: *u.choose(&[false, false, true])?,
             slots,
         });
@@ -93,6 +94,7 @@ fn network(u: &mut Unstructured<'_>) -> Result<Graph> {
         network: "n".to_owned(),
         ddsl: "a.ddsl".into(),
         hosts,
+        time: components.first().map(|c| c.name.clone()),
         groups,
         components,
         connections,

@@ -167,14 +167,13 @@ fn load(folder: &Path, body: &str) -> (Option<Network>, String) {
     write("n.ddsl", &format!("Deployment n\n{{\n{body}\n}};\n"));
     let mut sources = SourceMap::new();
     let loader = FileLoader::default();
-    let (network, found) =
-        network::load(
-            &folder.join("n.ddsl"),
-            &network::Overrides::default(),
-            &mut sources,
-            &loader,
-        )
-        .expect("the files");
+    let (network, found) = network::load(
+        &folder.join("n.ddsl"),
+        &network::Overrides::default(),
+        &mut sources,
+        &loader,
+    )
+    .expect("the files");
     let text = render(&sources, &found, Format::Short);
     let text = text.replace(&format!("{}/", folder.display()), "");
     (network.filter(|_| !found.has_errors()), text)
