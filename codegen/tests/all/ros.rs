@@ -500,40 +500,6 @@ fn rosidl_accepts_every_file_with_the_same_bytes() {
     assert!(compared > 200, "{compared}");
 }
 
-/// Compares the table of ROS 2's standard types with their definitions.
-#[test]
-fn the_table_equals_the_definitions_of_ros() {
-    let Some(python) =
-        python::interpreter("rosbags==0.11.9", "the_table_equals_the_definitions_of_ros")
-    else {
-        return;
-    };
-    let table = include_str!("../../src/ros/standard.txt");
-    let messages = table
-        .lines()
-        .filter(|line| line.contains("/msg/") && !line.contains("/srv/"));
-    let messages: Vec<&str> = messages.filter(|line| !line.starts_with('#')).collect();
-    let mut packages: Vec<&str> = messages
-        .iter()
-        .filter_map(|line| line.split('/').next())
-        .collect();
-    packages.dedup();
-    assert!(packages.len() >= 5);
-    let script = Path::new(HERE).join("tests/ros/standard.py");
-    let output = Command::new(python).arg(script).args(packages).output();
-    let output = output.expect("Python");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let defined = String::from_utf8(output.stdout).expect("a text");
-    for (ours, theirs) in messages.iter().zip(defined.lines()) {
-        assert_eq!(*ours, theirs);
-    }
-    assert_eq!(messages.len(), defined.lines().count());
-}
-
 /// A program that uses only ROS 2's tools decodes the bytes of `tests/export.rs` with the exported
 /// messages: one value of every type.
 #[test]

@@ -194,12 +194,14 @@ fn the_view_as_json() {
         .parameters = null
         .period.nanoseconds = 100000000
         .period.seconds = 0
+        .simulates_time = false
         .slots[0].external_types = []
         .slots[0].in_place = false
         .slots[0].interface = "Gripper"
         .slots[0].middleware = null
         .slots[0].module = "Grip"
         .slots[0].name = "right"
+        .slots[0].optional = false
         .slots[0].qos.deadline = null
         .slots[0].qos.depth = null
         .slots[0].qos.durability = null
@@ -218,6 +220,7 @@ fn the_view_as_json() {
         .slots[1].middleware = null
         .slots[1].module = "Grip"
         .slots[1].name = "GripPub"
+        .slots[1].optional = false
         .slots[1].qos.deadline = null
         .slots[1].qos.depth = null
         .slots[1].qos.durability = null

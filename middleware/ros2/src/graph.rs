@@ -2,10 +2,8 @@
 //! endpoints belong to them.
 
 use crate::names::NodeName;
-use rc_middleware::{Cdr, Durability, OpenError, Qos, TypeIdentity, Writer};
-use rc_network::{
-    EndpointSpec, Guid, Opening, Role, Session, WriterPort, signal, stamp, topic_qos,
-};
+use rc_middleware::{Cdr, Durability, OpenError, Qos, Writer};
+use rc_network::{Guid, Session, stamp, topic_qos};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use std::time::Duration;

@@ -28,7 +28,7 @@ fn strings_travel_both_ways() {
         return;
     };
     let domain = domain("rclpy_strings", 40);
-    let component = domain.start(&[]);
+    let component = domain.start_local(&[]);
     let sizes = ["64", "0", "1", "1301", "65535", "1048576", "64"];
     let mut repeat = domain.rclpy(python, "repeat.py", &sizes);
     repeat.says("met");
@@ -43,7 +43,7 @@ fn a_client_of_rclpy_calls() {
         return;
     };
     let domain = domain("rclpy_ask", 41);
-    let component = domain.start(&[]);
+    let component = domain.start_local(&[]);
     let service = "Camera/setCameraInfo";
     let sizes = ["64", "0", "1025", "65536", "1048576", "10485760"];
     let said = lines(
@@ -61,7 +61,7 @@ fn a_server_of_rclpy_answers() {
         return;
     };
     let domain = domain("rclpy_serve", 42);
-    let component = domain.start(&[]);
+    let component = domain.start_local(&[]);
     let server = domain.rclpy(python, "serve.py", &[]);
     server.says("ready");
     until_peers(&domain, &["CameraDriver"]);
@@ -80,7 +80,7 @@ fn rclpy_reads_and_sets_parameters() {
     let domain = domain("rclpy_parameters", 43);
     let wheels = "[[parameters.wheels]]\nname = \"left\"\n".repeat(100);
     let config = domain.site.write("wheels.toml", &wheels);
-    let component = domain.start_with_args(&["--config", &config.to_string_lossy()]);
+    let component = domain.start_local(&["--config", &config.to_string_lossy()]);
     let said = lines(&domain, python, "parameters.py", &[]);
     let expected = [
         "listed 205",
@@ -109,7 +109,7 @@ fn the_graph_of_rclpy_has_the_component() {
         return;
     };
     let domain = domain("rclpy_graph", 44);
-    let _component = domain.start(&[]);
+    let _component = domain.start_local(&[]);
     let said = lines(&domain, python, "graph.py", &[]);
     let topic = |name: &str, kind: &str| format!("topic {name} {kind}");
     let expected = [
@@ -140,14 +140,14 @@ fn a_server_that_was_killed_is_usable_at_once() {
         return;
     };
     let domain = domain("rclpy_restarts", 45);
-    let mut component = domain.start(&[]);
+    let mut component = domain.start_local(&[]);
     let mut client: Stranger = domain.rclpy(python, "restarts.py", &[]);
     client.says("ready");
     for _ in 0..3 {
         client.write("\n");
         assert_eq!(client.line(), "answered", "{}", component.log());
         component.kill();
-        component = domain.start(&[]);
+        component = domain.start_local(&[]);
     }
     client.write("\n");
     assert_eq!(client.line(), "answered", "{}", component.log());
@@ -161,7 +161,7 @@ fn images_arrive_at_rclpy() {
         return;
     };
     let domain = domain("rclpy_images", 46);
-    let component = domain.start(&[]);
+    let component = domain.start_local(&[]);
     domain
         .site
         .tell("interop", "period", &serde_json::json!({ "ms": 33 }));
