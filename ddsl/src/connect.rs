@@ -376,9 +376,10 @@ impl<'a> Connector<'a> {
         };
         let span = self.instance(consumer).name.span;
         let requires = slot.role == Role::Requires;
-        let (needs, offers) = match requires {
-            true => ("requires", "implements"),
-            false => ("subscribes to", "publishes"),
+        let (needs, offers) = if requires {
+            ("requires", "implements")
+        } else {
+            ("subscribes to", "publishes")
         };
         let message = if slot.optional {
             format!("`{name}` is optional, and no component {offers} `{interface}`")

@@ -6,7 +6,8 @@
 /// How many characters of a foreign text are kept.
 pub const MOST: usize = 256;
 
-/// The text with control characters shown as escapes, cut after [`MOST`] characters.
+/// The text without its colours and with control characters shown as escapes, cut after [`MOST`]
+/// characters.
 ///
 /// Characters that change the direction of text, and other invisible ones, count as control
 /// characters. A cut text ends with `…`. To clean a text twice changes nothing.
@@ -15,6 +16,7 @@ pub const MOST: usize = 256;
 /// use rc_diagnostics::foreign::clean;
 ///
 /// assert_eq!(clean("lidar\n\u{1b}[2J"), "lidar\\n\\u{1b}[2J");
+/// assert_eq!(clean("\u{1b}[32m INFO\u{1b}[0m"), " INFO");
 /// assert_eq!(clean(&"x".repeat(1000)), format!("{}…", "x".repeat(256)));
 /// ```
 pub fn clean(text: &str) -> String {
@@ -32,7 +34,13 @@ pub fn clean_bytes(bytes: &[u8]) -> String {
 pub fn clean_to(text: &str, most: usize) -> String {
     let mut out = String::with_capacity(text.len().min(most));
     let mut count = 0;
-    for c in text.chars() {
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        if let Some(length) = colour(rest) {
+            rest = &rest[length..];
+            continue;
+        }
+        rest = &rest[c.len_utf8()..];
         let shown = if is_hidden(c) {
             c.escape_default().len()
         } else {
@@ -67,6 +75,13 @@ pub fn clean_lines(text: &str, most: usize) -> String {
         left -= count + 1;
     }
     lines.join("\n")
+}
+
+/// The length in bytes of a sequence that only sets colours (SGR of ECMA-48) at the start of `text`.
+fn colour(text: &str) -> Option<usize> {
+    let parameters = text.strip_prefix("\u{1b}[")?;
+    let end = parameters.find(|c: char| !c.is_ascii_digit() && c != ';')?;
+    parameters[end..].starts_with('m').then_some(2 + end + 1)
 }
 
 /// Whether a terminal obeys the character rather than showing it. A tab does no harm.

@@ -3,7 +3,7 @@
 use crate::processes::{Network, ask};
 use rc_conformance::network::endpoint;
 use rc_middleware::RunDirectory;
-use std::os::unix::fs::MetadataExt as _;
+use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
 use std::os::unix::process::CommandExt as _;
 use std::path::Path;
 use std::process::Command;
@@ -96,6 +96,9 @@ fn files_in_the_way_of_one_run_are_not_in_that_of_the_next() {
 #[test]
 fn a_run_directory_of_another_user_is_refused_by_the_name_of_its_owner() {
     let base = tempfile::tempdir_in("/dev/shm").expect("a folder");
+    // Another test of this process may have changed its umask for a moment.
+    let open = std::fs::Permissions::from_mode(0o700);
+    std::fs::set_permissions(base.path(), open).expect("to open it");
     std::os::unix::fs::chown(base.path(), Some(OTHER), Some(OTHER)).unwrap_or(());
     let robocomp = base.path().join("robocomp");
     if !as_other("a_run_directory_of_another_user", "mkdir", &robocomp) {
