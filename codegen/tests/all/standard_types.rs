@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 const TABLE: &str = include_str!("../../src/ros/standard.txt");
-/// PyPI has no wheels of these packages.
+/// `PyPI` has no wheels of these packages.
 const WITHOUT_WHEEL: [&str; 2] = ["tf2_msgs", "example_interfaces"];
 
 /// The lines of the table, by the package of the type.

@@ -508,5 +508,10 @@ fn a_component_starts_without_a_peer_that_it_does_not_need() {
     // A required slot would contradict this `after`.
     assert_eq!(render(&sources, &found, Format::Short), "");
     assert_eq!(network.connections.len(), 1);
-    assert!(network.required.iter().all(|required| required.is_empty()));
+    assert!(
+        network
+            .required
+            .iter()
+            .all(std::collections::BTreeSet::is_empty)
+    );
 }

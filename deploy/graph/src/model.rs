@@ -151,9 +151,12 @@ pub(crate) fn sentence(connection: &Connection) -> String {
         Kind::Call => "calls",
         Kind::Topic => "sends to",
     };
-    let end = |end: &End| match end.external {
-        true => "an external peer".to_owned(),
-        false => format!("{}.{}", end.component, end.slot),
+    let end = |end: &End| {
+        if end.external {
+            "an external peer".to_owned()
+        } else {
+            format!("{}.{}", end.component, end.slot)
+        }
     };
     let address = connection.address.as_ref();
     let address = address.map_or("refused".to_owned(), |a| format!("at {a}"));

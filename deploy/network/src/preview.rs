@@ -295,9 +295,12 @@ impl Preview {
             .connections
             .iter()
             .map(|c| {
-                let end = |end: &End| match end.external {
-                    true => format!("external {}", end.slot),
-                    false => format!("{}.{}", end.component, end.slot),
+                let end = |end: &End| {
+                    if end.external {
+                        format!("external {}", end.slot)
+                    } else {
+                        format!("{}.{}", end.component, end.slot)
+                    }
                 };
                 let kind = match c.kind {
                     Kind::Call => "call",

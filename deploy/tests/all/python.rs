@@ -1,4 +1,4 @@
-//! Environments of Python with packages from PyPI, below the target folder.
+//! Environments of Python with packages from `PyPI`, below the target folder.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;

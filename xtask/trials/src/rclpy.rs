@@ -1,4 +1,4 @@
-//! A component beside ROS 2 itself: rclpy on Fast DDS, of the wheels of ROS 2 Jazzy on PyPI, with its
+//! A component beside ROS 2 itself: rclpy on Fast DDS, of the wheels of ROS 2 Jazzy on `PyPI`, with its
 //! default settings. `bench ros2` compares round trips with those of rclpy alone; `soak ros2 peers`
 //! publishes images while peers come and go.
 
