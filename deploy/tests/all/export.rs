@@ -427,7 +427,7 @@ fn podman_compose_reads_every_file_as_it_is_meant() {
             let read: Value = serde_norway::from_str(&said).expect("YAML");
             let services = own["services"].as_object().expect("services");
             assert_eq!(
-                read["services"].as_object().map(|s| s.len()),
+                read["services"].as_object().map(serde_json::Map::len),
                 Some(services.len())
             );
             for (name, service) in services {

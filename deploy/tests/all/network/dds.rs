@@ -105,18 +105,6 @@ impl Domain {
             .start_program(self.over.program(), COMPONENT, &args, variables)
     }
 
-    /// Starts the component with further arguments of its own.
-    pub(crate) fn start_with_args(&self, more: &[&str]) -> Running {
-        let args = self.args(&[]);
-        let args: Vec<&str> = args
-            .iter()
-            .map(|arg| &**arg)
-            .chain(more.iter().copied())
-            .collect();
-        self.site
-            .start_program(self.over.program(), COMPONENT, &args, &[])
-    }
-
     /// Starts one of the programs in `middleware/MIDDLEWARE/tests/stranger`, in this network.
     pub(crate) fn stranger(&self, python: &Path, program: &str, args: &[&str]) -> Stranger {
         self.stranger_with(python, program, args, "")

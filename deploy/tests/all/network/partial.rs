@@ -1,5 +1,7 @@
 //! Networks of which a part is somewhere else, and parameters that a network sets.
 
+#![allow(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
 use crate::network::site::{Ran, Site};
 use rc_codegen::FileLoader;
 use rc_deploy_graph::{Graph, GraphFormat};
