@@ -77,7 +77,7 @@ impl Middleware {
             // Images of a megabyte leave gaps in the heap of the library. They look like a leak and
             // are none.
             Self::Dds => &[(WITHOUT_IMAGES, "1")],
-            // `rustdds` has time for a few thousand samples a second.
+            // Half the rate, with which the limits of BENCHMARKS.md were measured.
             Self::Ros2 => &[(WITHOUT_IMAGES, "1"), (HALF, "1")],
         }
     }

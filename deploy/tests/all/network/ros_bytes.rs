@@ -51,10 +51,8 @@ fn bytes_that_are_none_change_nothing_in_ros() {
         report: report(1),
         request: note(1, "nothing"),
         at_once: 100,
-        // `rustdds` keeps thousands of samples that were read for some seconds.
         warm_up: 2,
-        // The heap goes up and down by as much with what `rustdds` keeps for some seconds (BENCHMARKS.md); a leak of sixty bytes a sample is
-        // more.
+        // A leak of sixty bytes a sample is more than that.
         flat: 8 << 20,
     };
     change_nothing(&domain, &["ros2.service_mapping=cyclone"], &target);

@@ -45,8 +45,7 @@ fn reports_come_and_go_in_ros() {
     assert!(!component.log().contains("WARN"), "{}", component.log());
 }
 
-/// What is larger than a packet of 1.3 KiB and no multiple of four bytes is what Cyclone DDS throws away of `rustdds`,
-/// unless it is padded.
+/// Samples of all lengths, in one packet and in several, whether they end at a multiple of four or not.
 #[test]
 fn every_length_reaches_a_stranger() {
     let Some(python) = python("every_length_reaches_a_stranger") else {
