@@ -1,9 +1,9 @@
-//! Checks the examples on the grammar page, and that the page lists every diagnostic.
+//! Checks the examples on docs/ddsl.md, and that the page lists every diagnostic.
 
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
 
-const PAGE: &str = include_str!("../../src/grammar.md");
+const PAGE: &str = include_str!("../../../docs/ddsl.md");
 
 /// The examples on the page, in order.
 fn examples() -> Vec<&'static str> {

@@ -1,9 +1,9 @@
-//! Checks the examples on the grammar page.
+//! Checks the examples on docs/idsl.md.
 
 use rc_diagnostics::{Format, SourceMap, Span, render};
 use rc_syntax::MemoryLoader;
 
-const PAGE: &str = include_str!("../../src/grammar.md");
+const PAGE: &str = include_str!("../../../docs/idsl.md");
 
 #[test]
 fn every_file_on_the_page_is_valid() {

@@ -1,11 +1,11 @@
-//! Checks the examples on the grammar page.
+//! Checks the examples on docs/pdsl.md.
 
 use rc_configuration::LiveParameters;
 use rc_configuration::model::Parameters;
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
 
-const PAGE: &str = include_str!("../../src/grammar.md");
+const PAGE: &str = include_str!("../../../docs/pdsl.md");
 
 /// The fenced code blocks with the tag `language`, or without a tag if it is empty.
 fn blocks(language: &str) -> Vec<&'static str> {

@@ -1,8 +1,8 @@
-//! Checks the examples on the grammar page.
+//! Checks the examples on docs/smdsl.md.
 
 use rc_diagnostics::{Format, SourceMap, render};
 
-const PAGE: &str = include_str!("../../src/grammar.md");
+const PAGE: &str = include_str!("../../../docs/smdsl.md");
 
 /// The code blocks of the page that contain whole files of a language.
 fn files(language: &str) -> Vec<&'static str> {

@@ -1,5 +1,5 @@
 //! Strangers: programs that meet a generated component with the package `cyclonedds` of Python and nothing of ours, as
-//! `middleware/dds/README.md` tells them. The programs are in `middleware/dds/tests/stranger`, for people to begin with;
+//! `docs/dds.md` tells them. The programs are in `middleware/dds/tests/stranger`, for people to begin with;
 //! so is the component, `interop`.
 
 use crate::network::asker::{Asker, PATIENCE};

@@ -1,5 +1,5 @@
 //! Strangers: programs that meet generated components with the package `iceoryx2` of Python and nothing of ours, as
-//! `middleware/iceoryx2/README.md` tells them. The programs are there, in `tests/stranger`, for people to begin with.
+//! `docs/shared-memory-wire.md` tells them. The programs are in `middleware/iceoryx2/tests/stranger`, for people to begin with.
 
 use crate::network::site::{Ran, Site};
 use crate::python;

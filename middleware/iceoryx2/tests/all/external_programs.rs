@@ -10,7 +10,7 @@ use rc_middleware::{Gaps, wait};
 use std::os::unix::ffi::OsStrExt;
 use std::time::{Duration, Instant};
 
-/// The user header of each sample, as documented in the README.
+/// The user header of each sample, as docs/shared-memory-wire.md documents it.
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[type_name("RcHeader1")]
 #[repr(C)]

@@ -393,7 +393,7 @@ fn a_holder_keeps_services_and_a_wipe_removes_them() {
 
 /// Kills processes at many moments of their start while a holder keeps the services open. Later
 /// processes must not be affected. (Without a holder, a kill can leave an incomplete service;
-/// openings then fail after their time limit, see the README.)
+/// openings then fail after their time limit, see `docs/shared-memory-wire.md`.)
 #[test]
 fn a_process_killed_at_its_start_harms_nobody() {
     let network = Network::new("st");

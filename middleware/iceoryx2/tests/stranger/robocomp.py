@@ -1,6 +1,6 @@
 """What a program needs to meet the components of a network, with the package `iceoryx2` 0.10.0 and nothing else.
 
-The names and bytes are told in middleware/iceoryx2/README.md; this is that page as a program.
+The names and bytes are told in docs/shared-memory-wire.md; this is that page as a program.
 """
 
 import ctypes
