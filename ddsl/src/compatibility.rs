@@ -3,7 +3,7 @@
 use crate::endpoint::{Endpoint, slot};
 use crate::model::{Deployment, Host, Setting};
 use rc_cdsl::Component;
-use rc_cdsl::model::{Backend, Qos, Role};
+use rc_cdsl::model::{Backend, Qos};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::canonical::operation_text;
 use rc_settings::qos::{self, Policy};
@@ -149,17 +149,13 @@ impl<'a> CompatibilityChecker<'a> {
             found.push(error.help("use `middleware dds`, or run both on one host"));
             return false;
         }
-        let is_call = slot(self.components, consumer).is_some_and(|s| s.role == Role::Requires);
-        // iceoryx2 has no domains, and topics have no service mapping.
-        ["domain", "service_mapping"]
-            .iter()
-            .filter(|name| is_call || **name == "domain")
-            .filter_map(|name| rc_settings::key(here.word(), name))
-            .all(|key| self.is_set_alike(span, here, key, [consumer, provider], found))
+        // iceoryx2 has no domains.
+        let domain = rc_settings::key(here.word(), "domain");
+        domain.is_none_or(|key| self.is_same_domain(span, here, key, [consumer, provider], found))
     }
 
-    /// Whether a setting that must be equal at both endpoints is equal.
-    fn is_set_alike(
+    /// Whether both endpoints are in the same domain, whose key is `key`.
+    fn is_same_domain(
         &self,
         span: Span,
         backend: Backend,
@@ -190,13 +186,8 @@ impl<'a> CompatibilityChecker<'a> {
         let names = ends
             .map(|end| format!("`{}`", self.name(end)))
             .join(" and ");
-        let mut error = if key.name == "domain" {
-            let message = format!("{names} are in different domains: {one} and {other}");
-            Diagnostic::error("domain-mismatch", span, message)
-        } else {
-            let message = format!("{names} use different service mappings: {one} and {other}");
-            Diagnostic::error("service-mapping-mismatch", span, message)
-        };
+        let message = format!("{names} are in different domains: {one} and {other}");
+        let mut error = Diagnostic::error("domain-mismatch", span, message);
         for set in set.into_iter().flatten() {
             error = error.label(set.span, "set here");
         }

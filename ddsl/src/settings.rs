@@ -124,16 +124,11 @@ impl<'a> Block<'a> {
     }
 
     fn value(&mut self, key: &Key, literal: &Literal) -> Option<Value> {
-        let word = match &literal.kind {
-            LiteralKind::Name(word) if matches!(key.kind, Kind::Word(_)) => word.to_lowercase(),
-            _ => String::new(),
-        };
         let value = match &literal.kind {
             LiteralKind::Int(number) => Scalar::Int(*number),
             LiteralKind::Duration(time) => Scalar::Duration(*time),
             LiteralKind::String(text) => Scalar::Text(text),
             LiteralKind::Bool(choice) => Scalar::Bool(*choice),
-            LiteralKind::Name(_) if matches!(key.kind, Kind::Word(_)) => Scalar::Text(&word),
             LiteralKind::Name(word) if word.eq_ignore_ascii_case("on") => Scalar::Bool(true),
             LiteralKind::Name(word) if word.eq_ignore_ascii_case("off") => Scalar::Bool(false),
             LiteralKind::Name(_) | LiteralKind::Float(_) => Scalar::Other,

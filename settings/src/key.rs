@@ -4,7 +4,6 @@ use crate::duration::LONGEST;
 use crate::kind::Kind;
 use crate::value::Value;
 use rc_diagnostics::nearest;
-use std::borrow::Cow;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
@@ -61,7 +60,7 @@ static DDS: [Key; 5] = [
     },
 ];
 
-static ROS2: [Key; 9] = [
+static ROS2: [Key; 8] = [
     Key {
         name: "domain",
         kind: Kind::Int(DOMAINS),
@@ -79,12 +78,6 @@ static ROS2: [Key; 9] = [
         kind: Kind::Duration(LEASES),
         default: LEASE,
         doc: "The time of silence after which another component counts as dead.",
-    },
-    Key {
-        name: "service_mapping",
-        kind: Kind::Word(&["enhanced", "cyclone"]),
-        default: Some(Value::Text(Cow::Borrowed("enhanced"))),
-        doc: "How replies are matched to requests, the same at client and server: enhanced as in Fast DDS, or cyclone as in Cyclone DDS.",
     },
     Key {
         name: "namespace",

@@ -21,8 +21,6 @@ pub enum Kind {
     Interfaces,
     /// A list of machines, by name or address, each with an optional port.
     Peers,
-    /// One of these words.
-    Word(&'static [&'static str]),
     /// The namespace of a node of ROS 2.
     Namespace,
     /// The name of a node of ROS 2, without its namespace.
@@ -40,7 +38,7 @@ pub enum ValueError {
     Type,
     /// It is outside the limits.
     Range,
-    /// It is a text in another format, or none of the allowed words.
+    /// It is a text in another format.
     Format,
 }
 
@@ -69,7 +67,6 @@ impl Kind {
                 "the name or the address of a machine, such as \"robot.local\" or \"10.0.0.2:7410\""
                     .to_owned()
             }
-            Self::Word(words) => format!("one of {}", words.join(", ")),
             Self::Namespace => {
                 "a namespace of ROS 2, such as \"/robot\": each `/` is followed by letters, digits and single `_`, no digit first"
                     .to_owned()
@@ -125,7 +122,6 @@ impl Kind {
                 let fits = match self {
                     Self::Interfaces => is_host(text),
                     Self::Peers => is_peer(text),
-                    Self::Word(words) => words.contains(&text),
                     Self::Namespace => ros::is_namespace(text),
                     Self::Node => ros::is_node(text),
                     Self::Int(_)
@@ -138,7 +134,7 @@ impl Kind {
                 let value = if self.is_list() {
                     Value::Texts(vec![text])
                 } else {
-                    Value::Text(text.into())
+                    Value::Text(text)
                 };
                 fits.then_some(value).ok_or(ValueError::Format)
             }
@@ -152,12 +148,7 @@ impl Kind {
             Self::Interfaces | Self::Peers => Some(Value::Texts(Vec::new())),
             Self::Remappings => Some(Value::Remappings(Vec::new())),
             Self::Qos => Some(Value::Qos(Vec::new())),
-            Self::Int(_)
-            | Self::Bool
-            | Self::Duration(_)
-            | Self::Word(_)
-            | Self::Namespace
-            | Self::Node => None,
+            Self::Int(_) | Self::Bool | Self::Duration(_) | Self::Namespace | Self::Node => None,
         }
     }
 
@@ -232,8 +223,6 @@ mod tests {
     fn ros_settings_are_checked() {
         let parsed = |name: &str, text: &str| parsed("ros2", name, text);
         let ok = |text: &str| Ok(text.to_owned());
-        assert_eq!(parsed("service_mapping", "cyclone"), ok("cyclone"));
-        assert_eq!(parsed("service_mapping", "basic"), Err(ValueError::Format));
         assert_eq!(parsed("namespace", "/"), ok("/"));
         assert_eq!(parsed("namespace", "robot"), Err(ValueError::Format));
         assert_eq!(parsed("node", "7"), Err(ValueError::Format));

@@ -3,7 +3,6 @@
 use crate::duration;
 use crate::qos;
 use crate::ros::Remapping;
-use std::borrow::Cow;
 use std::fmt;
 use std::time::Duration;
 
@@ -20,8 +19,8 @@ pub enum Value {
     Int(i64),
     /// A duration, exact to the nanosecond.
     Duration(Duration),
-    /// A word or a name.
-    Text(Cow<'static, str>),
+    /// A name.
+    Text(String),
     /// Names or addresses, in the order of the text.
     Texts(Vec<String>),
     /// Rules for names in ROS 2. The first matching rule applies.

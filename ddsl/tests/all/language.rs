@@ -189,7 +189,7 @@ fn settings_of_middlewares_apply_to_their_block() {
             n.ddsl:4:52: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:4:22 (a further one only sets something of it, in braces: write first what the components use)
             n.ddsl:4:103: error[syntax-error]: expected a value, found `;`
             n.ddsl:4:114: error[syntax-error]: expected `,` or `;`, found `2s`
-            n.ddsl:4:118: error[unknown-field]: expected a setting of a middleware, found `§` (expected one of `domain`, `interfaces`, `peers`, `multicast`, `lease`, `service_mapping`, `namespace`, `node`, `remap`, `qos`, `use_sim_time`)
+            n.ddsl:4:118: error[unknown-field]: expected a setting of a middleware, found `§` (expected one of `domain`, `interfaces`, `peers`, `multicast`, `lease`, `namespace`, `node`, `remap`, `qos`, `use_sim_time`)
             n.ddsl:4:136: error[missing-semicolon]: expected `;`
             n.ddsl:4:161: error[repeated-clause]: duplicate clause `middleware`; first used here at n.ddsl:4:92
             n.ddsl:4:191: error[syntax-error]: expected a name, found `{`
@@ -201,22 +201,22 @@ fn settings_of_middlewares_apply_to_their_block() {
 #[test]
 fn ros_settings_are_checked() {
     let deployment = check(
-        "middleware ros2 { service_mapping Cyclone; namespace \"/robot\"; };\n\
+        "middleware ros2 { namespace \"/robot\"; };\n\
          Component a { cdsl \"a\"; middleware ros2 { node \"lidar\"; remap \"LaserPub/newScan:=/scan\", \"Base:=~/b\"; qos \"LaserPub.depth:=1\", \"Base/a.deadline:=0.5s\"; }; };",
         &expect![""],
     );
     let flat: Vec<String> = deployment.instances.iter().map(settings).collect();
-    expect!["ros2.service_mapping=cyclone ros2.namespace=/robot ros2.node=lidar ros2.remap=LaserPub/newScan:=/scan,Base:=~/b ros2.qos=LaserPub.depth:=1,Base/a.deadline:=500ms"].assert_eq(&flat.join("\n"));
+    expect!["ros2.namespace=/robot ros2.node=lidar ros2.remap=LaserPub/newScan:=/scan,Base:=~/b ros2.qos=LaserPub.depth:=1,Base/a.deadline:=500ms"].assert_eq(&flat.join("\n"));
     check(
-        "middleware ros2 { service_mapping basic; namespace \"robot\"; node 7; remap \"Laser=/scan\"; nod \"x\"; qos \"/scan.depth:=1\"; };\n\
+        "middleware ros2 { service_mapping cyclone; namespace \"robot\"; node 7; remap \"Laser=/scan\"; nod \"x\"; qos \"/scan.depth:=1\"; };\n\
          Component a { cdsl \"a\"; };",
         &expect![[r#"
-            n.ddsl:2:35: error[bad-setting]: `service_mapping` cannot be `basic` (allowed is one of enhanced, cyclone)
-            n.ddsl:2:52: error[bad-setting]: `namespace` cannot be the string "robot" (allowed is a namespace of ROS 2, such as "/robot": each `/` is followed by letters, digits and single `_`, no digit first)
-            n.ddsl:2:66: error[bad-setting]: `node` cannot be the number 7 (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
-            n.ddsl:2:75: error[bad-setting]: `remap` cannot be the string "Laser=/scan" (allowed is a rule FROM:=TO, such as "LaserPub/newScan:=/scan": FROM is a slot, SLOT/operation or a name of ROS 2, TO is the new name)
-            n.ddsl:2:90: error[unknown-key]: `nod` cannot be set of ros2 (did you mean `node`?)
-            n.ddsl:2:103: error[bad-setting]: `qos` cannot be the string "/scan.depth:=1" (allowed is a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as "LaserPub/newScan.depth:=1", of reliability (reliable, best_effort), durability (volatile, transient_local), depth (1 to 1000), deadline, lifespan and liveliness (a duration, or none))
+            n.ddsl:2:19: error[unknown-key]: `service_mapping` cannot be set of ros2 (there are domain, interfaces, lease, namespace, node, remap, qos, use_sim_time)
+            n.ddsl:2:54: error[bad-setting]: `namespace` cannot be the string "robot" (allowed is a namespace of ROS 2, such as "/robot": each `/` is followed by letters, digits and single `_`, no digit first)
+            n.ddsl:2:68: error[bad-setting]: `node` cannot be the number 7 (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
+            n.ddsl:2:77: error[bad-setting]: `remap` cannot be the string "Laser=/scan" (allowed is a rule FROM:=TO, such as "LaserPub/newScan:=/scan": FROM is a slot, SLOT/operation or a name of ROS 2, TO is the new name)
+            n.ddsl:2:92: error[unknown-key]: `nod` cannot be set of ros2 (did you mean `node`?)
+            n.ddsl:2:105: error[bad-setting]: `qos` cannot be the string "/scan.depth:=1" (allowed is a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as "LaserPub/newScan.depth:=1", of reliability (reliable, best_effort), durability (volatile, transient_local), depth (1 to 1000), deadline, lifespan and liveliness (a duration, or none))
         "#]],
     );
 }

@@ -393,28 +393,6 @@ fn ends_in_different_middleware_or_domains_are_reported() {
 }
 
 #[test]
-fn both_ends_of_a_call_use_the_same_service_mapping() {
-    let components = [
-        ("lidar", "implements Laser; publishes Pub;"),
-        ("user", "requires Laser; subscribesTo Pub;"),
-    ];
-    let text = "middleware ros2;\nComponent lidar { cdsl \"lidar\"; };\n\
-                Component user { cdsl \"user\"; middleware ros2 { service_mapping cyclone; }; };\n";
-    network(
-        text,
-        &components,
-        &expect![[r#"
-            n.ddsl:4:11: error[service-mapping-mismatch]: `user.Laser` and `lidar.Laser` use different service mappings: cyclone and the default (enhanced); set here at n.ddsl:4:49
-        "#]],
-    );
-    let text = text.replace(
-        "middleware ros2;",
-        "middleware ros2 { service_mapping cyclone; };",
-    );
-    network(&text, &components, &expect![[r#""#]]);
-}
-
-#[test]
 fn an_invalid_bind_is_reported_once() {
     network(
         "Component a { cdsl \"lidar\"; };\nComponent b { cdsl \"lidar\"; };\nComponent user { cdsl \"user\"; };\nbind user.Laser -> a.Lasre;\nbind user.Pub -> a.Pub;\nbind user.Pub -> a.Pub;\n",

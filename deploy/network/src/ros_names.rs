@@ -101,7 +101,7 @@ impl Network {
         }
         let value = |key| setting(instance, key).map(|set| &set.value);
         let own = |key| match value(key) {
-            Some(Value::Text(name)) => Some(name.to_string()),
+            Some(Value::Text(name)) => Some(name.clone()),
             _ => None,
         };
         let mut env = instance.env.iter();

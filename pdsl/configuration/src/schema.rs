@@ -179,7 +179,6 @@ fn setting(key: &Key) -> Json {
         Takes::Interfaces | Takes::Peers => {
             json!({ "type": "array", "items": { "type": "string" } })
         }
-        Takes::Word(words) => json!({ "enum": words }),
         Takes::Namespace => json!({ "type": "string", "pattern": NAMESPACE }),
         Takes::Node => json!({ "type": "string", "pattern": NODE }),
         Takes::Remappings => json!({ "anyOf": [

@@ -130,7 +130,7 @@ fn a_node_on_fast_dds_answers() {
     };
     let domain = domain("ros_fast_oracle", 33);
     let _component = domain.start(&[]);
-    let mut client = asker(&domain, "asker", "enhanced");
+    let mut client = asker(&domain, "asker");
     let mut oracle = stranger(&domain, program, &["oracle"]);
     oracle.says("ready");
     Site::until("the component finds the oracle", || {

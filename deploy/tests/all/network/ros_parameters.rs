@@ -14,7 +14,7 @@ fn every_change_of_a_parameter_is_told_in_ros() {
     let config = "<Discovery><ParticipantIndex>auto</ParticipantIndex></Discovery>";
     let mut stranger = domain.stranger_with(python, "events.py", &[&node], config);
     stranger.says("listens");
-    let component = domain.start(&["ros2.service_mapping=cyclone"]);
+    let component = domain.start(&[]);
     // What is secret is not among them.
     assert_eq!(
         stranger.line(),

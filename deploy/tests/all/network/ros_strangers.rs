@@ -1,16 +1,12 @@
-//! Strangers of ROS 2: programs that meet a generated component with the package `cyclonedds` of Python and ROS 2's own
-//! names, as a node on Cyclone DDS has them. The programs are in `middleware/ros2/tests/stranger`, for people to begin with; so is
-//! the component, `interop`. They cannot have ROS 2's default mapping of services: that is tested with Fast DDS (`ros_fast`) and
-//! between components, here and in `middleware/ros2/tests/conformance.rs`.
+//! A generated component and programs of the Python package `cyclonedds`, which use the names of
+//! ROS 2 and the service mapping of Cyclone DDS. The programs are in `middleware/ros2/tests/stranger`,
+//! the component is `interop`. `ros_fast` and `ros_rclpy` test the mapping of Fast DDS.
 
 use crate::network::asker::{Asker, PATIENCE};
 use crate::network::dds::{Domain, Over, Stranger, python};
 use crate::network::site::{Running, Site};
 use rc_middleware::CallError;
 use std::time::Instant;
-
-/// A stranger on Cyclone DDS has no other mapping.
-const CYCLONE: &str = "ros2.service_mapping=cyclone";
 
 fn domain(name: &str, id: u32) -> Domain {
     Domain::over(Over::Ros2, name, id)
@@ -68,7 +64,7 @@ fn a_stranger_of_ros_calls() {
         return;
     };
     let domain = domain("ros_ask", 3);
-    let _component = domain.start(&[CYCLONE]);
+    let _component = domain.start(&[]);
     let said = domain.stranger(python, "ask.py", &[]).end();
     let moved =
         "marks=[Mark(name='a', at=Point(x=1.5, y=2.5)), Mark(name='', at=Point(x=0.5, y=0.5))]";
@@ -100,14 +96,14 @@ fn the_first_call_is_answered() {
         return;
     };
     let domain = domain("ros_first", 4);
-    let component = domain.start(&[CYCLONE]);
+    let component = domain.start(&[]);
     let said = domain.stranger(python, "first.py", &["40"]).end();
     assert_eq!(said, ["answered 40"]);
     drop(component);
     // The same between components, in the other mapping.
     let _component = domain.start(&[]);
     for number in 0..10 {
-        let mut client = asker(&domain, &format!("asker{number}"), "enhanced");
+        let mut client = asker(&domain, &format!("asker{number}"));
         assert_eq!(client.add(number, 1).expect("an answer"), number + 1);
     }
 }
@@ -118,7 +114,7 @@ fn a_component_calls_a_stranger_of_ros() {
         return;
     };
     let domain = domain("ros_consult", 5);
-    let _component = domain.start(&[CYCLONE]);
+    let _component = domain.start(&[]);
     let mut consult = domain.stranger(python, "consult.py", &[]);
     consult.says("ready");
     consult.write("1000 early\n");
@@ -157,7 +153,7 @@ fn who_comes_late_into_ros_gets_what_was_kept() {
     early.says("ready");
     let _component = domain.start(&[]);
     // Five were ordered; the last three were kept.
-    let mut client = asker(&domain, "early", "enhanced");
+    let mut client = asker(&domain, "early");
     Site::until("the orders came", || {
         domain.slot("Orders")["handlers"]["count"] == 3
     });
@@ -187,7 +183,7 @@ fn who_comes_late_into_ros_gets_what_was_kept() {
 fn components_call_each_other_in_ros() {
     let domain = domain("ros_enhanced", 7);
     let _component = domain.start(&[]);
-    let mut client = asker(&domain, "asker", "enhanced");
+    let mut client = asker(&domain, "asker");
     assert_eq!(client.add(40, 2).expect("a sum"), 42);
     let mut noted = Vec::new();
     for size in [3, 1000, 1021, 1400, 2051, 200 * 1024 + 1] {
@@ -209,7 +205,7 @@ fn a_call_in_ros_ends_with_its_server() {
         return;
     };
     let domain = domain("ros_died", 8);
-    let mut component = domain.start(&[CYCLONE]);
+    let mut component = domain.start(&[]);
     let mut oracle = domain.stranger(python, "oracle.py", &[]);
     oracle.says("ready");
     let mut attempt = |component: &mut Running, client: &mut Asker| {
@@ -232,13 +228,13 @@ fn a_call_in_ros_ends_with_its_server() {
             assert!(took < PATIENCE / 2, "{took:?}");
         });
     };
-    let mut client = asker(&domain, "asker", "cyclone");
+    let mut client = asker(&domain, "asker");
     attempt(&mut component, &mut client);
     // The same client finds who comes next, and the one after that.
-    let mut component = domain.start(&[CYCLONE]);
+    let mut component = domain.start(&[]);
     Site::until("the next one is found", || client.add(1, 2).is_ok());
     attempt(&mut component, &mut client);
-    let _component = domain.start(&[CYCLONE]);
+    let _component = domain.start(&[]);
     Site::until("the last one is found", || client.add(1, 2).is_ok());
 }
 
@@ -271,14 +267,14 @@ fn a_killed_subscriber_holds_nobody_up() {
 }
 
 /// A client of the component.
-pub(crate) fn asker(domain: &Domain, name: &str, mapping: &str) -> Asker {
+pub(crate) fn asker(domain: &Domain, name: &str) -> Asker {
     let types = [
         (Asker::NOTE, "interop_msgs/srv/InteropNote"),
         (Asker::NOTED, "interop_msgs/srv/InteropNoted"),
         (Asker::CONSULT, "interop_msgs/srv/InteropConsult"),
         (Asker::ADD, "example_interfaces/srv/AddTwoInts"),
     ];
-    Asker::meet(domain, name, &[("service_mapping", mapping)], &types)
+    Asker::meet(domain, name, &[], &types)
 }
 
 /// A client of somebody else, who adds at `service`.

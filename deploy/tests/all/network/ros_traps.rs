@@ -218,14 +218,3 @@ fn a_wrong_variable_of_ros_is_told() {
         assert!(ran.stderr.contains(said), "{ran:?}");
     }
 }
-
-/// In the third mapping of ros2-client, Basic, answers are garbage and nobody says so.
-#[test]
-fn there_is_no_basic_mapping() {
-    let site = Site::new("ros_basic");
-    let setting = ["--set-middleware", "ros2.service_mapping=basic"];
-    let args = [&["--network", &site.network], &setting[..]].concat();
-    let ran = site.component(Over::Ros2.program(), &args);
-    assert_ne!(ran.code, 0, "{ran:?}");
-    assert!(ran.stderr.contains("enhanced, cyclone"), "{ran:?}");
-}

@@ -281,12 +281,11 @@ fn settings_of_middlewares_are_checked() {
 
 #[test]
 fn ros_names_are_checked() {
-    let text = "[middleware.ros2]\nservice_mapping = \"cyclone\"\nnamespace = \"/robot\"\n\
+    let text = "[middleware.ros2]\nnamespace = \"/robot\"\n\
                 [middleware.ros2.remap]\n\"LaserPub/newScan\" = \"/scan\"\nBase = \"~/base\"\n";
     let (configuration, _, rendered) = read(text, None);
     assert_eq!(rendered, "");
     let set = &configuration.middleware["ros2"];
-    assert_eq!(set["service_mapping"].value.to_string(), "cyclone");
     let rules = ["LaserPub/newScan:=/scan", "Base:=~/base"];
     assert_eq!(set["remap"].value.to_string(), rules.join(","));
     let list = format!(
@@ -297,11 +296,11 @@ fn ros_names_are_checked() {
     assert_eq!(rendered, "");
     let set = &configuration.middleware["ros2"]["remap"];
     assert_eq!(set.value.to_string(), rules.join(","));
-    let text = "[middleware.ros2]\nservice_mapping = \"basic\"\nnamespace = \"robot\"\nnode = \"a/b\"\n\
+    let text = "[middleware.ros2]\nservice_mapping = \"cyclone\"\nnamespace = \"robot\"\nnode = \"a/b\"\n\
                 [middleware.ros2.remap]\nLaser = 1\nBase = \"a b\"\n";
     let (_, _, rendered) = read(text, None);
     expect![[r#"
-        config.toml:2:19: error[bad-setting]: `middleware.ros2.service_mapping` cannot be the string "basic" (allowed is one of enhanced, cyclone)
+        config.toml:2:1: error[unknown-key]: unknown key `middleware.ros2.service_mapping` (there are domain, interfaces, lease, namespace, node, remap, qos, use_sim_time)
         config.toml:3:13: error[bad-setting]: `middleware.ros2.namespace` cannot be the string "robot" (allowed is a namespace of ROS 2, such as "/robot": each `/` is followed by letters, digits and single `_`, no digit first)
         config.toml:4:8: error[bad-setting]: `middleware.ros2.node` cannot be the string "a/b" (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
         config.toml:6:9: error[wrong-type]: `middleware.ros2.remap."Laser"` cannot be the number 1 (allowed is the new name)
