@@ -152,7 +152,7 @@ impl Workspace {
     pub fn components(&self, folder: &Path) -> io::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
         let is_component = |path: &Path| path.extension().is_some_and(|e| e == "cdsl");
         let files = languages::files(&[folder.to_path_buf()], &is_component)?;
-        let (mut components, mut strangers) = (Vec::new(), Vec::new());
+        let (mut components, mut unlisted) = (Vec::new(), Vec::new());
         for file in files {
             let own = absolute(file.parent().unwrap_or(Path::new("")))?;
             if Self::of(&own)?.is_none_or(|of| of.root != self.root) {
@@ -163,10 +163,10 @@ impl Workspace {
                 components.push(file);
             } else if !inside.any(|above| above.join("Cargo.toml").exists()) {
                 // A file inside another package belongs to its tests.
-                strangers.push(file);
+                unlisted.push(file);
             }
         }
-        Ok((components, strangers))
+        Ok((components, unlisted))
     }
 
     /// The text of its manifest, and the same with `rc-middleware` and `interfaces` among the
@@ -386,7 +386,7 @@ mod tests {
         }
         write(&root.join("components/own/Cargo.toml"), "[workspace]\n");
         let workspace = Workspace::of(&root).expect("manifests").expect("a root");
-        let (components, strangers) = workspace.components(&root).expect("folders");
+        let (components, unlisted) = workspace.components(&root).expect("folders");
         let components = components.iter().map(|path| relative(&root, path));
         let components: Vec<String> = components.map(|p| p.display().to_string()).collect();
         assert_eq!(
@@ -397,9 +397,9 @@ mod tests {
                 "old/old.cdsl"
             ]
         );
-        let strangers = strangers.iter().map(|path| relative(&root, path));
-        let strangers: Vec<String> = strangers.map(|p| p.display().to_string()).collect();
-        assert_eq!(strangers, ["bench/other/other.cdsl", "tests/fixture.cdsl"]);
+        let unlisted = unlisted.iter().map(|path| relative(&root, path));
+        let unlisted: Vec<String> = unlisted.map(|p| p.display().to_string()).collect();
+        assert_eq!(unlisted, ["bench/other/other.cdsl", "tests/fixture.cdsl"]);
     }
 
     #[test]

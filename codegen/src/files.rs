@@ -263,7 +263,7 @@ fn list(folder: &Path, inside: &Path, out: &mut Vec<PathBuf>) -> io::Result<()> 
         let entry = entry?;
         let path = inside.join(entry.file_name());
         let name = entry.file_name();
-        // What cargo leaves there when somebody builds the crate alone is not generated.
+        // What cargo leaves there when the crate is built alone is not generated.
         if entry.file_type()?.is_dir() {
             if name != "target" {
                 list(folder, &path, out)?;

@@ -127,8 +127,7 @@ impl InterfaceCrate {
     }
 
     /// The definitions in the `.idsl` files of the folder of interfaces. Files with errors are left
-    /// out; what is wrong with them is in `found`, and the second value tells whether there are
-    /// any.
+    /// out, with their errors in `found`; the second value says whether there are any.
     pub fn own(
         &self,
         sources: &mut SourceMap,

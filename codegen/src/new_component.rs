@@ -148,7 +148,7 @@ impl NewComponent {
         let (file, _) = rc_cdsl::parse(&sources, source);
         let Some(component) = file.component else {
             let message = format!(
-                "{} is not a description of a component: `rcgen check` tells why",
+                "{} is not a description of a component: `rcgen check` says why",
                 from.display()
             );
             return Err(Error::Refused(message));

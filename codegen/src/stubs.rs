@@ -147,7 +147,7 @@ pub fn of(
             operations,
         });
     }
-    strangers(&component, &view, &code, &worker, &pieces, &mut found);
+    misfits(&component, &view, &code, &worker, &pieces, &mut found);
     let missing = Missing {
         view,
         worker,
@@ -177,7 +177,7 @@ fn blocks<'a>(code: &'a Code, worker: &'a str, slot: &'a Slot) -> impl Iterator<
 }
 
 /// Reports handlers that no longer fit.
-fn strangers(
+fn misfits(
     component: &Component,
     view: &view::Component,
     code: &Code,

@@ -118,7 +118,7 @@ pub fn init(network: &str, framework: &Framework) -> Result<Files, interface_cra
         .map(|(name, folder)| format!("{name} = {}\n", framework.dependency(folder)))
         .collect();
     let manifest = format!(
-        "# Components, their interfaces and networks. README.md tells how to begin.\n\
+        "# Components, their interfaces and networks. README.md says how to begin.\n\
          [workspace]\nresolver = \"3\"\n\
          members = [\"components/*\", \"components/*/generated\", \"interfaces/generated\"]\n\n\
          [workspace.dependencies]\ninterfaces = {{ path = \"interfaces/generated\" }}\n{dependencies}\n\

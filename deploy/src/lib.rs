@@ -15,7 +15,7 @@
 //! - [`cli`]: the command line.
 //!
 //! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled
-//! through a pidfd, so that no stranger who got a pid for the second time is ever hit.
+//! through a pidfd, so that a signal never reaches another process that got a used pid.
 
 pub mod cli;
 pub mod guard;

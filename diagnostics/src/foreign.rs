@@ -1,7 +1,7 @@
 //! Text from outside: other programs, other components, the network.
 //!
-//! Whoever reads such a text passes it through [`clean`] where it enters, so that no message,
-//! log, terminal or JSON holds a line that somebody else forged, or more of it than a reader needs.
+//! The reader of such a text passes it through [`clean`] where it enters, so that no message, log,
+//! terminal or JSON holds a forged line, or more of the text than its reader needs.
 
 /// How many characters of a foreign text are kept.
 pub const MOST: usize = 256;

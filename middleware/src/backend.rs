@@ -111,7 +111,7 @@ pub trait Backend {
 /// A publisher of a topic.
 pub trait Publisher {
     /// Sends a sample to all subscribers that are there. A slow subscriber loses old samples and
-    /// delays nobody.
+    /// delays no other.
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError>;
 
     /// Whether [`Publisher::loan`] gives memory for bodies of this encoding.

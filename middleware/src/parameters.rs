@@ -63,7 +63,7 @@ pub trait ParameterService: Send + Sync {
     /// Changes all of these parameters or none. The error says why nothing has changed.
     fn set(&self, changes: &[(String, ParameterValue)]) -> Result<(), String>;
 
-    /// Calls `listener` with all parameters, and from then on with every accepted change, whoever
-    /// requested it. Changes of one request are one call.
+    /// Calls `listener` with all parameters, and from then on with every accepted change, from
+    /// any source. Changes of one request are one call.
     fn watch(&self, listener: ParameterListener);
 }

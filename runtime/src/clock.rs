@@ -75,7 +75,7 @@ pub trait Clock: fmt::Debug + Send + Sync {
     fn now(&self) -> Time;
 }
 
-/// The clock of the system: its calendar, as UTC. It may jump when somebody sets it.
+/// The clock of the system: its calendar, as UTC. It may jump when it is set.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SystemClock;
 
@@ -89,7 +89,7 @@ impl Clock for SystemClock {
     }
 }
 
-/// A clock that stands until somebody sets it.
+/// A clock that stands until it is set.
 ///
 /// ```
 /// use rc_runtime::{Clock, SimulatedClock, Time};

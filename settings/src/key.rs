@@ -14,7 +14,7 @@ pub struct Key {
     pub name: &'static str,
     /// The values that it takes.
     pub kind: Kind,
-    /// The value if nobody sets the key. `None` if there is none, or if the middleware finds one
+    /// The default value. `None` if there is none, or if the middleware finds one
     /// by itself.
     pub default: Option<Value>,
     /// The purpose, as a sentence.

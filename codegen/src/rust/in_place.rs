@@ -183,7 +183,7 @@ fn part_view<'a>(
 ) -> PartView<'a> {
     let is_number = matches!(part.item, Item::Number { .. });
     let member = part.member.as_ref();
-    // A structure without a name is told by the member that it is in.
+    // The member that contains an unnamed structure identifies it.
     let step = member.map(|m| m.name.as_str());
     let step = step
         .or(steps.get(1).map(String::as_str))

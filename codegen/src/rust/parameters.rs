@@ -19,7 +19,7 @@ struct Struct {
     name: String,
     doc: Vec<String>,
     fields: Vec<Field>,
-    /// Whether a field is shown to nobody.
+    /// Whether a field is never shown.
     hides: bool,
 }
 
@@ -65,7 +65,7 @@ struct Structs {
 }
 
 impl Structs {
-    /// `laser` becomes `LaserParams`, so that nobody takes it for the trait or the type `Laser`. The names of the
+    /// `laser` becomes `LaserParams`, so that it is not taken for the trait or the type `Laser`. The names of the
     /// groups around it come first; where `a` in `b` and `b_a` would be one name, the second gets a number.
     fn name(&mut self, owner: &str, parameter: &str) -> String {
         let owner = owner.strip_suffix("Params").unwrap_or(owner);

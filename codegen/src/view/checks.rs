@@ -23,7 +23,7 @@ pub enum Check {
         min: Option<String>,
         /// The largest value, likewise.
         max: Option<String>,
-        /// The range as a reader is told it: "0 to 100".
+        /// The range, as documents print it: "0 to 100".
         text: String,
     },
     /// Checks of every element.

@@ -46,7 +46,7 @@ pub struct Component {
     pub dependencies: Vec<Dependency>,
 }
 
-/// A package of somebody else.
+/// A package from outside the framework.
 #[derive(Debug, Serialize)]
 pub struct Dependency {
     /// Its name.
@@ -190,7 +190,7 @@ impl Component {
 
 fn one(library: &Library, slot: &model::Slot, middleware: Backend) -> Slot {
     let interface = library.interface(slot.interface);
-    // An interface without operations is a connection, but nobody can handle or publish anything.
+    // An interface without operations is a connection, but there is nothing to handle or publish.
     let any = !interface.operations.is_empty();
     let backend = slot.backend.unwrap_or(middleware);
     Slot {

@@ -112,9 +112,9 @@ pub struct Member {
     pub optional: bool,
     /// The unit of the number.
     pub unit: Option<String>,
-    /// The allowed values, as a reader is told them: "0 to 100".
+    /// The allowed values, as documents print them: "0 to 100".
     pub range: Option<String>,
-    /// The value where nobody gives one.
+    /// The default value.
     pub default: Option<Value>,
     /// What a writer and a reader check.
     pub checks: Vec<Check>,

@@ -26,7 +26,7 @@ pub struct Rule {
     pub scope: Vec<String>,
     /// The condition, as it is written.
     pub text: String,
-    /// What a reader is told where it does not hold.
+    /// The message if it does not hold.
     pub message: String,
 }
 
@@ -41,11 +41,11 @@ pub struct Parameter {
     pub kind: &'static str,
     /// Whether the value is an array.
     pub array: bool,
-    /// The number of elements of an array or a list, as a reader is told it.
+    /// The number of elements of an array or a list, as documents print it.
     pub length: Option<String>,
     /// The unit of the value.
     pub unit: Option<String>,
-    /// The range of the value, as a reader is told it.
+    /// The range of the value, as documents print it.
     pub range: Option<String>,
     /// The only values, in TOML; empty if there are others.
     pub choices: Vec<String>,
@@ -55,9 +55,9 @@ pub struct Parameter {
     pub default: Option<String>,
     /// When a change takes effect; none if it never does.
     pub change: Option<&'static str>,
-    /// Whether the value is shown to nobody.
+    /// Whether the value is never shown.
     pub secret: bool,
-    /// The allowed values, as a reader is told them.
+    /// The allowed values, as documents print them.
     pub allowed: String,
     /// The parameters in a group, and in each group of a list.
     pub members: Vec<Parameter>,

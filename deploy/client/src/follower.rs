@@ -223,7 +223,7 @@ mod tests {
         std::fs::write(&path, "ve\nand much more\n").expect("written");
         assert_eq!(follower.read().0, [""; 0]);
         assert_eq!(follower.read().0, ["five", "and much more"]);
-        // What is gone is told.
+        // Components that are gone are reported.
         turn(4, 7, "eight\n");
         std::fs::write(&path, "nine\n").expect("written");
         assert_eq!(

@@ -52,7 +52,7 @@ pub(super) fn show<T: Serialize>(
     Ok(0)
 }
 
-/// Prints findings or other text as it is. If nobody can read it, the exit code still tells.
+/// Prints findings or other text as it is. If it cannot be printed, the exit code still holds.
 pub(super) fn print_findings(text: &str) {
     let _ = std::io::stderr().write_all(text.as_bytes());
 }

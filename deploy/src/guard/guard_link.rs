@@ -37,7 +37,7 @@ pub(crate) struct Guard {
     link: UnixStream,
     output: Output,
     lines: Lines,
-    /// How many services it was told to hold.
+    /// How many services it was asked to hold.
     services: usize,
     progress: Progress,
     /// When it last came a step further, or had nothing to do.
@@ -160,7 +160,7 @@ impl Guard {
         }
     }
 
-    /// Whether it has still to do what it was told.
+    /// Whether it is still busy with a request.
     fn is_busy(&self) -> bool {
         self.held().is_none_or(|held| held < self.services) || !self.output.is_empty()
     }

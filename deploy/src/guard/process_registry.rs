@@ -70,14 +70,14 @@ impl ProcessRegistry {
     /// Reads the file. A damaged or unfinished file counts as an empty registry, so that the
     /// directory is cleaned up all the same.
     fn read(directory: &Path) -> Option<Self> {
-        let nobody = Self {
+        let empty = Self {
             boot: String::new(),
-            mark: Mark::nobody(),
+            mark: Mark::none(),
             components: Vec::new(),
         };
         match std::fs::read(directory.join(NAME)) {
-            Ok(text) => Some(serde_json::from_slice(&text).unwrap_or(nobody)),
-            Err(_) => directory.join(UNFINISHED).exists().then_some(nobody),
+            Ok(text) => Some(serde_json::from_slice(&text).unwrap_or(empty)),
+            Err(_) => directory.join(UNFINISHED).exists().then_some(empty),
         }
     }
 

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 const KEPT: usize = 1000;
 
 /// The last events, numbered. Each reader remembers the number of its next event, so that a slow
-/// reader blocks nobody.
+/// reader blocks no other.
 #[derive(Debug, Default)]
 pub(crate) struct Journal {
     first: u64,

@@ -38,7 +38,7 @@ pub(crate) fn raise(components: usize) -> Result<(), Error> {
 /// Gives a process that was started the limit of the user.
 pub(crate) fn restore(process: Pid) {
     if let Some(before) = BEFORE.get() {
-        // It has ended, or keeps a limit that harms nobody.
+        // It has ended, or keeps a limit that does no harm.
         let _ = prlimit(Some(process), Resource::Nofile, *before);
     }
 }

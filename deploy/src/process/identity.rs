@@ -126,7 +126,7 @@ impl Mark {
     }
 
     /// A mark of no process.
-    pub(crate) fn nobody() -> Self {
+    pub(crate) fn none() -> Self {
         Self(String::new())
     }
 
@@ -154,7 +154,7 @@ impl Mark {
     /// them the index of its run.
     fn sweep_those(&self, runs: Option<&[String]>) -> Vec<usize> {
         let mut killed = Vec::new();
-        if *self == Self::nobody() {
+        if *self == Self::none() {
             return killed;
         }
         let wanted = Wanted {

@@ -187,16 +187,16 @@ mod tests {
     fn a_missing_processor_is_reported_with_the_existing_ones() {
         let first = *online().expect("Linux lists them").first().expect("one");
         assert_eq!(missing(&[first]), Ok(()));
-        let told = missing(&[first, 1023]).expect_err("nobody has so many");
+        let error = missing(&[first, 1023]).expect_err("no machine has so many");
         assert!(
-            told.starts_with("this machine has no processor 1023; there are"),
-            "{told}"
+            error.starts_with("this machine has no processor 1023; there are"),
+            "{error}"
         );
     }
 
     #[test]
     fn a_missing_permission_is_reported_with_its_remedy() {
-        let told = forbidden(10, 0);
+        let error = forbidden(10, 0);
         for word in [
             "priority 10",
             "rtprio 10",
@@ -204,7 +204,7 @@ mod tests {
             "limits.conf",
             "is 0 now",
         ] {
-            assert!(told.contains(word), "{told}");
+            assert!(error.contains(word), "{error}");
         }
         assert!(forbidden(10, 99).contains("cpu.rt_runtime_us"));
     }

@@ -239,7 +239,7 @@ impl Agent {
     fn turn(&mut self, source: &Source) -> Option<Ending> {
         match source {
             Source::Supervisor => return self.receive(),
-            Source::Signals => return Some(Ending::Alone("this agent was told to end".to_owned())),
+            Source::Signals => return Some(Ending::Alone("a signal ended this agent".to_owned())),
             Source::Output => {}
             Source::Guard => match self.custody.guard_ended() {
                 Some(

@@ -20,7 +20,7 @@ const BLOCK: u64 = 1 << 20;
 pub(crate) struct LogTail {
     path: PathBuf,
     file: File,
-    told: u64,
+    sent: u64,
     given_back: u64,
 }
 
@@ -33,7 +33,7 @@ impl LogTail {
         Ok(Self {
             path,
             file,
-            told: 0,
+            sent: 0,
             given_back: 0,
         })
     }
@@ -45,14 +45,14 @@ impl LogTail {
     /// The next piece. `None` if everything was sent.
     pub(crate) fn next(&mut self) -> Option<String> {
         let mut buffer = [0; PIECE];
-        let count = self.file.read_at(&mut buffer, self.told).unwrap_or(0);
+        let count = self.file.read_at(&mut buffer, self.sent).unwrap_or(0);
         let whole = &buffer[..whole(&buffer[..count])];
-        self.told += whole.len() as u64;
-        if self.told >= self.given_back + BLOCK {
+        self.sent += whole.len() as u64;
+        if self.sent >= self.given_back + BLOCK {
             // If the file system does not support this, the log keeps everything.
             let hole = FallocateFlags::PUNCH_HOLE | FallocateFlags::KEEP_SIZE;
-            let _ = fallocate(&self.file, hole, 0, self.told);
-            self.given_back = self.told;
+            let _ = fallocate(&self.file, hole, 0, self.sent);
+            self.given_back = self.sent;
         }
         (!whole.is_empty()).then(|| String::from_utf8_lossy(whole).into_owned())
     }

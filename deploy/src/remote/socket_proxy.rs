@@ -101,7 +101,7 @@ impl ProxyConnections {
             let mut flags = PollFlags::empty();
             flags.set(PollFlags::IN, room);
             flags.set(PollFlags::OUT, !wire.out.is_empty());
-            // Without flags, `poll` would report an end that nobody reads.
+            // Without flags, `poll` would report an end without a reader.
             (!flags.is_empty()).then(|| (*number, wire.stream.as_fd(), flags))
         })
     }

@@ -186,10 +186,10 @@ mod tests {
                 "does its sshd run",
             ),
         ] {
-            let told = explain(&host, "the connection ended", complaint);
-            assert!(told.contains(advice), "{told}");
+            let error = explain(&host, "the connection ended", complaint);
+            assert!(error.contains(advice), "{error}");
         }
-        let told = explain(&host, "it ended", "sh: head: not found\n");
-        assert_eq!(told, "it ended: sh: head: not found");
+        let error = explain(&host, "it ended", "sh: head: not found\n");
+        assert_eq!(error, "it ended: sh: head: not found");
     }
 }

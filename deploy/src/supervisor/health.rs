@@ -41,7 +41,7 @@ pub(crate) struct HealthMonitor {
     /// How many more heartbeats without a first peer an external slot may have.
     patience: BTreeMap<String, u32>,
     growth: Growth,
-    /// The clock, as the last heartbeat told it.
+    /// The clock, from the last heartbeat.
     clock: Option<Box<ClockStatus>>,
     troubles: BTreeMap<Key, (SystemTime, String)>,
     /// The network stops: vanishing peers are expected.
@@ -127,12 +127,7 @@ impl HealthMonitor {
         });
         for (code, over, begun, ended) in [
             ("time-lost", "time-back", lost, "its source of time is back"),
-            (
-                "time-waits",
-                "time-goes-on",
-                waits,
-                "time waits for nobody any more",
-            ),
+            ("time-waits", "time-goes-on", waits, "time no longer waits"),
         ] {
             let was = self.troubles.contains_key(&(code, String::new()));
             match begun {
@@ -197,7 +192,7 @@ impl HealthMonitor {
                 self.begin("peer-vanished", &slot, &text);
                 happened.push((Severity::Warning, "peer-vanished", text));
             }
-            // The network starts no peer for it: somebody else has to.
+            // The peer is not started by this network.
             (None, false) if external && !optional => {
                 if end_of(self.patience.entry(slot.clone()).or_insert(CALM)) {
                     let text = format!("{word} {slot} has no peer yet");

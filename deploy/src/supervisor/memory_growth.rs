@@ -28,7 +28,7 @@ pub(crate) struct Growth {
     seen: u32,
     series: [Series; 2],
     /// The memory at the last report.
-    told: Option<u64>,
+    reported: Option<u64>,
 }
 
 impl Default for Growth {
@@ -36,7 +36,7 @@ impl Default for Growth {
         Self {
             seen: 0,
             series: STRIDES.map(Series::new),
-            told: None,
+            reported: None,
         }
     }
 }
@@ -63,9 +63,9 @@ impl Growth {
                 ));
             }
         }
-        let news = self.told.is_none_or(|told| bytes / 2 >= told);
+        let news = self.reported.is_none_or(|reported| bytes / 2 >= reported);
         if grown.is_some() && news {
-            self.told = Some(bytes);
+            self.reported = Some(bytes);
             return grown;
         }
         None
@@ -140,8 +140,8 @@ impl Series {
 mod tests {
     use super::*;
 
-    /// The readings at which growth is told, of a process with so many MiB at each.
-    fn told(readings: impl IntoIterator<Item = u64>) -> Vec<usize> {
+    /// The readings at which growth is reported, of a process with so many MiB at each.
+    fn reported(readings: impl IntoIterator<Item = u64>) -> Vec<usize> {
         let mut growth = Growth::default();
         let pause = Duration::from_secs(30);
         let readings = readings.into_iter().enumerate();
@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn a_leak_is_reported_once_and_after_each_doubling() {
         // 100 MiB, and one more at each reading.
-        let leak = told((0..300).map(|at| 100 + at));
+        let leak = reported((0..300).map(|at| 100 + at));
         assert_eq!(leak[0], 43, "{leak:?}");
         assert_eq!(leak.len(), 2, "{leak:?}");
         assert!((100 + leak[1]) >= 2 * (100 + leak[0]), "{leak:?}");
@@ -162,21 +162,21 @@ mod tests {
     #[test]
     fn a_slow_leak_is_detected_within_hours() {
         // 1 MiB in 25 minutes.
-        let leak = told((0..700).map(|at| 50 + at / 50));
+        let leak = reported((0..700).map(|at| 50 + at / 50));
         assert_eq!(leak.len(), 1, "{leak:?}");
     }
 
     #[test]
     fn steady_and_fluctuating_memory_is_not_reported() {
-        let start = told((0..2000).map(|at| (10 * at).min(40)));
+        let start = reported((0..2000).map(|at| (10 * at).min(40)));
         assert_eq!(start, [0; 0], "memory that is taken at the start");
-        let step = told((0..2000).map(|at| if at < 500 { 50 } else { 500 }));
+        let step = reported((0..2000).map(|at| if at < 500 { 50 } else { 500 }));
         assert_eq!(step, [0; 0], "a map that is loaded");
-        let saw = told((0..2000).map(|at| 50 + 3 * (at % 17)));
+        let saw = reported((0..2000).map(|at| 50 + 3 * (at % 17)));
         assert_eq!(saw, [0; 0], "a cache that is emptied");
-        let steps = told((0..2000).map(|at| 50 + 2 * (at % 100) / 90 * 40));
+        let steps = reported((0..2000).map(|at| 50 + 2 * (at % 100) / 90 * 40));
         assert_eq!(steps, [0; 0], "a job that comes and goes");
-        let flat = told((0..2000_u64).map(|at| 1000 + at % 7));
+        let flat = reported((0..2000_u64).map(|at| 1000 + at % 7));
         assert_eq!(flat, [0; 0], "the noise of a large program");
     }
 }

@@ -13,7 +13,7 @@ use std::os::unix::net::UnixStream;
 pub(crate) enum ProcessHandle {
     /// On this machine: it is waited for by its descriptors.
     Local(LocalProcess),
-    /// On another one: an agent there tells of it.
+    /// On another one: an agent there reports it.
     Remote(RemoteProcess),
 }
 

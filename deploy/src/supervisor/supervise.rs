@@ -212,7 +212,7 @@ impl<'p> Supervisor<'p> {
 
     pub(super) fn not_started(&mut self, i: usize, reason: &str) {
         let unit = &mut self.units[i];
-        // A unit that has run before is restarted by its policy: somebody may be building its
+        // A unit that has run before is restarted by its policy: the user may be building its
         // program.
         if !unit.is_restarted() {
             return self.fail(i, reason);

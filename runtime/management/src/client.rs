@@ -93,7 +93,7 @@ pub enum CallError {
 impl Client {
     /// Connects to the socket at `path`, within `limit`. A limit of zero does not wait for a listener that is busy.
     ///
-    /// `NotFound` and `ConnectionRefused` mean that nobody listens, `WouldBlock` that the listener did not accept in
+    /// `NotFound` and `ConnectionRefused` mean that there is no listener, `WouldBlock` that the listener did not accept in
     /// time.
     pub fn connect(path: &Path, limit: Duration) -> io::Result<Self> {
         let flags = if limit.is_zero() {

@@ -10,7 +10,7 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// How long nobody is accepted after the system has refused.
+/// How long no connection is accepted after the system refused one.
 const PAUSE: Duration = Duration::from_millis(200);
 
 /// A listening Unix socket that does not block.
@@ -31,7 +31,7 @@ impl Listener {
         })
     }
 
-    /// Becomes readable when somebody connects. There is none during a pause.
+    /// Becomes readable when a client connects. There is none during a pause.
     pub fn descriptor(&self) -> Option<BorrowedFd<'_>> {
         self.paused_until.is_none().then(|| self.socket.as_fd())
     }

@@ -228,7 +228,7 @@ pub struct ComponentStatus {
     /// The component's name.
     #[serde(deserialize_with = "foreign::text")]
     pub name: String,
-    /// Whether somebody started it by hand: the supervisor does not know it, a client found it.
+    /// Whether it was started by hand: the supervisor does not know it, a client found it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub by_hand: bool,
     /// The machine that it runs on; none for that of the supervisor.

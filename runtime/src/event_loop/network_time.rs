@@ -7,7 +7,7 @@ use crate::time::TimeRole;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// How often the ports are served, at most, before a turn ends: somebody who does not follow the network's time may
+/// How often the ports are served, at most, before a turn ends: a sender that does not follow the network's time may
 /// send without pause.
 const ROUNDS_A_TURN: usize = 16;
 

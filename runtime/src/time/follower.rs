@@ -195,7 +195,7 @@ impl Follower {
         self.lockstep = tick.lockstep;
         if !tick.lockstep {
             self.turn = None;
-            // It joins; nobody waits.
+            // It joins; the source does not wait for it.
             if self.done.is_none_or(|(epoch, _)| epoch != self.epoch) {
                 self.finish();
             }
@@ -235,7 +235,7 @@ impl Follower {
         }
     }
 
-    /// Leaves: nobody is to wait for this component.
+    /// Leaves: the source no longer waits for this component.
     pub(crate) fn leave(&mut self) {
         if self.epoch != 0 {
             self.send(self.epoch, self.number, true);

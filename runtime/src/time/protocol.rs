@@ -51,7 +51,7 @@ pub(crate) struct Done {
     pub(crate) number: u64,
     /// The name of the follower in its network.
     pub(crate) follower: String,
-    /// Whether it ends in order: nobody is to wait for it.
+    /// Whether it ends in order: the source no longer waits for it.
     pub(crate) leaving: bool,
 }
 

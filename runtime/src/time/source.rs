@@ -14,8 +14,8 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// How often a source repeats its present tick.
 const REPEAT: Duration = Duration::from_millis(500);
-/// The turn of nobody.
-const NOBODY: u64 = u64::MAX;
+/// The turn of no follower.
+const NO_FOLLOWER: u64 = u64::MAX;
 
 /// In which order followers do a tick that the source waits for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -102,7 +102,7 @@ impl TimeSource {
         self.with(|state| state.limit = Some(limit));
     }
 
-    /// From the next tick on, `compute()` runs with its period and waits for nobody.
+    /// From the next tick on, `compute()` runs with its period and waits for no follower.
     pub fn wait_for_nobody(&mut self) {
         self.with(|state| state.limit = None);
     }
@@ -237,7 +237,7 @@ impl State {
         self.followers.iter().find(|entry| self.awaits(entry))
     }
 
-    /// Whether all have done the present tick. A source that waits for nobody is always complete.
+    /// Whether all have done the present tick. A source that waits for no follower is always complete.
     fn is_complete(&self) -> bool {
         self.limit.is_none() || self.first_awaited().is_none()
     }
@@ -265,7 +265,9 @@ impl State {
     fn turn(&self) -> u64 {
         match (self.limit, self.order()) {
             (None, _) | (_, Order::AtOnce) => 0,
-            _ => self.first_awaited().map_or(NOBODY, |e| turn_of(&e.name)),
+            _ => self
+                .first_awaited()
+                .map_or(NO_FOLLOWER, |e| turn_of(&e.name)),
         }
     }
 
@@ -497,7 +499,7 @@ impl Source {
         }
         let complete = state.is_complete();
         let hurries = !state.paced && state.advanced && complete;
-        // While somebody is missing, it comes once a limit.
+        // While a follower is missing, it comes once a limit.
         let waited = now.saturating_duration_since(self.began) >= state.limit.unwrap_or_default();
         let may = complete || (waited && !state.missing.is_empty());
         drop(state);

@@ -35,7 +35,7 @@ impl<'a> XmlSource<'a> {
             _ => self.byte(error.pos().row, error.pos().col).min(end),
         };
         let length = self.text[at..].chars().next().map_or(0, char::len_utf8);
-        // The span already tells the position.
+        // The span already has the position.
         let what = error.to_string();
         let what = what.replace(&format!(" at {}", error.pos()), "");
         let what = what.trim_end_matches(" found").replace('\'', "`");

@@ -18,8 +18,8 @@ pub(crate) fn check(files: &[PathBuf], common: &Common) -> Result<(), Failure> {
             unreadable(&file, &error, &mut sources, &mut found, &mut refused);
         }
     }
-    let told = report(&sources, &found, common.format);
-    refused.map_or(told, |why| Err(Failure::System(why)))
+    let reported = report(&sources, &found, common.format);
+    refused.map_or(reported, |why| Err(Failure::System(why)))
 }
 
 pub(crate) fn fmt(paths: &[PathBuf], check: bool, format: Format) -> Result<(), Failure> {
@@ -44,11 +44,11 @@ pub(crate) fn fmt(paths: &[PathBuf], check: bool, format: Format) -> Result<(), 
             Err(error) => unreadable(&file, &error, &mut sources, &mut found, &mut refused),
         }
     }
-    let told = report(&sources, &found, format);
+    let reported = report(&sources, &found, format);
     match refused {
         Some(why) => Err(Failure::System(why)),
         None if check && differs => Err(Failure::Input),
-        None => told,
+        None => reported,
     }
 }
 

@@ -155,8 +155,8 @@ pub(crate) fn groups(args: &Generate) -> Result<BTreeMap<PathBuf, Group>, Failur
         let real = path.canonicalize().map_err(system)?;
         let whole = workspace.as_ref().is_some_and(|of| of.root() == real);
         let files = if let Some(workspace) = &workspace {
-            let (files, strangers) = workspace.components(path).map_err(manifest)?;
-            for file in strangers {
+            let (files, unlisted) = workspace.components(path).map_err(manifest)?;
+            for file in unlisted {
                 let folder = folder_of(&file, args);
                 tell(format_args!(
                     "{} is not a member of the workspace; add it to `members`\n",

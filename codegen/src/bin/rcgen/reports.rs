@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// How a run ended, other than well.
 pub(crate) enum Failure {
-    /// The input is wrong, and has been told so.
+    /// The input is wrong; its findings are printed.
     Input,
     /// The command line is wrong.
     Usage(String),
@@ -67,7 +67,7 @@ pub(crate) fn report(
     let error = sorted.iter().find(|d| d.severity == Severity::Error);
     let Some(error) = error else { return Ok(()) };
     if format == Format::Human {
-        tell(format_args!("`rcgen explain {}` tells more\n", error.code));
+        tell(format_args!("`rcgen explain {}` says more\n", error.code));
     }
     Err(Failure::Input)
 }
