@@ -1,8 +1,10 @@
 //! What the command lines have in common.
 
+use super::completion::{components, components_and_groups, networks, parameters};
 use clap::{Args, Subcommand};
 use rc_cdsl::model::Backend;
 use rc_codegen::view::BACKENDS;
+use rc_command_line::{files, words};
 use rc_deploy_client::Format;
 use rc_deploy_export::Engine;
 use rc_deploy_network::Profile;
@@ -11,19 +13,19 @@ use std::path::PathBuf;
 #[derive(Args)]
 pub(super) struct Input {
     /// The network.
-    #[arg(value_name = "FILE.ddsl")]
+    #[arg(value_name = "FILE.ddsl", add = files(&["ddsl"]))]
     pub(super) file: PathBuf,
     /// Searches this folder for imported files, too.
     #[arg(short = 'I', value_name = "DIR")]
     pub(super) include: Vec<PathBuf>,
     /// The profile with which cargo has built the executables: release or dev.
-    #[arg(long, default_value = "release", value_parser = |text: &str| text.parse::<Profile>())]
+    #[arg(long, default_value = "release", value_parser = |text: &str| text.parse::<Profile>(), add = words(&["release", "dev"]))]
     pub(super) profile: Profile,
     /// Runs all components on this middleware, whatever the files say: iceoryx2, dds or ros2.
     ///
     /// `up --build` builds these variants below target/rc. The folders of components are not
     /// changed.
-    #[arg(long, value_parser = middleware)]
+    #[arg(long, value_parser = middleware, add = words(&["iceoryx2", "dds", "ros2"]))]
     pub(super) middleware: Option<Backend>,
     /// Sets a parameter, as in `--set avoider.speed=300`, whatever the files say.
     #[arg(long, value_name = "COMPONENT.PATH=VALUE")]
@@ -34,12 +36,13 @@ pub(super) struct Input {
 #[derive(Args)]
 pub(super) struct Named {
     /// The network or its .ddsl.
+    #[arg(add = networks())]
     pub(super) network: String,
     /// Components by their full names, or groups.
-    #[arg(required = true, value_name = "NAME")]
+    #[arg(required = true, value_name = "NAME", add = components_and_groups())]
     pub(super) names: Vec<String>,
     /// The form of the output: human or json (one document).
-    #[arg(long, default_value = "human", value_parser = format)]
+    #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
     pub(super) format: Format,
 }
 
@@ -47,11 +50,13 @@ pub(super) struct Named {
 #[derive(Args)]
 pub(super) struct Running {
     /// The network or its .ddsl.
+    #[arg(add = networks())]
     pub(super) network: String,
     /// The component.
+    #[arg(add = components())]
     pub(super) name: String,
     /// The form of the output: human or json (one document).
-    #[arg(long, default_value = "human", value_parser = format)]
+    #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
     pub(super) format: Format,
 }
 
@@ -63,7 +68,7 @@ pub(super) enum Action {
         of: Running,
         /// The parameters, as in `speed` or `motors[2].max`. A group or a list means all its
         /// parameters.
-        #[arg(required = true, value_name = "PATH")]
+        #[arg(required = true, value_name = "PATH", add = parameters(""))]
         paths: Vec<String>,
     },
     /// Changes parameters, all or none.
@@ -72,7 +77,7 @@ pub(super) enum Action {
         of: Running,
         /// The changes, as in `speed=300`, `period=200ms`, `gains=[1,2,3]` or `name=left`. The
         /// value `-` of a secret reads a line of standard input.
-        #[arg(required = true, value_name = "PATH=VALUE", value_parser = change)]
+        #[arg(required = true, value_name = "PATH=VALUE", value_parser = change, add = parameters("="))]
         changes: Vec<(String, String)>,
     },
     /// Writes changed values into the configuration file. Comments and order are kept.

@@ -1,9 +1,8 @@
 //! The command line of `rcdeploy`, a module for each command that has much to do.
-//!
-//! Exit codes: 0 success, also if Ctrl-C ends an `up`; 1 wrong input; 2 wrong usage; 3 the system
-//! refused something, or a component failed.
+//! [`TOOL`] lists the exit codes.
 
 mod arguments;
+mod completion;
 mod control;
 mod description;
 mod export;
@@ -17,17 +16,35 @@ mod up;
 use crate::Options;
 use arguments::{Action, Input, Named, engine, format, switch};
 use clap::{ArgAction, Parser, Subcommand};
+use completion::{components, logs_of, networks};
 use networks::{named, network_of, running};
-use output::{Failure, show};
+use output::{Failure, print_line, show, system};
+use rc_codegen::Files;
+use rc_codegen::files::Owner;
+use rc_command_line::{Common, Tool, words};
 use rc_deploy_client::{Format, connection, logs, status};
 use rc_deploy_export::Engine;
 use rc_deploy_graph::GraphFormat;
 use rc_deploy_terminal::SideView;
 use rc_management::supervisor::Verb;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
+
+const TOOL: Tool = Tool {
+    name: "rcdeploy",
+    completion_variable: "RCDEPLOY_COMPLETE",
+    exit_codes: &[
+        (0, "Success, also if Ctrl-C ends `up`."),
+        (1, "The input is wrong, or what was asked for is refused."),
+        (2, "The command line is wrong."),
+        (
+            3,
+            "The system refused something, the network is not up, or a component failed.",
+        ),
+    ],
+};
 
 /// Checks, starts and supervises networks of components.
 #[derive(Parser)]
@@ -44,7 +61,7 @@ enum Command {
         #[command(flatten)]
         input: Input,
         /// The form of the findings: human, short or json (one object a line).
-        #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<rc_diagnostics::Format>())]
+        #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<rc_diagnostics::Format>(), add = words(&["human", "short", "json"]))]
         format: rc_diagnostics::Format,
     },
     /// Shows what `up` would do: order, hosts, files, connections, policies. Starts nothing.
@@ -52,7 +69,7 @@ enum Command {
         #[command(flatten)]
         input: Input,
         /// The form of the output: human or json (one document).
-        #[arg(long, default_value = "human", value_parser = format)]
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
         /// Checks the descriptions only, not generated code, executables and this machine.
         #[arg(long)]
@@ -65,7 +82,7 @@ enum Command {
         #[command(flatten)]
         input: Input,
         /// The form of the picture: svg, mermaid, dot or json (one document).
-        #[arg(long, default_value = "svg", value_parser = |text: &str| text.parse::<GraphFormat>())]
+        #[arg(long, default_value = "svg", value_parser = |text: &str| text.parse::<GraphFormat>(), add = words(&["svg", "mermaid", "dot", "json"]))]
         format: GraphFormat,
         /// Writes to this file instead of standard output.
         #[arg(short, long, value_name = "FILE")]
@@ -95,7 +112,7 @@ enum Command {
         #[arg(long)]
         plain: bool,
         /// The form of the events: human or json (one object a line).
-        #[arg(long, default_value = "human", value_parser = format)]
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
         /// The limit of a log in MiB. A longer log moves to NAME.log.1 and replaces the older part
         /// there.
@@ -109,11 +126,13 @@ enum Command {
     /// The network continues to run when you leave the view.
     Top {
         /// The network or its .ddsl. Optional if only one network is up.
+        #[arg(add = networks())]
         network: Option<String>,
     },
     /// Stops a running network.
     Down {
         /// The network or its .ddsl. Optional if only one network is up.
+        #[arg(add = networks())]
         network: Option<String>,
     },
     /// Shows the state of a running network.
@@ -121,16 +140,19 @@ enum Command {
     /// Components that were started by hand are marked so.
     Status {
         /// The network or its .ddsl. Optional if only one network is up.
+        #[arg(add = networks())]
         network: Option<String>,
         /// The form of the output: human or json (one document).
-        #[arg(long, default_value = "human", value_parser = format)]
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
     },
     /// Prints the logs of components.
     Logs {
         /// The network or its .ddsl.
+        #[arg(add = networks())]
         network: String,
         /// The component. Without it, the logs of all components.
+        #[arg(add = logs_of())]
         component: Option<String>,
         /// Follows the logs until Ctrl-C.
         #[arg(short, long)]
@@ -139,7 +161,7 @@ enum Command {
         #[arg(short = 'n', long, default_value_t = 100)]
         lines: usize,
         /// The form of the output: human or json (one object a line).
-        #[arg(long, default_value = "human", value_parser = format)]
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
     },
     /// Starts components that do not run, in the order of their needs, and waits until they are
@@ -156,11 +178,13 @@ enum Command {
     /// This works also for components that were not started by rcdeploy.
     Emergency {
         /// The network or its .ddsl.
+        #[arg(add = networks())]
         network: String,
         /// The component.
+        #[arg(add = components())]
         name: String,
         /// on or off.
-        #[arg(action = ArgAction::Set, value_parser = switch)]
+        #[arg(action = ArgAction::Set, value_parser = switch, add = words(&["on", "off"]))]
         active: bool,
     },
     /// Shows, changes and saves the parameters of a running component.
@@ -172,13 +196,13 @@ enum Command {
         #[command(subcommand)]
         action: Option<Action>,
         /// The network or its .ddsl.
-        #[arg(required = true)]
+        #[arg(required = true, add = networks())]
         network: Option<String>,
         /// The component.
-        #[arg(required = true)]
+        #[arg(required = true, add = components())]
         name: Option<String>,
         /// The form of the output: human or json (one document).
-        #[arg(long, default_value = "human", value_parser = format)]
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
     },
     /// Exports a network to another orchestrator: same programs, order, limits and policies.
@@ -189,7 +213,7 @@ enum Command {
         input: Input,
         /// The orchestrator: systemd (units), compose (files for `docker compose`) or kubernetes
         /// (manifests).
-        #[arg(long, value_name = "ENGINE", value_parser = engine)]
+        #[arg(long, value_name = "ENGINE", value_parser = engine, add = words(&["systemd", "compose", "kubernetes"]))]
         to: Engine,
         /// The output folder.
         #[arg(long, value_name = "DIR")]
@@ -201,6 +225,8 @@ enum Command {
         #[arg(long)]
         dry_run: bool,
     },
+    #[command(flatten)]
+    Common(Common),
     /// Runs components for a supervisor on another machine. Started by `up`, over ssh.
     #[command(hide = true)]
     Agent,
@@ -214,7 +240,7 @@ enum Command {
 
 /// Runs `rcdeploy` with the arguments of this process.
 pub fn main() -> ExitCode {
-    output::exit_code(run(Cli::parse().command))
+    output::exit_code(run(TOOL.parse::<Cli>().command))
 }
 
 fn run(command: Command) -> Result<u8, Failure> {
@@ -326,6 +352,11 @@ fn run(command: Command) -> Result<u8, Failure> {
             image,
             dry_run,
         } => export::export(&input, to, &out, image.as_deref(), dry_run),
+        Command::Common(Common::Completions { shell }) => {
+            print_line(format_args!("{}", TOOL.completion_script(shell).trim_end()));
+            Ok(0)
+        }
+        Command::Common(Common::Man { dir }) => man_pages(&dir),
         Command::Agent => {
             up::agent();
             Ok(0)
@@ -335,4 +366,16 @@ fn run(command: Command) -> Result<u8, Failure> {
             Ok(0)
         }
     }
+}
+
+fn man_pages(dir: &Path) -> Result<u8, Failure> {
+    let mut files = Files::default();
+    for page in TOOL.man_pages::<Cli>() {
+        files.add(page.file, Owner::Exported, page.text);
+    }
+    for step in files.write(dir).map_err(|e| system(&e))? {
+        let path = dir.join(&step.path);
+        print_line(format_args!("{} {}", step.change.word(), path.display()));
+    }
+    Ok(0)
 }

@@ -2,7 +2,7 @@
 
 use super::output::{Failure, print_findings, system};
 use rc_deploy_client::{by_hand, connection};
-use rc_diagnostics::{SourceMap, render};
+use rc_diagnostics::{Diagnostics, SourceMap, render};
 use std::path::Path;
 
 /// The network of an argument, or the only one that runs: under a supervisor, otherwise by hand.
@@ -43,12 +43,7 @@ pub(super) fn network_of(argument: &str) -> Result<String, Failure> {
         return Ok(argument.to_owned());
     }
     let mut sources = SourceMap::new();
-    let read = std::fs::read_to_string(path).map(|text| {
-        let source = sources.add(path, text);
-        rc_ddsl::parse(&sources, source)
-    });
-    let deployment = read.as_ref().ok().and_then(|(f, _)| f.deployment.as_ref());
-    let named = deployment.map(|deployment| deployment.name.text.clone());
+    let (found, named) = name_in(path, &mut sources);
     if let Some(name) = &named
         && connection::networks().contains(name)
     {
@@ -58,7 +53,7 @@ pub(super) fn network_of(argument: &str) -> Result<String, Failure> {
         ([one], _) => Ok(one.clone()),
         (_, Some(name)) => Ok(name),
         ([], None) => {
-            let (_, found) = read.map_err(|e| system(&format!("{}: {e}", path.display())))?;
+            let found = found.map_err(|e| system(&format!("{}: {e}", path.display())))?;
             let human = rc_diagnostics::Format::Human;
             print_findings(&render(&sources, &found, human));
             Err(Failure(1, String::new()))
@@ -71,5 +66,23 @@ pub(super) fn network_of(argument: &str) -> Result<String, Failure> {
                 many.join(", ")
             ),
         )),
+    }
+}
+
+/// The name of the network that a file describes, which may have errors, and its findings.
+pub(super) fn name_in(
+    path: &Path,
+    sources: &mut SourceMap,
+) -> (std::io::Result<Diagnostics>, Option<String>) {
+    match std::fs::read_to_string(path) {
+        Ok(text) => {
+            let source = sources.add(path, text);
+            let (file, found) = rc_ddsl::parse(sources, source);
+            (
+                Ok(found),
+                file.deployment.map(|deployment| deployment.name.text),
+            )
+        }
+        Err(error) => (Err(error), None),
     }
 }

@@ -2,6 +2,7 @@
 
 mod bad;
 mod bench;
+mod command_line;
 mod commands;
 #[path = "../../../codegen/tests/all/debian.rs"]
 mod debian;

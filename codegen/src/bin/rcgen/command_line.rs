@@ -3,9 +3,27 @@
 use clap::{Args, Parser, Subcommand};
 use rc_cdsl::model::Backend;
 use rc_codegen::view::BACKENDS;
+use rc_command_line::{ArgValueCandidates, CompletionCandidate, Tool, files, words};
 use rc_diagnostics::Format;
 use std::path::PathBuf;
 use std::time::Duration;
+
+pub(crate) const TOOL: Tool = Tool {
+    name: "rcgen",
+    completion_variable: "RCGEN_COMPLETE",
+    exit_codes: &[
+        (0, "Success."),
+        (
+            1,
+            "The input is wrong, or with --check: something is not up to date.",
+        ),
+        (2, "The command line is wrong."),
+        (
+            3,
+            "The system refused something, for example to read or to write a file.",
+        ),
+    ],
+};
 
 /// Generates components from their .cdsl files: a generic layer that is rewritten, and a worker
 /// that is yours.
@@ -21,6 +39,17 @@ pub(crate) struct Cli {
     pub(crate) command: Option<Command>,
     #[command(flatten)]
     pub(crate) generate: Generate,
+}
+
+const FORMATS: [&str; 3] = ["human", "short", "json"];
+const MIDDLEWARE: [&str; 4] = ["iceoryx2", "dds", "ros2", "local"];
+
+fn codes() -> Vec<CompletionCandidate> {
+    let pages = rc_codegen::explain::pages();
+    pages
+        .iter()
+        .map(|page| CompletionCandidate::new(page.code))
+        .collect()
 }
 
 /// The project that this program was built from.
@@ -46,7 +75,7 @@ pub(crate) enum Command {
     /// Removes what was generated; `generate` makes it again. Everything else stays.
     Clean {
         /// Components, and folders with components [default: the workspace of the current folder].
-        #[arg(value_name = "FILE.cdsl|FOLDER")]
+        #[arg(value_name = "FILE.cdsl|FOLDER", add = files(&["cdsl"]))]
         paths: Vec<PathBuf>,
         /// Lists what would be removed, and removes nothing.
         #[arg(long)]
@@ -56,7 +85,7 @@ pub(crate) enum Command {
     Check {
         /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl files, .toml files that lie in a component's
         /// etc/, and folders with any of them.
-        #[arg(required = true)]
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "toml"]))]
         files: Vec<PathBuf>,
         #[command(flatten)]
         common: Common,
@@ -64,13 +93,13 @@ pub(crate) enum Command {
     /// Formats description files. Comments stay; a file with a syntax error stays as it is.
     Fmt {
         /// Files, and folders that hold them (`target` and `generated` are left out).
-        #[arg(required = true)]
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl"]))]
         files: Vec<PathBuf>,
         /// Lists the files that are not formatted, fails with 1 if there is one, and writes nothing.
         #[arg(long)]
         check: bool,
         /// How findings are printed: human, short or json (one object a line).
-        #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>())]
+        #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>(), add = words(&FORMATS))]
         format: Format,
     },
     /// Brings the configuration of a component to what its .pdsl declares now.
@@ -80,7 +109,7 @@ pub(crate) enum Command {
         #[arg(long, required = true)]
         update: bool,
         /// The component, whose etc/config.toml is meant, or a .toml file in a component's etc/.
-        #[arg(value_name = "FILE.cdsl|FILE.toml")]
+        #[arg(value_name = "FILE.cdsl|FILE.toml", add = files(&["cdsl", "toml"]))]
         file: PathBuf,
         #[command(flatten)]
         common: Common,
@@ -94,16 +123,17 @@ pub(crate) enum Command {
     /// Explains a diagnostic code with a wrong and a right example. Lists all codes without one.
     Explain {
         /// The code, such as unknown-type.
+        #[arg(add = ArgValueCandidates::new(codes))]
         code: Option<String>,
     },
     /// Writes interfaces, with all that they import, in the language of another middleware.
     Export {
         /// The interfaces: a file, or the name of one in an -I folder or of those that come with
         /// rcgen. To ros2 also a component, as a package that `ros2 run` and launch files start.
-        #[arg(value_name = "FILE.idsl|FILE.cdsl")]
+        #[arg(value_name = "FILE.idsl|FILE.cdsl", add = files(&["idsl", "cdsl"]))]
         file: PathBuf,
         /// What to write: dds (OMG IDL 4.2), ros2 (packages).
-        #[arg(long, value_name = "FORMAT", value_parser = target)]
+        #[arg(long, value_name = "FORMAT", value_parser = target, add = words(&["dds", "ros2"]))]
         to: Target,
         /// The folder that the files are written to.
         #[arg(long, value_name = "DIR")]
@@ -117,7 +147,7 @@ pub(crate) enum Command {
     /// Prints the handlers that src/ still lacks, ready to paste; writes nothing.
     Stubs {
         /// The component.
-        #[arg(value_name = "FILE.cdsl")]
+        #[arg(value_name = "FILE.cdsl", add = files(&["cdsl"]))]
         file: PathBuf,
         #[command(flatten)]
         common: Common,
@@ -128,14 +158,16 @@ pub(crate) enum Command {
     /// Prints a component as JSON, neutral of the language that is generated: for other generators.
     View {
         /// The component.
-        #[arg(value_name = "FILE.cdsl")]
+        #[arg(value_name = "FILE.cdsl", add = files(&["cdsl"]))]
         file: PathBuf,
         #[command(flatten)]
         common: Common,
         /// The middleware of every slot that does not choose one.
-        #[arg(long, value_name = "NAME", value_parser = middleware, default_value = "iceoryx2")]
+        #[arg(long, value_name = "NAME", value_parser = middleware, default_value = "iceoryx2", add = words(&MIDDLEWARE))]
         middleware: Backend,
     },
+    #[command(flatten)]
+    Common(rc_command_line::Common),
 }
 
 #[derive(Args)]
@@ -167,7 +199,7 @@ pub(crate) struct New {
     pub(crate) from: Option<PathBuf>,
     /// The middleware of all slots that do not choose one: iceoryx2, dds or ros2; local for tests
     /// [default: iceoryx2].
-    #[arg(long, value_parser = middleware)]
+    #[arg(long, value_parser = middleware, add = words(&MIDDLEWARE))]
     pub(crate) middleware: Option<Backend>,
     #[command(flatten)]
     pub(crate) common: Common,
@@ -183,7 +215,7 @@ pub(crate) struct Generate {
     /// Components, and folders with components of a workspace. For the folder of the workspace
     /// itself, the crate `interfaces` then holds exactly what components use and what the folder of
     /// interfaces holds.
-    #[arg(value_name = "FILE.cdsl|FOLDER")]
+    #[arg(value_name = "FILE.cdsl|FOLDER", add = files(&["cdsl"]))]
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) common: Common,
@@ -192,7 +224,7 @@ pub(crate) struct Generate {
     pub(crate) out: Option<PathBuf>,
     /// The middleware of all slots that do not choose one: iceoryx2, dds or ros2; local for tests
     /// [default: iceoryx2; in a FOLDER, the middleware that a component was generated for before].
-    #[arg(long, value_parser = middleware)]
+    #[arg(long, value_parser = middleware, add = words(&MIDDLEWARE))]
     pub(crate) middleware: Option<Backend>,
     /// Generates this language, whatever the file says.
     #[arg(long, value_parser = ["rust"])]
@@ -211,7 +243,7 @@ pub(crate) struct Common {
     #[arg(short = 'I', value_name = "DIR")]
     pub(crate) include: Vec<PathBuf>,
     /// How findings are printed: human, short or json (one object a line).
-    #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>())]
+    #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>(), add = words(&FORMATS))]
     pub(crate) format: Format,
 }
 

@@ -1,7 +1,6 @@
 //! `rcgen`: from description files to a component.
 //!
-//! Exit codes: 0 done; 1 the input is wrong, or generated code is not up to date; 2 wrong usage; 3
-//! the system refused.
+//! `command_line::TOOL` lists the exit codes.
 
 mod checks;
 mod clean;
@@ -13,13 +12,16 @@ mod generation;
 mod reports;
 mod start;
 
-use clap::Parser;
-use command_line::{Cli, Command};
-use reports::{Failure, tell};
+use command_line::{Cli, Command, TOOL};
+use rc_codegen::Files;
+use rc_codegen::files::Owner;
+use rc_command_line::Common;
+use reports::{Failure, print, print_line, system, tell};
+use std::path::Path;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli: Cli = TOOL.parse();
     let outcome = match cli.command {
         Some(Command::Init { dir, framework }) => start::init(&dir, &framework),
         Some(Command::New(args)) => start::new(args),
@@ -52,6 +54,11 @@ fn main() -> ExitCode {
             common,
             middleware,
         }) => component::print_view(&file, &common, middleware),
+        Some(Command::Common(Common::Completions { shell })) => {
+            print(&TOOL.completion_script(shell));
+            Ok(())
+        }
+        Some(Command::Common(Common::Man { dir })) => man_pages(&dir),
         None => generation::run(&cli.generate),
     };
     match outcome {
@@ -66,4 +73,16 @@ fn main() -> ExitCode {
             ExitCode::from(3)
         }
     }
+}
+
+fn man_pages(dir: &Path) -> Result<(), Failure> {
+    let mut files = Files::default();
+    for page in TOOL.man_pages::<Cli>() {
+        files.add(page.file, Owner::Exported, page.text);
+    }
+    for step in files.write(dir).map_err(system)? {
+        let path = dir.join(&step.path);
+        print_line(format_args!("{} {}", step.change.word(), path.display()));
+    }
+    Ok(())
 }

@@ -1,0 +1,105 @@
+//! What completes the arguments of `rcdeploy` in a shell: names of networks, of their components
+//! and of parameters, as they are at this moment. What does not answer has no completions.
+
+use super::networks::name_in;
+use super::{Cli, TOOL};
+use rc_command_line::{
+    ArgValueCandidates, ArgValueCompleter, CompletionCandidate, earlier_word, files,
+};
+use rc_deploy_client::names::is_reserved;
+use rc_deploy_client::{by_hand, connection, logs, params, status};
+use rc_diagnostics::SourceMap;
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::path::Path;
+
+/// Networks that run, and descriptions of networks.
+pub(super) fn networks() -> ArgValueCompleter {
+    ArgValueCompleter::new(|current: &OsStr| {
+        let mut names: BTreeSet<String> = connection::networks().into_iter().collect();
+        names.extend(by_hand::networks());
+        let begin = current.to_string_lossy();
+        names.retain(|name| name.starts_with(&*begin));
+        let mut found = candidates(names);
+        found.extend(files(&["ddsl"]).complete(current));
+        found
+    })
+}
+
+/// The components of the network that the command line names.
+pub(super) fn components() -> ArgValueCandidates {
+    ArgValueCandidates::new(|| candidates(names_of_components()))
+}
+
+/// Components, and the groups that contain them.
+pub(super) fn components_and_groups() -> ArgValueCandidates {
+    ArgValueCandidates::new(|| {
+        let mut names = names_of_components();
+        let components: Vec<String> = names.iter().cloned().collect();
+        for name in components {
+            let ends = name.match_indices('.').map(|(at, _)| name[..at].to_owned());
+            names.extend(ends);
+        }
+        candidates(names)
+    })
+}
+
+/// The logs of the network that the command line names, which need not run.
+pub(super) fn logs_of() -> ArgValueCandidates {
+    ArgValueCandidates::new(|| {
+        let entries = network().map(|network| std::fs::read_dir(logs::directory(&network)));
+        let entries = entries.into_iter().flatten().flatten().flatten();
+        let names = entries.filter_map(|entry| {
+            let name = entry.file_name().into_string().ok()?;
+            let name = name.strip_suffix(".log")?;
+            (!is_reserved(name)).then(|| name.to_owned())
+        });
+        candidates(names.collect())
+    })
+}
+
+/// The parameters of the component that the command line names, with `end` behind each.
+pub(super) fn parameters(end: &'static str) -> ArgValueCandidates {
+    ArgValueCandidates::new(move || {
+        let component = word("name");
+        let found = network().zip(component);
+        let found = found.and_then(|(network, name)| params::list(&network, &name, &[]).ok());
+        let parameters = found.into_iter().flat_map(|found| found.parameters);
+        let changeable = parameters.filter(|parameter| end.is_empty() || parameter.editable);
+        let found = changeable.map(|parameter| {
+            let candidate = CompletionCandidate::new(format!("{}{end}", parameter.path));
+            candidate.help(parameter.doc.first().map(Into::into))
+        });
+        found.collect()
+    })
+}
+
+fn names_of_components() -> BTreeSet<String> {
+    let report = network().and_then(|network| status::report(&network).ok());
+    let Some(report) = report else {
+        return BTreeSet::new();
+    };
+    let names = report.components().map(|component| component.name.clone());
+    names.collect()
+}
+
+/// The network of the command line that is completed.
+fn network() -> Option<String> {
+    let word = word("network")?;
+    let path = Path::new(&word);
+    if path.extension().is_none_or(|e| e != "ddsl") {
+        return Some(word);
+    }
+    name_in(path, &mut SourceMap::new()).1.or_else(|| {
+        let mut started = connection::started_from(path).into_iter();
+        started.next()
+    })
+}
+
+fn word(name: &str) -> Option<String> {
+    earlier_word(TOOL.command::<Cli>(), name)
+}
+
+fn candidates(names: BTreeSet<String>) -> Vec<CompletionCandidate> {
+    names.into_iter().map(CompletionCandidate::new).collect()
+}
