@@ -8,7 +8,7 @@
 
 use crate::error::{CallError, OpenError, ReceiveError, SendError};
 use crate::parameters::ParameterService;
-use crate::{Address, Encoding, Header, Qos};
+use crate::{Address, Encoding, Header, Qos, QueueGauge};
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 use std::time::Duration;
@@ -97,12 +97,6 @@ pub trait Backend {
         Vec::new()
     }
 
-    /// The reason why the middleware has failed for good in this process, which then has to end;
-    /// `None` while it works.
-    fn lost(&self) -> Option<String> {
-        None
-    }
-
     /// Waits until all sent messages have arrived, at most `limit`. The runtime calls it before it
     /// closes the ports of a component that ends.
     fn linger(&self, limit: Duration);
@@ -160,6 +154,12 @@ pub trait Subscriber {
 
     /// The number of publishers.
     fn peers(&self) -> usize;
+
+    /// What waits in its queue; `None` where the middleware reserves the memory of the queue at the
+    /// start.
+    fn queue(&self) -> Option<QueueGauge> {
+        None
+    }
 }
 
 /// A client. Commands and queries share one queue and keep their order.
@@ -188,6 +188,12 @@ pub trait Client {
 
     /// The number of servers, 0 or 1.
     fn peers(&self) -> usize;
+
+    /// What waits in the queue of its replies; `None` where the middleware reserves the memory of the queue at the
+    /// start.
+    fn queue(&self) -> Option<QueueGauge> {
+        None
+    }
 }
 
 /// A server.
@@ -206,6 +212,12 @@ pub trait Server {
 
     /// The number of clients.
     fn peers(&self) -> usize;
+
+    /// What waits in its queue; `None` where the middleware reserves the memory of the queue at the
+    /// start.
+    fn queue(&self) -> Option<QueueGauge> {
+        None
+    }
 }
 
 /// Takes the reply to a request.

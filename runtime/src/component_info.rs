@@ -77,6 +77,7 @@ impl ComponentInfo {
             handlers: counters.handlers.timing(),
             sent: status.sent(at),
             lost: counters.lost,
+            queue: status.queue(at),
         });
         Status {
             component: self.description.name.to_owned(),

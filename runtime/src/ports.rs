@@ -11,8 +11,8 @@ use rc_management::component::{ClockKind, Role};
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{TypedClient, TypedPublisher};
 use rc_middleware::{
-    Address, Backend, Counter, Endpoint, Environment, ExternalType, OpenError, Server, Settings,
-    Subscriber, TypeIdentity, network_time,
+    Address, Backend, Counter, Endpoint, Environment, ExternalType, OpenError, QueueGauge, Server,
+    Settings, Subscriber, TypeIdentity, network_time,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -39,6 +39,8 @@ pub struct Ports {
     settings: Settings,
     /// The counters of the sending ends, each with the index of its slot.
     sent: RefCell<Vec<(usize, Counter)>>,
+    /// The receive queues, each with the index of its slot.
+    queues: RefCell<Vec<(usize, QueueGauge)>>,
     network: String,
     clock: ClockKind,
     /// Of a source of time: what its worker and the event loop share.
@@ -67,6 +69,7 @@ impl Ports {
             addresses,
             settings: environment.settings.clone(),
             sent: RefCell::default(),
+            queues: RefCell::default(),
             network: environment.network.clone(),
             clock,
             source: None,
@@ -148,6 +151,7 @@ impl Ports {
     /// The calling end of a required slot.
     pub fn client(&self, slot: usize) -> Result<TypedClient, OpenError> {
         let port = self.backend(slot)?.client(&self.call_endpoint(slot))?;
+        self.watch(slot, port.queue());
         let client = TypedClient::new(port, self.description.slots[slot].qos.timeout);
         self.count(slot, client.sent());
         Ok(client)
@@ -160,12 +164,14 @@ impl Ports {
             match slot.role {
                 Role::Implements => {
                     let port = self.backend(at)?.server(&self.call_endpoint(at))?;
+                    self.watch(at, port.queue());
                     receivers.push((at, Receiver::Server(port)));
                 }
                 Role::SubscribesTo => {
                     for operation in 0..slot.operations.len() {
                         let endpoint = self.topic_endpoint(at, operation);
                         let port = self.backend(at)?.subscriber(&endpoint)?;
+                        self.watch(at, port.queue());
                         let deadline = topic_qos(slot, operation, &self.settings).deadline;
                         receivers.push((
                             at,
@@ -199,6 +205,16 @@ impl Ports {
         self.sent.borrow().clone()
     }
 
+    /// The receive queues, each with the index of its slot.
+    pub(crate) fn queues(&self) -> Vec<(usize, QueueGauge)> {
+        self.queues.borrow().clone()
+    }
+
+    fn watch(&self, slot: usize, queue: Option<QueueGauge>) {
+        let queue = queue.map(|queue| (slot, queue));
+        self.queues.borrow_mut().extend(queue);
+    }
+
     fn count(&self, slot: usize, counter: &Counter) {
         self.sent.borrow_mut().push((slot, counter.clone()));
     }
@@ -207,11 +223,6 @@ impl Ports {
     pub(crate) fn mismatches(&self) -> Vec<String> {
         let all = self.backends.iter().map(|(_, backend)| backend);
         all.flat_map(|backend| backend.mismatches()).collect()
-    }
-
-    /// Why a middleware has failed in this process, if one has.
-    pub(crate) fn lost(&self) -> Option<String> {
-        self.backends.iter().find_map(|(_, backend)| backend.lost())
     }
 
     /// Waits until the last messages have arrived, at most for `limit`.

@@ -247,7 +247,11 @@ fn run_component<C: Component>(
         Err(StartError::Worker(_)) if environment.wake_event.is_stopping() => return Ok(()),
         other => other?,
     };
-    shared.status().sent = ports.sent();
+    {
+        let mut status = shared.status();
+        status.sent = ports.sent();
+        status.queues = ports.queues();
+    }
     // The ends of the network's time are closed after the last message has arrived.
     let (ended, time) = {
         let mut event_loop = EventLoop::new(

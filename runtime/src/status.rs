@@ -3,9 +3,9 @@
 use crate::clock::{Clock, Time};
 use crate::description::Slot;
 use hdrhistogram::Histogram;
-use rc_management::component::{ClockKind, State, Timing};
+use rc_management::component::{ClockKind, QueueStatus, State, Timing};
 use rc_management::link::{Overruns, TimeJump};
-use rc_middleware::{Counter, WakeEvent};
+use rc_middleware::{Counter, QueueGauge, WakeEvent};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -95,6 +95,8 @@ pub(crate) struct Status {
     pub(crate) waiting_for: Vec<String>,
     /// The counters of the sending ends, each with the index of its slot.
     pub(crate) sent: Vec<(usize, Counter)>,
+    /// The receive queues, each with the index of its slot.
+    pub(crate) queues: Vec<(usize, QueueGauge)>,
     /// What the next heartbeat reports.
     pub(crate) delta: HeartbeatDelta,
 }
@@ -217,6 +219,7 @@ impl Status {
             followers: Vec::new(),
             waiting_for: Vec::new(),
             sent: Vec::new(),
+            queues: Vec::new(),
             delta: HeartbeatDelta::default(),
         }
     }
@@ -225,6 +228,21 @@ impl Status {
     pub(crate) fn sent(&self, slot: usize) -> u64 {
         let of = self.sent.iter().filter(|(at, _)| *at == slot);
         of.map(|(_, counter)| counter.get()).sum()
+    }
+
+    /// The use of the receive queues of a slot; `None` if its middleware has none.
+    pub(crate) fn queue(&self, slot: usize) -> Option<QueueStatus> {
+        let all = self.queues.iter().filter(|(at, _)| *at == slot);
+        all.map(|(_, gauge)| QueueStatus {
+            bytes: gauge.bytes(),
+            limit: gauge.limit(),
+            dropped: gauge.dropped(),
+        })
+        .reduce(|one, other| QueueStatus {
+            bytes: one.bytes + other.bytes,
+            limit: one.limit + other.limit,
+            dropped: one.dropped + other.dropped,
+        })
     }
 }
 

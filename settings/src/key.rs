@@ -24,10 +24,14 @@ pub struct Key {
 /// The leases that a participant may ask for.
 const LEASES: RangeInclusive<Duration> = Duration::from_millis(100)..=LONGEST;
 const LEASE: Option<Value> = Some(Value::Duration(Duration::from_secs(1)));
+const QUEUES: RangeInclusive<i64> = 1..=65_536;
+const QUEUE: Option<Value> = Some(Value::Int(256));
+const QUEUE_DOC: &str =
+    "The most MiB of received samples that wait in each slot; further ones are dropped.";
 /// DDS computes its ports from the number of the domain. Domain 233 would need ports above 65535.
 const DOMAINS: RangeInclusive<i64> = 0..=232;
 
-static DDS: [Key; 5] = [
+static DDS: [Key; 6] = [
     Key {
         name: "domain",
         kind: Kind::Int(DOMAINS),
@@ -58,9 +62,15 @@ static DDS: [Key; 5] = [
         default: LEASE,
         doc: "The time of silence after which a participant counts as dead.",
     },
+    Key {
+        name: "queue_mib",
+        kind: Kind::Int(QUEUES),
+        default: QUEUE,
+        doc: QUEUE_DOC,
+    },
 ];
 
-static ROS2: [Key; 8] = [
+static ROS2: [Key; 9] = [
     Key {
         name: "domain",
         kind: Kind::Int(DOMAINS),
@@ -80,6 +90,21 @@ static ROS2: [Key; 8] = [
         doc: "The time of silence after which another component counts as dead.",
     },
     Key {
+<<<<<<< HEAD
+=======
+        name: "queue_mib",
+        kind: Kind::Int(QUEUES),
+        default: QUEUE,
+        doc: QUEUE_DOC,
+    },
+    Key {
+        name: "service_mapping",
+        kind: Kind::Word(&["enhanced", "cyclone"]),
+        default: Some(Value::Text(Cow::Borrowed("enhanced"))),
+        doc: "How replies are matched to requests, the same at client and server: enhanced as in Fast DDS, or cyclone as in Cyclone DDS.",
+    },
+    Key {
+>>>>>>> 7ee6510 (Receive queues of DDS and ROS 2 have a bound in bytes; only the server replies)
         name: "namespace",
         kind: Kind::Namespace,
         default: None,

@@ -188,7 +188,8 @@ pub fn serve_until(server: &mut dyn Server, stop: &WakeEvent, handler: &Handler<
     });
 }
 
-fn serve_replies_until(
+/// The same, with a handler that may lend memory for its reply.
+pub fn serve_replies_until(
     server: &mut dyn Server,
     stop: &WakeEvent,
     handler: &dyn Fn(Header, &[u8], &mut dyn Reply),

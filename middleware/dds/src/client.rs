@@ -3,13 +3,13 @@
 use crate::inbox::Replies;
 use crate::names;
 use rc_middleware::qos::REQUEST_QUEUE;
-use rc_middleware::rpc::{self, RequestId};
-use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, wait};
+use rc_middleware::rpc;
+use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, QueueGauge, wait};
 use rc_network::{
     EndpointSpec, GuidPrefix, Opening, Peer, ReaderPort, Role, Session, WriterPort, body, call_qos,
     sample_header, signal, stamp,
 };
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::os::fd::AsFd;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -31,7 +31,7 @@ const LAST_WORDS: Duration = Duration::from_millis(10);
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClient, OpenError> {
     let address = endpoint.address.to_string();
     let signal = signal(&address)?;
-    let inbox = Arc::new(Replies::new(&address));
+    let inbox = Arc::new(Replies::new(&address, session.queue_limit()));
     let spec = |names| EndpointSpec {
         names,
         role: Role::Client,
@@ -53,8 +53,6 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
         replies,
         inbox,
         spin: endpoint.qos.spin,
-        pending: BTreeMap::new(),
-        asked: None,
     };
     let found = || client.server().is_some();
     let state = client.requests.state();
@@ -73,19 +71,15 @@ pub(crate) struct DdsClient {
     replies: ReaderPort,
     inbox: Arc<Replies>,
     spin: Duration,
-    /// Requests without a reply, and when they were sent. Each gets a reply, a command an empty
-    /// one.
-    pending: BTreeMap<u64, Instant>,
-    /// The server that has them.
-    asked: Option<GuidPrefix>,
 }
 
 impl DdsClient {
-    /// The servers that this client can reach and that can reach it.
-    fn servers(&self) -> BTreeSet<GuidPrefix> {
-        let participant = |peer: &Peer| is_server(peer).then(|| peer.prefix());
-        let replying = self.replies.state().usable(participant);
-        let receiving = self.requests.state().usable(participant);
+    /// The servers that this client can reach and that can reach it: components first, since another
+    /// program may answer anything.
+    fn servers(&self) -> BTreeSet<(bool, GuidPrefix)> {
+        let server = |peer: &Peer| is_server(peer).then(|| (peer.is_external(), peer.prefix()));
+        let replying = self.replies.state().usable(server);
+        let receiving = self.requests.state().usable(server);
         let both = receiving.into_iter().filter(|one| replying.contains(one));
         both.collect()
     }
@@ -103,32 +97,37 @@ impl DdsClient {
     }
 
     fn server(&self) -> Option<GuidPrefix> {
-        let same = self.asked.filter(|asked| self.is_there(*asked));
-        same.or_else(|| self.servers().first().copied())
+        let asked = self.inbox.queue.server();
+        let same = asked.filter(|asked| self.is_there(*asked));
+        same.or_else(|| Some(self.servers().first()?.1))
     }
 
-    /// Sends a request; gives its identity and its server.
+    fn failed(&self, reason: String) -> CallError {
+        CallError::Backend {
+            address: self.address.clone(),
+            reason,
+        }
+    }
+
+    /// Sends a request; gives its server. Each request gets a reply, a command an empty one.
+    /// `is_awaited`: whether a call waits for the reply.
     fn submit(
         &mut self,
         header: Header,
         request: &[u8],
-    ) -> Result<(RequestId, GuidPrefix), CallError> {
+        is_awaited: bool,
+    ) -> Result<GuidPrefix, CallError> {
         let no_server = || CallError::NoServer(self.address.clone());
         let server = self.server().ok_or_else(no_server)?;
-        if self.asked != Some(server) {
-            self.asked = Some(server);
-            self.pending.clear();
-        }
+        let queue = &self.inbox.queue;
+        queue.set_server(server);
         let deadline = Instant::now() + ROOM;
         loop {
             self.requests.state().signal.clear();
-            while let Some((id, _)) = self.inbox.next() {
-                self.pending.remove(&id.sequence);
+            if queue.pending() >= REQUEST_QUEUE && self.is_external(server) {
+                queue.expire(SILENCE);
             }
-            if self.pending.len() >= REQUEST_QUEUE && self.is_external(server) {
-                self.pending.retain(|_, sent| sent.elapsed() < SILENCE);
-            }
-            if self.pending.len() < REQUEST_QUEUE {
+            if queue.pending() < REQUEST_QUEUE {
                 break;
             }
             let left = deadline.saturating_duration_since(Instant::now());
@@ -137,89 +136,54 @@ impl DdsClient {
             }
             wait(&[self.requests.state().signal.as_fd()], left);
         }
-        let failed = |reason: String| CallError::Backend {
-            address: self.address.clone(),
-            reason,
-        };
-        let id = rpc::request_id(request)
-            .ok_or_else(|| failed("a request has no envelope".to_owned()))?;
-        self.requests
-            .writer
-            .write(header.sequence, stamp(header.sent), request)
-            .map_err(|error| {
-                if error.is_timeout() {
-                    CallError::QueueFull(self.address.clone())
-                } else {
-                    failed(error.to_string())
-                }
-            })?;
-        self.pending.insert(id.sequence, Instant::now());
-        Ok((id, server))
-    }
-
-    /// Passes the reply to request `wanted` to `take`, if it has arrived. Other replies only end their
-    /// requests.
-    fn take_reply(
-        &mut self,
-        wanted: RequestId,
-        take: &mut dyn FnMut(Header, &[u8]),
-    ) -> Option<Result<(), CallError>> {
-        while let Some((id, sample)) = self.inbox.next() {
-            self.pending.remove(&id.sequence);
-            if id != wanted {
-                continue;
+        let id = rpc::request_id(request);
+        let id = id.ok_or_else(|| self.failed("a request has no envelope".to_owned()))?;
+        queue.begin(id.sequence, is_awaited);
+        let writer = &self.requests.writer;
+        let sent = writer.write(header.sequence, stamp(header.sent), request);
+        sent.map_err(|error| {
+            queue.cancel(id.sequence);
+            if error.is_timeout() {
+                CallError::QueueFull(self.address.clone())
+            } else {
+                self.failed(error.to_string())
             }
-            return Some(match body(&sample) {
-                Ok(body) => {
-                    take(sample_header(&sample, sample.writer().into(), 0), body);
-                    Ok(())
-                }
-                Err(reason) => Err(CallError::Backend {
-                    address: self.address.clone(),
-                    reason,
-                }),
-            });
-        }
-        None
-    }
-}
-
-impl Client for DdsClient {
-    /// The identity of its writer, as DDS-RPC defines it.
-    fn guid(&self) -> [u8; 16] {
-        self.requests.guid
+        })?;
+        Ok(server)
     }
 
-    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
-        self.submit(header, request).map(|_| ())
+    /// Passes the reply to the waiting call to `take`, if it has arrived.
+    fn take_reply(&self, take: &mut dyn FnMut(Header, &[u8])) -> Option<Result<(), CallError>> {
+        let reply = self.inbox.queue.take()?;
+        let taken = reply.and_then(|sample| {
+            let header = sample_header(&sample, sample.writer().into(), 0);
+            take(header, body(&sample)?);
+            Ok(())
+        });
+        Some(taken.map_err(|reason| self.failed(reason)))
     }
 
-    fn call(
-        &mut self,
-        header: Header,
-        request: &[u8],
-        limit: Duration,
+    /// Waits for the reply of `server`, at most until `limit` has passed since `start`.
+    fn await_reply(
+        &self,
+        server: GuidPrefix,
+        (start, limit): (Instant, Duration),
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
-        let start = Instant::now();
-        let wake_event = self.requests.session.environment.wake_event.clone();
-        if wake_event.is_stopping() {
-            return Err(CallError::Stopping);
-        }
-        let (id, server) = self.submit(header, request)?;
-        let signal = self.requests.state().signal.clone();
+        let wake_event = &self.requests.session.environment.wake_event;
+        let signal = &self.requests.state().signal;
         let mut interrupted = false;
         loop {
             signal.clear();
             // The server is looked up first: a reply that it sent before it left is there by then,
             // or comes at once.
             let there = self.is_there(server);
-            if let Some(result) = self.take_reply(id, take) {
+            if let Some(result) = self.take_reply(take) {
                 return result;
             }
             if !there {
                 wait(&[signal.as_fd()], LAST_WORDS);
-                let last = self.take_reply(id, take);
+                let last = self.take_reply(take);
                 return last.unwrap_or_else(|| Err(CallError::ServerDied(self.address.clone())));
             }
             if wake_event.is_stopping() {
@@ -243,8 +207,40 @@ impl Client for DdsClient {
             interrupted |= wait(&descriptors[..waited], left.min(CYCLE)) & 2 != 0;
         }
     }
+}
+
+impl Client for DdsClient {
+    /// The identity of its writer, as DDS-RPC defines it.
+    fn guid(&self) -> [u8; 16] {
+        self.requests.guid
+    }
+
+    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
+        self.submit(header, request, false).map(drop)
+    }
+
+    fn call(
+        &mut self,
+        header: Header,
+        request: &[u8],
+        limit: Duration,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        let start = Instant::now();
+        if self.requests.session.environment.wake_event.is_stopping() {
+            return Err(CallError::Stopping);
+        }
+        let server = self.submit(header, request, true)?;
+        let result = self.await_reply(server, (start, limit), take);
+        self.inbox.queue.finish();
+        result
+    }
 
     fn peers(&self) -> usize {
         usize::from(!self.servers().is_empty())
+    }
+
+    fn queue(&self) -> Option<QueueGauge> {
+        Some(self.inbox.queue.gauge().clone())
     }
 }

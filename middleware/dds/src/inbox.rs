@@ -2,44 +2,48 @@
 
 use rc_ddsc::{Guid, Sample};
 use rc_middleware::rpc::{self, RequestId};
-use rc_network::{Backlog, Inbox, RateLimit, ReplyQueue, RequestQueues, body, lock};
+use rc_network::{
+    Backlog, GuidPrefix, Inbox, RateLimit, ReplyQueue, RequestQueues, body, lock, prefix,
+};
 use std::collections::BTreeSet;
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
 /// The replies to one client.
 pub(crate) struct Replies {
     /// The address of the server.
     address: String,
-    queue: ReplyQueue<Sample>,
+    /// The identity of the client in its requests.
+    client: OnceLock<Guid>,
+    /// The requests by their numbers.
+    pub(crate) queue: ReplyQueue<u64, Sample>,
     rate_limit: RateLimit,
 }
 
 impl Replies {
-    pub(crate) fn new(address: &str) -> Self {
+    pub(crate) fn new(address: &str, limit: u64) -> Self {
         Self {
             address: address.to_owned(),
-            queue: ReplyQueue::default(),
+            client: OnceLock::new(),
+            queue: ReplyQueue::new(limit),
             rate_limit: RateLimit::default(),
         }
     }
 
     /// Sets the client whose replies are kept.
     pub(crate) fn set_client(&self, client: Guid) {
-        self.queue.set_client(client);
-    }
-
-    pub(crate) fn next(&self) -> Option<(RequestId, Sample)> {
-        self.queue.next()
+        let _ = self.client.set(client);
     }
 }
 
 impl Backlog for Replies {}
 
 impl Inbox for Replies {
-    fn put(&self, sample: Sample) {
+    fn put(&self, sample: Sample, from: Option<GuidPrefix>) {
         let envelope = |body| rpc::request_id(body).ok_or_else(|| "it has no envelope".to_owned());
         match body(&sample).and_then(envelope) {
-            Ok(id) => self.queue.put(id, sample),
+            // Every client receives the replies to all.
+            Ok(id) if Some(&id.writer) != self.client.get() => {}
+            Ok(id) => self.queue.put(id.sequence, from, sample.len(), sample),
             Err(reason) => {
                 if let Some(suppressed) = self.rate_limit.allow() {
                     let (count, address) = (suppressed + 1, &self.address);
@@ -56,7 +60,6 @@ impl Inbox for Replies {
 const MOST_REFUSED: usize = 256;
 
 /// The requests to a server. The library names clients by handles.
-#[derive(Default)]
 pub(crate) struct Requests {
     pub(crate) waiting: RequestQueues<u64, Sample>,
     /// Requests that found no room; the server refuses them.
@@ -64,6 +67,13 @@ pub(crate) struct Requests {
 }
 
 impl Requests {
+    pub(crate) fn new(limit: u64) -> Self {
+        Self {
+            waiting: RequestQueues::new(limit),
+            refused: Mutex::default(),
+        }
+    }
+
     /// Takes a request that found no room.
     pub(crate) fn refused(&self) -> Option<RequestId> {
         let (writer, sequence) = lock(&self.refused).pop_first()?;
@@ -78,7 +88,7 @@ impl Backlog for Requests {
 }
 
 impl Inbox for Requests {
-    fn put(&self, sample: Sample) {
+    fn put(&self, sample: Sample, from: Option<GuidPrefix>) {
         let (client, size) = (sample.writer(), sample.len());
         let Err(sample) = self.waiting.put((client, 0), size, sample) else {
             return;
@@ -86,6 +96,7 @@ impl Inbox for Requests {
         let mut refused = lock(&self.refused);
         if refused.len() < MOST_REFUSED
             && let Some(id) = body(&sample).ok().and_then(rpc::request_id)
+            && from == Some(prefix(&id.writer))
         {
             refused.insert((id.writer, id.sequence));
         }

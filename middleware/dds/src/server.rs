@@ -4,10 +4,12 @@ use crate::inbox::Requests;
 use crate::names;
 use rc_ddsc::Sample;
 use rc_middleware::rpc::{self, Outcome};
-use rc_middleware::{Endpoint, Header, OpenError, Reader, ReceiveError, Reply, Server, Writer};
+use rc_middleware::{
+    Endpoint, Header, OpenError, QueueGauge, Reader, ReceiveError, Reply, Server, Writer,
+};
 use rc_network::{
     EndpointSpec, Opening, Peer, QueuedRequest, ReaderPort, Role, Session, WriterPort, body,
-    call_qos, sample_header, signal, stamp,
+    call_qos, prefix, sample_header, signal, stamp,
 };
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
@@ -23,7 +25,7 @@ const HOLD_COMPONENT: Duration = Duration::from_secs(5);
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsServer, OpenError> {
     let address = endpoint.address.to_string();
     let signal = signal(&address)?;
-    let queue = Arc::new(Requests::default());
+    let queue = Arc::new(Requests::new(session.queue_limit()));
     let spec = |names| EndpointSpec {
         names,
         role: Role::Server,
@@ -117,8 +119,7 @@ impl Server for DdsServer {
         handler: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
         if let Some(id) = self.queue.refused() {
-            let reason = "too many requests of this client wait already";
-            self.refuse(id, Outcome::OutOfResources, reason)?;
+            self.refuse(id, Outcome::OutOfResources, rc_network::NO_ROOM)?;
             return Ok(true);
         }
         let Some(QueuedRequest { sample, .. }) =
@@ -127,6 +128,13 @@ impl Server for DdsServer {
             return Ok(false);
         };
         let body = body(&sample).map_err(|reason| self.failed(reason))?;
+        let client = self.requests.shared.participant(sample.writer());
+        if let (Some(client), Some(id)) = (client, rpc::request_id(body))
+            && prefix(&id.writer) != client
+        {
+            // The reply would pass for the reply to a request of that client.
+            return Err(self.failed("a request names another client than its sender".to_owned()));
+        }
         let Some(sender) = self.requests.shared.sender(sample.writer()) else {
             if let Some(id) = rpc::request_id(body) {
                 let reason = "the types differ; regenerate and rebuild both ends";
@@ -149,7 +157,8 @@ impl Server for DdsServer {
                 reply = writer.into_bytes();
             }
         }
-        let sent = if reply.is_empty() {
+        let sent = if reply.is_empty() || client.is_none() {
+            // It was no request, or its client has gone.
             Ok(())
         } else {
             self.send_reply(&reply)
@@ -160,5 +169,9 @@ impl Server for DdsServer {
 
     fn peers(&self) -> usize {
         self.requests.state().count()
+    }
+
+    fn queue(&self) -> Option<QueueGauge> {
+        Some(self.queue.waiting.gauge().clone())
     }
 }

@@ -9,8 +9,9 @@ use std::time::Duration;
 
 /// Where a reader puts samples, on a thread of the library.
 pub trait Inbox: Backlog {
-    /// Adds a sample.
-    fn put(&self, sample: Sample);
+    /// Adds a sample. `from`: the participant of its writer, if the thread of discovery has added the
+    /// writer by now.
+    fn put(&self, sample: Sample, from: Option<GuidPrefix>);
 }
 
 /// The sender of a sample.
@@ -110,9 +111,13 @@ impl ReaderState {
         let received = self.reader.with(|reader| {
             let _taking = lock(&self.taking);
             let mut received = false;
+            let put = |sample: Sample| {
+                let from = self.state.with(sample.writer(), Peer::prefix);
+                self.inbox.put(sample, from);
+            };
             // A flood does not keep the reader from being closed.
             while !self.reader.is_closed() {
-                let Ok(batch) = reader.take_batch(|sample| self.inbox.put(sample)) else {
+                let Ok(batch) = reader.take_batch(put) else {
                     break;
                 };
                 received |= batch.count > 0;

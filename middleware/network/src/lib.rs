@@ -48,7 +48,7 @@ pub use port::{EndpointSpec, Opening, ReaderPort, WriterPort, signal};
 pub use publisher::TopicPublisher;
 pub use qos::{call_qos, topic_qos};
 pub use qos_contract::{QosContract, differences};
-pub use queues::{DuplicateFilter, QueuedRequest, ReplyQueue, RequestQueues, SampleQueue};
+pub use queues::{DuplicateFilter, NO_ROOM, QueuedRequest, ReplyQueue, RequestQueues, SampleQueue};
 pub use rate_limit::RateLimit;
 pub use sample::{body, sample_header};
 pub use session::{Session, refused};

@@ -1,7 +1,7 @@
 //! How a sample of the library becomes a body and a header.
 
-use crate::SampleQueue;
 use crate::entities::Inbox;
+use crate::{GuidPrefix, RateLimit, SampleQueue};
 use rc_ddsc::Sample;
 use rc_middleware::Header;
 
@@ -37,8 +37,15 @@ pub fn sample_header(sample: &Sample, sender: u128, type_hash: u64) -> Header {
 }
 
 impl Inbox for SampleQueue<Sample> {
-    fn put(&self, sample: Sample) {
-        SampleQueue::put(self, sample);
+    fn put(&self, sample: Sample, _from: Option<GuidPrefix>) {
+        static RATE_LIMIT: RateLimit = RateLimit::new();
+        let size = sample.len();
+        if !SampleQueue::put(self, size, sample) && RATE_LIMIT.allow().is_some() {
+            let limit = self.gauge().limit();
+            tracing::warn!(
+                "a sample of {size} bytes is dropped: the setting `queue_mib` allows {limit} bytes"
+            );
+        }
     }
 }
 

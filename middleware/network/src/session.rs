@@ -28,6 +28,7 @@ const FURTHER_DOMAINS: std::ops::Range<u32> = 1000..10_000;
 pub struct Session {
     /// Its environment.
     pub environment: Environment,
+    queue_limit: u64,
     pub(crate) opener: Opener,
     pub(crate) messages: Sender<Message>,
     discovered: Arc<Discovered>,
@@ -80,6 +81,7 @@ impl Session {
             .spawn(move || watcher.run(&received))
             .map_err(|error| failed("a thread cannot be started", &error))?;
         Ok(Self {
+            queue_limit: queue_limit(environment, joining.middleware),
             environment: environment.clone(),
             opener,
             messages,
@@ -104,6 +106,11 @@ impl Session {
         let mut writers = self.writers.borrow_mut();
         writers.retain(|writer| writer.strong_count() > 0);
         writers.push(Arc::downgrade(writer));
+    }
+
+    /// The most bytes that wait in the receive queue of each port.
+    pub fn queue_limit(&self) -> u64 {
+        self.queue_limit
     }
 
     /// The identity of the participant.
@@ -158,6 +165,12 @@ struct Quiet;
 
 impl Listener for Quiet {
     fn event(&self, _event: Event) {}
+}
+
+/// The setting `queue_mib`, in bytes.
+fn queue_limit(environment: &Environment, middleware: &str) -> u64 {
+    let mib = environment.settings.int(middleware, "queue_mib");
+    mib.and_then(|mib| u64::try_from(mib).ok()).unwrap_or(1) << 20
 }
 
 /// The error of a component that cannot join.

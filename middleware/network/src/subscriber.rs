@@ -4,7 +4,7 @@ use crate::port::{EndpointSpec, Opening, ReaderPort};
 use crate::sample::{body, sample_header};
 use crate::{DuplicateFilter, SampleQueue, Session, age};
 use rc_ddsc::Sample;
-use rc_middleware::{Header, OpenError, ReceiveError, Subscriber, Unread};
+use rc_middleware::{Header, OpenError, QueueGauge, ReceiveError, Subscriber, Unread};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ impl TopicSubscriber {
         spec: EndpointSpec<'_>,
         depth: u32,
     ) -> Result<Self, OpenError> {
-        let queue = Arc::new(SampleQueue::new(depth));
+        let queue = Arc::new(SampleQueue::new(depth, session.queue_limit()));
         let opening = Opening::begin(session, address)?;
         let port = opening.reader(spec, Arc::clone(&queue) as _)?;
         opening.meet(&[port.state()]);
@@ -89,5 +89,9 @@ impl Subscriber for TopicSubscriber {
 
     fn peers(&self) -> usize {
         self.port.state().count()
+    }
+
+    fn queue(&self) -> Option<QueueGauge> {
+        Some(self.queue.gauge().clone())
     }
 }

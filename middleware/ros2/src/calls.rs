@@ -8,10 +8,10 @@
 //! names it. Components use the way of Fast DDS among each other, with numbers of their own.
 
 use rc_ddsc::{Identity, Sample};
-use rc_network::{Guid, Peer, ReaderState, body};
+use rc_network::{Guid, GuidPrefix, Peer, ReaderState, body, prefix};
 
 /// Where a peer has the identity of a request.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Mapping {
     /// Beside the body, as in `rmw_fastrtps`.
     Beside,
@@ -34,6 +34,14 @@ impl Mapping {
             Self::Before
         } else {
             Self::Beside
+        }
+    }
+
+    /// Number of bytes before the body of a request or reply.
+    pub(crate) fn skipped(self) -> usize {
+        match self {
+            Self::Beside => 0,
+            Self::Before => HEADER,
         }
     }
 }
@@ -67,7 +75,13 @@ impl Request {
             mapping: Mapping::Beside,
         };
         if let Some(id) = sample.related().filter(|id| id.guid != [0; 16]) {
-            return Ok(beside(id.guid, id.number));
+            // A stranger could have its reply pass for the reply to another client's request.
+            return match reader.participant(sample.writer()) {
+                Some(client) if client == prefix(&id.guid) => Ok(beside(id.guid, id.number)),
+                Some(_) => Err("a request names another client than its sender".to_owned()),
+                // The client has gone: nobody receives the reply.
+                None => Ok(beside([0; 16], id.number)),
+            };
         }
         let peer = reader.peer(sample.writer());
         let peer = peer.ok_or("the client of a request has gone")?;
@@ -82,17 +96,17 @@ impl Request {
 
     /// Number of bytes before the body.
     pub(crate) fn skipped(self) -> usize {
-        match self.mapping {
-            Mapping::Beside => 0,
-            Mapping::Before => HEADER,
-        }
+        self.mapping.skipped()
     }
 }
 
 /// The client of a request, to which the server gives its turn, and the place of the request among
-/// the requests of that client. Requests without a place are served as they come.
-pub(crate) fn turn(sample: &Sample) -> (u128, u64) {
-    match sample.related() {
+/// the requests of that client. Requests without a place are served as they come. `from`: the
+/// participant that sent the request, as far as it is known; a client that it only claims to be does
+/// not count.
+pub(crate) fn turn(sample: &Sample, from: Option<GuidPrefix>) -> (u128, u64) {
+    let related = sample.related();
+    match related.filter(|id| from.is_none_or(|from| from == prefix(&id.guid))) {
         Some(Identity { guid, number }) if number > 0 => {
             let mut client = guid;
             client[12..].copy_from_slice(&((number >> COUNTED) as u32).to_be_bytes());
@@ -104,22 +118,25 @@ pub(crate) fn turn(sample: &Sample) -> (u128, u64) {
     }
 }
 
-/// The request that a reply belongs to, and the number of bytes before its body. `None` if the reply
-/// is for another client: `own` are the endpoints of this one, the reader of replies and the writer
-/// of requests.
+/// The number of the request that a reply belongs to, and how they relate. `None` if the reply is for
+/// another client: `own` are the endpoints of this one, the reader of replies and the writer of
+/// requests.
 ///
 /// A negative number says that nothing was executed, and the body holds the reason; only components
 /// send such replies, and only to components.
-pub(crate) fn read_reply(sample: &Sample, own: &[Guid; 2]) -> Result<Option<(i64, usize)>, String> {
-    let (id, skipped) = match sample.related() {
-        Some(id) => (id, 0),
-        None => (in_header(body(sample)?, &own[1])?, HEADER),
+pub(crate) fn read_reply(
+    sample: &Sample,
+    own: &[Guid; 2],
+) -> Result<Option<(i64, Mapping)>, String> {
+    let (id, mapping) = match sample.related() {
+        Some(id) => (id, Mapping::Beside),
+        None => (in_header(body(sample)?, &own[1])?, Mapping::Before),
     };
     // This number has no counterpart of the other sign.
     if id.number == i64::MIN {
         return Err("a reply has a number that no request has".to_owned());
     }
-    Ok(own.contains(&id.guid).then_some((id.number, skipped)))
+    Ok(own.contains(&id.guid).then_some((id.number, mapping)))
 }
 
 /// The header for the identity of a request.

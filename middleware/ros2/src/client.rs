@@ -8,15 +8,16 @@ use rc_ddsc::{Identity, Sample};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::rpc::{self, ENVELOPE, Outcome, RequestId};
 use rc_middleware::{
-    CallError, Cdr, Client, Endpoint, Header, OpenError, Profile, Reader, WakeEvent, Writer, wait,
+    CallError, Cdr, Client, Endpoint, Header, OpenError, Profile, QueueGauge, Reader, WakeEvent,
+    Writer, wait,
 };
 use rc_network::{
-    Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, Peer, RateLimit, ReaderPort, Role,
-    WriterPort, body, call_qos, lock, sample_header, signal, stamp,
+    Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, Peer, RateLimit, ReaderPort,
+    ReplyQueue, Role, WriterPort, body, call_qos, sample_header, signal, stamp,
 };
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::BTreeSet;
 use std::os::fd::AsFd;
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Longest wait before the client looks for a stop: somebody else may have cleared the wake event.
@@ -29,28 +30,21 @@ const SILENCE: Duration = Duration::from_secs(1);
 /// Longest wait for the reply of a server that has gone: samples and discovery arrive on different
 /// threads.
 const LAST_WORDS: Duration = Duration::from_millis(20);
-/// Most replies that wait here. More than there are requests come only from a flood.
-const MOST_REPLIES: usize = 256;
+
+/// Identifies a request: its operation, its number there, and how its reply names it.
+type RequestKey = (usize, i64, Mapping);
 
 /// The replies to one client.
 struct Replies {
     address: String,
-    samples: Mutex<VecDeque<Received>>,
+    queue: ReplyQueue<RequestKey, Received>,
     rate_limit: RateLimit,
 }
 
 struct Received {
-    /// The operation, and the number of the request; negative if it was refused.
-    request: (usize, i64),
+    /// Whether nothing was executed, and the sample holds the reason.
+    is_refusal: bool,
     sample: Sample,
-    /// Number of bytes before the body of the sample.
-    skipped: usize,
-}
-
-impl Replies {
-    fn next(&self) -> Option<Received> {
-        lock(&self.samples).pop_front()
-    }
 }
 
 /// Puts the replies of one operation into the queue of its client.
@@ -64,7 +58,7 @@ struct OfOperation {
 impl Backlog for OfOperation {}
 
 impl Inbox for OfOperation {
-    fn put(&self, sample: Sample) {
+    fn put(&self, sample: Sample, from: Option<GuidPrefix>) {
         let replies = &self.replies;
         let Some(own) = self.own.get() else {
             return;
@@ -72,16 +66,13 @@ impl Inbox for OfOperation {
         match calls::read_reply(&sample, own) {
             // Every client receives the replies to all.
             Ok(None) => {}
-            Ok(Some((number, skipped))) => {
-                let mut samples = lock(&replies.samples);
-                if samples.len() >= MOST_REPLIES {
-                    samples.pop_front();
-                }
-                samples.push_back(Received {
-                    request: (self.place, number),
+            Ok(Some((number, mapping))) => {
+                let (request, size) = ((self.place, number.abs(), mapping), sample.len());
+                let received = Received {
+                    is_refusal: number < 0,
                     sample,
-                    skipped,
-                });
+                };
+                replies.queue.put(request, from, size, received);
             }
             Err(reason) => {
                 if let Some(suppressed) = replies.rate_limit.allow() {
@@ -110,7 +101,7 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosClient, OpenEr
     let signal = signal(&address)?;
     let replies = Arc::new(Replies {
         address: address.clone(),
-        samples: Mutex::default(),
+        queue: ReplyQueue::new(node.session.queue_limit()),
         rate_limit: RateLimit::default(),
     });
     let opening = Opening::begin(&node.session, &address)?;
@@ -161,8 +152,6 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosClient, OpenEr
         spin: endpoint.qos.spin,
         number: node.number_client(),
         sent: 0,
-        pending: BTreeMap::new(),
-        asked: None,
         last: 0,
         buffer: Vec::new(),
     };
@@ -190,11 +179,6 @@ pub(crate) struct RosClient {
     number: u32,
     /// Number of requests, for servers that do not count samples.
     sent: u64,
-    /// Requests without a reply, by operation and number, with the identity that the caller uses
-    /// and the time of sending. Each gets a reply, a command an empty response.
-    pending: BTreeMap<(usize, i64), (RequestId, Instant)>,
-    /// The server that has them.
-    asked: Option<GuidPrefix>,
     /// The operation of the last request.
     last: usize,
     /// A body with what stands before it.
@@ -202,11 +186,12 @@ pub(crate) struct RosClient {
 }
 
 impl Service {
-    /// The servers that this client can reach and that can reach it.
-    fn servers(&self) -> BTreeSet<GuidPrefix> {
-        let participant = |peer: &Peer| is_server(peer).then(|| peer.prefix());
-        let replying = self.replies.state().usable(participant);
-        let receiving = self.requests.state().usable(participant);
+    /// The servers that this client can reach and that can reach it: components first, since another
+    /// program may answer anything.
+    fn servers(&self) -> BTreeSet<(bool, GuidPrefix)> {
+        let server = |peer: &Peer| is_server(peer).then(|| (peer.is_external(), peer.prefix()));
+        let replying = self.replies.state().usable(server);
+        let receiving = self.requests.state().usable(server);
         let both = receiving.into_iter().filter(|one| replying.contains(one));
         both.collect()
     }
@@ -249,23 +234,17 @@ impl RosClient {
         Ok((at, id))
     }
 
-    /// Takes replies, and waits until there is room for one more request.
-    fn make_room(&mut self, server: GuidPrefix, is_external: bool) -> Result<(), CallError> {
-        if self.asked != Some(server) {
-            self.asked = Some(server);
-            self.pending.clear();
-        }
+    /// Waits until there is room for one more request.
+    fn make_room(&self, server: GuidPrefix, is_external: bool) -> Result<(), CallError> {
+        let queue = &self.received.queue;
+        queue.set_server(server);
         let deadline = Instant::now() + ROOM;
         loop {
             self.signal.clear();
-            while let Some(Received { request, .. }) = self.received.next() {
-                let (operation, number) = request;
-                self.pending.remove(&(operation, number.abs()));
+            if queue.pending() >= REQUEST_QUEUE && is_external {
+                queue.expire(SILENCE);
             }
-            if self.pending.len() >= REQUEST_QUEUE && is_external {
-                self.pending.retain(|_, (_, sent)| sent.elapsed() < SILENCE);
-            }
-            if self.pending.len() < REQUEST_QUEUE {
+            if queue.pending() < REQUEST_QUEUE {
                 return Ok(());
             }
             let left = deadline.saturating_duration_since(Instant::now());
@@ -279,8 +258,8 @@ impl RosClient {
     /// Waits until a server of another program has the requests of the last operation: services are
     /// independent of each other, and only components number requests over all of them.
     fn keep_order(&self, server: GuidPrefix, at: usize) -> Result<(), CallError> {
-        let mut pending = self.pending.keys();
-        let is_pending = pending.any(|(operation, _)| *operation == self.last);
+        let of_last = |request: &RequestKey| request.0 == self.last;
+        let is_pending = self.received.queue.is_pending(of_last);
         let last = &self.services[self.last];
         let Some((reader, ..)) = last.reader_of(server).filter(|_| is_pending) else {
             return Ok(());
@@ -293,17 +272,20 @@ impl RosClient {
         waited.map_err(|_| CallError::QueueFull(self.address.clone()))
     }
 
-    /// Sends a request; gives its operation, its number and its server.
+    /// Sends a request; gives its operation, its identity and its server. Each request gets a reply, a
+    /// command an empty response. `is_awaited`: whether a call waits for the reply.
     fn submit(
         &mut self,
         header: Header,
         request: &[u8],
-    ) -> Result<(usize, i64, GuidPrefix), CallError> {
+        is_awaited: bool,
+    ) -> Result<(usize, RequestId, GuidPrefix), CallError> {
         let (at, id) = self.operation(request)?;
         let no_server = || CallError::NoServer(self.address.clone());
         let service = &self.services[at];
-        let same = self.asked.filter(|asked| service.has(*asked));
-        let server = same.or_else(|| service.servers().first().copied());
+        let asked = self.received.queue.server();
+        let same = asked.filter(|asked| service.has(*asked));
+        let server = same.or_else(|| Some(service.servers().first()?.1));
         let server = server.ok_or_else(no_server)?;
         let (_, is_external, mapping) = service.reader_of(server).ok_or_else(no_server)?;
         self.make_room(server, is_external)?;
@@ -319,6 +301,9 @@ impl RosClient {
             Mapping::Beside => calls::number(self.number, count),
             Mapping::Before => count.cast_signed(),
         };
+        let key = (at, number, mapping);
+        let queue = &self.received.queue;
+        queue.begin(key, is_awaited);
         let (writer, stamp) = (&service.requests.writer, stamp(header.sent));
         let sent = match mapping {
             Mapping::Beside => {
@@ -339,6 +324,7 @@ impl RosClient {
             }
         };
         sent.map_err(|error| {
+            queue.cancel(key);
             if error.is_timeout() {
                 CallError::QueueFull(self.address.clone())
             } else {
@@ -350,92 +336,67 @@ impl RosClient {
         })?;
         service.sent = sequence;
         self.sent = count;
-        self.pending.insert((at, number), (id, Instant::now()));
         self.last = at;
-        Ok((at, number, server))
+        Ok((at, id, server))
     }
 
-    /// Hands the reply to request `wanted` to `take`, if it is there. Other replies only end their
-    /// requests.
-    fn answer(
+    /// Passes the reply to the waiting call, of operation `at`, to `take`, if it has arrived.
+    fn take_reply(
         &mut self,
-        wanted: (usize, i64),
+        (at, id): (usize, RequestId),
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Option<Result<(), CallError>> {
-        while let Some(received) = self.received.next() {
-            let (operation, number) = received.request;
-            let request = (operation, number.abs());
-            let Some((id, _)) = self.pending.remove(&request) else {
-                continue;
+        let Received { is_refusal, sample } = match self.received.queue.take()? {
+            Ok(received) => received,
+            Err(reason) => return Some(Err(self.failed(reason))),
+        };
+        let body = match body(&sample) {
+            Ok(body) => body,
+            Err(reason) => return Some(Err(self.failed(reason))),
+        };
+        self.buffer.clear();
+        let mut writer = Writer::over(std::mem::take(&mut self.buffer));
+        if is_refusal {
+            let reason = String::decode(&mut Reader::new(body));
+            let reason = reason.unwrap_or_else(|_| "no reason was told".to_owned());
+            rpc::refuse(&mut writer, id, Outcome::UnknownException, &reason);
+        } else {
+            // Only a reply in the mapping of its request is here.
+            let skipped = match sample.related() {
+                Some(_) => Mapping::Beside.skipped(),
+                None => Mapping::Before.skipped(),
             };
-            if request != wanted {
-                continue;
-            }
-            let body = match body(&received.sample) {
-                Ok(body) => body.get(received.skipped..).unwrap_or_default(),
-                Err(reason) => return Some(Err(self.failed(reason))),
-            };
-            self.buffer.clear();
-            let mut writer = Writer::over(std::mem::take(&mut self.buffer));
-            if number < 0 {
-                let reason = String::decode(&mut Reader::new(body));
-                let reason = reason.unwrap_or_else(|_| "no reason was told".to_owned());
-                rpc::refuse(&mut writer, id, Outcome::UnknownException, &reason);
-            } else {
-                rpc::begin_reply(&mut writer, id, self.services[operation].id, 0);
-                rpc::begin_body(&mut writer, Profile::Ros);
-                writer.raw(body);
-            }
-            self.buffer = writer.into_bytes();
-            let sender = received.sample.writer().into();
-            take(sample_header(&received.sample, sender, 0), &self.buffer);
-            return Some(Ok(()));
+            rpc::begin_reply(&mut writer, id, self.services[at].id, 0);
+            rpc::begin_body(&mut writer, Profile::Ros);
+            writer.raw(body.get(skipped..).unwrap_or_default());
         }
-        None
-    }
-}
-
-impl Client for RosClient {
-    fn guid(&self) -> [u8; 16] {
-        self.services
-            .first()
-            .map_or([0; 16], |service| service.requests.guid)
+        self.buffer = writer.into_bytes();
+        let sender = sample.writer().into();
+        take(sample_header(&sample, sender, 0), &self.buffer);
+        Some(Ok(()))
     }
 
-    fn profile(&self) -> Profile {
-        Profile::Ros
-    }
-
-    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
-        self.submit(header, request).map(drop)
-    }
-
-    fn call(
+    /// Waits for the reply of `server` to `request`, at most until `limit` has passed since `start`.
+    fn await_reply(
         &mut self,
-        header: Header,
-        request: &[u8],
-        limit: Duration,
+        request: (usize, RequestId),
+        server: GuidPrefix,
+        (start, limit): (Instant, Duration),
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
-        let start = Instant::now();
-        let wake_event = self.wake_event.clone();
-        if wake_event.is_stopping() {
-            return Err(CallError::Stopping);
-        }
-        let (at, number, server) = self.submit(header, request)?;
-        let signal = self.signal.clone();
+        let (signal, wake_event) = (self.signal.clone(), self.wake_event.clone());
         let mut interrupted = false;
         loop {
             signal.clear();
             // The server is looked up first: a reply that it sent before it left is there by then,
             // or comes at once.
-            let there = self.services[at].has(server);
-            if let Some(result) = self.answer((at, number), take) {
+            let there = self.services[request.0].has(server);
+            if let Some(result) = self.take_reply(request, take) {
                 return result;
             }
             if !there {
                 wait(&[signal.as_fd()], LAST_WORDS);
-                let last = self.answer((at, number), take);
+                let last = self.take_reply(request, take);
                 return last.unwrap_or_else(|| Err(CallError::ServerDied(self.address.clone())));
             }
             if wake_event.is_stopping() {
@@ -458,6 +419,43 @@ impl Client for RosClient {
             let left = limit.saturating_sub(elapsed);
             interrupted |= wait(&descriptors[..waited], left.min(CYCLE)) & 2 != 0;
         }
+    }
+}
+
+impl Client for RosClient {
+    fn guid(&self) -> [u8; 16] {
+        self.services
+            .first()
+            .map_or([0; 16], |service| service.requests.guid)
+    }
+
+    fn profile(&self) -> Profile {
+        Profile::Ros
+    }
+
+    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
+        self.submit(header, request, false).map(drop)
+    }
+
+    fn call(
+        &mut self,
+        header: Header,
+        request: &[u8],
+        limit: Duration,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        let start = Instant::now();
+        if self.wake_event.is_stopping() {
+            return Err(CallError::Stopping);
+        }
+        let (at, id, server) = self.submit(header, request, true)?;
+        let result = self.await_reply((at, id), server, (start, limit), take);
+        self.received.queue.finish();
+        result
+    }
+
+    fn queue(&self) -> Option<QueueGauge> {
+        Some(self.received.queue.gauge().clone())
     }
 
     fn peers(&self) -> usize {

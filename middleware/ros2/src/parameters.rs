@@ -11,8 +11,8 @@ use rc_middleware::parameters::ParameterService;
 use rc_middleware::rpc::ENVELOPE;
 use rc_middleware::{OpenError, TypeIdentity};
 use rc_network::{
-    Backlog, EndpointSpec, Guid, Inbox, Opening, RateLimit, ReaderPort, ReaderState, Role,
-    WriterPort, WriterState, body, call_qos, signal,
+    Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, RateLimit, ReaderPort, ReaderState,
+    Role, WriterPort, WriterState, body, call_qos, signal,
 };
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Weak};
@@ -37,7 +37,7 @@ struct OfService {
 impl Backlog for OfService {}
 
 impl Inbox for OfService {
-    fn put(&self, sample: Sample) {
+    fn put(&self, sample: Sample, _from: Option<GuidPrefix>) {
         let size = sample.len();
         if size > LARGEST || self.requests.try_send((self.place, sample)).is_err() {
             tracing::debug!("a request of {size} bytes for parameters found no place");

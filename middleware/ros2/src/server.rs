@@ -7,12 +7,13 @@ use crate::node::Node;
 use rc_ddsc::{Identity, Sample};
 use rc_middleware::rpc::{self, ENVELOPE, ReplyKind, RequestId};
 use rc_middleware::{
-    Endpoint, Header, OpenError, Profile, Reader, ReceiveError, Reply, Server, WakeEvent, Writer,
+    Endpoint, Header, OpenError, Profile, QueueGauge, Reader, ReceiveError, Reply, Server,
+    WakeEvent, Writer,
 };
 use rc_network::{
-    Backlog, EndpointSpec, Guid, Inbox, Opening, QueuedRequest, RateLimit, ReaderPort, ReaderState,
-    RequestQueues, Role, WriterPort, WriterState, body, call_qos, lock, prefix, sample_header,
-    signal, stamp,
+    Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, NO_ROOM, Opening, QueuedRequest, RateLimit,
+    ReaderPort, ReaderState, RequestQueues, Role, WriterPort, WriterState, body, call_qos, lock,
+    prefix, sample_header, signal, stamp,
 };
 use std::collections::{HashMap, VecDeque};
 use std::os::fd::{AsFd, BorrowedFd};
@@ -41,7 +42,6 @@ struct Received {
 }
 
 /// The requests to a server.
-#[derive(Default)]
 struct Queue {
     requests: RequestQueues<u128, Received>,
     /// Requests that found no room.
@@ -77,8 +77,8 @@ impl Backlog for OfOperation {
 }
 
 impl Inbox for OfOperation {
-    fn put(&self, sample: Sample) {
-        let (turn, size) = (calls::turn(&sample), sample.len());
+    fn put(&self, sample: Sample, from: Option<GuidPrefix>) {
+        let (turn, size) = (calls::turn(&sample, from), sample.len());
         let received = Received {
             place: self.place,
             sample,
@@ -90,7 +90,10 @@ impl Inbox for OfOperation {
                 refused.push_back(Refused {
                     place: received.place,
                     writer: received.sample.writer(),
-                    id: received.sample.related(),
+                    id: received
+                        .sample
+                        .related()
+                        .filter(|id| from == Some(prefix(&id.guid))),
                     turn,
                 });
             }
@@ -109,7 +112,10 @@ struct Service {
 pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosServer, OpenError> {
     let address = endpoint.address.to_string();
     let signal = signal(&address)?;
-    let queue = Arc::new(Queue::default());
+    let queue = Arc::new(Queue {
+        requests: RequestQueues::new(node.session.queue_limit()),
+        refused: Mutex::default(),
+    });
     let opening = Opening::begin(&node.session, &address)?;
     let mut services = Vec::new();
     for (place, external) in endpoint.external_types.iter().enumerate() {
@@ -188,11 +194,7 @@ impl Reply for RosReply {
 
 /// Whether the reply to a request reaches its client.
 pub(crate) fn is_reachable(sample: &Sample, requests: &ReaderState, replies: &WriterState) -> bool {
-    let client = match sample.related() {
-        // The reader that waits for the reply, or only its participant, of whoever names a writer.
-        Some(id) => Some(prefix(&id.guid)),
-        None => requests.participant(sample.writer()),
-    };
+    let client = requests.participant(sample.writer());
     client.is_none_or(|client| replies.state.has(|peer| peer.prefix() == client))
 }
 
@@ -315,8 +317,7 @@ impl RosServer {
     /// Refuses a request that found no room.
     fn refuse_one(&mut self, refused: &Refused) -> Result<(), ReceiveError> {
         self.has_been(refused.turn);
-        let reason = "too many requests of this client wait already";
-        self.refuse(refused.place, refused.writer, refused.id, reason)
+        self.refuse(refused.place, refused.writer, refused.id, NO_ROOM)
     }
 }
 
@@ -399,5 +400,9 @@ impl Server for RosServer {
         let all = self.services.iter();
         let counts = all.map(|service| service.requests.state().count());
         counts.max().unwrap_or(0)
+    }
+
+    fn queue(&self) -> Option<QueueGauge> {
+        Some(self.queue.requests.gauge().clone())
     }
 }

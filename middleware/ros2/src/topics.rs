@@ -3,7 +3,9 @@
 use crate::graph::Listed;
 use crate::names;
 use crate::node::Node;
-use rc_middleware::{Endpoint, Header, OpenError, Publisher, ReceiveError, SendError, Subscriber};
+use rc_middleware::{
+    Endpoint, Header, OpenError, Publisher, QueueGauge, ReceiveError, SendError, Subscriber,
+};
 use rc_network::{EndpointSpec, Role, TopicPublisher, TopicSubscriber, signal, topic_qos};
 use std::os::fd::BorrowedFd;
 
@@ -79,5 +81,9 @@ impl Subscriber for RosSubscriber {
 
     fn peers(&self) -> usize {
         self.subscriber.peers()
+    }
+
+    fn queue(&self) -> Option<QueueGauge> {
+        self.subscriber.queue()
     }
 }

@@ -262,6 +262,22 @@ pub struct SlotStatus {
     pub sent: u64,
     /// Samples that never arrived because newer ones took their place.
     pub lost: u64,
+    /// What waits in its receive queues; none where the middleware reserves their memory at the
+    /// start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub queue: Option<QueueStatus>,
+}
+
+/// The use of the receive queues of a slot, of all its topics together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct QueueStatus {
+    /// The bytes that wait.
+    pub bytes: u64,
+    /// The most bytes that wait.
+    pub limit: u64,
+    /// Samples that were dropped instead of queued: there was no room, or a reply that nobody had
+    /// asked for.
+    pub dropped: u64,
 }
 
 /// How often something ran, how often it failed and how long it took.

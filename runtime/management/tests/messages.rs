@@ -104,6 +104,11 @@ fn of_components(golden: &mut Golden) {
         handlers: timing(),
         sent: 8,
         lost: 9,
+        queue: (role == Role::Implements).then_some(component::QueueStatus {
+            bytes: 10,
+            limit: 1 << 28,
+            dropped: 11,
+        }),
     };
     golden.result(&component::Status {
         component: text("simulator"),

@@ -566,10 +566,5 @@ impl<'a> EventLoop<'a> {
             slot.peers = peers;
         }
         status.delta.mismatches.extend(mismatches);
-        drop(status);
-        // The component ends, so that its supervisor restarts it.
-        if self.fatal.is_none() {
-            self.fatal = self.connections.lost();
-        }
     }
 }

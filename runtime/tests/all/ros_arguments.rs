@@ -91,14 +91,12 @@ fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
     SEEN.lock().expect("the settings").insert(network, settings);
     Ok(Box::new(Watched {
         backend: rc_local::connect(environment)?,
-        is_lost: environment.instance == "lost",
     }))
 }
 
-/// A backend that records the quality of service of its endpoints, and can report that it is lost.
+/// A backend that records the quality of service of its endpoints.
 struct Watched {
     backend: Box<dyn Backend>,
-    is_lost: bool,
 }
 
 impl Watched {
@@ -129,10 +127,6 @@ impl Backend for Watched {
 
     fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
         self.backend.server(endpoint)
-    }
-
-    fn lost(&self) -> Option<String> {
-        self.is_lost.then(|| "the network is gone".to_owned())
     }
 
     fn linger(&self, limit: Duration) {
@@ -249,17 +243,6 @@ fn qos_overrides_are_applied() {
         ..WANTED
     };
     assert_eq!(of("base/newState"), base);
-}
-
-/// A supervisor cannot restart a component that keeps running without its middleware.
-#[test]
-fn a_component_that_loses_its_middleware_ends() {
-    let network = format!("ros_lost_{}", std::process::id());
-    let args = ["--network", &network, "--name", "lost"];
-    let component = embed(&NODE, Worker::start, &args).expect("a component");
-    let error = component.join().expect_err("an end");
-    assert!(matches!(error, StartError::System(_)), "{error}");
-    assert!(error.to_string().contains("the network is gone"), "{error}");
 }
 
 #[test]

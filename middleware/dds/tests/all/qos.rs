@@ -14,12 +14,12 @@ use std::time::{Duration, Instant};
 const LIMIT: Duration = Duration::from_secs(30);
 
 /// A network with a domain of its own. Dropping it removes its run directory.
-struct Network {
+pub(crate) struct Network {
     environment: Environment,
 }
 
 impl Network {
-    fn new(domain: u32) -> Self {
+    pub(crate) fn new(domain: u32) -> Self {
         Self::beside(domain, "")
     }
 
@@ -41,7 +41,7 @@ impl Network {
         Self { environment }
     }
 
-    fn join(&self) -> Box<dyn Backend> {
+    pub(crate) fn join(&self) -> Box<dyn Backend> {
         rc_dds::connect(&self.environment).expect("the domain")
     }
 }

@@ -268,7 +268,7 @@ fn settings_of_middlewares_are_checked() {
         config.toml:5:25: error[bad-setting]: `middleware.dds.peers[2]` cannot be the string "a:0" (allowed is the name or the address of a machine, such as "robot.local" or "10.0.0.2:7410")
         config.toml:6:13: error[wrong-type]: `middleware.dds.multicast` cannot be the string "on" (allowed is true or false)
         config.toml:7:9: error[out-of-range]: `middleware.dds.lease` cannot be the string "50ms" (allowed is a duration of at least 100ms, at most a day)
-        config.toml:8:1: error[unknown-key]: unknown key `middleware.dds.qos` (there are domain, interfaces, peers, multicast, lease)
+        config.toml:8:1: error[unknown-key]: unknown key `middleware.dds.qos` (there are domain, interfaces, peers, multicast, lease, queue_mib)
         config.toml:10:1: error[unknown-key]: unknown key `middleware.iceoryx2.segment` (there are no settings of iceoryx2 yet)
         config.toml:11:13: error[unknown-middleware]: unknown middleware `ddss` (did you mean `dds`?)
     "#]].assert_eq(&rendered);
@@ -300,7 +300,7 @@ fn ros_names_are_checked() {
                 [middleware.ros2.remap]\nLaser = 1\nBase = \"a b\"\n";
     let (_, _, rendered) = read(text, None);
     expect![[r#"
-        config.toml:2:1: error[unknown-key]: unknown key `middleware.ros2.service_mapping` (there are domain, interfaces, lease, namespace, node, remap, qos, use_sim_time)
+        config.toml:2:1: error[unknown-key]: unknown key `middleware.ros2.service_mapping` (there are domain, interfaces, lease, queue_mib, namespace, node, remap, qos, use_sim_time)
         config.toml:3:13: error[bad-setting]: `middleware.ros2.namespace` cannot be the string "robot" (allowed is a namespace of ROS 2, such as "/robot": each `/` is followed by letters, digits and single `_`, no digit first)
         config.toml:4:8: error[bad-setting]: `middleware.ros2.node` cannot be the string "a/b" (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
         config.toml:6:9: error[wrong-type]: `middleware.ros2.remap."Laser"` cannot be the number 1 (allowed is the new name)
