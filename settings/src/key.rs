@@ -90,21 +90,12 @@ static ROS2: [Key; 9] = [
         doc: "The time of silence after which another component counts as dead.",
     },
     Key {
-<<<<<<< HEAD
-=======
         name: "queue_mib",
         kind: Kind::Int(QUEUES),
         default: QUEUE,
         doc: QUEUE_DOC,
     },
     Key {
-        name: "service_mapping",
-        kind: Kind::Word(&["enhanced", "cyclone"]),
-        default: Some(Value::Text(Cow::Borrowed("enhanced"))),
-        doc: "How replies are matched to requests, the same at client and server: enhanced as in Fast DDS, or cyclone as in Cyclone DDS.",
-    },
-    Key {
->>>>>>> 7ee6510 (Receive queues of DDS and ROS 2 have a bound in bytes; only the server replies)
         name: "namespace",
         kind: Kind::Namespace,
         default: None,

@@ -169,10 +169,10 @@ fn settings_of_middlewares_apply_to_their_block() {
     let flat = deployment.instances.iter();
     let flat = flat.map(|i| format!("{} {:?} {}", i.path, i.middleware, settings(i)));
     expect![[r#"
-        a Iceoryx2 dds.domain=7 dds.interfaces=eth0 dds.peers=10.0.0.2,10.0.0.3:7410 dds.multicast=false dds.lease=500ms
-        b Dds dds.interfaces=eth0 dds.peers=10.0.0.2,10.0.0.3:7410 dds.lease=2s dds.multicast=true dds.domain=3 ros2.domain=3
-        g.c Dds dds.domain=7 dds.interfaces=eth0 dds.multicast=false dds.lease=500ms dds.peers=10.0.0.9
-        g.h.d Ros2 dds.interfaces=eth0 dds.multicast=false dds.lease=500ms dds.peers=10.0.0.9 dds.domain=8 ros2.domain=8"#]].assert_eq(&flat.collect::<Vec<_>>().join("\n"));
+        a Iceoryx2 dds.domain=7 dds.interfaces=eth0 dds.peers=10.0.0.2,10.0.0.3:7410 dds.multicast=false dds.lease=500ms dds.queue_mib=64
+        b Dds dds.interfaces=eth0 dds.peers=10.0.0.2,10.0.0.3:7410 dds.queue_mib=64 dds.lease=2s dds.multicast=true dds.domain=3 ros2.domain=3
+        g.c Dds dds.domain=7 dds.interfaces=eth0 dds.multicast=false dds.lease=500ms dds.queue_mib=64 dds.peers=10.0.0.9
+        g.h.d Ros2 dds.interfaces=eth0 dds.multicast=false dds.lease=500ms dds.queue_mib=64 dds.peers=10.0.0.9 dds.domain=8 ros2.domain=8"#]].assert_eq(&flat.collect::<Vec<_>>().join("\n"));
     check(
         "middleware dds { domian 7; lease 50ms; interfaces 5; peers \"a b\", \"c\"; multicast maybe; lease 1s; domain 1, 2; };\n\
          domain 3;\nGroup g { middleware iceoryx2 { x 1; }; middleware dds; Component c { cdsl \"c\"; middleware dds { lease; lease 1s 2s; § 1; multicast off lease 1s; }; middleware dds { domain 1; }; middleware { }; }; };\nComponent z { cdsl \"z\"; domain x; };",
