@@ -1,5 +1,6 @@
 //! Generated code compiles without a warning and equals the output of rustfmt.
 
+use crate::shared_builds::share_builds;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -35,12 +36,7 @@ fn workspace(folder: &Path) -> PathBuf {
     run(Command::new(RCGEN)
         .args(["init", "--framework", ROOT])
         .arg(&workspace));
-    // The cache of cargo contains the versions that this project uses.
-    std::fs::copy(
-        Path::new(ROOT).join("Cargo.lock"),
-        workspace.join("Cargo.lock"),
-    )
-    .expect("a copy");
+    share_builds(&workspace, Path::new("components/features"));
     workspace
 }
 
@@ -176,6 +172,7 @@ fn every_construct_compiles() {
     let mut packages = ["-p", "interfaces", "-p", "scans"]
         .map(str::to_owned)
         .to_vec();
+    let mut programs = Vec::new();
     for name in [
         "everything",
         "awkward",
@@ -186,13 +183,14 @@ fn every_construct_compiles() {
     ] {
         packages.extend(["-p".to_owned(), name.to_owned()]);
         packages.extend(["-p".to_owned(), format!("{name}_generated")]);
+        programs.extend(["--bin", name]);
     }
     let packages = packages.iter().map(String::as_str);
     let mut fmt = vec!["fmt", "--check"];
-    fmt.extend(packages.clone());
+    fmt.extend(packages);
     cargo(&workspace, &fmt);
-    let mut clippy = vec!["clippy", "--offline", "-q", "-j1"];
-    clippy.extend(packages);
+    let mut clippy = vec!["clippy", "--workspace", "--offline", "-q", "-j1", "--lib"];
+    clippy.extend(programs);
     clippy.extend(["--", "-D", "warnings"]);
     cargo(&workspace, &clippy);
     // The code for in-place values is also executed.
@@ -205,12 +203,9 @@ fn every_construct_compiles() {
     std::fs::write(manifest, text).expect("to write");
     let test = [
         "test",
+        "--workspace",
         "--offline",
         "-q",
-        "-p",
-        "placed",
-        "-p",
-        "viewer",
         "--test",
         "checks",
         "--test",

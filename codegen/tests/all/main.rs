@@ -16,6 +16,7 @@ mod ros;
 mod ros_component;
 mod rosidl;
 mod shared;
+mod shared_builds;
 mod standard_types;
 mod start;
 mod stubs;

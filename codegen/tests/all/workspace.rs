@@ -1,5 +1,6 @@
 //! A workspace with the component that exchanges bytes with a Python program.
 
+use crate::shared_builds::share_builds;
 use std::path::Path;
 use std::process::Command;
 
@@ -17,11 +18,7 @@ pub(crate) fn check(folder: &Path, fixtures: &Path, samples: &Path, ours: &Path)
     let copy = |from: &Path, to: &Path| {
         std::fs::copy(from, to).expect("a copy");
     };
-    // The cache of cargo contains the versions that this project uses.
-    copy(
-        &Path::new(ROOT).join("Cargo.lock"),
-        &workspace.join("Cargo.lock"),
-    );
+    share_builds(&workspace, Path::new("components/features"));
     std::fs::create_dir_all(component.join("tests")).expect("a folder");
     for file in ["Exported.idsl", "exported.cdsl"] {
         copy(&fixtures.join(file), &component.join(file));
@@ -47,11 +44,10 @@ pub(crate) fn check(folder: &Path, fixtures: &Path, samples: &Path, ours: &Path)
     run(Command::new(env!("CARGO"))
         .args([
             "test",
+            "--workspace",
             "--offline",
             "-q",
             "-j1",
-            "-p",
-            "exported",
             "--test",
             "checks",
         ])

@@ -311,11 +311,11 @@ impl Network {
             let mut staged = None;
             if let Some(middleware) = variant {
                 let components: Vec<&Project> = projects.values().copied().collect();
-                let target = self
-                    .workspaces
-                    .target(&root)
-                    .map_err(cannot("prepare the build"))?;
-                let there = variant::stage(&root, &target, &components, middleware)?;
+                let target = self.workspaces.target(&root);
+                let target = target.map_err(cannot("prepare the build"))?;
+                let dependencies = self.workspaces.dependencies(&root);
+                let dependencies = dependencies.map_err(cannot("prepare the build"))?;
+                let there = variant::stage(&root, &target, &components, &dependencies, middleware)?;
                 option("--manifest-path", there.manifest().into());
                 option("--target-dir", target.into());
                 staged = Some(there);

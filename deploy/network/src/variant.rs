@@ -4,15 +4,18 @@
 //! `TARGET/rc/MIDDLEWARE` has a manifest with what the user's workspace says of dependencies,
 //! patches and profiles, and its lock file; `NAME` in it has the user's manifest with another
 //! program name, a `generated/` of its own, and links to all other files of the component. Cargo
-//! builds into the user's target folder, so that nothing that both need is built twice.
+//! builds into the user's target folder, and a member `features` asks for the features that the
+//! user's workspace asks for, so that no library that both need is built twice.
 
 use crate::error::{Error, cannot, refused};
+use cargo_metadata::{Dependency, DependencyKind};
 use rc_cdsl::model::Backend;
 use rc_codegen::files::{Files, GENERATED, Owner};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::{Project, generate, generation, names};
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, Write};
@@ -24,6 +27,8 @@ use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike,
 const SHARED: [&str; 4] = ["workspace", "patch", "replace", "profile"];
 /// What of a component's folder is not the user's, or not the variant's.
 const OWN: [&str; 4] = ["Cargo.toml", "Cargo.lock", GENERATED, "target"];
+/// The member that chooses features. No component has this name: it is no identifier.
+const FEATURES: &str = "variant-features";
 const DEPENDENCIES: [&str; 3] = ["dependencies", "dev-dependencies", "build-dependencies"];
 
 /// How long a build waits for another one; a first one compiles a middleware.
@@ -49,11 +54,13 @@ impl Staged {
 }
 
 /// Makes or renews the variants of components of the workspace `root`, which is built into
-/// `target`. They use the workspace's crate of interfaces in its place.
+/// `target` and whose members have these dependencies. They use the workspace's crate of
+/// interfaces in its place.
 pub(crate) fn stage(
     root: &Path,
     target: &Path,
     projects: &[&Project],
+    dependencies: &[Dependency],
     middleware: Backend,
 ) -> Result<Staged, Error> {
     let folder = target.join("rc").join(middleware.word());
@@ -81,17 +88,72 @@ pub(crate) fn stage(
         )?;
         members.push(package);
     }
+    members.push(FEATURES.to_owned());
     members.sort();
     let list: toml_edit::Array = members.iter().map(String::as_str).collect();
     shared["workspace"]["members"] = value(list);
     let mut files = Files::default();
     files.add("Cargo.toml", Owner::Generic, shared.to_string());
+    let path = Path::new(FEATURES);
+    let manifest = features(dependencies).to_string();
+    files.add(path.join("Cargo.toml"), Owner::Generic, manifest);
+    let main = "//! Never built; its dependencies choose features.\n\nfn main() {}\n";
+    files.add(path.join("src/main.rs"), Owner::Generic, main.to_owned());
     write(&files, &folder)?;
     lock(root, &folder, &members)?;
     Ok(Staged {
         folder,
         _held: held,
     })
+}
+
+/// The manifest of the member that is never built. The features of a library follow from all
+/// members that cargo selects, so libraries of crates.io have those of the user's workspace.
+fn features(dependencies: &[Dependency]) -> DocumentMut {
+    let mut manifest = DocumentMut::new();
+    let package = [
+        ("name", FEATURES),
+        ("version", "0.0.0"),
+        ("edition", "2024"),
+    ];
+    manifest["package"] = Item::Table(Table::from_iter(package));
+    // A library may be there in two versions, and with other features in each member.
+    let mut texts = BTreeSet::new();
+    for dependency in dependencies {
+        let kind = match dependency.kind {
+            DependencyKind::Normal => "dependencies",
+            DependencyKind::Build => "build-dependencies",
+            _ => continue,
+        };
+        let known = dependency.source.as_ref();
+        if dependency.optional || !known.is_some_and(|source| source.is_crates_io()) {
+            continue;
+        }
+        let mut wanted = InlineTable::new();
+        wanted.insert("package", dependency.name.as_str().into());
+        wanted.insert("version", dependency.req.to_string().into());
+        wanted.insert("default-features", dependency.uses_default_features.into());
+        let named = dependency.features.iter().map(String::as_str);
+        wanted.insert("features", named.collect::<toml_edit::Array>().into());
+        if !texts.insert((kind, dependency.target.clone(), wanted.to_string())) {
+            continue;
+        }
+        let of = match &dependency.target {
+            None => manifest.as_table_mut(),
+            Some(target) => child(
+                child(manifest.as_table_mut(), "target"),
+                &target.to_string(),
+            ),
+        };
+        child(of, kind).insert(&format!("a{}", texts.len()), value(wanted));
+    }
+    manifest
+}
+
+/// A table in a table, made where it is missing.
+fn child<'a>(of: &'a mut Table, key: &str) -> &'a mut Table {
+    let of = of.entry(key).or_insert(Item::Table(Table::new()));
+    of.as_table_mut().expect("nothing else was inserted here")
 }
 
 /// Holds the folder of variants. Networks of one target folder have different ones in it, and cargo
@@ -421,6 +483,37 @@ mod tests {
         for part in ["[package]", "exclude", "\n[dependencies]"] {
             assert!(!manifest.contains(part), "{part}\n{manifest}");
         }
+    }
+
+    #[test]
+    fn a_member_asks_for_the_features_of_the_users_workspace() {
+        let dependency = |name: &str, changes: serde_json::Value| {
+            let mut json = serde_json::json!({
+                "name": name, "source": "registry+https://github.com/rust-lang/crates.io-index", "req": "^1",
+                "kind": null, "optional": false, "uses_default_features": false, "features": ["std"], "target": null,
+            });
+            for (key, value) in changes.as_object().into_iter().flatten() {
+                json[key] = value.clone();
+            }
+            serde_json::from_value::<Dependency>(json).expect("a dependency")
+        };
+        let manifest = features(&[
+            dependency("near", serde_json::json!({"source": null})),
+            dependency("far", serde_json::json!({})),
+            dependency("far", serde_json::json!({})),
+            dependency("far", serde_json::json!({"features": []})),
+            dependency("tested", serde_json::json!({"kind": "dev"})),
+            dependency("chosen", serde_json::json!({"optional": true})),
+            dependency("built", serde_json::json!({"kind": "build"})),
+            dependency("unix", serde_json::json!({"target": "cfg(unix)"})),
+        ]);
+        let wanted = "[package]\nname = \"variant-features\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n\
+            [dependencies]\na1 = { package = \"far\", version = \"^1\", default-features = false, features = [\"std\"] }\n\
+            a2 = { package = \"far\", version = \"^1\", default-features = false, features = [] }\n\n\
+            [build-dependencies]\na3 = { package = \"built\", version = \"^1\", default-features = false, features = [\"std\"] }\n\n\
+            [target]\n\n[target.\"cfg(unix)\"]\n\n[target.\"cfg(unix)\".dependencies]\n\
+            a4 = { package = \"unix\", version = \"^1\", default-features = false, features = [\"std\"] }\n";
+        assert_eq!(manifest.to_string(), wanted);
     }
 
     #[test]

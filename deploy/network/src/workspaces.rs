@@ -1,19 +1,26 @@
 //! Cargo workspaces: what cargo knows of them. It is asked once for each.
 
-use cargo_metadata::{Error, MetadataCommand};
+use cargo_metadata::{Dependency, Error, MetadataCommand};
 use rc_codegen::cargo_workspace::Workspace;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The target folders of workspaces.
+/// Workspaces by their roots.
 #[derive(Debug, Default)]
 pub(crate) struct Workspaces {
     /// Cargo is not asked.
     pub(crate) unasked: bool,
-    /// The target folders by the roots, or why cargo does not tell them.
-    known: RefCell<HashMap<PathBuf, Result<PathBuf, Untold>>>,
+    known: RefCell<HashMap<PathBuf, Result<Known, Untold>>>,
+}
+
+/// What cargo knows of a workspace.
+#[derive(Clone, Debug)]
+struct Known {
+    target: PathBuf,
+    /// The dependencies of all members.
+    dependencies: Vec<Dependency>,
 }
 
 impl Workspaces {
@@ -30,13 +37,23 @@ impl Workspaces {
     /// `build.target-dir` of a configuration of cargo, or `target`. Where cargo is not asked, or
     /// cannot be started, configurations of cargo have no effect.
     pub(crate) fn target(&self, root: &Path) -> io::Result<PathBuf> {
+        Ok(self.known(root)?.target)
+    }
+
+    /// What the members of the workspace `root` depend on; nothing where cargo is not asked, or
+    /// cannot be started.
+    pub(crate) fn dependencies(&self, root: &Path) -> io::Result<Vec<Dependency>> {
+        Ok(self.known(root)?.dependencies)
+    }
+
+    fn known(&self, root: &Path) -> io::Result<Known> {
         if self.unasked {
             return Ok(usual(root));
         }
         let mut known = self.known.borrow_mut();
-        let target = known.entry(root.to_path_buf()).or_insert_with(|| ask(root));
+        let known = known.entry(root.to_path_buf()).or_insert_with(|| ask(root));
         let untold = |untold: Untold| io::Error::new(untold.kind, untold.reason);
-        target.clone().map_err(untold)
+        known.clone().map_err(untold)
     }
 }
 
@@ -48,13 +65,16 @@ struct Untold {
     reason: String,
 }
 
-/// The target folder without a configuration of cargo.
-fn usual(root: &Path) -> PathBuf {
+/// What holds without a configuration of cargo.
+fn usual(root: &Path) -> Known {
     let set = std::env::var_os("CARGO_TARGET_DIR").filter(|folder| !folder.is_empty());
-    root.join(set.unwrap_or_else(|| "target".into()))
+    Known {
+        target: root.join(set.unwrap_or_else(|| "target".into())),
+        dependencies: Vec::new(),
+    }
 }
 
-fn ask(root: &Path) -> Result<PathBuf, Untold> {
+fn ask(root: &Path) -> Result<Known, Untold> {
     let metadata = MetadataCommand::new()
         // Cargo looks for its configuration from here upwards.
         .current_dir(root)
@@ -62,7 +82,13 @@ fn ask(root: &Path) -> Result<PathBuf, Untold> {
         .no_deps()
         .exec();
     let (kind, reason, advice) = match metadata {
-        Ok(metadata) => return Ok(metadata.target_directory.into_std_path_buf()),
+        Ok(metadata) => {
+            let packages = metadata.packages.into_iter();
+            return Ok(Known {
+                target: metadata.target_directory.into_std_path_buf(),
+                dependencies: packages.flat_map(|package| package.dependencies).collect(),
+            });
+        }
         Err(Error::CargoMetadata { stderr }) => (
             io::ErrorKind::InvalidInput,
             stderr.trim().trim_start_matches("error: ").to_owned(),

@@ -21,6 +21,8 @@ mod remote;
 mod restart;
 mod ros_names;
 mod secret;
+#[path = "../../../codegen/tests/all/shared_builds.rs"]
+mod shared_builds;
 mod start;
 mod stop;
 mod target_folder;

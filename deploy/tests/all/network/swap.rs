@@ -2,6 +2,7 @@
 //! the patrol gives the same trace from the same seed. `src/` is used in place, byte for byte.
 
 use crate::network::site::{PATROL, Site};
+use crate::shared_builds::share_builds;
 use rc_cdsl::model::Backend;
 use rc_codegen::{FileLoader, Project, generation};
 use std::path::{Path, PathBuf};
@@ -101,29 +102,27 @@ fn in_one_process(trace: &Path) {
         .map(|(component, _)| format!("\"{component}\", "))
         .collect();
     let members = format!(
-        "[workspace]\nresolver = \"3\"\nmembers = [{crates}\"together\", \"*/generated\"]\n\n[workspace.dependencies]\n{}{}\
-         [profile.dev]\ndebug = \"line-tables-only\"\n[profile.dev.package.\"*\"]\nopt-level = 1\n",
+        "[workspace]\nresolver = \"3\"\nmembers = [{crates}\"together\", \"features\", \"*/generated\"]\n\n[workspace.dependencies]\n{}{}\n",
         local("rc-runtime", "runtime") + &local("rc-middleware", "middleware"),
         local("rc-local", "middleware/local"),
     );
     write(&workspace.join("Cargo.toml"), &members);
-    std::fs::copy(root.join("Cargo.lock"), workspace.join("Cargo.lock")).expect("the lock file");
+    share_builds(&workspace, Path::new("features"));
     let target = Path::new(env!("CARGO_BIN_EXE_rcdeploy"))
         .ancestors()
         .nth(2)
         .expect("the target folder");
-    let output = Command::new(env!("CARGO"))
-        .args(["run", "--quiet", "--offline", "--package", "together"])
+    let run = |command: &mut Command| {
+        let output = command.output().expect("a program that starts");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{command:?}\n{said}");
+    };
+    let build = "build --workspace --quiet --offline --bin together";
+    run(Command::new(env!("CARGO"))
+        .args(build.split(' '))
         .current_dir(&workspace)
-        .env("CARGO_TARGET_DIR", target.join("swap"))
-        .env("XDG_RUNTIME_DIR", site.path("run"))
-        .output()
-        .expect("cargo");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+        .env("CARGO_TARGET_DIR", target));
+    run(Command::new(target.join("debug/together")).env("XDG_RUNTIME_DIR", site.path("run")));
     site.assert_nothing_left();
 }
 

@@ -1,6 +1,7 @@
 //! A user's network on another middleware than its component was generated for.
 
 use crate::network::site::Site;
+use crate::shared_builds::share_builds;
 use rc_cdsl::model::Backend;
 use rc_codegen::workspace::{self, Framework};
 use rc_codegen::{FileLoader, Project, generation};
@@ -18,11 +19,7 @@ fn user(site: &Site) -> PathBuf {
     let framework = Framework::parse(ROOT).expect("this project");
     let files = workspace::init("robot", &framework).expect("templates that fit");
     files.write(&folder).expect("a workspace");
-    let lock = std::fs::copy(
-        Path::new(ROOT).join("Cargo.lock"),
-        folder.join("Cargo.lock"),
-    );
-    lock.expect("the versions that are in the cache");
+    share_builds(&folder, Path::new("components/features"));
     let hello = folder.join("components/hello");
     write(&hello.join("hello.cdsl"), CDSL);
     let mut sources = SourceMap::new();
