@@ -1,7 +1,8 @@
-//! `cargo xtask`: the project's own commands. `test` is the whole test run, `fuzz` searches for
-//! texts that harm a parser, `mutants` for code that no test checks. Benchmarks and long tests are in `trials`, so that this program is
-//! built in a second.
+//! `cargo xtask`: the project's own commands. `test` is the whole test run, `install` installs the
+//! tools, `fuzz` searches for texts that harm a parser, `mutants` for code that no test checks.
+//! Benchmarks and long tests are in `trials`, so that this program is built in a second.
 
+mod install;
 mod mutants;
 mod timings;
 
@@ -15,12 +16,16 @@ fn main() -> ExitCode {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let outcome = match args[..] {
         ["test", ref rest @ ..] => test(rest),
+        ["install"] => install::install(None),
+        ["install", "--root", root] => install::install(Some(root)),
+        ["uninstall"] => install::uninstall(None),
+        ["uninstall", "--root", root] => install::uninstall(Some(root)),
         ["mutants", ref rest @ ..] => mutants::run(rest),
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         ["bench" | "soak" | "chaos" | "deny", ..] => return trials(&args),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | bench … | soak … | chaos … | deny [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S]"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] | uninstall [--root DIR] | bench … | soak … | chaos … | deny [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S]"
             );
             return ExitCode::from(2);
         }

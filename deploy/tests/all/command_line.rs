@@ -5,6 +5,8 @@ use crate::python::skipped;
 use std::path::Path;
 use std::process::Command;
 
+const INSTALLING: &str = include_str!("../../../docs/installing.md");
+
 /// Runs a tool, which must succeed, and returns what it prints.
 fn output(program: &Path, arguments: &[&str]) -> String {
     let output = Command::new(program).args(arguments).output();
@@ -42,6 +44,12 @@ fn each_command_has_a_man_page_and_both_list_the_exit_codes() {
         let written = output(&program, &["man", place.to_str().expect("text")]);
         assert!(written.lines().count() > 10, "{written}");
         let all = exit_codes(&output(&program, &["--help"]));
+        for (code, meaning) in &all {
+            let documented = INSTALLING.lines().any(|line| {
+                line.starts_with(&format!("| {code} |")) && line.contains(meaning.as_str())
+            });
+            assert!(documented, "docs/installing.md: {tool} {code} {meaning}");
+        }
         let numbers: Vec<&str> = all.iter().map(|(code, _)| code.as_str()).collect();
         assert_eq!(numbers, ["0", "1", "2", "3"]);
         for line in written.lines() {
@@ -79,7 +87,7 @@ fn each_command_has_a_man_page_and_both_list_the_exit_codes() {
 fn a_mistyped_command_is_answered_with_the_nearest_one() {
     for (typed, meant) in [
         ("chekc", "check"),
-        ("restrat", "restart"),
+        ("exprot", "export"),
         ("grahp", "graph"),
     ] {
         let output = Command::new(env!("CARGO_BIN_EXE_rcdeploy"))
