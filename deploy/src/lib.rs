@@ -24,7 +24,7 @@ pub mod process;
 mod remote;
 pub mod supervisor;
 
-pub use guard::guard_process::{GuardCommand, HoldTask, guard};
+pub use guard::guard_process::{GuardCommand, HoldProgress, HoldTask, guard};
 pub use guard::process_registry::recover;
 pub use rc_deploy_client::Error;
 pub use rc_deploy_client::Format;

@@ -23,11 +23,16 @@ pub enum Error {
     },
     /// The supervisor ended, but its guard still holds the network.
     #[error(
-        "network {network} is still being cleaned up after its supervisor ended; try again in a moment"
+        "network {network} is still being cleaned up after its supervisor ended; {}",
+        unfinished(*guard, *is_stopped)
     )]
     CleaningUp {
         /// The network.
         network: String,
+        /// The pid of the guard that cleans up, if it is known.
+        guard: Option<i32>,
+        /// Whether the guard is stopped (SIGSTOP, a debugger).
+        is_stopped: bool,
     },
     /// No supervisor answers for this network.
     #[error("network {network} is not up{}", named(.others))]
@@ -132,6 +137,19 @@ impl Error {
             Self::Plan(_) | Self::Command(_) | Self::Refused { .. } | Self::NoSecret => 1,
             _ => 3,
         }
+    }
+}
+
+/// What to do about a clean-up that does not end.
+fn unfinished(guard: Option<i32>, is_stopped: bool) -> String {
+    match guard {
+        Some(pid) if is_stopped => format!(
+            "the process that does it, its guard, is stopped: continue it (`kill -CONT {pid}`), or end it (`kill -KILL {pid}`) and the next `up` cleans up"
+        ),
+        Some(pid) => format!(
+            "try again in a moment, or end its guard (`kill -KILL {pid}`) and the next `up` cleans up"
+        ),
+        None => "try again in a moment".to_owned(),
     }
 }
 

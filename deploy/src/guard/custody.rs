@@ -34,6 +34,10 @@ pub(crate) struct Custody {
     needs: HashMap<String, usize>,
     /// How many have been created, by this guard or an earlier one; `None` until a guard guards.
     held: Option<usize>,
+    /// How many processes have ended, and which was the last one of each component after which nobody
+    /// has cleaned up.
+    deaths: u64,
+    ended: HashMap<String, u64>,
     lock: Lock,
     command: GuardCommand,
     log: PathBuf,
@@ -78,6 +82,8 @@ impl Custody {
             services,
             needs,
             held: None,
+            deaths: 0,
+            ended: HashMap::new(),
             lock,
             command,
             log,
@@ -89,21 +95,30 @@ impl Custody {
     /// Starts the guard.
     pub(crate) fn start_guard(&mut self) -> Result<(), Error> {
         self.starts += 1;
-        self.guard = Some(Guard::start(
+        let mut guard = Guard::start(
             &self.command,
             &self.network,
             &self.lock,
             &self.log,
             &self.registry,
             &self.services,
-        )?);
+        )?;
+        if self.deaths > 0 {
+            guard.clean_up(self.deaths);
+        }
+        // For the message of an `up` that finds the lock taken; without it, the message says less.
+        let _ = self.lock.sign(Identity::of(guard.pid()));
+        self.guard = Some(guard);
         Ok(())
     }
 
-    /// Whether a component may start: a guard runs, and has created the component's services.
+    /// Whether a component may start: a guard runs, has created the component's services, and has
+    /// cleaned up after its last process.
     pub(crate) fn lets_start(&self, component: &str) -> bool {
         let needed = self.needs.get(component).copied().unwrap_or(0);
-        self.held.is_some_and(|held| held >= needed)
+        let ended = self.ended.get(component).copied().unwrap_or(0);
+        let is_clean = |guard: &Guard| guard.cleaned() >= ended;
+        self.held.is_some_and(|held| held >= needed) && self.guard.as_ref().is_none_or(is_clean)
     }
 
     /// Waits until the guard has created all services. Calls `beat` at least once in a `pause`.
@@ -158,12 +173,18 @@ impl Custody {
         if let Some(guard) = &mut self.guard {
             guard.turn();
             self.held = self.held.max(guard.held());
+            for component in guard.take_removed() {
+                self.ended.remove(&component);
+            }
         }
     }
 
     /// When to look whether the guard is stuck.
     pub(crate) fn deadline(&self) -> Option<Instant> {
-        self.guard.as_ref().and_then(Guard::deadline)
+        let guard = self.guard.as_ref()?;
+        let now = Instant::now();
+        let patience = guard.patience().filter(|end| now < *end);
+        guard.deadline().into_iter().chain(patience).min()
     }
 
     /// Kills a guard that is stuck.
@@ -187,8 +208,11 @@ impl Custody {
         let found = self.registry.components.iter().position(|c| c.name == name);
         let Some(index) = found else { return };
         let registry = self.registry.components.remove(index);
+        self.deaths += 1;
+        self.ended.insert(registry.name, self.deaths);
         if let Some(guard) = &mut self.guard {
             guard.ended(registry.process.pid);
+            guard.clean_up(self.deaths);
         }
         self.unwritten = true;
     }
@@ -215,6 +239,7 @@ impl Custody {
                 self.log.display()
             )));
         }
+        // Without a guard, components create their services themselves.
         if self.starts >= GUARD_STARTS {
             self.held = Some(self.services.len());
             return Some(GuardChange::Lost(format!(
@@ -226,7 +251,10 @@ impl Custody {
             Ok(()) => GuardChange::Restarted(format!(
                 "the guard process ended ({how}); a new one is started"
             )),
-            Err(error) => GuardChange::Lost(format!("the guard process ended ({how}): {error}")),
+            Err(error) => {
+                self.held = Some(self.services.len());
+                GuardChange::Lost(format!("the guard process ended ({how}): {error}"))
+            }
         })
     }
 

@@ -25,6 +25,9 @@ use std::time::{Duration, Instant};
 /// creation of a service fails by itself after eight seconds.
 const STEP_LIMIT: Duration = Duration::from_secs(12);
 
+/// How long a component waits to start for a guard that cleans up and says nothing.
+const CLEAN_PATIENCE: Duration = Duration::from_secs(2);
+
 /// How many bytes of reports may wait, besides the services. A report has about a hundred.
 const MAX_REPORTS: usize = 4 << 20;
 
@@ -40,6 +43,11 @@ pub(crate) struct Guard {
     /// How many services it was asked to hold.
     services: usize,
     progress: Progress,
+    /// After how many deaths it was told to clean up, and after how many it has.
+    deaths: u64,
+    cleaned: u64,
+    /// The components after whose last process it has cleaned up, until the custody takes them.
+    removed: Vec<String>,
     /// When it last came a step further, or had nothing to do.
     moved: Instant,
     /// Why it was killed.
@@ -97,6 +105,9 @@ impl Guard {
             lines: Lines::new(Overlong::Skip),
             services: services.len(),
             progress: Progress::Starting,
+            deaths: 0,
+            cleaned: 0,
+            removed: Vec::new(),
             moved: Instant::now(),
             failure: None,
         };
@@ -140,6 +151,15 @@ impl Guard {
                 Some(Answer::Guarding) => Progress::Guarding(0),
                 Some(Answer::Held { count }) => Progress::Guarding(count),
                 Some(Answer::Released) => Progress::Released,
+                Some(Answer::Cleaning) => self.progress,
+                Some(Answer::Removed { component }) => {
+                    self.removed.push(component);
+                    self.progress
+                }
+                Some(Answer::Cleaned { deaths }) => {
+                    self.cleaned = deaths.max(self.cleaned);
+                    self.progress
+                }
                 None => {
                     self.fail("it is another program; does it know the argument `guard`?");
                     return;
@@ -160,9 +180,32 @@ impl Guard {
         }
     }
 
+    /// After how many deaths it has cleaned up. A guard that does not get on with it counts as if it
+    /// had: components clean up for themselves then, only more slowly.
+    pub(crate) fn cleaned(&self) -> u64 {
+        let patience = self.patience();
+        if patience.is_some_and(|end| Instant::now() >= end) {
+            self.deaths
+        } else {
+            self.cleaned
+        }
+    }
+
+    /// The components after whose last process it has cleaned up since the last call.
+    pub(crate) fn take_removed(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.removed)
+    }
+
+    /// Until when components wait for a clean-up that is due.
+    pub(crate) fn patience(&self) -> Option<Instant> {
+        (self.cleaned < self.deaths).then(|| self.moved + CLEAN_PATIENCE)
+    }
+
     /// Whether it is still busy with a request.
     fn is_busy(&self) -> bool {
-        self.held().is_none_or(|held| held < self.services) || !self.output.is_empty()
+        self.held().is_none_or(|held| held < self.services)
+            || self.cleaned < self.deaths
+            || !self.output.is_empty()
     }
 
     /// When it will have been stuck for too long.
@@ -178,6 +221,7 @@ impl Guard {
                 Some(held) if held < self.services => {
                     format!("has created {held} of {} services", self.services)
                 }
+                Some(_) if self.output.is_empty() => "does not clean up".to_owned(),
                 Some(_) => "does not read".to_owned(),
             };
             self.fail(&format!("it {at}, and came no further for {STEP_LIMIT:?}"));
@@ -205,6 +249,12 @@ impl Guard {
 
     pub(crate) fn ended(&mut self, pid: i32) {
         self.tell(&Report::Ended { pid });
+    }
+
+    /// Makes it clean up after so many deaths.
+    pub(crate) fn clean_up(&mut self, deaths: u64) {
+        self.tell(&Report::CleanUp { deaths });
+        self.deaths = deaths;
     }
 
     /// Makes it close all services, and waits until it has, so that it creates none any more. A guard

@@ -60,6 +60,8 @@ pub(crate) enum Report {
     Started(RegisteredProcess),
     /// One has ended, with its process group.
     Ended { pid: i32 },
+    /// Clean up after everybody who has died; so many have until now.
+    CleanUp { deaths: u64 },
     /// All components have ended: no service is needed any more.
     Release,
     /// Everything is cleaned up. The guard has nothing to do.
@@ -74,6 +76,12 @@ pub(crate) enum Answer {
     Guarding,
     /// So many services were created, or could not be, which is in its log.
     Held { count: usize },
+    /// A clean-up goes on.
+    Cleaning,
+    /// It has cleaned up after the last process of this component.
+    Removed { component: String },
+    /// It has cleaned up after so many deaths.
+    Cleaned { deaths: u64 },
     /// It holds no service any more.
     Released,
 }
@@ -83,13 +91,30 @@ pub(crate) enum Answer {
 pub enum HoldTask {
     /// Create this service, and keep it open.
     Hold(Box<Service>),
-    /// Clean up after processes that have died.
-    CleanUp,
+    /// Clean up after processes that have died, so many until now. The last one of several such
+    /// tasks stands for all.
+    CleanUp {
+        /// How many have died.
+        deaths: u64,
+    },
 }
 
-/// Holds the services of `network` on a thread of its own until `tasks` ends, and calls `held` after
-/// each service, whether it could be created or not.
-pub type HoldServices = fn(network: &str, tasks: &Receiver<HoldTask>, held: &dyn Fn());
+/// What [`HoldServices`] has done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum HoldProgress {
+    /// It holds one service more, or could not create it.
+    Held,
+    /// A clean-up goes on. Report it every half a second.
+    Cleaning,
+    /// It has cleaned up after the last process of this component.
+    Removed(String),
+    /// It has cleaned up after so many deaths.
+    Cleaned(u64),
+}
+
+/// Holds the services of `network` on a thread of its own until `tasks` ends, and reports each step.
+pub type HoldServices =
+    fn(network: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgress));
 
 /// Runs the guard process: `rcdeploy guard --network NETWORK`, which people never type.
 ///
@@ -183,9 +208,16 @@ impl Holder {
         let thread = std::thread::Builder::new().name("hold".to_owned());
         let thread = thread.spawn(move || {
             let count = std::cell::Cell::new(0);
-            hold(&network, &received, &|| {
-                count.set(count.get() + 1);
-                let answer = Answer::Held { count: count.get() };
+            hold(&network, &received, &|progress| {
+                let answer = match progress {
+                    HoldProgress::Held => {
+                        count.set(count.get() + 1);
+                        Answer::Held { count: count.get() }
+                    }
+                    HoldProgress::Cleaning => Answer::Cleaning,
+                    HoldProgress::Removed(component) => Answer::Removed { component },
+                    HoldProgress::Cleaned(deaths) => Answer::Cleaned { deaths },
+                };
                 // A supervisor that was killed does not read.
                 let _ = (&supervisor).write_all(&lines::encode(&answer));
             });
@@ -242,8 +274,8 @@ fn listen(supervisor: &UnixStream, holder: &mut Holder) -> LinkEnd {
                 }
                 (Ok(Report::Ended { pid }), Some(registry)) => {
                     registry.components.retain(|c| c.process.pid != pid);
-                    holder.give(HoldTask::CleanUp);
                 }
+                (Ok(Report::CleanUp { deaths }), _) => holder.give(HoldTask::CleanUp { deaths }),
                 (Ok(Report::Release), _) => {
                     holder.release();
                     // A supervisor that was killed does not read.

@@ -9,10 +9,11 @@ use crate::process::identity::Identity;
 use rc_deploy_client::error::{Error, ErrorContext};
 use rc_middleware::RunDirectory;
 use rustix::fs::{FlockOperation, flock};
+use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions};
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::os::fd::AsFd;
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{FileExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -21,6 +22,15 @@ const NAME: &str = "rcdeploy.lock";
 /// How long an `up` waits for the guard of an earlier one: the limit for the end of its components,
 /// and a margin.
 const PATIENCE: Duration = Duration::from_secs(8);
+/// How long it waits for a guard that is stopped.
+const STOPPED_PATIENCE: Duration = Duration::from_secs(2);
+
+/// The processes that hold the lock, as its file names them.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct Holders {
+    supervisor: Option<Identity>,
+    guard: Option<Identity>,
+}
 
 /// A lock that this process holds.
 #[derive(Debug)]
@@ -34,6 +44,7 @@ impl Lock {
     /// Takes the lock of a network. Waits for a guard that still cleans up.
     pub(crate) fn acquire(network: &str) -> Result<Self, Error> {
         let deadline = Instant::now() + PATIENCE;
+        let mut stopped = None;
         loop {
             let directory =
                 RunDirectory::open(network).context("make the run directory of the network")?;
@@ -54,6 +65,7 @@ impl Lock {
                 }
                 file => file.context(format!("open {}", path.display()))?,
             };
+            let mut guard = None;
             match flock(&file, FlockOperation::NonBlockingLockExclusive) {
                 Ok(()) => {
                     let lock = Self {
@@ -62,27 +74,37 @@ impl Lock {
                         path,
                     };
                     if lock.is_current() {
-                        lock.sign()
+                        lock.sign(None)
                             .context(format!("write {}", lock.path.display()))?;
                         lock.remove_moved();
                         return Ok(lock);
                     }
                 }
                 Err(rustix::io::Errno::WOULDBLOCK) => {
-                    if let Some(holder) = holder(&mut file) {
+                    let holders = holders(&mut file);
+                    if let Some(holder) = holders.supervisor {
                         return Err(Error::AlreadyUp {
                             network: network.to_owned(),
                             pid: holder.pid,
                         });
                     }
+                    guard = holders.guard;
                 }
                 Err(error) => {
                     return Err(error).context(format!("lock {}", path.display()));
                 }
             }
-            if Instant::now() >= deadline {
+            let now = Instant::now();
+            let is_stopped = guard.is_some_and(|guard| guard.is_stopped());
+            let since = *stopped.get_or_insert(now);
+            if !is_stopped {
+                stopped = None;
+            }
+            if now >= deadline || (is_stopped && now >= since + STOPPED_PATIENCE) {
                 return Err(Error::CleaningUp {
                     network: network.to_owned(),
+                    guard: guard.map(|guard| guard.pid),
+                    is_stopped,
                 });
             }
             std::thread::sleep(Duration::from_millis(20));
@@ -172,10 +194,15 @@ impl Lock {
         }
     }
 
-    fn sign(&self) -> io::Result<()> {
-        let text = serde_json::to_string(&Identity::own())?;
+    /// Names this supervisor and its guard in the file, for an `up` that finds the lock taken.
+    pub(crate) fn sign(&self, guard: Option<Identity>) -> io::Result<()> {
+        let holders = Holders {
+            supervisor: Identity::own(),
+            guard,
+        };
+        let text = serde_json::to_string(&holders)?;
         self.file.set_len(0)?;
-        (&self.file).write_all(text.as_bytes())
+        self.file.write_all_at(text.as_bytes(), 0)
     }
 }
 
@@ -195,10 +222,14 @@ fn remove(path: &Path) -> io::Result<()> {
     }
 }
 
-/// The supervisor that wrote the file, if it still runs.
-fn holder(file: &mut File) -> Option<Identity> {
+/// The processes in the file that still run.
+fn holders(file: &mut File) -> Holders {
     let mut text = String::new();
-    file.take(4096).read_to_string(&mut text).ok()?;
-    let holder: Option<Identity> = serde_json::from_str(&text).ok()?;
-    holder.filter(Identity::is_alive)
+    let read = file.take(4096).read_to_string(&mut text);
+    let named = read.ok().and_then(|_| serde_json::from_str(&text).ok());
+    let named: Holders = named.unwrap_or_default();
+    Holders {
+        supervisor: named.supervisor.filter(Identity::is_alive),
+        guard: named.guard.filter(Identity::is_alive),
+    }
 }

@@ -1,25 +1,34 @@
 //! Holds the shared-memory services of a network open, so that no process that is killed leaves one
 //! half made, and cleans up after processes that die.
 
-use crate::guard::guard_process::HoldTask;
+use crate::guard::guard_process::{HoldProgress, HoldTask};
 use rc_deploy_network::services::Service;
 use rc_iceoryx2::Holder;
 use rc_middleware::{
     Address, Durability, Endpoint, Environment, OpenError, Qos, RunDirectory, Settings,
     TypeIdentity, WakeEvent,
 };
+use std::collections::VecDeque;
 use std::fmt::Display;
-use std::sync::mpsc::Receiver;
+use std::sync::mpsc::{Receiver, TryRecvError};
+use std::time::{Duration, Instant};
+
+/// How long a clean-up may take: something stopped may hold it up. A component that starts then cleans
+/// up for itself.
+const CLEAN_LIMIT: Duration = Duration::from_secs(30);
+/// The time between two reports of a clean-up that goes on.
+const CLEAN_REPORT: Duration = Duration::from_millis(500);
 
 /// Creates and holds the services of `network` until `tasks` ends. A service that cannot be held is
 /// reported on standard error, and the network starts without it.
-pub fn hold(network: &str, tasks: &Receiver<HoldTask>, held: &dyn Fn()) {
+pub fn hold(network: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgress)) {
     let print_error = |what: &dyn Display| {
         rc_deploy_client::error::print_error(format_args!("guard of {network}: {what}"));
     };
     // A network without services on this middleware has no files of it.
     let mut holder = None;
-    for task in tasks {
+    let mut tasks = Tasks::new(tasks);
+    while let Some(task) = tasks.next() {
         match task {
             HoldTask::Hold(service) => {
                 if holder.is_none() {
@@ -30,12 +39,69 @@ pub fn hold(network: &str, tasks: &Receiver<HoldTask>, held: &dyn Fn()) {
                 {
                     print_error(&error);
                 }
-                held();
+                report(HoldProgress::Held);
             }
-            HoldTask::CleanUp => {
-                if let Some(holder) = &holder {
-                    holder.request_cleanup();
+            HoldTask::CleanUp { mut deaths } => {
+                while let Some(HoldTask::CleanUp { deaths: later }) = tasks.peek() {
+                    deaths = *later;
+                    tasks.next();
                 }
+                if let Some(holder) = &holder {
+                    clean_up(holder, &mut tasks, report);
+                }
+                report(HoldProgress::Cleaned(deaths));
+            }
+        }
+    }
+}
+
+/// Cleans up after everybody who has died, unless the tasks end.
+fn clean_up(holder: &Holder, tasks: &mut Tasks<'_>, report: &dyn Fn(HoldProgress)) {
+    let end = Instant::now() + CLEAN_LIMIT;
+    let mut told = Instant::now();
+    holder.clean_while(&mut |removed| {
+        if let Some(component) = removed {
+            report(HoldProgress::Removed(component.to_owned()));
+        } else if told.elapsed() >= CLEAN_REPORT {
+            report(HoldProgress::Cleaning);
+            told = Instant::now();
+        }
+        tasks.go_on() && Instant::now() < end
+    });
+}
+
+/// The tasks, of which some can be looked at before it is their turn.
+struct Tasks<'r> {
+    tasks: &'r Receiver<HoldTask>,
+    waiting: VecDeque<HoldTask>,
+}
+
+impl<'r> Tasks<'r> {
+    fn new(tasks: &'r Receiver<HoldTask>) -> Self {
+        Self {
+            tasks,
+            waiting: VecDeque::new(),
+        }
+    }
+
+    /// Waits for the next one; `None` when they end.
+    fn next(&mut self) -> Option<HoldTask> {
+        self.waiting.pop_front().or_else(|| self.tasks.recv().ok())
+    }
+
+    /// The next one, if it is there.
+    fn peek(&mut self) -> Option<&HoldTask> {
+        self.go_on();
+        self.waiting.front()
+    }
+
+    /// Takes those that have come. Returns whether more may come.
+    fn go_on(&mut self) -> bool {
+        loop {
+            match self.tasks.try_recv() {
+                Ok(task) => self.waiting.push_back(task),
+                Err(TryRecvError::Empty) => return true,
+                Err(TryRecvError::Disconnected) => return false,
             }
         }
     }

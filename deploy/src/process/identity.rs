@@ -44,6 +44,15 @@ impl Identity {
         Self::of(self.pid) == Some(*self)
     }
 
+    /// Whether it is stopped, by a signal or a debugger.
+    pub fn is_stopped(&self) -> bool {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.pid)).unwrap_or_default();
+        let state = stat
+            .rsplit_once(')')
+            .and_then(|(_, rest)| rest.split_ascii_whitespace().next());
+        starttime(&stat) == Some(self.starttime) && matches!(state, Some("T" | "t"))
+    }
+
     /// A pidfd of this process, if it still runs. It becomes readable when the process ends.
     pub fn open(&self) -> Option<OwnedFd> {
         let descriptor = pidfd_open(Pid::from_raw(self.pid)?, PidfdFlags::empty()).ok()?;

@@ -74,8 +74,8 @@ pub(super) struct Agent {
     look: Option<Instant>,
     printed: BTreeMap<String, LogTail>,
     running: BTreeMap<String, Running>,
-    /// The components that have ended, until their orphans are killed.
-    ended: BTreeMap<String, Exit>,
+    /// The components that have ended and how many orphans were killed, until they may start again.
+    ended: BTreeMap<String, (Exit, usize)>,
     sweeps: OrphanSweeps,
     connections: ProxyConnections,
     input: OwnedFd,
@@ -403,29 +403,26 @@ impl Agent {
         // Its last output belongs to the report of its end.
         self.send_output(name);
         // Its end is reported when it may restart.
-        self.ended.insert(name.to_owned(), exit);
+        self.ended.insert(name.to_owned(), (exit, 0));
         self.sweeps.begin(name, self.custody.mark(), run);
     }
 
-    /// Reports components that have ended, once their orphans are killed or the search takes too
-    /// long.
+    /// Reports components that have ended, once their orphans are killed and the guard has cleaned up,
+    /// or either takes too long.
     fn report_ends(&mut self) {
         for (name, left) in self.sweeps.done() {
-            if let Some(exit) = self.ended.remove(&name) {
-                self.send(&AgentMessage::Ended { name, exit, left });
+            if let Some((_, killed)) = self.ended.get_mut(&name) {
+                *killed += left;
             } else if left > 0 {
                 let text = format!("killed {left} orphaned processes of {name}");
                 self.send(&AgentMessage::Note(text));
             }
         }
-        let names = self.ended.keys();
-        let names: Vec<String> = names
-            .filter(|name| !self.sweeps.hold_back(name))
-            .cloned()
-            .collect();
+        let may_start =
+            |name: &&String| !self.sweeps.hold_back(name) && self.custody.lets_start(name);
+        let names: Vec<String> = self.ended.keys().filter(may_start).cloned().collect();
         for name in names {
-            if let Some(exit) = self.ended.remove(&name) {
-                let left = 0;
+            if let Some((exit, left)) = self.ended.remove(&name) {
                 self.send(&AgentMessage::Ended { name, exit, left });
             }
         }

@@ -32,6 +32,10 @@ use std::time::{Duration, Instant};
 
 /// How often the supervisor reads the memory of the components.
 const MEMORY_PAUSE: Duration = Duration::from_secs(30);
+/// How many processes that have ended one turn of the loop handles. Between two turns, clients are
+/// served.
+const ENDS: usize = 16;
+
 /// Why the network ends.
 #[derive(Debug)]
 pub(super) enum StopReason {
@@ -258,10 +262,12 @@ impl<'p> Supervisor<'p> {
         if self.ending.is_none() {
             return;
         }
-        for i in 0..self.units.len() {
-            let alive = |j: usize| self.needs[j].contains(&i) && self.units[j].is_alive();
-            if !(0..self.units.len()).any(alive) {
-                self.units[i].ask_to_stop();
+        let alive = self.needs.iter().zip(&self.units);
+        let alive = alive.filter(|(_, unit)| unit.is_alive());
+        let needed: BTreeSet<usize> = alive.flat_map(|(needs, _)| needs).copied().collect();
+        for (i, unit) in self.units.iter_mut().enumerate() {
+            if !needed.contains(&i) {
+                unit.ask_to_stop();
             }
         }
     }
@@ -340,12 +346,19 @@ impl<'p> Supervisor<'p> {
         // A limit that no Timespec can hold is none.
         let timeout = until(deadline).and_then(|left| Timespec::try_from(left).ok());
         match poll(&mut polled, timeout.as_ref()) {
-            Ok(_) => polled
-                .iter()
-                .zip(sources)
-                .filter(|(fd, _)| !fd.revents().is_empty())
-                .map(|(fd, source)| (source, fd.revents()))
-                .collect(),
+            Ok(_) => {
+                let mut ends = 0;
+                polled
+                    .iter()
+                    .zip(sources)
+                    .filter(|(fd, _)| !fd.revents().is_empty())
+                    .map(|(fd, source)| (source, fd.revents()))
+                    .filter(|(source, _)| {
+                        ends += usize::from(matches!(source, Source::Process(_)));
+                        !matches!(source, Source::Process(_)) || ends <= ENDS
+                    })
+                    .collect()
+            }
             // Interrupted, or short of memory for a moment.
             Err(error) => {
                 if error != rustix::io::Errno::INTR {

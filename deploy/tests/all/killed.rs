@@ -66,6 +66,32 @@ fn an_up_waits_for_the_guard_of_a_killed_one() {
     bench.assert_nothing_left();
 }
 
+/// Nobody else can clean up, so the next `up` says what to do, and works as soon as it is done.
+#[test]
+fn an_up_names_the_stopped_guard_of_a_killed_supervisor() {
+    let bench = Bench::new();
+    let up = bench.start_well();
+    let guard = guard(&bench);
+    let pid = rustix::process::Pid::from_raw(guard.pid).expect("a pid");
+    rustix::process::kill_process(pid, Signal::STOP).expect("it runs");
+    up.kill();
+    let (code, events) = bench.start(vec![well("new")]).end();
+    let message = events[0]["message"].as_str().expect("a message");
+    let advice = format!(
+        "the process that does it, its guard, is stopped: continue it (`kill -CONT {0}`), or end it (`kill -KILL {0}`)",
+        guard.pid
+    );
+    assert!(message.contains(&advice), "{message}");
+    assert_eq!(code, Some(3), "{events:#?}");
+    kill(guard);
+    let mut up = bench.start(vec![well("new")]);
+    up.await_event("recovered", None);
+    up.await_event("up", None);
+    up.signal(Signal::INT);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
 #[test]
 fn signals_do_not_end_the_guard() {
     let bench = Bench::new();

@@ -1,9 +1,9 @@
 //! Restarts of components as their descriptions say.
 
-use crate::bench::{Bench, codes, component, well};
+use crate::bench::{Bench, codes, component, kill, well};
 use rc_deploy::{Component, ComponentState, Policy, Restart};
 use rc_deploy_client::status::table;
-use rustix::process::Signal;
+use rustix::process::{Pid, Signal, kill_process};
 use std::time::Duration;
 
 /// A component that follows `turns`, one exit code per start.
@@ -223,5 +223,51 @@ fn a_component_that_hangs_too_long_is_restarted() {
     let (code, events) = up.end();
     assert_eq!(code, Some(0), "{events:#?}");
     assert!(!codes(&events, "patient").contains(&"hung-too-long".to_owned()));
+    bench.assert_nothing_left();
+}
+
+/// What a dead process has left would only hold the next one up.
+#[test]
+fn a_component_restarts_once_the_guard_has_cleaned_up_after_it() {
+    let bench = Bench::new();
+    let permit = bench.path("permit");
+    let mut up = bench.start_in(
+        vec![turns("a", "1 0", Policy::OnFailure, None), well("b")],
+        &[],
+        &[("RC_TEST_CLEAN", permit.to_str().expect("a path"))],
+    );
+    up.await_event("restarting", Some("a"));
+    // The guard, which reports that it goes on, is not taken for stuck.
+    std::thread::sleep(Duration::from_millis(2500));
+    let starts = || {
+        let journal = bench.journal();
+        journal.iter().filter(|entry| *entry == "a start").count()
+    };
+    assert_eq!(starts(), 1);
+    std::fs::write(&permit, "").expect("written");
+    up.await_event("ready", Some("a"));
+    assert_eq!(starts(), 2);
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_component_does_not_wait_for_a_stopped_guard() {
+    let bench = Bench::new();
+    let mut up = bench.start(vec![turns("a", "0", Policy::OnFailure, None)]);
+    up.await_event("up", None);
+    let guard = bench.status().guard.and_then(Pid::from_raw);
+    kill_process(guard.expect("a guard"), Signal::STOP).expect("it runs");
+    kill(bench.processes("a start")[0]);
+    up.await_event("restarting", Some("a"));
+    up.await_event("ready", Some("a"));
+    kill_process(guard.expect("a guard"), Signal::CONT).expect("it runs");
+    up.signal(Signal::TERM);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0));
+    // Otherwise it was killed for being stuck, which takes much longer.
+    let replaced = events.iter().any(|event| event["code"] == "guard-ended");
+    assert!(!replaced, "{events:#?}");
     bench.assert_nothing_left();
 }

@@ -2,9 +2,9 @@
 //!
 //! Its clean-up writes a line to the file `RC_TEST_CLEANED`. A thread panics as soon as the file
 //! `RC_TEST_PANIC` exists. Its guard holds half of its services only when the file `RC_TEST_HOLD`
-//! exists.
+//! exists, and has cleaned up only when the file `RC_TEST_CLEAN` exists.
 
-use rc_deploy::{Format, GuardCommand, HoldTask, Options, Plan, Service, Verb};
+use rc_deploy::{Format, GuardCommand, HoldProgress, HoldTask, Options, Plan, Service, Verb};
 use std::fs::File;
 use std::io::Write;
 use std::path::PathBuf;
@@ -38,16 +38,22 @@ fn services(plan: &Plan, count: usize) -> Vec<Service> {
 }
 
 /// Holds nothing, and reports that it does; the second half only when the file exists.
-fn hold(_: &str, tasks: &Receiver<HoldTask>, held: &dyn Fn()) {
+fn hold(_: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgress)) {
     let permit = std::env::var_os("RC_TEST_HOLD").map(PathBuf::from);
+    let clean = std::env::var_os("RC_TEST_CLEAN").map(PathBuf::from);
     for (count, task) in tasks.iter().enumerate() {
-        if matches!(task, HoldTask::CleanUp) {
+        if let HoldTask::CleanUp { deaths } = task {
+            while clean.as_ref().is_some_and(|file| !file.exists()) {
+                std::thread::sleep(Duration::from_millis(20));
+                report(HoldProgress::Cleaning);
+            }
+            report(HoldProgress::Cleaned(deaths));
             continue;
         }
         while count >= 5 && permit.as_ref().is_some_and(|file| !file.exists()) {
             std::thread::sleep(Duration::from_millis(5));
         }
-        held();
+        report(HoldProgress::Held);
     }
 }
 

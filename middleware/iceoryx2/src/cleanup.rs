@@ -52,14 +52,14 @@ impl DeadNodes {
     }
 
     /// Waits until all nodes that are dead now are cleaned up, or does it, while `goes_on` returns
-    /// true. Returns how many nodes were removed meanwhile, whichever process removed them, and
+    /// true. `goes_on` receives the name of each node that this process removes. Returns how many nodes were removed meanwhile, whichever process removed them, and
     /// whether the round was completed.
-    pub(crate) fn clean(&self, goes_on: impl Fn() -> bool) -> (usize, bool) {
+    pub(crate) fn clean(&self, goes_on: impl FnMut(Option<&str>) -> bool) -> (usize, bool) {
         self.clean_since(self.rounds(), goes_on, |_| false)
     }
 
     /// The same until some nodes were removed, for an opening that tries again then.
-    pub(crate) fn clean_some(&self, goes_on: impl Fn() -> bool) -> (usize, bool) {
+    pub(crate) fn clean_some(&self, goes_on: impl FnMut(Option<&str>) -> bool) -> (usize, bool) {
         self.clean_since(self.rounds(), goes_on, |removed| removed > 0)
     }
 
@@ -68,7 +68,7 @@ impl DeadNodes {
     fn clean_since(
         &self,
         before: Rounds,
-        goes_on: impl Fn() -> bool,
+        mut goes_on: impl FnMut(Option<&str>) -> bool,
         suffices: impl Fn(u64) -> bool,
     ) -> (usize, bool) {
         let counter = RoundCounter::of(&self.root);
@@ -78,13 +78,13 @@ impl DeadNodes {
             let now = counter.read();
             let removed = now.removed.saturating_sub(before.removed);
             let is_complete = now.completed > before.begun;
-            if is_complete || suffices(removed) || !goes_on() {
+            if is_complete || suffices(removed) || !goes_on(None) {
                 return (removed as usize, is_complete);
             }
             if leader.is_leader() {
                 let removed = || counter.read().removed.saturating_sub(before.removed);
-                let goes_on = || goes_on() && !suffices(removed());
-                let is_complete = self.round(&mut leader, &counter, &goes_on);
+                let mut goes_on = |name: Option<&str>| goes_on(name) && !suffices(removed());
+                let is_complete = self.round(&mut leader, &counter, &mut goes_on);
                 leader.resign();
                 if is_complete {
                     let removed = counter.read().removed.saturating_sub(before.removed);
@@ -102,7 +102,7 @@ impl DeadNodes {
         &self,
         leader: &mut LeaderLock,
         counter: &RoundCounter,
-        goes_on: &impl Fn() -> bool,
+        goes_on: &mut impl FnMut(Option<&str>) -> bool,
     ) -> bool {
         // Without counters, which need a writable root, each process works for itself.
         let number = counter.begin().ok();
@@ -124,15 +124,17 @@ impl DeadNodes {
                 && !is_stopped
                 && let Some(node) = dead.next()
             {
-                removed += u64::from(self.remove(node));
+                let name = node.details().as_ref().map(|node| node.name().to_string());
+                let is_removed = self.remove(node);
+                removed += u64::from(is_removed);
                 leader.is_leader();
-                is_stopped = !goes_on();
+                is_stopped = !goes_on(name.as_deref().filter(|_| is_removed));
             }
             port_tags::discard_backups(&self.root);
             drop(lock);
             let _ = counter.note(removed, None);
             if dead.peek().is_some() {
-                if is_stopped || !goes_on() {
+                if is_stopped || !goes_on(None) {
                     return false;
                 }
                 std::thread::sleep(open_lock::OPENING_WINDOW);
@@ -168,7 +170,7 @@ impl CleanupThread {
             let mut since = dead_nodes.rounds();
             let mut woken_by = woken.recv_timeout(JOIN_PAUSE);
             while woken_by != Err(RecvTimeoutError::Disconnected) {
-                let (gone, _) = dead_nodes.clean_since(since, goes_on, |_| false);
+                let (gone, _) = dead_nodes.clean_since(since, |_| goes_on(), |_| false);
                 if gone == 0 && goes_on() {
                     std::thread::sleep(PAUSE);
                 }

@@ -73,13 +73,15 @@ impl Holder {
         Ok(())
     }
 
-    /// Requests a clean-up after dead processes, and returns at once.
-    pub fn request_cleanup(&self) {
-        self.session.request_cleanup();
-    }
-
-    /// Cleans up after dead processes. Returns their number.
+    /// Cleans up after dead processes, at most for two seconds. Returns their number.
     pub fn clean(&self) -> usize {
         self.session.clean()
+    }
+
+    /// Cleans up after all processes that are dead now, while `goes_on` returns true. It is called
+    /// between two of them with the name of the one that was removed, and without one while another
+    /// process cleans up.
+    pub fn clean_while(&self, goes_on: &mut dyn FnMut(Option<&str>) -> bool) {
+        self.session.clean_while(goes_on);
     }
 }

@@ -95,18 +95,23 @@ impl Session {
     /// nodes removed.
     pub(crate) fn clean(&self) -> usize {
         let end = Instant::now() + ROUND;
-        let (gone, all) = self.dead_nodes.clean(|| Instant::now() < end);
+        let (gone, all) = self.dead_nodes.clean(|_| Instant::now() < end);
         if !all {
             self.cleaner.wake();
         }
         gone
     }
 
+    /// Waits until all dead processes are cleaned up, while `goes_on` returns true.
+    pub(crate) fn clean_while(&self, goes_on: &mut dyn FnMut(Option<&str>) -> bool) {
+        self.dead_nodes.clean(goes_on);
+    }
+
     /// Waits until some dead processes are cleaned up, for an opening that failed and can then try
     /// again. Returns the number of nodes removed; 0: there are none left, or it takes too long.
     pub(crate) fn clean_some(&self) -> usize {
         let end = Instant::now() + ROUND;
-        let (gone, all) = self.dead_nodes.clean_some(|| Instant::now() < end);
+        let (gone, all) = self.dead_nodes.clean_some(|_| Instant::now() < end);
         if !all {
             self.cleaner.wake();
         }

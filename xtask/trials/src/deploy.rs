@@ -62,11 +62,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     } else {
         Profile::Release
     };
-    let words = format!(
-        "build --profile {} -p speech_server -p rc-deploy",
-        profile.word()
-    );
-    finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
+    build(profile)?;
     let supervisord = pypi::install(PACKAGE, "supervisord");
     println!("{}\n", machine());
     let starters: &[Starter] = match &supervisord {
@@ -129,20 +125,39 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
             ));
         }
     }
-    println!(
-        "\n| killed at once | first start of as many, s | all ready again, s | `status` before, ms | longest `status` meanwhile, ms |"
-    );
-    println!("|---|---|---|---|---|");
-    let (killed, count) = if smoke { (10, 20) } else { KILLED };
+    println!();
+    let (killed, count) = if smoke { (20, 40) } else { KILLED };
     if !mass_kill::run(count, killed, profile, first)? && !smoke {
-        missed.push(format!(
-            "{killed} of {count} killed at once recover too slowly"
-        ));
+        missed.push(mass_kill::MISSED.to_owned());
     }
     for missed in missed {
         eprintln!("xtask: {missed}");
     }
     Ok(())
+}
+
+/// Measures the deaths of many alone, and the first start of as many.
+pub(crate) fn deaths() -> Result<(), Failure> {
+    let profile = Profile::Release;
+    build(profile)?;
+    println!("{}\n", machine());
+    let mut firsts = Vec::new();
+    for _ in 0..LARGE_ROUNDS {
+        let place = Place::new(KILLED.0, profile, None)?;
+        firsts.push(place.turn(Starter::Rcdeploy)?.up);
+    }
+    if !mass_kill::run(KILLED.1, KILLED.0, profile, quantile(&mut firsts, 0.5))? {
+        eprintln!("xtask: {}", mass_kill::MISSED);
+    }
+    Ok(())
+}
+
+fn build(profile: Profile) -> Result<(), Failure> {
+    let words = format!(
+        "build --profile {} -p speech_server -p rc-deploy",
+        profile.word()
+    );
+    finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD).map(drop)
 }
 
 /// A median, and the shortest and the longest.

@@ -58,6 +58,7 @@ fn main() -> ExitCode {
         ["bench", "ros2", "--smoke"] => ros2::run(5, 0.4).map_err(|e| e.to_string()),
         ["bench", "deploy"] => deploy::run(false).map_err(|e| e.to_string()),
         ["bench", "deploy", "--smoke"] => deploy::run(true).map_err(|e| e.to_string()),
+        ["bench", "deploy", "deaths"] => deploy::deaths().map_err(|e| e.to_string()),
         ["deny"] => deny::run(false).map_err(|e| e.to_string()),
         ["deny", "--smoke"] => deny::run(true).map_err(|e| e.to_string()),
         ["bench", "ice"] => ice::run().map_err(|e| e.to_string()),
@@ -82,7 +83,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2 | rclpy] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | deny [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | deny [--smoke]"
             );
             return ExitCode::from(2);
         }
