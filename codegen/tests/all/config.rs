@@ -82,8 +82,8 @@ fn a_configuration_is_updated_on_request_only() {
     assert_eq!(changed(&before, &files(folder)), [""; 0]);
     rights(folder, 0o600);
     let (code, out, err) = rcgen(folder, &["config", "--update", "c.cdsl"]);
-    let told = "etc/config.toml: 1 value has become a comment\n";
-    assert_eq!((code, out.as_str(), err.as_str()), (0, changes, told));
+    let output = "etc/config.toml: 1 value has become a comment\n";
+    assert_eq!((code, out.as_str(), err.as_str()), (0, changes, output));
     let metadata = std::fs::metadata(folder.join("etc/config.toml")).expect("a configuration");
     assert_eq!(metadata.permissions().mode() & 0o777, 0o600);
     assert_eq!(changed(&before, &files(folder)), ["etc/config.toml"]);
@@ -116,10 +116,10 @@ fn an_ambiguous_rename_stays_an_error_until_the_user_decides() {
     let changes = "etc/config.toml: leave `max_speed` to you: it is not a parameter; \
         rename it if it is `top_speed` (300.0 by default) now, or remove it\n\
         etc/config.toml: add `mass` = 1\n";
-    let told = "etc/config.toml: what is left to you stays an error; put it right, then: \
+    let output = "etc/config.toml: what is left to you stays an error; put it right, then: \
         rcgen config --update etc/config.toml\n";
     let (code, out, err) = rcgen(folder, &["config", "--update", "c.cdsl"]);
-    assert_eq!((code, out.as_str(), err.as_str()), (1, changes, told));
+    assert_eq!((code, out.as_str(), err.as_str()), (1, changes, output));
     let updated = format!("{mine}\n# int\nmass = 1\n");
     assert_eq!(read(folder), updated);
     // A second update does not decide either, and the component does not start with the default.

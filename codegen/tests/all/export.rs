@@ -231,7 +231,7 @@ fn names_invalid_in_idl_are_rejected() {
         "module _M { };",
         "module M { interface _I { void go(); }; };",
     ];
-    let told: Vec<String> = all
+    let report: Vec<String> = all
         .map(|idsl| refused(idsl, &short))
         .into_iter()
         .map(|(code, err)| {
@@ -246,7 +246,7 @@ fn names_invalid_in_idl_are_rejected() {
         M.idsl:1:8: error[export-name]: module `range` would hide an annotation of OMG IDL
         M.idsl:1:8: error[export-name]: `_M` is not valid in OMG IDL: it begins with `_`
         M.idsl:1:22: error[export-name]: `_I` is not valid in OMG IDL: it begins with `_`
-    "#]].assert_eq(&told.concat());
+    "#]].assert_eq(&report.concat());
 
     let folder = folder(
         "import \"a/N.idsl\"; import \"n.idsl\";\nmodule M { interface I { void go() throws A::Bad, B::Bad; }; };",

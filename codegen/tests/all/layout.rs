@@ -39,9 +39,9 @@ fn check(count: usize, mut item: impl FnMut(&mut Random) -> String) {
         .arg(&file)
         .output()
         .expect("rustfmt starts");
-    let told = String::from_utf8_lossy(&output.stdout);
+    let report = String::from_utf8_lossy(&output.stdout);
     let error = String::from_utf8_lossy(&output.stderr);
-    let first: Vec<&str> = told.lines().take(60).collect();
+    let first: Vec<&str> = report.lines().take(60).collect();
     assert!(output.status.success(), "{}\n{error}", first.join("\n"));
 }
 

@@ -168,7 +168,7 @@ fn a_file_not_generated_by_rcgen_is_not_overwritten() {
 }
 
 /// The short diagnostics of `rcgen` about `M.idsl`. Checks that it writes nothing.
-fn told(command: &[&str], idsl: &str, expected: i32) -> String {
+fn findings(command: &[&str], idsl: &str, expected: i32) -> String {
     let folder = folder(idsl);
     let before = files(folder.path());
     let args = [command, &["--format", "short"]].concat();
@@ -195,7 +195,7 @@ fn names_that_collide_in_ros_are_rejected() {
         "module M { interface A { void bC(); }; interface AB { void c(); }; };",
         "module M { struct S { sequence<sequence<int>> a; }; struct SAElement { int x; }; };",
     ];
-    let told: Vec<String> = all.map(|idsl| told(&EXPORT, idsl, 1)).into();
+    let printed: Vec<String> = all.map(|idsl| findings(&EXPORT, idsl, 1)).into();
     expect![[r#"
         M.idsl:1:41: error[ros-name]: members `someName` and `some_name` both become `some_name` in ROS 2; other declaration at M.idsl:1:27 (rename one of them)
         M.idsl:1:44: error[ros-name]: `TData` and `T_Data` both become `msg/TData` in ROS 2; other declaration at M.idsl:1:19 (rename one of them)
@@ -207,7 +207,7 @@ fn names_that_collide_in_ros_are_rejected() {
         M.idsl:1:60: error[ros-name]: `bC` and `c` both become `msg/ABC` in ROS 2; other declaration at M.idsl:1:31 (rename one of them)
         M.idsl:1:60: error[ros-name]: `bC` and `c` both become `srv/ABC` in ROS 2; other declaration at M.idsl:1:31 (rename one of them)
         M.idsl:1:60: error[ros-name]: `a` and `SAElement` both become `msg/SAElement` in ROS 2; other declaration at M.idsl:1:47 (rename one of them)
-    "#]].assert_eq(&told.concat());
+    "#]].assert_eq(&printed.concat());
 
     let folder = folder(
         "import \"N.idsl\"; module Laser { exception Bad { }; interface I { void go() throws Bad, RoboCompLaser::Bad; }; };",
@@ -230,7 +230,7 @@ const STANDARD: &str = include_str!("../ros/Standard.idsl");
 
 #[test]
 fn annotated_structures_become_types_of_ros() {
-    assert_eq!(told(&["check", "M.idsl"], STANDARD, 0), "");
+    assert_eq!(findings(&["check", "M.idsl"], STANDARD, 0), "");
     let folder = folder(STANDARD);
     let (code, out, err) = rcgen(folder.path(), &EXPORT);
     assert_eq!((code, err.as_str()), (0, ""));
@@ -314,9 +314,9 @@ fn mismatches_with_types_of_ros_are_rejected() {
         "@ros(\"std_msgs\") module M { };".to_owned(),
         "@ros(\"MyMsgs\") module M { };".to_owned(),
     ];
-    let told: Vec<String> = all
+    let printed: Vec<String> = all
         .iter()
-        .map(|idsl| told(&["check", "M.idsl"], idsl, 1))
+        .map(|idsl| findings(&["check", "M.idsl"], idsl, 1))
         .collect();
     expect![[r#"
         M.idsl:1:138: error[ros-mismatch]: the return value is `bool` in ROS 2, but `std_srvs/srv/SetBool` has `string message` (write `string message`)
@@ -343,7 +343,7 @@ fn mismatches_with_types_of_ros_are_rejected() {
         M.idsl:1:173: warning[unknown-annotation]: `@ros` is ignored here (move it before a module, a struct or an operation)
         M.idsl:1:6: error[ros-name]: `std_msgs` is a package of ROS 2 (choose a name of your own; annotate single structs of an interface with `@ros`)
         M.idsl:1:6: error[ros-name]: invalid name of a ROS 2 package `MyMsgs` (use lower-case letters, digits and single `_`, and begin with a letter)
-    "#]].assert_eq(&told.concat());
+    "#]].assert_eq(&printed.concat());
 }
 
 #[test]
@@ -357,7 +357,7 @@ fn unknown_types_of_ros_are_noted_and_accepted() {
         M.idsl:2:14: note[ros-unchecked]: the fields of `robot_msgs/msg/Arm` are unknown and not compared
         M.idsl:3:28: note[ros-unchecked]: the fields of `robot_msgs/srv/Move` are unknown and not compared
         M.idsl:4:14: note[ros-unchecked]: the fields of `std_mgs/msg/String` are unknown and not compared (did you mean `std_msgs/msg/String`?)
-    "#]].assert_eq(&told(&["check", "M.idsl"], idsl, 0));
+    "#]].assert_eq(&findings(&["check", "M.idsl"], idsl, 0));
 }
 
 /// A component whose interfaces do not match their annotated types is not generated.

@@ -16,7 +16,7 @@ pub struct SpecificWorker {
     /// The limits from the bus; `None` before its first answer.
     limits: Option<Limits>,
     /// The time of that answer.
-    told: Instant,
+    limits_reported: Instant,
     sine: Sine,
     tour: Tour,
     now: Instant,
@@ -29,7 +29,7 @@ impl Worker for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self {
             limits: None,
-            told: Instant::now(),
+            limits_reported: Instant::now(),
             sine: Sine::default(),
             tour: Tour::default(),
             now: Instant::now(),
@@ -73,7 +73,7 @@ impl Worker for SpecificWorker {
     }
 
     /// Refuses what the joint cannot do. What the configuration asks for at the start, or before
-    /// the bus has told the limits, is cut off instead.
+    /// the bus has reported the limits, is cut off instead.
     fn params_changed(
         &mut self,
         _ctx: &mut Context,
@@ -100,7 +100,7 @@ impl SpecificWorker {
     /// The limits of the motor, at most [`LIMITS_PAUSE`] old.
     fn limits(&mut self, ctx: &mut Context) -> Result<Limits, WorkerError> {
         if let Some(limits) = self.limits
-            && self.now.duration_since(self.told) < LIMITS_PAUSE
+            && self.now.duration_since(self.limits_reported) < LIMITS_PAUSE
         {
             return Ok(limits);
         }
@@ -117,7 +117,7 @@ impl SpecificWorker {
             );
         }
         self.limits = Some(limits);
-        self.told = self.now;
+        self.limits_reported = self.now;
         Ok(limits)
     }
 

@@ -70,11 +70,11 @@ fn file(source: &Source<'_>, machine: &Machine<'_>, notes: &[String]) -> String 
         .with("name", source.network.to_lowercase())
         .with("services", services);
     let notes: String = notes.iter().map(|note| format!("- {note}\n")).collect();
-    let told = format!(
+    let notes = format!(
         "{}\nWhat is different from rcdeploy, and what is needed:\n{notes}",
         source.head()
     );
-    format!("{}\n{}", comment(&told, 0), print(&all))
+    format!("{}\n{}", comment(&notes, 0), print(&all))
 }
 
 fn service(source: &Source<'_>, part: &Part<'_>) -> Map {
@@ -122,7 +122,7 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> Map {
         .collect();
     out = out.with("volumes", volumes);
     // It contains the run directory, where the probe connects.
-    out = out.told(
+    out = out.commented(
         if part.memory {
             "iceoryx2: one /dev/shm, and process numbers that all agree on"
         } else {
@@ -134,7 +134,7 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> Map {
     if part.memory {
         out = out.with("pid", "host");
     }
-    out = out.told(
+    out = out.commented(
         if part.dds {
             "DDS: multicast, and addresses of the machine"
         } else {

@@ -76,12 +76,12 @@ pub(super) fn manifests(source: &Source<'_>) -> Export {
     }
     notes.extend(source.notes());
     let names = names(source);
-    let told: String = notes.iter().map(|note| format!("- {note}\n")).collect();
-    let told = format!(
-        "{}\nWhat is different from rcdeploy, and what is needed:\n{told}",
+    let list: String = notes.iter().map(|note| format!("- {note}\n")).collect();
+    let head = format!(
+        "{}\nWhat is different from rcdeploy, and what is needed:\n{list}",
         source.head()
     );
-    let mut text = comment(&told, 0);
+    let mut text = comment(&head, 0);
     for machine in &source.machines {
         for part in &machine.parts {
             text.push_str("---\n");
@@ -192,7 +192,7 @@ fn manifest(
             let of = Map::default().with("robocomp-component", name);
             let spec = Map::default()
                 .with("replicas", 1)
-                .told(
+                .commented(
                     "Two of one name cannot run at once.",
                     "strategy",
                     Map::default().with("type", "Recreate"),
@@ -242,14 +242,14 @@ fn pod(source: &Source<'_>, machine: &Machine<'_>, part: &Part<'_>) -> Map {
             .with("topologyKey", "kubernetes.io/hostname");
         let affinity =
             Map::default().with("requiredDuringSchedulingIgnoredDuringExecution", vec![term]);
-        out = out.told(
+        out = out.commented(
             "Where the first Pod of the network runs, all others do.",
             "affinity",
             Map::default().with("podAffinity", affinity),
         );
     }
     if part.memory {
-        out = out.told(
+        out = out.commented(
             "iceoryx2: process numbers that all agree on",
             "hostPID",
             true,
@@ -257,7 +257,7 @@ fn pod(source: &Source<'_>, machine: &Machine<'_>, part: &Part<'_>) -> Map {
     }
     if part.dds {
         out = out
-            .told(
+            .commented(
                 "DDS: multicast, and addresses of the machine",
                 "hostNetwork",
                 true,
@@ -286,7 +286,7 @@ fn pod(source: &Source<'_>, machine: &Machine<'_>, part: &Part<'_>) -> Map {
         .collect();
     if !waits.is_empty() {
         let all: Vec<&str> = part.needs.clone();
-        out = out.told(
+        out = out.commented(
             &format!("after {}", all.join(", ")),
             "initContainers",
             waits,

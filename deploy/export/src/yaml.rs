@@ -16,11 +16,11 @@ pub(crate) struct Map(Vec<(String, String, Yaml)>);
 
 impl Map {
     pub(crate) fn with(self, key: &str, value: impl Into<Yaml>) -> Self {
-        self.told("", key, value)
+        self.commented("", key, value)
     }
 
     /// An entry with a comment.
-    pub(crate) fn told(mut self, comment: &str, key: &str, value: impl Into<Yaml>) -> Self {
+    pub(crate) fn commented(mut self, comment: &str, key: &str, value: impl Into<Yaml>) -> Self {
         self.0
             .push((comment.to_owned(), key.to_owned(), value.into()));
         self
@@ -79,8 +79,8 @@ pub(crate) fn print(map: &Map) -> String {
 }
 
 fn print_map(map: &Map, indent: usize, out: &mut String) {
-    for (told, key, value) in &map.0 {
-        out.push_str(&comment(told, indent));
+    for (note, key, value) in &map.0 {
+        out.push_str(&comment(note, indent));
         out.push_str(&format!("{:indent$}{}:", "", plain_key(key)));
         print_value(value, indent + 2, out);
     }

@@ -242,7 +242,7 @@ impl Network {
     pub fn check_executables(&self, profile: Profile, found: &mut Diagnostics) {
         // Executables are large, and instances of one component share one.
         let mut notes: HashMap<PathBuf, io::Result<Option<Note>>> = HashMap::new();
-        let mut told: HashSet<String> = HashSet::new();
+        let mut reported: HashSet<String> = HashSet::new();
         for (at, instance) in self.deployment.instances.iter().enumerate() {
             let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
                 continue;
@@ -254,7 +254,7 @@ impl Network {
                 Err(error) => {
                     // A failure concerns all instances of a workspace.
                     let message = error.to_string();
-                    if told.insert(message.clone()) {
+                    if reported.insert(message.clone()) {
                         found.push(Diagnostic::error("cargo-failed", place, message));
                     }
                     continue;

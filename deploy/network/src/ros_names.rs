@@ -49,7 +49,7 @@ struct End<'a> {
 
 impl Network {
     /// Finds nodes, services and topics that are several by the network and one in ROS 2, and
-    /// connections whose ends are not. Types that are one are told by `check_generated`.
+    /// connections whose ends are not. `check_generated` reports types that are one.
     pub(crate) fn check_ros_names(&self, found: &mut Diagnostics) {
         let nodes = self.ros_nodes();
         let ends = self.ros_ends(&nodes);
@@ -67,7 +67,7 @@ impl Network {
         }
         for ((_, name), mut same) in named {
             let first = same[0].at;
-            // Another name for the one that this was told of is another one for its node.
+            // This component is reported once, so another name is for the other node.
             same.retain(|node| !merged.contains(&(first, node.at)));
             if same.len() > 1 {
                 found.push(one_node(name, &same));
@@ -136,7 +136,7 @@ impl Network {
         })
     }
 
-    /// The ends of these components in ROS 2, but those that are refused: that has been told, and
+    /// The ends of these components in ROS 2, but those that are refused: they are reported, and
     /// they may be meant to meet.
     fn ros_ends<'a>(&'a self, nodes: &'a [Node<'a>]) -> Vec<End<'a>> {
         let diagnostics = self.connections.diagnostics.iter();
@@ -177,16 +177,16 @@ impl Network {
     }
 
     /// Finds connections of which one end was renamed, once a connection. Where both were,
-    /// something of somebody else may be meant to stand between them. Of slots in `told` another
+    /// a foreign program may be meant to stand between them. Of slots in `reported` another
     /// mistake is known.
     fn check_that_ends_meet(
         &self,
         ends: &[End<'_>],
-        told: &BTreeSet<Endpoint>,
+        reported: &BTreeSet<Endpoint>,
         found: &mut Diagnostics,
     ) {
         let mut of: BTreeMap<Endpoint, Vec<&End<'_>>> = BTreeMap::new();
-        for end in ends.iter().filter(|end| !told.contains(&end.place)) {
+        for end in ends.iter().filter(|end| !reported.contains(&end.place)) {
             of.entry(end.place).or_default().push(end);
         }
         let of = |place| of.get(place).map_or(&[][..], Vec::as_slice);
@@ -201,7 +201,7 @@ impl Network {
     }
 }
 
-/// What has been told of.
+/// What is reported already.
 #[derive(Default)]
 struct Merged {
     /// The slots of ends that are one, and were renamed.
@@ -219,12 +219,12 @@ fn check_that_no_others_meet(ends: &[End<'_>], found: &mut Diagnostics) -> Merge
     }
     // What is said of one operation holds for the others of a slot, and what is said of the name of
     // a component for all of its slots.
-    let (mut told, mut merged) = (BTreeSet::new(), Merged::default());
+    let (mut reported, mut merged) = (BTreeSet::new(), Merged::default());
     for (one, other) in named.values().filter_map(|ends| pair(ends)) {
         let is_own = one.node.at == other.node.at;
         let is_new = if is_own || one.is_renamed || other.is_renamed {
             merged.slots.extend([one.place, other.place]);
-            told.insert((one.place, other.place))
+            reported.insert((one.place, other.place))
         } else {
             merged.nodes.insert((one.node.at, other.node.at))
         };

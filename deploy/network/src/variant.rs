@@ -163,12 +163,12 @@ fn lock_folder(folder: &Path, patience: Duration) -> Result<File, Error> {
     let path = folder.join(".lock");
     let file = File::create(&path).map_err(cannot(format!("open {}", path.display())))?;
     let deadline = Instant::now() + patience;
-    let mut told = false;
+    let mut reported = false;
     loop {
         let error = match flock(&file, FlockOperation::NonBlockingLockExclusive) {
             Ok(()) => return Ok(file),
             Err(Errno::WOULDBLOCK) if Instant::now() < deadline => {
-                if !std::mem::replace(&mut told, true) {
+                if !std::mem::replace(&mut reported, true) {
                     let folder = folder.display();
                     // Whoever closed standard error does not want to know.
                     let _ = writeln!(

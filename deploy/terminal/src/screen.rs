@@ -47,11 +47,11 @@ pub(crate) struct Screen {
 impl Screen {
     pub(crate) fn take() -> io::Result<Self> {
         HOOK.call_once(|| {
-            let told = std::panic::take_hook();
+            let previous = std::panic::take_hook();
             std::panic::set_hook(Box::new(move |panic| {
                 // The message of a panic must be readable.
                 restore();
-                told(panic);
+                previous(panic);
             }));
         });
         let changes = Changes::new()?;

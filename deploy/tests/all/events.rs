@@ -56,9 +56,9 @@ fn a_follower_gets_earlier_events_and_all_until_the_end() {
             .iter()
             .any(|m| m["result"]["network"] == bench.network.as_str())
     );
-    let told = messages.iter().filter(|m| m["method"] == "event");
-    let told: Vec<&Value> = told.map(|message| &message["params"]).collect();
-    assert_eq!(told, printed.iter().collect::<Vec<_>>());
+    let output = messages.iter().filter(|m| m["method"] == "event");
+    let output: Vec<&Value> = output.map(|message| &message["params"]).collect();
+    assert_eq!(output, printed.iter().collect::<Vec<_>>());
     bench.assert_nothing_left();
 }
 

@@ -146,8 +146,8 @@ fn check(files: &[Block<'_>], example: &Block<'_>) -> (Vec<&'static str>, bool, 
     let wrong = found
         .iter()
         .any(|d| d.severity == rc_diagnostics::Severity::Error && !not_built.contains(&d.code));
-    let told = render(&sources, &found, Format::Short);
-    (found.iter().map(|d| d.code).collect(), wrong, told)
+    let output = render(&sources, &found, Format::Short);
+    (found.iter().map(|d| d.code).collect(), wrong, output)
 }
 
 /// The errors of one page.
@@ -167,13 +167,13 @@ fn faults(page: &Page) -> Vec<String> {
         return vec!["has not one wrong and one right example".to_owned()];
     };
     let mut faults = Vec::new();
-    let (codes, _, told) = check(&files, wrong);
+    let (codes, _, output) = check(&files, wrong);
     if !codes.contains(&page.code) {
-        faults.push(format!("the wrong example gives\n{told}"));
+        faults.push(format!("the wrong example gives\n{output}"));
     }
-    let (codes, errors, told) = check(&files, right);
+    let (codes, errors, output) = check(&files, right);
     if errors || codes.contains(&page.code) {
-        faults.push(format!("the right example gives\n{told}"));
+        faults.push(format!("the right example gives\n{output}"));
     }
     faults
 }

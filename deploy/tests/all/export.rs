@@ -38,8 +38,8 @@ fn exported(network: &str, engine: Engine) -> (Export, PathBuf) {
     let (network, found) =
         network::load(&path, &network::Overrides::default(), &mut sources, &loader)
             .expect("a file");
-    let told = render(&sources, &found, Format::Short);
-    assert!(!found.has_errors(), "{told}");
+    let report = render(&sources, &found, Format::Short);
+    assert!(!found.has_errors(), "{report}");
     let network = network.expect("a network");
     let plan = network.plan(Profile::Release).expect("a plan");
     let program = &plan.components[0].executable;

@@ -83,10 +83,10 @@ fn a_missing_processor_stops_the_start() {
         cpu: vec![1023],
         ..well("far")
     }]);
-    let told = up.await_event("start-failed", Some("far"));
+    let report = up.await_event("start-failed", Some("far"));
     assert!(
-        told.contains("this machine has no processor 1023; there are 0"),
-        "{told}"
+        report.contains("this machine has no processor 1023; there are 0"),
+        "{report}"
     );
     assert_eq!(bench.journal(), Vec::<String>::new(), "it has run");
 }
@@ -141,15 +141,15 @@ fn a_forbidden_priority_is_reported_with_a_remedy() {
             "there is no setpriv",
         );
     };
-    let told = String::from_utf8_lossy(&stdout);
-    assert_eq!(status.code(), Some(3), "{told}");
+    let report = String::from_utf8_lossy(&stdout);
+    assert_eq!(status.code(), Some(3), "{report}");
     for word in [
         "start-failed",
         "forbids the real-time priority 7",
         "rtprio 7",
         "CAP_SYS_NICE",
     ] {
-        assert!(told.contains(word), "{told}");
+        assert!(report.contains(word), "{report}");
     }
     assert_eq!(bench.journal(), Vec::<String>::new(), "it has run");
 }

@@ -33,7 +33,7 @@ fn rcdeploy(root: &Path, manifest: &str, args: &[&str]) -> Command {
 
 const CHECK: [&str; 3] = ["check", "--format", "short"];
 
-fn told(command: &mut Command) -> String {
+fn report(command: &mut Command) -> String {
     let output = command.output().expect("rcdeploy");
     String::from_utf8(output.stderr).expect("UTF-8")
 }
@@ -41,7 +41,7 @@ fn told(command: &mut Command) -> String {
 /// The output of `rcdeploy check` for a network in a workspace with this manifest.
 fn check(root: &Path, manifest: &str, target: Option<&str>) -> String {
     let mut command = rcdeploy(root, manifest, &CHECK);
-    told(command.envs(target.map(|target| ("CARGO_TARGET_DIR", target))))
+    report(command.envs(target.map(|target| ("CARGO_TARGET_DIR", target))))
 }
 
 #[test]
@@ -60,14 +60,14 @@ fn programs_are_found_where_cargo_builds_them() {
                 path.display()
             )
         };
-        let told = check(&root, manifest, None);
-        assert!(told.contains(&program("target")), "{told}");
-        let told = check(&root, manifest, Some("/elsewhere/built"));
-        assert!(told.contains(&program("/elsewhere/built")), "{told}");
+        let report = check(&root, manifest, None);
+        assert!(report.contains(&program("target")), "{report}");
+        let report = check(&root, manifest, Some("/elsewhere/built"));
+        assert!(report.contains(&program("/elsewhere/built")), "{report}");
         let config = root.join(".cargo/config.toml");
         write(&config, "[build]\ntarget-dir = \"built\"\n");
-        let told = check(&root, manifest, None);
-        assert!(told.contains(&program("built")), "{told}");
+        let report = check(&root, manifest, None);
+        assert!(report.contains(&program("built")), "{report}");
         std::fs::remove_file(config).expect("it was there");
     }
 }
@@ -76,10 +76,10 @@ fn programs_are_found_where_cargo_builds_them() {
 fn a_workspace_that_cargo_rejects_is_reported_once_with_its_message() {
     let folder = tempfile::tempdir().expect("a folder");
     let manifest = "[workspace]\nmembers = [\"hello\", \"missing\"]\n";
-    let told = check(folder.path(), manifest, None);
-    assert_eq!(told.matches("error[cargo-failed]").count(), 1, "{told}");
-    assert!(told.contains("missing/Cargo.toml"), "{told}");
-    assert!(told.contains("correct the manifest"), "{told}");
+    let report = check(folder.path(), manifest, None);
+    assert_eq!(report.matches("error[cargo-failed]").count(), 1, "{report}");
+    assert!(report.contains("missing/Cargo.toml"), "{report}");
+    assert!(report.contains("correct the manifest"), "{report}");
 }
 
 #[test]
@@ -107,22 +107,22 @@ fn without_cargo_programs_are_in_the_usual_folder() {
     let root = folder.path().canonicalize().expect("a folder");
     let manifest = "[workspace]\nmembers = [\"hello\"]\n";
     let mut command = rcdeploy(&root, manifest, &CHECK);
-    let told = told(command.env("CARGO", root.join("no/cargo")));
+    let report = report(command.env("CARGO", root.join("no/cargo")));
     let program = root.join("target/release/hello");
     let missing = format!(
         "the executable of `hello`, {}, does not exist",
         program.display()
     );
-    assert!(told.contains(&missing), "{told}");
+    assert!(report.contains(&missing), "{report}");
 }
 
 #[test]
 fn a_manifest_that_is_not_toml_is_reported_with_its_location() {
     let folder = tempfile::tempdir().expect("a folder");
-    let told = check(folder.path(), "[workspace\n", None);
-    assert!(told.contains("error[cargo-failed]"), "{told}");
-    assert!(told.contains("Cargo.toml: TOML parse error"), "{told}");
-    assert!(!told.contains("is in no cargo workspace"), "{told}");
+    let report = check(folder.path(), "[workspace\n", None);
+    assert!(report.contains("error[cargo-failed]"), "{report}");
+    assert!(report.contains("Cargo.toml: TOML parse error"), "{report}");
+    assert!(!report.contains("is in no cargo workspace"), "{report}");
 }
 
 /// Commands that do not need the programs reject the same manifests, with the exit code for invalid
@@ -137,10 +137,10 @@ fn every_command_rejects_an_invalid_manifest_as_input_error() {
         let export = ["export", "--to", "systemd", "--out", "units"];
         let output = rcdeploy(folder.path(), manifest, &export).output();
         let output = output.expect("rcdeploy");
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{told}");
-        assert!(told.contains("cannot make the plan: "), "{told}");
-        assert!(told.contains("Cargo.toml"), "{told}");
+        let report = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{report}");
+        assert!(report.contains("cannot make the plan: "), "{report}");
+        assert!(report.contains("Cargo.toml"), "{report}");
     }
     let output = rcdeploy(folder.path(), "[workspace\n", &["plan", "--unbuilt"]).output();
     assert_eq!(output.expect("rcdeploy").status.code(), Some(1));

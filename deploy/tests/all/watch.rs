@@ -32,7 +32,7 @@ fn intermittent_conditions_do_not_flood_the_events() {
     up.signal(Signal::TERM);
     let (code, events) = up.end();
     assert_eq!(code, Some(0));
-    let told = codes(&events, "a");
+    let output = codes(&events, "a");
     for code in [
         "overrun",
         "in-time",
@@ -43,9 +43,9 @@ fn intermittent_conditions_do_not_flood_the_events() {
         "mismatch",
     ] {
         assert_eq!(
-            told.iter().filter(|c| *c == code).count(),
+            output.iter().filter(|c| *c == code).count(),
             1,
-            "{code} in {told:?}"
+            "{code} in {output:?}"
         );
     }
     bench.assert_nothing_left();

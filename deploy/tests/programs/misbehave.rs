@@ -83,15 +83,15 @@ impl Program {
                 polled.push(PollFd::from_borrowed_fd(self.link.as_fd(), PollFlags::IN));
             }
             let _ = poll(&mut polled, Some(&timeout));
-            let told: Vec<bool> = polled.iter().map(|fd| !fd.revents().is_empty()).collect();
-            if told[0] {
+            let ready: Vec<bool> = polled.iter().map(|fd| !fd.revents().is_empty()).collect();
+            if ready[0] {
                 self.note("stop");
                 let _ = (&self.signals).read(&mut [0; 8]);
                 if !deaf {
                     return;
                 }
             }
-            if told.get(1) == Some(&true) {
+            if ready.get(1) == Some(&true) {
                 self.note("orphan");
                 linked = false;
                 if !deaf {

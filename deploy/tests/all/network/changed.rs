@@ -24,11 +24,11 @@ fn a_changed_file_still_refers_to_the_running_network() {
     // Another comment, another name, a syntax error, and no file.
     for changed in [format!("{text}// later\n"), renamed, broken] {
         std::fs::write(site.ddsl(), changed).expect("written");
-        let told = status();
-        assert_eq!(told.code, 0, "{told:?}");
+        let output = status();
+        assert_eq!(output.code, 0, "{output:?}");
         assert!(
-            told.stdout.contains(word) && told.stdout.contains(&site.network),
-            "{told:?}"
+            output.stdout.contains(word) && output.stdout.contains(&site.network),
+            "{output:?}"
         );
         assert_eq!(site.status()["changed"], true);
         let logs = site.rcdeploy(&["logs"], true);

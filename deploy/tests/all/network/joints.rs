@@ -140,8 +140,8 @@ fn strings_need_no_quotes_and_saved_values_are_printed() {
         ("-", "-"),
     ] {
         let set = params(&["set", net, "motor_bus", &format!("device={word}")]);
-        let told = format!("-> {text:?}, at the next start if it is saved\n");
-        assert!(set.ends_with(&told), "{set}");
+        let output = format!("-> {text:?}, at the next start if it is saved\n");
+        assert!(set.ends_with(&output), "{set}");
     }
     params(&[
         "set",
@@ -151,12 +151,12 @@ fn strings_need_no_quotes_and_saved_values_are_printed() {
         "motors[0].max=1.25",
     ]);
     let table = params(&[net, "motor_bus"]);
-    for told in [
+    for output in [
         "device will be \"-\" at the next start, if it is saved\n",
         "baud_rate will be 9600 at the next start, if it is saved\n",
         "motors[0].max is not saved\n",
     ] {
-        assert!(table.contains(told), "{table}");
+        assert!(table.contains(output), "{table}");
     }
     params(&["save", net, "motor_bus"]);
     let table = params(&[net, "motor_bus"]);

@@ -52,12 +52,12 @@ fn last_place(site: &Site) -> (usize, Option<String>) {
         .split_inclusive('\n')
         .rev()
         .filter(|l| l.ends_with('\n'));
-    let told = lines.find_map(|line| {
+    let output = lines.find_map(|line| {
         let (place, rest) = line.split_once("pose x=")?.1.split_once(" heading=")?;
         let count = rest.trim().rsplit_once("poses=")?.1.parse().ok()?;
         Some((count, Some(place.to_owned())))
     });
-    told.unwrap_or_default()
+    output.unwrap_or_default()
 }
 
 fn down(site: &Site) {

@@ -45,17 +45,17 @@ fn load(
     let loader = FileLoader::default();
     let loaded = network::load(&folder.join("n.ddsl"), &overrides, &mut sources, &loader);
     let (network, found) = loaded.expect("the files");
-    let told = render(&sources, &found, Format::Short);
-    let told = told.replace(&format!("{}/", folder.display()), "");
-    (network, sources, found, told)
+    let output = render(&sources, &found, Format::Short);
+    let output = output.replace(&format!("{}/", folder.display()), "");
+    (network, sources, found, output)
 }
 
 /// The values of one option on the command line of `user`.
-fn told(network: &Network, option: &str) -> Vec<String> {
+fn output(network: &Network, option: &str) -> Vec<String> {
     let plan = network.plan(Profile::Dev).expect("a plan");
     let pairs = plan.components[0].args.windows(2);
-    let told = pairs.filter(|pair| pair[0] == option);
-    told.map(|pair| pair[1].clone()).collect()
+    let output = pairs.filter(|pair| pair[0] == option);
+    output.map(|pair| pair[1].clone()).collect()
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn values_reach_the_component_and_the_command_line_comes_first() {
     assert_eq!(found, "");
     let network = network.expect("a network");
     assert_eq!(
-        told(&network, "--set"),
+        output(&network, "--set"),
         [
             "gains=[0.5,2]",
             "wait=\"5ms\"",
@@ -82,7 +82,7 @@ fn values_reach_the_component_and_the_command_line_comes_first() {
             "high=10"
         ]
     );
-    assert_eq!(told(&network, "--bind"), ["Laser=n/Laser"]);
+    assert_eq!(output(&network, "--bind"), ["Laser=n/Laser"]);
     let preview = network.preview(Profile::Dev).expect("a plan");
     let text = preview.to_string();
     assert!(
@@ -146,8 +146,8 @@ fn wrong_values_are_found_where_they_stand() {
 fn an_external_peer_is_drawn_outside() {
     let folder = tempfile::tempdir().expect("a folder");
     let body = "host robot; };\nHost robot { address \"10.0.0.2\"; };\nmiddleware dds;\nexternal user.Laser at \"fleet/lidar/Laser\";";
-    let (network, sources, found, told) = load(folder.path(), body, &[]);
-    assert_eq!(told, "");
+    let (network, sources, found, output) = load(folder.path(), body, &[]);
+    assert_eq!(output, "");
     let graph = Graph::of(&network.expect("a network"), &sources, &found);
     let draw = |format| graph.draw(format).expect("a picture");
     let json: serde_json::Value = serde_json::from_str(&draw(GraphFormat::Json)).expect("JSON");
@@ -207,7 +207,7 @@ fn a_network_runs_without_the_part_that_somebody_starts_by_hand() {
     assert_eq!(up.code, 0, "{up:?}");
     let get = params(&site, &["get", &net, "avoider", "speed"]);
     assert_eq!(get.stdout, "speed = 300.0\n", "{get:?}");
-    // Its calls fail, and it is told who is missed.
+    // Its calls fail, and the error names the missing peer.
     site.await_component("avoider", |c| {
         c["state"] == "running" && c["troubles"][0]["code"] == "peer-missing"
     });
@@ -236,14 +236,14 @@ fn a_network_runs_without_the_part_that_somebody_starts_by_hand() {
     site.await_component("avoider", |c| {
         c["troubles"].as_array().is_some_and(Vec::is_empty)
     });
-    let told = site.events("avoider");
-    let codes: Vec<&str> = told.iter().map(|(code, _)| code.as_str()).collect();
+    let output = site.events("avoider");
+    let codes: Vec<&str> = output.iter().map(|(code, _)| code.as_str()).collect();
     assert_eq!(
         codes.iter().filter(|c| **c == "state").count(),
         1,
-        "{told:?}"
+        "{output:?}"
     );
-    assert!(codes.contains(&"peer-back"), "{told:?}");
+    assert!(codes.contains(&"peer-back"), "{output:?}");
     // Values are checked before anything starts.
     let wrong = site.rcdeploy(
         &["check", "--profile", "dev", "--set", "avoider.speed=3000"],

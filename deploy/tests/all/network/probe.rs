@@ -67,7 +67,7 @@ fn a_service_manager_is_notified_of_readiness_and_stop() {
         .expect("a limit");
     let hear = || {
         let mut bytes = [0; 64];
-        let count = manager.recv(&mut bytes).expect("it is told");
+        let count = manager.recv(&mut bytes).expect("a message");
         String::from_utf8_lossy(&bytes[..count]).into_owned()
     };
     let variable = ("NOTIFY_SOCKET", path.to_str().expect("UTF-8"));
@@ -94,7 +94,7 @@ fn a_busy_service_manager_is_notified() {
     let running = site.start_with("simulator", &[], &[variable]);
     loop {
         let mut bytes = [0; 64];
-        let count = manager.recv(&mut bytes).expect("it is told");
+        let count = manager.recv(&mut bytes).expect("a message");
         if &bytes[..count] == b"READY=1" {
             break;
         }

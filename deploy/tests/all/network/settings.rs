@@ -32,13 +32,13 @@ fn load(folder: &Path, ddsl: &str, config: &str) -> (Network, String) {
 }
 
 /// The middleware settings of an instance.
-fn told(network: &Network, name: &str) -> Vec<String> {
+fn output(network: &Network, name: &str) -> Vec<String> {
     let plan = network.plan(Profile::Dev).expect("a plan");
     let mut components = plan.components.iter();
     let component = components.find(|c| c.name == name).expect("a component");
     let pairs = component.args.windows(2);
-    let told = pairs.filter(|pair| pair[0] == "--set-middleware");
-    told.map(|pair| pair[1].clone()).collect()
+    let output = pairs.filter(|pair| pair[0] == "--set-middleware");
+    output.map(|pair| pair[1].clone()).collect()
 }
 
 const NETWORK: &str = "Deployment n\n{\n    middleware dds { domain 7; peers \"10.0.0.2\", \"b:7410\"; };\n    \
@@ -52,13 +52,13 @@ fn the_network_supplies_settings_that_a_configuration_omits() {
     let (network, found) = load(folder.path(), NETWORK, config);
     assert_eq!(found, "");
     let both = ["dds.domain=7", "dds.peers=10.0.0.2,b:7410"];
-    assert_eq!(told(&network, "lidar"), both);
-    assert_eq!(told(&network, "user"), both[..1]);
+    assert_eq!(output(&network, "lidar"), both);
+    assert_eq!(output(&network, "user"), both[..1]);
     // A component that does not use DDS gets no settings of DDS.
     let text = NETWORK.replace("middleware dds", "middleware iceoryx2; middleware dds");
     let (network, found) = load(folder.path(), &text, config);
     assert_eq!(found, "");
-    assert_eq!(told(&network, "lidar"), [""; 0]);
+    assert_eq!(output(&network, "lidar"), [""; 0]);
 }
 
 #[test]

@@ -72,8 +72,8 @@ fn a_network_is_shown_and_restarted_and_stopped_by_keys() {
     terminal.press("\u{3}");
     let (code, screen) = terminal.end();
     assert_eq!(code, Some(0), "{screen}");
-    for told in ["stopping: interrupted", "is down"] {
-        assert!(screen.contains(told), "{screen}");
+    for output in ["stopping: interrupted", "is down"] {
+        assert!(screen.contains(output), "{screen}");
     }
     site.assert_nothing_left();
 }

@@ -1,4 +1,4 @@
-//! Networks in simulated time: what is checked, what components are told, and the patrol in lockstep over shared memory.
+//! Networks in simulated time: what is checked, the options of components, and the patrol in lockstep over shared memory.
 
 use crate::network::site::Site;
 use rc_codegen::FileLoader;
@@ -179,36 +179,36 @@ fn load(folder: &Path, body: &str) -> (Option<Network>, String) {
     (network.filter(|_| !found.has_errors()), text)
 }
 
-/// What the components are told of their clocks.
+/// The options by which components get their clocks.
 fn clocks(body: &str) -> Vec<(String, Vec<String>)> {
     let folder = tempfile::tempdir().expect("a folder");
     let (network, found) = load(folder.path(), body);
     let plan = network.expect(&found).plan(Profile::Dev).expect("a plan");
-    let told = |args: &[String]| {
+    let output = |args: &[String]| {
         let pairs = args.windows(2);
-        let told = pairs.filter(|pair| pair[0] == "--clock" || pair[0] == "--followers");
-        told.flatten().cloned().collect()
+        let output = pairs.filter(|pair| pair[0] == "--clock" || pair[0] == "--followers");
+        output.flatten().cloned().collect()
     };
     let components = plan.components.iter();
     components
-        .map(|c| (c.name.clone(), told(&c.args)))
+        .map(|c| (c.name.clone(), output(&c.args)))
         .collect()
 }
 
 #[test]
 fn components_are_told_their_clocks() {
-    let told = clocks(
+    let output = clocks(
         "time simulated by world.sim;\n    Component a { $USER };\n    \
          Group world { Component sim { $SOURCE }; Component b { $USER }; };\n    \
          Component spare { $SOURCE };\n    Component screen { $USER time system; };",
     );
-    let told: Vec<(&str, String)> = told
+    let output: Vec<(&str, String)> = output
         .iter()
         .map(|(n, a)| (n.as_str(), a.join(" ")))
         .collect();
     let follows = "--clock simulated:iceoryx2".to_owned();
     assert_eq!(
-        told,
+        output,
         [
             ("a", follows.clone()),
             (
@@ -220,9 +220,9 @@ fn components_are_told_their_clocks() {
             ("screen", String::new()),
         ]
     );
-    let told = clocks("Component a { $SOURCE time system; };\n    Component b { $USER };");
-    assert_eq!(told[0].1, ["--clock", "system"]);
-    assert_eq!(told[1].1, [""; 0]);
+    let output = clocks("Component a { $SOURCE time system; };\n    Component b { $USER };");
+    assert_eq!(output[0].1, ["--clock", "system"]);
+    assert_eq!(output[1].1, [""; 0]);
 }
 
 #[track_caller]

@@ -340,8 +340,8 @@ fn what_is_stale_is_generated_before_it_is_built() {
         built.stderr.contains("cargo could not build hello"),
         "{built:?}"
     );
-    let told = format!("note: generated {}", hello.join("hello.cdsl").display());
-    assert!(built.stderr.contains(&told), "{built:?}");
+    let report = format!("note: generated {}", hello.join("hello.cdsl").display());
+    assert!(built.stderr.contains(&report), "{built:?}");
     let description = std::fs::read_to_string(hello.join("generated/src/description.rs"));
     assert!(
         description.expect("a file").contains("30000000"),
@@ -361,6 +361,6 @@ fn what_is_stale_is_generated_before_it_is_built() {
     std::fs::remove_dir_all(hello.join("generated")).expect("to remove");
     std::fs::remove_dir_all(hello.join("src")).expect("to remove");
     let new = up(&[]);
-    assert!(new.stderr.contains(&told), "{new:?}");
+    assert!(new.stderr.contains(&report), "{new:?}");
     assert!(worker.exists() && hello.join("generated/src/description.rs").exists());
 }

@@ -93,11 +93,11 @@ fn overruns_silence_and_lost_peers_are_reported_at_their_start_and_end() {
     let slot = "FullPoseEstimationPub";
     assert_by_turns(&site, "monitor", ["silent", "heard-again"], slot);
     assert_by_turns(&site, "monitor", ["peer-vanished", "peer-back"], slot);
-    let told = ["avoider", "monitor"].map(|name| (name, site.events(name).len()));
+    let output = ["avoider", "monitor"].map(|name| (name, site.events(name).len()));
     assert_eq!(site.rcdeploy(&["down", net], false).code, 0);
     // The final stop of all components is not reported as a loss.
-    for (name, told) in told {
-        let last = site.events(name).split_off(told);
+    for (name, output) in output {
+        let last = site.events(name).split_off(output);
         assert!(
             last.iter().all(|(code, _)| code != "peer-vanished"),
             "{last:?}"

@@ -23,7 +23,7 @@ fn a_killed_server_ends_the_call_and_is_replaced() {
         let refused = backend.server(&motor).err();
         let holder = format!("pid {} (server)", server.child.id());
         assert!(
-            matches!(&refused, Some(OpenError::AddressTaken { holder: told, .. }) if *told == holder),
+            matches!(&refused, Some(OpenError::AddressTaken { holder: other, .. }) if *other == holder),
             "{refused:?}"
         );
 
@@ -90,10 +90,13 @@ fn a_call_keeps_its_deadline_while_many_processes_die() {
     }
     killed[0].child.wait().expect("to reap");
     let start = Instant::now();
-    let told = ask(&mut *client, b"still?");
+    let reply = ask(&mut *client, b"still?");
     assert!(
-        matches!(told, Err(CallError::ServerDied(_) | CallError::NoServer(_))),
-        "{told:?}"
+        matches!(
+            reply,
+            Err(CallError::ServerDied(_) | CallError::NoServer(_))
+        ),
+        "{reply:?}"
     );
     assert_eq!(client.peers(), 0);
     let took = start.elapsed();
@@ -247,8 +250,8 @@ fn loans_of_dead_processes_are_neither_sent_nor_leaked() {
             });
             ask(&mut *client, b"hold")
         });
-        let told = Err(CallError::ServerDied("default/Motor".to_owned()));
-        assert_eq!(died, told, "round {round}");
+        let expected = Err(CallError::ServerDied("default/Motor".to_owned()));
+        assert_eq!(died, expected, "round {round}");
         assert!(receive_all(&mut *scan).is_empty(), "round {round}");
     }
     // An additional page per round would double the usage. (One of the last rounds may not be

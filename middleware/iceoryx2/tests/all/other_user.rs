@@ -104,13 +104,13 @@ fn a_run_directory_of_another_user_is_refused_by_the_name_of_its_owner() {
     if !as_other("a_run_directory_of_another_user", "mkdir", &robocomp) {
         return;
     }
-    let told = Command::new(std::env::current_exe().expect("this binary"))
+    let output = Command::new(std::env::current_exe().expect("this binary"))
         .args(["role", "--exact", "--nocapture", "--test-threads=1"])
         .envs([("RC_TEST_ROLE", "idle"), ("RC_TEST_NETWORK", "foreign")])
         .env("XDG_RUNTIME_DIR", base.path())
         .output()
         .expect("a process");
-    let said = String::from_utf8_lossy(&[told.stdout, told.stderr].concat()).into_owned();
+    let said = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
     let owner = format!("belongs to user {}", rc_middleware::user_name(OTHER));
     assert!(said.contains(&owner), "{said}");
 }

@@ -573,7 +573,7 @@ fn an_ambiguous_rename_is_left_to_the_user() {
          group limits { low double 0; force double 5; }; list points { x double 0; }; \
          list joints { vmax double 1; vmin double 0; }; };",
     );
-    let told = |lines: &str| {
+    let notes = |lines: &str| {
         let toml = format!("[parameters]\n{lines}");
         let (changes, text) = updated(&model, &toml);
         let mut sources = SourceMap::new();
@@ -635,7 +635,7 @@ fn an_ambiguous_rename_is_left_to_the_user() {
             ],
         ),
     ] {
-        assert_eq!(told(&lines), expected, "{lines}");
+        assert_eq!(notes(&lines), expected, "{lines}");
     }
     // A value that fits no new parameter becomes a comment.
     let (_, text) = updated(&model, "[parameters]\nspeed = 2000.0\nname = 'x'\n");

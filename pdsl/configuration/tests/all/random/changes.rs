@@ -197,9 +197,9 @@ fn accepted_changes_are_saved_and_all_other_lines_stay() {
         added,
         nan,
     } = count;
-    let told = format!("{accepted} accepted, {added} of them new, {nan} nan; {refused} refused");
+    let summary = format!("{accepted} accepted, {added} of them new, {nan} nan; {refused} refused");
     assert!(
         accepted > 500 && added > 50 && nan > 20 && refused > 100,
-        "{told}"
+        "{summary}"
     );
 }

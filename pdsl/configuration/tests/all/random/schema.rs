@@ -38,8 +38,8 @@ pub(crate) fn python() -> Option<PathBuf> {
             .stdin(Stdio::null())
             .output()
             .map_err(|e| e.to_string())?;
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        output.status.success().then_some(()).ok_or(told)
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        output.status.success().then_some(()).ok_or(errors)
     };
     if run(&python, &["-c", "import jsonschema"]).is_ok() {
         return Some(python);
@@ -89,11 +89,11 @@ pub(crate) fn judge(python: &Path, cases: &[Case]) {
     let writer = std::thread::spawn(move || stdin.write_all(lines.as_bytes()));
     let output = child.wait_with_output().expect("a reply");
     let _ = writer.join();
-    let told = String::from_utf8_lossy(&output.stdout);
+    let printed = String::from_utf8_lossy(&output.stdout);
     assert_eq!(
-        told.lines().next(),
+        printed.lines().next(),
         Some("done"),
-        "{told}{}",
+        "{printed}{}",
         String::from_utf8_lossy(&output.stderr)
     );
 }
