@@ -85,11 +85,7 @@ fn each_command_has_a_man_page_and_both_list_the_exit_codes() {
 
 #[test]
 fn a_mistyped_command_is_answered_with_the_nearest_one() {
-    for (typed, meant) in [
-        ("chekc", "check"),
-        ("exprot", "export"),
-        ("grahp", "graph"),
-    ] {
+    for (typed, meant) in [("chekc", "check"), ("exprot", "export"), ("grahp", "graph")] {
         let output = Command::new(env!("CARGO_BIN_EXE_rcdeploy"))
             .arg(typed)
             .output();
