@@ -7,13 +7,13 @@ use rc_syntax::MemoryLoader;
 
 const PAGE: &str = include_str!("../../../docs/pdsl.md");
 
-/// The fenced code blocks with the tag `language`, or without a tag if it is empty.
+/// The fenced code blocks with the tag `language`.
 fn blocks(language: &str) -> Vec<&'static str> {
     let mut all = Vec::new();
     let mut fences = PAGE.split("```").skip(1);
     while let (Some(block), _) = (fences.next(), fences.next()) {
         let (mark, text) = block.split_once('\n').expect("a line with the mark");
-        if mark == language {
+        if mark.split(',').next() == Some(language) {
             all.push(text);
         }
     }
@@ -44,7 +44,7 @@ fn the_configuration_on_the_page_breaks_the_rules_as_shown() {
     let source = sources.add("config.toml", blocks("toml")[0]);
     let (_, found) = rc_configuration::check(&sources, source, Some(&model));
     let rendered = render(&sources, &found, Format::Short);
-    let shown = blocks("").pop().expect("the messages");
+    let shown = blocks("text").pop().expect("the messages");
     for (shown, said) in shown.lines().zip(rendered.lines()) {
         for part in shown.split(" … ") {
             assert!(said.contains(part), "{part}\n{said}");
@@ -66,7 +66,7 @@ fn the_change_on_the_page_is_accepted() {
     let (configuration, found) = rc_configuration::check(&sources, source, Some(&model));
     assert_eq!(render(&sources, &found, Format::Short), "");
     let live = LiveParameters::new(model, &configuration.parameters);
-    let words = blocks("sh")[0].split_whitespace();
+    let words = blocks("console")[0].split_whitespace();
     let changes: Vec<_> = words.filter_map(|word| word.split_once('=')).collect();
     let changes: Vec<_> = changes
         .iter()

@@ -1,6 +1,7 @@
 //! Golden screens, and reactions to keys.
 
 mod keys;
+mod picture;
 mod screens;
 
 use super::input::Key;

@@ -1,0 +1,8 @@
+//! The pages for users, README.md and `docs`: their links, their code, and the commands on them.
+
+mod book;
+mod code;
+mod links;
+mod markdown;
+mod reference;
+mod session;
