@@ -1,4 +1,3 @@
 //! All integration tests of CDSL in one program.
 
 mod language;
-mod page;

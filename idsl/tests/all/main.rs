@@ -1,4 +1,3 @@
 //! All integration tests of IDSL in one program.
 
 mod language;
-mod page;

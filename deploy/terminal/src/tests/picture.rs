@@ -137,7 +137,7 @@ fn the_picture_in_the_documents_is_up_to_date() {
     let mut model = patrol();
     let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a terminal");
     model.size = (width, height);
-    let drawn = terminal.draw(|frame| render::draw(&mut model, frame.area(), frame.buffer_mut()));
+    let drawn = terminal.draw(|frame| render::draw(&model, frame.area(), frame.buffer_mut()));
     drawn.expect("drawn");
     expect_file!["../../../../docs/images/live-view.svg"]
         .assert_eq(&svg(terminal.backend().buffer()));
