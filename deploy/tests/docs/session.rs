@@ -31,38 +31,54 @@ fn target() -> &'static Path {
     programs.expect("the target folder")
 }
 
-/// `rcgen` and `rcdeploy` of this test run, with programs of the dev profile, which are built. In the
-/// folder of this project, `cargo run` starts a program that is built.
+/// `rcdeploy` with the programs of the dev profile, which the test run has built.
+const RCDEPLOY: &str = r#"#!/bin/bash
+case "$1" in
+    check|plan|graph|up|export) command=$1; shift; exec "$PROGRAMS/rcdeploy" "$command" --profile dev "$@" ;;
+    *) exec "$PROGRAMS/rcdeploy" "$@" ;;
+esac
+"#;
+
+/// cargo, which builds in the dev profile and selects all of a workspace, as this test run does.
+/// In the folder of this project, `cargo run` starts a program that is built.
+const CARGO_SCRIPT: &str = r#"#!/bin/bash
+case "$1 $*" in
+    "run "*|*" --release "*) action=$1; shift ;;
+    *) exec "$CARGO" "$@" ;;
+esac
+program= options=()
+while [ $# -gt 0 ]; do
+    case "$1" in
+        --) shift; break ;;
+        -p|--bin) program=$2; shift 2 ;;
+        --release) shift ;;
+        *) options+=("$1"); shift ;;
+    esac
+done
+case "$action $program" in
+    "run rcdeploy") exec rcdeploy "$@" ;;
+    run*) ;;
+    build*) exec "$CARGO" build --workspace --bin "$program" "${options[@]}" ;;
+    *) exec "$CARGO" "$action" --workspace "${options[@]}" -- "$@" ;;
+esac
+if [ "$(pwd -P)" = "$PROJECT" ]; then
+    cd "components/$program" || exit
+else
+    "$CARGO" build -q --workspace --bin "$program" || exit
+fi
+exec "$PROGRAMS/$program" "$@"
+"#;
+
 fn programs(folder: &Path) {
-    let programs = target().display();
-    let cargo = env!("CARGO");
-    let root = Path::new(ROOT).canonicalize().expect("this project");
-    let root = root.display();
-    let scripts = [
-        ("rcgen", format!("exec {programs}/rcgen \"$@\"\n")),
-        (
-            "rcdeploy",
-            format!(
-                "case \"$1\" in check|plan|graph|up|export) command=$1; shift; \
-                 exec {programs}/rcdeploy \"$command\" --profile dev \"$@\";; \
-                 *) exec {programs}/rcdeploy \"$@\";; esac\n"
-            ),
-        ),
-        (
-            "cargo",
-            format!(
-                "if [ \"$(pwd -P) $1\" != \"{root} run\" ]; then exec {cargo} \"$@\"; fi; shift\n\
-                 while [ $# -gt 0 ]; do case \"$1\" in --release) shift;; --) shift; break;; \
-                 --bin|-p) program=$2; shift 2;; *) exit 2;; esac; done\n\
-                 if [ \"$program\" = rcdeploy ]; then exec rcdeploy \"$@\"; fi\n\
-                 cd \"components/$program\"; exec {programs}/\"$program\" \"$@\"\n"
-            ),
-        ),
-    ];
     fs::create_dir(folder).expect("a folder");
+    let scripts = [
+        ("rcgen", "#!/bin/bash\nexec \"$PROGRAMS/rcgen\" \"$@\"\n"),
+        ("rcdeploy", RCDEPLOY),
+        ("cargo", CARGO_SCRIPT),
+    ];
     for (name, text) in scripts {
         let path = folder.join(name);
-        fs::write(&path, format!("#!/bin/bash\n{text}")).expect("a script");
+        fs::write(&path, text).expect("a script");
         fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("a script");
     }
 }
@@ -85,6 +101,9 @@ impl Session {
         let mut bash = Command::new("bash")
             .args(["--norc", "--noprofile"])
             .current_dir(ROOT)
+            .env("PROGRAMS", target())
+            .env("PROJECT", Path::new(ROOT).canonicalize().expect("a folder"))
+            .env("CARGO", env!("CARGO"))
             .env("PATH", format!("{}:{search}", path("bin").display()))
             .env("HOME", path("home"))
             .env("CARGO_HOME", of_cargo("CARGO_HOME", ".cargo"))
