@@ -1,5 +1,5 @@
 //! The mapping of IDSL to ROS 2: packages, messages, services and their fields, and annotated
-//! types. `middleware/ros2/MAPPING.md` documents it for users.
+//! types. `docs/ros2-mapping.md` documents it for users.
 
 mod check;
 mod comments;

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// A path of names, as in `default/Laser` or `patrol/simulator/Laser`. A topic adds its operation.
 ///
-/// The README of each backend documents how an address becomes names of its middleware.
+/// The pages of the backends in `docs` say how an address becomes names of its middleware.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Address(String);
 

@@ -1,7 +1,7 @@
 //! PDSL: the language that declares the parameters of a component.
 //!
 //! [`parse`] parses one `.pdsl` text into a syntax tree ([`ast`]). [`load`] resolves it with its
-//! imports into the model of `rc_configuration`, which checks configurations. `src/grammar.md`
+//! imports into the model of `rc_configuration`, which checks configurations. `docs/pdsl.md`
 //! documents the language for users.
 
 pub mod ast;

@@ -8,7 +8,8 @@
 //! - `not-run=REASON`: this machine need not be able to run it.
 //!
 //! A code block whose first line is a comment with a path is a file, which is written before the
-//! commands after it; a function of Rust takes its place in the file.
+//! commands after it; a function of Rust takes its place in the file. A block ```` ```rust,module ```` is
+//! compiled, and its tests run, in a module of a test of `guard`.
 
 use crate::markdown::{Block, Page, ROOT, book};
 use crate::session::Session;
@@ -94,6 +95,22 @@ fn write(block: &Block, home: &Path) -> Result<(), String> {
     fs::write(&path, new).map_err(|error| format!("{name}: {error}"))
 }
 
+/// What a block with the mark `module` may use.
+const PRELUDE: &str = "#![allow(dead_code, unused_imports, reason = \"parts of pages\")]\n";
+const MODULE: &str = "\nuse guard::SpecificWorker;\nuse guard_generated::network_time::Time;\nuse guard_generated::testing::*;\n\
+                      use guard_generated::tracing::info;\nuse guard_generated::*;\nuse std::sync::mpsc;\nuse std::thread;\n\
+                      use std::time::Duration;\n";
+
+/// Adds the block to the modules of a test in the workspace.
+fn add_module(block: &Block, home: &Path) -> Result<(), String> {
+    let path = home.join(WORKSPACE).join("components/guard/tests/pages.rs");
+    let modules = fs::read_to_string(&path).unwrap_or_else(|_| PRELUDE.to_owned());
+    let number = modules.matches("mod block_").count();
+    let text = format!("{modules}mod block_{number} {{{MODULE}{}}}\n", block.text);
+    fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+    fs::write(&path, text).map_err(|error| error.to_string())
+}
+
 fn run(session: &mut Session, block: &Block) -> Result<(), String> {
     if block.value("not-run").is_some_and(|why| why.contains('-')) {
         return Ok(());
@@ -138,6 +155,8 @@ fn read(session: &mut Session, page: &Page) -> Vec<String> {
             run(session, &block)
         } else if block.file().is_some_and(|name| name.contains('/')) {
             write(&block, &session.home())
+        } else if block.has("module") {
+            add_module(&block, &session.home())
         } else {
             Ok(())
         };

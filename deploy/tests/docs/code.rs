@@ -71,11 +71,13 @@ fn flat(text: &str) -> String {
         .collect()
 }
 
-/// Rust is a file of the workspace that the book makes, or a part of a file of this project.
+/// Rust is a file or a module of the workspace that the book makes, or a part of a file of this
+/// project.
 fn rust(block: &Block) -> Result<(), String> {
     match (block.file(), block.value("in")) {
         // `book.rs` compiles it.
         (Some(_), None) => Ok(()),
+        (None, None) if block.has("module") => Ok(()),
         (None, Some(file)) => {
             let text = std::fs::read_to_string(Path::new(ROOT).join(file));
             let text = flat(&text.map_err(|error| format!("{file}: {error}"))?);
@@ -85,7 +87,7 @@ fn rust(block: &Block) -> Result<(), String> {
                 None => Ok(()),
             }
         }
-        _ => Err("its first line is no comment with its file, and it has no mark `in=FILE`".into()),
+        _ => Err("its first line names no file, and it has no mark `in=FILE` or `module`".into()),
     }
 }
 

@@ -72,6 +72,8 @@ pub(crate) fn all() -> Vec<Page> {
         "BENCHMARKS.md",
         "CHANGELOG.md",
         "CONTRIBUTING.md",
+        "middleware/dds/README.md",
+        "middleware/ros2/README.md",
     ];
     all.extend(others.map(read));
     all

@@ -1,4 +1,4 @@
-//! The backend for DDS, over the C library Cyclone DDS. `README.md` documents the names of
+//! The backend for DDS, over the C library Cyclone DDS. `docs/dds.md` documents the names of
 //! addresses and types in DDS, and what other programs have to know.
 
 mod client;

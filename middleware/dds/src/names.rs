@@ -1,4 +1,4 @@
-//! The names of topics and types in DDS, as `README.md` documents them.
+//! The names of topics and types in DDS, as `docs/dds.md` documents them.
 
 use rc_middleware::Endpoint;
 

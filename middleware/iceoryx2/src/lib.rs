@@ -3,7 +3,7 @@
 //! - [`connect`]: the backend of one component.
 //! - [`Holder`], [`wipe`], [`leftovers`]: for the deployer of a network.
 //!
-//! README.md in this crate specifies service names and message formats.
+//! `docs/shared-memory-wire.md` specifies service names and message formats.
 
 mod bounded;
 mod cleanup;
