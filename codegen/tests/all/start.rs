@@ -139,7 +139,7 @@ fn a_component_from_any_folder_of_the_workspace() {
         ),
         (
             &["new", "x", "--from", "../rc/runtime/Cargo.toml"],
-            "../rc/runtime/Cargo.toml is not a description of a component: `rcgen check` tells why",
+            "../rc/runtime/Cargo.toml is not a description of a component: `rcgen check` says why",
         ),
     ] {
         let (code, out, err) = rcgen(&robot, args);
