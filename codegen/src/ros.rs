@@ -3,6 +3,7 @@
 
 mod check;
 mod comments;
+mod definitions;
 mod fields;
 mod mapping;
 pub mod names;
@@ -12,6 +13,7 @@ mod words;
 pub use check::annotations;
 pub(crate) use check::wrong_package;
 pub(crate) use comments::sanitized;
+pub use definitions::definitions;
 pub(crate) use mapping::{Constant, Field, Package, packages};
 
 use rc_diagnostics::Diagnostics;

@@ -198,7 +198,11 @@ impl Checker<'_> {
     }
 
     /// The fields of a ROS 2 type. Reports a type or a package that is unknown.
-    fn known(&mut self, name: &TypeName, at: Span) -> Option<&'static standard::Standard> {
+    fn known(
+        &mut self,
+        name: &TypeName,
+        at: Span,
+    ) -> Option<&'static rc_ros_types::Definition<'static>> {
         let found = standard::of(name);
         if found.is_some() {
             return found;
@@ -254,7 +258,7 @@ fn different(
     span: Span,
     own: &[Own],
     name: &TypeName,
-    fields: &[standard::Field],
+    fields: &[rc_ros_types::Field<'static>],
 ) -> Vec<Diagnostic> {
     if own.len() != fields.len() {
         let message = format!(
@@ -318,7 +322,7 @@ fn normal(ty: &str) -> String {
 }
 
 /// A field as a member of a struct, and the message type of the member.
-fn in_idsl((ty, field): standard::Field) -> (String, Option<String>) {
+fn in_idsl((ty, field): rc_ros_types::Field<'static>) -> (String, Option<String>) {
     let ty = normal(ty);
     let (element, many) = ty.split_once('[').unwrap_or((&ty, ""));
     let (element, message) = match element.split_once('/') {

@@ -1,69 +1,33 @@
-//! The message and service types of ROS 2 that annotations are compared with.
+//! Searches in the types of ROS 2 that annotations are compared with.
 
 use super::names::{Kind, TypeName};
 use rc_diagnostics::nearest;
-use std::collections::BTreeMap;
-use std::sync::LazyLock;
-
-const TABLE: &str = include_str!("standard.txt");
-
-/// A field: type and name.
-pub(super) type Field = (&'static str, &'static str);
-
-/// The fields of a message or a service.
-#[derive(Debug, Default)]
-pub(super) struct Standard {
-    /// The fields of a message or of a request.
-    pub(super) fields: Vec<Field>,
-    /// The fields of a response. Empty for a message.
-    pub(super) response: Vec<Field>,
-}
-
-static TYPES: LazyLock<BTreeMap<&str, Standard>> = LazyLock::new(|| {
-    let lines = TABLE.lines().filter(|line| !line.starts_with('#'));
-    let entries = lines.filter_map(|line| line.split_once(':'));
-    let entries = entries.map(|(name, text)| {
-        let (fields, response) = text.split_once("---").unwrap_or((text, ""));
-        let standard = Standard {
-            fields: read(fields),
-            response: read(response),
-        };
-        (name, standard)
-    });
-    entries.collect()
-});
-
-fn read(text: &'static str) -> Vec<Field> {
-    let parts = text.split(',');
-    parts
-        .filter_map(|part| part.trim().split_once(' '))
-        .collect()
-}
+use rc_ros_types::{Definition, STANDARD};
 
 /// The fields of a type. `None` if the table does not have it.
-pub(super) fn of(name: &TypeName) -> Option<&'static Standard> {
-    TYPES.get(name.to_string().as_str())
+pub(super) fn of(name: &TypeName) -> Option<&'static Definition<'static>> {
+    STANDARD.get(&name.to_string())
 }
 
 /// All types of a kind in a package. The table has either all types of a package or none.
 pub(super) fn names(package: &str, kind: Kind) -> Vec<&'static str> {
     let folder = format!("{package}/{}/", kind.word());
-    let all = TYPES.keys().copied();
+    let all = STANDARD.names();
     all.filter(|name| name.starts_with(&folder)).collect()
 }
 
 /// A type with the same name in a package with a similar name.
 pub(super) fn elsewhere(name: &TypeName) -> Option<&'static str> {
     let ending = format!("/{}/{}", name.kind.word(), name.name);
-    let packages = TYPES.keys().filter_map(|known| known.strip_suffix(&ending));
+    let packages = STANDARD.names();
+    let packages = packages.filter_map(|known| known.strip_suffix(&ending));
     let package = nearest(&name.package, packages)?;
-    let (known, _) = TYPES.get_key_value(format!("{package}{ending}").as_str())?;
-    Some(known)
+    STANDARD.name(&format!("{package}{ending}"))
 }
 
 /// A type with a name similar to `text`.
 pub(super) fn near(text: &str) -> Option<&'static str> {
-    nearest(text, TYPES.keys().copied())
+    nearest(text, STANDARD.names())
 }
 
 /// Whether this is a package of ROS 2.
@@ -79,12 +43,9 @@ mod tests {
     use crate::ros::words;
 
     #[test]
-    fn every_line_is_read() {
-        let lines = TABLE
-            .lines()
-            .filter(|line| !line.is_empty() && !line.starts_with('#'));
-        assert_eq!(TYPES.len(), lines.count());
-        for (name, standard) in &*TYPES {
+    fn the_types_of_ros_have_valid_names_and_known_fields() {
+        for name in STANDARD.names() {
+            let standard = STANDARD.get(name).expect("a type");
             let name = TypeName::parse(name).expect("a name");
             let service = name.kind == Kind::Service;
             assert!(service || standard.response.is_empty());

@@ -29,6 +29,7 @@ pub(crate) struct Component<'a> {
     simulates_time: bool,
     pub(crate) package: String,
     backends: Vec<BackendCrate<'a>>,
+    ros_types: &'a [String],
     /// Modules of types.
     pub(crate) type_modules: Vec<Reexport>,
     /// Interfaces that slots use.
@@ -134,6 +135,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
                 module: format!("rc_{word}"),
             })
             .collect(),
+        ros_types: &view.ros_types,
         type_modules: type_modules(view, &exports),
         interface_modules: interface_modules(view, &exports),
         parameters: view.parameters.as_ref().map(parameters::of),

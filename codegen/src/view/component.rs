@@ -35,6 +35,8 @@ pub struct Component {
     pub simulates_time: bool,
     /// The slots, in the order of the text.
     pub slots: Vec<Slot>,
+    /// Definitions of the messages and services in ROS 2 that are not part of ROS 2 itself.
+    pub ros_types: Vec<String>,
     /// The modules that the imports reach, each after those that it imports.
     pub modules: Vec<Module>,
     /// The parameters, if the component has some.
@@ -151,6 +153,11 @@ pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
         middleware: middleware.word().to_owned(),
     };
     let slots = component.slots.iter();
+    let slots: Vec<Slot> = slots.map(|slot| one(library, slot, middleware)).collect();
+    let external_types: Vec<String> = slots
+        .iter()
+        .flat_map(|s| s.external_types.clone())
+        .collect();
     let dependencies = component.dependencies.iter();
     let file = project.path.file_name().unwrap_or_default();
     let view = Component {
@@ -163,7 +170,8 @@ pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
         note: note.to_byte_string(),
         period: component.period.into(),
         simulates_time: component.simulates_time,
-        slots: slots.map(|slot| one(library, slot, middleware)).collect(),
+        ros_types: ros::definitions(library, &external_types),
+        slots,
         modules: library::of(library),
         parameters: project.parameters.as_ref().map(parameters::of),
         schema: schema(project),

@@ -114,7 +114,7 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosClient, OpenEr
             types: &endpoint.types,
             qos: call_qos(),
             signal: signal.clone(),
-            labels: String::new(),
+            labels: node.types.labels(&external.type_name),
         };
         let inbox = Arc::new(OfOperation {
             place,

@@ -9,18 +9,21 @@ mod graph;
 mod names;
 mod node;
 mod parameter_events;
-mod parameters;
 mod rcl;
 mod server;
+mod services;
 mod topics;
+mod type_descriptions;
+mod types;
 
 use node::Node;
 use parameter_events::Events;
-use parameters::Services;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::{
     Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,
 };
+use rcl::Service;
+use services::Services;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -30,16 +33,23 @@ use std::time::Duration;
 pub const NAME: &str = "ros2";
 
 /// Joins the network of `environment` as a node, by the settings of `[middleware.ros2]` and the
-/// variables of ROS 2.
-pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
+/// variables of ROS 2. `types` are definitions of types that are not part of ROS 2, in the form that
+/// [`rc_ros_types::Types`] reads; endpoints of other types have no type hash.
+pub fn connect(
+    environment: &Environment,
+    types: &'static [&'static str],
+) -> Result<Box<dyn Backend>, OpenError> {
+    let node = Rc::new(Node::join(environment, types)?);
     Ok(Box::new(Ros2 {
         parameters: RefCell::default(),
-        node: Rc::new(Node::join(environment)?),
+        _type_descriptions: type_descriptions::open(&node)?,
+        node,
     }))
 }
 
 struct Ros2 {
     parameters: RefCell<Option<(Services, Events)>>,
+    _type_descriptions: Services,
     node: Rc<Node>,
 }
 
@@ -65,7 +75,12 @@ impl Backend for Ros2 {
     }
 
     fn parameters(&self, service: Arc<dyn ParameterService>) -> Result<(), OpenError> {
-        let services = Services::open(&self.node, Arc::clone(&service))?;
+        let names = Service::ALL.map(Service::names);
+        let answered = Arc::clone(&service);
+        let answer = move |place: usize, request: &[u8]| {
+            rcl::answer(Service::ALL[place], request, &*answered)
+        };
+        let services = Services::open(&self.node, "rc-ros2-param", &names, Box::new(answer))?;
         let events = Events::open(&self.node, &*service)?;
         self.parameters.replace(Some((services, events)));
         Ok(())

@@ -3,11 +3,13 @@
 use crate::config::{self, Config};
 use crate::graph::Graph;
 use crate::names::NodeName;
+use crate::types::NodeTypes;
 use rc_middleware::{Environment, OpenError};
 use rc_network::Session;
 use rc_settings::ros::ResolvedRemapping;
 use std::cell::Cell;
 use std::rc::Rc;
+use std::sync::Arc;
 
 /// What the endpoints of a node share.
 pub(crate) struct Node {
@@ -17,11 +19,16 @@ pub(crate) struct Node {
     // The graph goes before the session.
     pub(crate) graph: Rc<Graph>,
     pub(crate) session: Rc<Session>,
+    /// The types of its endpoints.
+    pub(crate) types: Arc<NodeTypes>,
     clients: Cell<u32>,
 }
 
 impl Node {
-    pub(crate) fn join(environment: &Environment) -> Result<Self, OpenError> {
+    pub(crate) fn join(
+        environment: &Environment,
+        types: &'static [&'static str],
+    ) -> Result<Self, OpenError> {
         let Config {
             joining,
             node,
@@ -33,6 +40,7 @@ impl Node {
             name: node,
             rules,
             session,
+            types: Arc::new(NodeTypes::new(types)),
             clients: Cell::new(0),
         })
     }

@@ -57,7 +57,7 @@ impl Events {
                 ..Qos::PUBLISHER
             }),
             signal: signal(TOPIC)?,
-            labels: String::new(),
+            labels: node.types.labels(&types.name),
         };
         let publisher = TopicPublisher::open(&node.session, TOPIC, spec)?;
         let sender = Sender {

@@ -1,6 +1,7 @@
 //! The parameter services and events of ROS 2 as bytes: the messages of `rcl_interfaces`, and
 //! replies to requests.
 
+use crate::services::NodeService;
 use rc_middleware::parameters::{Parameter, ParameterEvent, ParameterService, ParameterValue};
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
@@ -16,20 +17,36 @@ pub(crate) enum Service {
 }
 
 impl Service {
-    /// All services, each with its name below the node and the name of its type in
-    /// `rcl_interfaces`.
-    pub(crate) const ALL: [(Self, &'static str, &'static str); 6] = [
-        (Self::Describe, "describe_parameters", "DescribeParameters"),
-        (Self::GetTypes, "get_parameter_types", "GetParameterTypes"),
-        (Self::Get, "get_parameters", "GetParameters"),
-        (Self::List, "list_parameters", "ListParameters"),
-        (Self::Set, "set_parameters", "SetParameters"),
-        (
-            Self::SetAtomically,
-            "set_parameters_atomically",
-            "SetParametersAtomically",
-        ),
+    pub(crate) const ALL: [Self; 6] = [
+        Self::Describe,
+        Self::GetTypes,
+        Self::Get,
+        Self::List,
+        Self::Set,
+        Self::SetAtomically,
     ];
+
+    /// Its name and its type.
+    pub(crate) fn names(self) -> NodeService {
+        let (name, type_name) = match self {
+            Self::Describe => (
+                "describe_parameters",
+                "rcl_interfaces/srv/DescribeParameters",
+            ),
+            Self::GetTypes => (
+                "get_parameter_types",
+                "rcl_interfaces/srv/GetParameterTypes",
+            ),
+            Self::Get => ("get_parameters", "rcl_interfaces/srv/GetParameters"),
+            Self::List => ("list_parameters", "rcl_interfaces/srv/ListParameters"),
+            Self::Set => ("set_parameters", "rcl_interfaces/srv/SetParameters"),
+            Self::SetAtomically => (
+                "set_parameters_atomically",
+                "rcl_interfaces/srv/SetParametersAtomically",
+            ),
+        };
+        NodeService { name, type_name }
+    }
 }
 
 /// `rcl_interfaces/msg/ParameterValue`
@@ -119,7 +136,7 @@ impl Cdr for Value {
 }
 
 /// Writes a text without its zero bytes, which CDR does not allow.
-fn text(text: &str, writer: &mut Writer) {
+pub(crate) fn text(text: &str, writer: &mut Writer) {
     rc_middleware::cdr::text(&text.replace('\0', " "), writer);
 }
 
@@ -365,7 +382,7 @@ mod tests {
         wanted.put(&vec![Named("speed".to_owned(), ParameterValue::Float(2.0))]);
         let wanted = wanted.into_bytes();
         let huge = [0xff; 64];
-        for (service, ..) in Service::ALL {
+        for service in Service::ALL {
             assert!(answer(service, &[], &Fixed).is_err());
             assert!(answer(service, &huge, &Fixed).is_err());
         }

@@ -14,13 +14,14 @@ fn spec<'a>(
     endpoint: &'a Endpoint,
     role: Role,
 ) -> Result<EndpointSpec<'a>, OpenError> {
+    let external = endpoint.external_types.first();
     Ok(EndpointSpec {
         names: names::topic(endpoint, &node.rules)?,
         role,
         types: &endpoint.types,
         qos: topic_qos(&endpoint.qos),
         signal: signal(endpoint.address.as_str())?,
-        labels: String::new(),
+        labels: external.map_or_else(String::new, |e| node.types.labels(&e.type_name)),
     })
 }
 

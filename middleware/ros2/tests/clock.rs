@@ -19,7 +19,7 @@ static SOURCE: Description = Description {
     parameters: None,
     folder: "/nowhere",
     slots: &[],
-    backends: &[("ros2", rc_ros2::connect)],
+    backends: &[("ros2", |environment| rc_ros2::connect(environment, &[]))],
     simulates_time: true,
     note: b"",
 };

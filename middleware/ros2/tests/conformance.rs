@@ -27,7 +27,7 @@ impl rc_conformance::Subject for Ros2 {
         // Sixty-four components in one process announce themselves slowly.
         let lease = Value::Duration(Duration::from_secs(10));
         environment.settings.set("ros2", "lease", lease);
-        rc_ros2::connect(&environment)
+        rc_ros2::connect(&environment, &[])
     }
 
     /// Endpoints compare types when they find each other, not with every message.

@@ -12,7 +12,7 @@ const LIMIT: Duration = Duration::from_secs(30);
 /// A component with a run directory of its own, as if on another machine.
 fn join(machine: &str) -> (Box<dyn Backend>, RunDirectory) {
     let (environment, directory) = environment(machine);
-    let backend = rc_ros2::connect(&environment).expect("the domain");
+    let backend = rc_ros2::connect(&environment, &[]).expect("the domain");
     (backend, directory)
 }
 

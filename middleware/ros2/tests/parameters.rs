@@ -35,7 +35,7 @@ static NODE: Description = Description {
     ),
     folder: "/nowhere",
     slots: &[],
-    backends: &[("ros2", rc_ros2::connect)],
+    backends: &[("ros2", |environment| rc_ros2::connect(environment, &[]))],
     simulates_time: false,
     note: b"",
 };
@@ -97,7 +97,7 @@ impl Asker {
             wake_event: WakeEvent::new().expect("an event"),
             settings,
         };
-        let backend = rc_ros2::connect(&environment)?;
+        let backend = rc_ros2::connect(&environment, &[])?;
         let node = format!("{network}/tuned");
         Ok(Self { backend, node })
     }

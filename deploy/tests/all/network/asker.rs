@@ -66,7 +66,7 @@ impl Asker {
         };
         let backend = match domain.over {
             Over::Dds => rc_dds::connect(&environment),
-            Over::Ros2 => rc_ros2::connect(&environment),
+            Over::Ros2 => rc_ros2::connect(&environment, &[]),
         };
         let backend = backend.expect("the domain");
         let address = format!("{}/{SLOT}", domain.site.network);

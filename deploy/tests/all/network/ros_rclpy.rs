@@ -4,7 +4,13 @@
 use crate::network::dds::{Domain, Over, Stranger};
 use crate::network::site::Site;
 use crate::python;
+use rustix::process::{Signal, kill_process};
 use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Longest time until a node on Fast DDS has removed a component that has ended. Without a message,
+/// it would wait for the lease.
+const LEAVING: Duration = Duration::from_secs(5);
 
 fn domain(name: &str, id: u32) -> Domain {
     Domain::over(Over::Ros2, name, id)
@@ -128,9 +134,53 @@ fn the_graph_of_rclpy_has_the_component() {
     assert_eq!(topics, expected.iter().collect::<Vec<_>>());
     let services = said.iter().filter(|line| line.starts_with("service "));
     assert_eq!(services.count(), 6, "{said:?}");
-    let publisher = said.last().expect("a publisher");
-    let expected = "publisher interop std_msgs/msg/String ";
-    assert!(publisher.starts_with(expected), "{publisher}");
+    // The subscription is rclpy's own. `codegen/tests/ros/hashes.py` printed the hash of the report.
+    let string = "std_msgs/msg/String RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18";
+    let report = "interop_msgs/msg/Report RIHS01_29b0b474199fd086b2e0c5dcad62e6d0b72f2a0ca13f4b9ab83d8b755af3fc74";
+    assert_eq!(
+        said[said.len() - 3..],
+        [
+            format!("publisher interop {string}"),
+            format!("publisher interop {report}"),
+            format!("subscription graph {string}"),
+        ]
+    );
+}
+
+/// The service `get_type_description` of a node describes types of ROS 2 and of the component.
+#[test]
+fn rclpy_reads_descriptions_of_types() {
+    let Some(python) = python::ros("rclpy_reads_descriptions_of_types") else {
+        return;
+    };
+    let domain = domain("rclpy_types", 47);
+    let component = domain.start_local(&[]);
+    let said = lines(&domain, python, "types.py", &[]);
+    let expected = [
+        "described sensor_msgs/msg/Image True",
+        "same as rclpy True",
+        "described interop_msgs/msg/Report True",
+        "unknown False no endpoint of this node has a type with this hash",
+    ];
+    assert_eq!(said, expected, "{}", component.log());
+}
+
+/// A component that ends says so: nodes on Fast DDS need not wait for its lease.
+#[test]
+fn a_component_that_ends_leaves_the_graph_of_rclpy() {
+    let Some(python) = python::ros("a_component_that_ends_leaves_the_graph_of_rclpy") else {
+        return;
+    };
+    let domain = domain("rclpy_leaving", 48);
+    let component = domain.start_local(&[]);
+    let node = domain.rclpy(python, "leaving.py", &[]);
+    node.says("found");
+    kill_process(component.pid(), Signal::TERM).expect("the component");
+    let ended = Instant::now();
+    assert_eq!(component.end(), Some(0));
+    node.says("left");
+    assert!(ended.elapsed() < LEAVING, "{:?}", ended.elapsed());
+    assert_eq!(node.end(), [""; 0]);
 }
 
 /// A client goes on with a server that was killed and started again.

@@ -1,13 +1,11 @@
-//! The parameter services of a node, on a thread of their own.
+//! Services of a node itself, such as those of its parameters, on a thread of their own.
 
 use crate::calls::Request;
 use crate::graph::Listed;
 use crate::names;
 use crate::node::Node;
-use crate::rcl::{self, Service};
 use crate::server::{is_reachable, send_reply};
 use rc_ddsc::{Sample, Writer};
-use rc_middleware::parameters::ParameterService;
 use rc_middleware::rpc::ENVELOPE;
 use rc_middleware::{OpenError, TypeIdentity};
 use rc_network::{
@@ -40,10 +38,22 @@ impl Inbox for OfService {
     fn put(&self, sample: Sample, _from: Option<GuidPrefix>) {
         let size = sample.len();
         if size > LARGEST || self.requests.try_send((self.place, sample)).is_err() {
-            tracing::debug!("a request of {size} bytes for parameters found no place");
+            tracing::debug!("a request of {size} bytes to a service of this node found no place");
         }
     }
 }
+
+/// A service of a node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NodeService {
+    /// Its name below the node.
+    pub(crate) name: &'static str,
+    /// Its type: `rcl_interfaces/srv/GetParameters`.
+    pub(crate) type_name: &'static str,
+}
+
+/// Gives the body of the reply to a request to a service, by its place among the services.
+pub(crate) type Answer = Box<dyn Fn(usize, &[u8]) -> Result<Vec<u8>, String> + Send>;
 
 /// The services of a node. Dropping it closes them.
 pub(crate) struct Services {
@@ -55,36 +65,39 @@ pub(crate) struct Services {
 /// A service, as the thread sees it. Its reader holds the other end of the channel, so the thread
 /// does not hold the reader.
 struct Served {
-    service: Service,
     requests: Weak<ReaderState>,
     replies: Arc<WriterState>,
     writer: Arc<Writer>,
 }
 
 impl Services {
+    /// Opens the services, for which `thread` is the name of their thread.
     pub(crate) fn open(
         node: &Node,
-        parameters: Arc<dyn ParameterService>,
+        thread: &str,
+        services: &[NodeService],
+        answer: Answer,
     ) -> Result<Self, OpenError> {
         let address = node.name.full();
         let signal = signal(&address)?;
         let (sender, requests) = sync_channel(MOST);
         let opening = Opening::begin(&node.session, &address)?;
         let mut ports = Vec::new();
-        for (place, (_, name, type_name)) in Service::ALL.iter().enumerate() {
+        for (place, NodeService { name, type_name }) in services.iter().enumerate() {
             let service = format!("{address}/{name}");
             let types = TypeIdentity {
-                name: format!("rcl_interfaces/srv/{type_name}"),
+                name: (*type_name).to_owned(),
                 hash: 0,
             };
-            let [request, reply] = names::service_topics(&service, "rcl_interfaces", type_name);
+            let (package, own) = type_name.split_once("/srv/").unwrap_or_default();
+            let [request, reply] = names::service_topics(&service, package, own);
             let spec = |names| EndpointSpec {
                 names,
                 role: Role::Server,
                 types: &types,
                 qos: call_qos(),
                 signal: signal.clone(),
-                labels: String::new(),
+                labels: node.types.labels(&types.name),
             };
             let inbox = OfService {
                 place,
@@ -101,18 +114,17 @@ impl Services {
         opening.meet(&states);
         let readers: Vec<Guid> = ports.iter().map(|(requests, _)| requests.guid).collect();
         let writers: Vec<Guid> = ports.iter().map(|(_, replies)| replies.guid).collect();
-        let served = Service::ALL.iter().zip(&ports);
+        let served = ports.iter();
         let served: Vec<Served> = served
-            .map(|((service, ..), (requests, replies))| Served {
-                service: *service,
+            .map(|(requests, replies)| Served {
                 requests: Arc::downgrade(&requests.shared),
                 replies: Arc::clone(&replies.shared),
                 writer: Arc::clone(&replies.writer),
             })
             .collect();
         let thread = std::thread::Builder::new()
-            .name("rc-ros2-param".to_owned())
-            .spawn(move || run(&requests, &served, &*parameters))
+            .name(thread.to_owned())
+            .spawn(move || run(&requests, &served, &answer))
             .map_err(|error| OpenError::Backend {
                 address,
                 reason: format!("a thread cannot be started: {error}"),
@@ -135,7 +147,7 @@ impl Drop for Services {
     }
 }
 
-fn run(requests: &Receiver<(usize, Sample)>, served: &[Served], parameters: &dyn ParameterService) {
+fn run(requests: &Receiver<(usize, Sample)>, served: &[Served], answer: &Answer) {
     let (rate_limit, mut sent) = (RateLimit::default(), 0);
     for (place, sample) in requests {
         let to = &served[place];
@@ -143,13 +155,11 @@ fn run(requests: &Receiver<(usize, Sample)>, served: &[Served], parameters: &dyn
             return;
         };
         sent += 1;
-        if let Err(reason) = to.reply(sent, &sample, &requests, parameters)
+        if let Err(reason) = to.reply(sent, &sample, &requests, |body| answer(place, body))
             && let Some(suppressed) = rate_limit.allow()
         {
             let (count, topic) = (suppressed + 1, to.replies.state.topic());
-            tracing::warn!(
-                "a request about parameters has no reply on `{topic}` ({count} times): {reason}"
-            );
+            tracing::warn!("a request has no reply on `{topic}` ({count} times): {reason}");
         }
     }
 }
@@ -160,11 +170,11 @@ impl Served {
         sequence: u64,
         sample: &Sample,
         requests: &ReaderState,
-        parameters: &dyn ParameterService,
+        answer: impl Fn(&[u8]) -> Result<Vec<u8>, String>,
     ) -> Result<(), String> {
         let request = Request::read(sample, requests)?;
         let body = body(sample)?.get(request.skipped()..).unwrap_or_default();
-        let answer = rcl::answer(self.service, body, parameters)?;
+        let answer = answer(body)?;
         let begin = Instant::now();
         while !is_reachable(sample, requests, &self.replies) && begin.elapsed() < HOLD {
             self.replies.state.wait_for_change(LOOK);
