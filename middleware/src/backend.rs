@@ -7,6 +7,7 @@
 //! Every wait has a limit.
 
 use crate::error::{CallError, OpenError, ReceiveError, SendError};
+use crate::log::LogQueue;
 use crate::parameters::ParameterService;
 use crate::{Address, Encoding, Header, Qos, QueueGauge};
 use std::os::fd::BorrowedFd;
@@ -89,6 +90,13 @@ pub trait Backend {
     fn parameters(&self, service: Arc<dyn ParameterService>) -> Result<(), OpenError> {
         drop(service);
         Ok(())
+    }
+
+    /// Publishes the log of the component from now on, where the middleware has a log. Returns
+    /// whether it does.
+    fn log(&self, log: &Arc<LogQueue>) -> Result<bool, OpenError> {
+        let _ = log;
+        Ok(false)
     }
 
     /// Takes the reports about endpoints that do not match those of this component: one text each,

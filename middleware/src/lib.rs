@@ -8,6 +8,7 @@
 //! - [`rpc`]: the envelope of a call (after the basic mapping of OMG DDS-RPC 1.0).
 //! - [`typed`]: typed publishers and clients, which generated code uses.
 //! - [`gaps`]: the samples that a receiver lost.
+//! - [`log`]: the log of a component, for a middleware that publishes it.
 //! - [`environment`]: the network of a process, and its run directory.
 //! - [`network_time`]: where a source of time and its followers meet.
 //! - [`parameters`]: the parameters of a component, for a middleware with parameters.
@@ -24,6 +25,7 @@ pub mod error;
 pub mod gaps;
 pub mod header;
 pub mod in_place;
+pub mod log;
 pub mod network_time;
 pub mod parameters;
 pub mod qos;
@@ -46,6 +48,7 @@ pub use error::{CallError, OpenError, ReceiveError, SendError};
 pub use gaps::{Gaps, Unread};
 pub use header::{Encoding, Header, now};
 pub use in_place::InPlace;
+pub use log::{LogLevel, LogLine, LogQueue};
 pub use qos::{Durability, Qos, Reliability};
 pub use queue_gauge::QueueGauge;
 pub use settings::Settings;

@@ -1,28 +1,83 @@
 //! The log of a component, and what it prints.
 
 use crate::error::StartError;
+use rc_middleware::{LogLevel, LogLine, LogQueue};
+use std::fmt::{self, Write as _};
 use std::io::Write;
+use std::sync::Arc;
+use std::time::SystemTime;
+use tracing::field::{Field, Visit};
+use tracing::{Event, Level, Subscriber};
+use tracing_subscriber::Layer;
+use tracing_subscriber::filter::LevelFilter;
+use tracing_subscriber::layer::{Context, SubscriberExt};
+use tracing_subscriber::util::SubscriberInitExt;
 
-/// Sends the log to standard error if it `prints`, with messages of this level and above.
-pub(crate) fn start(level: &str, prints: bool) -> Result<(), StartError> {
-    let level: tracing::Level = level.parse().map_err(|_| {
+/// Sends the log, with messages of this level and above, to standard error if it `prints`, and to
+/// the queue that it returns. `None` for a second component of one process, as in tests: it uses
+/// the log of the first.
+pub(crate) fn start(level: &str, prints: bool) -> Result<Option<Arc<LogQueue>>, StartError> {
+    let level: Level = level.parse().map_err(|_| {
         StartError::Usage(format!(
             "`{level}` is not a log level; there are error, warn, info, debug and trace"
         ))
     })?;
-    if !prints {
-        return Ok(());
+    let printed = prints.then(|| {
+        tracing_subscriber::fmt::layer()
+            .with_target(false)
+            .with_ansi(false)
+            // A line that cannot be written is lost; an error message about it on the same stream would panic.
+            .log_internal_errors(false)
+            .with_writer(std::io::stderr)
+    });
+    let queue = Arc::new(LogQueue::default());
+    let subscriber = tracing_subscriber::registry()
+        .with(LevelFilter::from_level(level))
+        .with(printed)
+        .with(ToQueue(Arc::clone(&queue)));
+    Ok(subscriber.try_init().is_ok().then_some(queue))
+}
+
+/// Adds messages to a queue.
+struct ToQueue(Arc<LogQueue>);
+
+impl<S: Subscriber> Layer<S> for ToQueue {
+    fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
+        let metadata = event.metadata();
+        let mut text = Text::default();
+        event.record(&mut text);
+        self.0.push(LogLine {
+            time: SystemTime::now(),
+            level: match *metadata.level() {
+                Level::ERROR => LogLevel::Error,
+                Level::WARN => LogLevel::Warn,
+                Level::INFO => LogLevel::Info,
+                _ => LogLevel::Debug,
+            },
+            text: text.0,
+            file: metadata.file().unwrap_or_default(),
+            module: metadata.module_path().unwrap_or_default(),
+            line: metadata.line().unwrap_or(0),
+        });
     }
-    // A second component of one process, as in tests, uses the log of the first.
-    let _ = tracing_subscriber::fmt()
-        .with_max_level(level)
-        .with_target(false)
-        .with_ansi(false)
-        // A line that cannot be written is lost; an error message about it on the same stream would panic.
-        .log_internal_errors(false)
-        .with_writer(std::io::stderr)
-        .try_init();
-    Ok(())
+}
+
+/// The message of an event, and its other fields as `NAME=VALUE`.
+#[derive(Default)]
+struct Text(String);
+
+impl Visit for Text {
+    fn record_str(&mut self, field: &Field, value: &str) {
+        self.record_debug(field, &format_args!("{value}"));
+    }
+
+    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
+        let blank = if self.0.is_empty() { "" } else { " " };
+        let _ = match field.name() {
+            "message" => write!(self.0, "{blank}{value:?}"),
+            name => write!(self.0, "{blank}{name}={value:?}"),
+        };
+    }
 }
 
 /// Prints to standard output. A reader that has left is not an error.

@@ -11,8 +11,8 @@ use rc_management::component::{ClockKind, Role};
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{TypedClient, TypedPublisher};
 use rc_middleware::{
-    Address, Backend, Counter, Endpoint, Environment, ExternalType, OpenError, QueueGauge, Server,
-    Settings, Subscriber, TypeIdentity, network_time,
+    Address, Backend, Counter, Endpoint, Environment, ExternalType, LogQueue, OpenError,
+    QueueGauge, Server, Settings, Subscriber, TypeIdentity, network_time,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -198,6 +198,18 @@ impl Ports {
     pub(crate) fn parameters(&self, service: &Arc<dyn ParameterService>) -> Result<(), OpenError> {
         let mut backends = self.backends.iter();
         backends.try_for_each(|(_, backend)| backend.parameters(Arc::clone(service)))
+    }
+
+    /// Gives the log of the component to the middlewares that publish it.
+    pub(crate) fn log(&self, log: &Arc<LogQueue>) -> Result<(), OpenError> {
+        let mut is_published = false;
+        for (_, backend) in &self.backends {
+            is_published |= backend.log(log)?;
+        }
+        if !is_published {
+            log.close(false);
+        }
+        Ok(())
     }
 
     /// The counters of the sending ends, each with the index of its slot.

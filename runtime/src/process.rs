@@ -195,7 +195,7 @@ fn run_component<C: Component>(
     let configuration = &loaded.configuration;
     let level = loaded.ros.log.or(arguments.log.as_deref());
     let level = level.or(configuration.log.as_deref()).unwrap_or("info");
-    log::start(level, arguments.ros.prints_log.unwrap_or(true))?;
+    let log = log::start(level, arguments.ros.prints_log.unwrap_or(true))?;
     let bindings = configuration::bindings(description, arguments, configuration)?;
     let mut settings = settings(description, arguments, &loaded, &bindings)?;
     let kind = clock(description, arguments, &mut settings)?;
@@ -230,6 +230,9 @@ fn run_component<C: Component>(
         matches!(hosting, Hosting::Process),
     )?;
     let mut ports = Ports::new(description, &environment, &bindings, kind)?;
+    if let Some(log) = &log {
+        ports.log(log)?;
+    }
     let middleware = match &arguments.clock {
         ClockChoice::Simulated(middleware) => middleware.as_deref(),
         _ => None,

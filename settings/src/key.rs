@@ -70,7 +70,7 @@ static DDS: [Key; 6] = [
     },
 ];
 
-static ROS2: [Key; 9] = [
+static ROS2: [Key; 10] = [
     Key {
         name: "domain",
         kind: Kind::Int(DOMAINS),
@@ -124,6 +124,12 @@ static ROS2: [Key; 9] = [
         kind: Kind::Bool,
         default: Some(Value::Bool(false)),
         doc: "Whether time comes from the topic /clock, as rosgraph_msgs/msg/Clock, instead of the system's clock.",
+    },
+    Key {
+        name: "rosout",
+        kind: Kind::Bool,
+        default: Some(Value::Bool(true)),
+        doc: "Whether the log is published on the topic /rosout, as rcl_interfaces/msg/Log.",
     },
 ];
 

@@ -5,7 +5,6 @@ use pose_relay_generated::{
     Context, FullPoseEuler, Header, Robot, Transform, TransformStamped, Vector3, Worker,
     WorkerError, tracing::warn,
 };
-use std::time::SystemTime;
 
 pub struct SpecificWorker {}
 
@@ -26,7 +25,7 @@ impl Robot for SpecificWorker {
         }
         let transform = TransformStamped {
             header: Header {
-                stamp: stamp(SystemTime::now()),
+                stamp: stamp(ctx.now()),
                 frame_id: ctx.params.parent_frame.clone(),
             },
             child_frame_id: ctx.params.child_frame.clone(),

@@ -1,15 +1,15 @@
 //! Poses in the types of tf2.
 
-use pose_relay_generated::{Quaternion, Time};
-use std::time::{SystemTime, UNIX_EPOCH};
+use pose_relay_generated::{Quaternion, Time, network_time};
 
-/// The time of a message. A time before 1970 or after 2038 is 0, which means that it is unknown.
-pub(crate) fn stamp(now: SystemTime) -> Time {
-    let since = now.duration_since(UNIX_EPOCH).unwrap_or_default();
-    match i32::try_from(since.as_secs()) {
+/// A time of the network in a message. A time after 2038 is 0, which means that it is unknown.
+pub(crate) fn stamp(now: network_time::Time) -> Time {
+    const SECOND: u64 = 1_000_000_000;
+    let nanoseconds = now.as_nanos();
+    match i32::try_from(nanoseconds / SECOND) {
         Ok(sec) => Time {
             sec,
-            nanosec: since.subsec_nanos(),
+            nanosec: (nanoseconds % SECOND) as u32,
         },
         Err(_) => Time::default(),
     }
@@ -73,11 +73,9 @@ mod tests {
 
     #[test]
     fn a_time_is_in_seconds_and_nanoseconds() {
-        let time = stamp(UNIX_EPOCH + Duration::new(1_700_000_000, 5));
+        let after = |since: Duration| stamp(network_time::Time::ZERO + since);
+        let time = after(Duration::new(1_700_000_000, 5));
         assert_eq!((time.sec, time.nanosec), (1_700_000_000, 5));
-        assert_eq!(
-            stamp(UNIX_EPOCH + Duration::from_secs(1 << 40)),
-            Time::default()
-        );
+        assert_eq!(after(Duration::from_secs(1 << 32)), Time::default());
     }
 }

@@ -189,7 +189,7 @@ fn settings_of_middlewares_apply_to_their_block() {
             n.ddsl:4:52: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:4:22 (a further one only sets something of it, in braces: write first what the components use)
             n.ddsl:4:103: error[syntax-error]: expected a value, found `;`
             n.ddsl:4:114: error[syntax-error]: expected `,` or `;`, found `2s`
-            n.ddsl:4:118: error[unknown-field]: expected a setting of a middleware, found `§` (expected one of `domain`, `interfaces`, `peers`, `multicast`, `lease`, `queue_mib`, `namespace`, `node`, `remap`, `qos`, `use_sim_time`)
+            n.ddsl:4:118: error[unknown-field]: expected a setting of a middleware, found `§` (expected one of `domain`, `interfaces`, `peers`, `multicast`, `lease`, `queue_mib`, `namespace`, `node`, `remap`, `qos`, `use_sim_time`, `rosout`)
             n.ddsl:4:136: error[missing-semicolon]: expected `;`
             n.ddsl:4:161: error[repeated-clause]: duplicate clause `middleware`; first used here at n.ddsl:4:92
             n.ddsl:4:191: error[syntax-error]: expected a name, found `{`
@@ -211,7 +211,7 @@ fn ros_settings_are_checked() {
         "middleware ros2 { service_mapping cyclone; namespace \"robot\"; node 7; remap \"Laser=/scan\"; nod \"x\"; qos \"/scan.depth:=1\"; };\n\
          Component a { cdsl \"a\"; };",
         &expect![[r#"
-            n.ddsl:2:19: error[unknown-key]: `service_mapping` cannot be set of ros2 (there are domain, interfaces, lease, queue_mib, namespace, node, remap, qos, use_sim_time)
+            n.ddsl:2:19: error[unknown-key]: `service_mapping` cannot be set of ros2 (there are domain, interfaces, lease, queue_mib, namespace, node, remap, qos, use_sim_time, rosout)
             n.ddsl:2:54: error[bad-setting]: `namespace` cannot be the string "robot" (allowed is a namespace of ROS 2, such as "/robot": each `/` is followed by letters, digits and single `_`, no digit first)
             n.ddsl:2:68: error[bad-setting]: `node` cannot be the number 7 (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
             n.ddsl:2:77: error[bad-setting]: `remap` cannot be the string "Laser=/scan" (allowed is a rule FROM:=TO, such as "LaserPub/newScan:=/scan": FROM is a slot, SLOT/operation or a name of ROS 2, TO is the new name)

@@ -54,6 +54,7 @@ pub struct Configuration {
     interfaces: String,
     peers: String,
     multicast: bool,
+    known_ports: bool,
 }
 
 impl Configuration {
@@ -66,6 +67,7 @@ impl Configuration {
             interfaces: String::new(),
             peers: String::new(),
             multicast: true,
+            known_ports: false,
         }
     }
 
@@ -107,6 +109,14 @@ impl Configuration {
         self
     }
 
+    /// Receives at known ports, where programs without multicast look for participants of a machine.
+    /// At most 100 participants of a machine can be in the domain then.
+    #[must_use]
+    pub fn known_ports(mut self) -> Self {
+        self.known_ports = true;
+        self
+    }
+
     /// Discovers nobody, and is discovered by nobody.
     #[must_use]
     pub fn without_discovery(mut self) -> Self {
@@ -130,6 +140,7 @@ impl Configuration {
             interfaces,
             peers,
             multicast,
+            known_ports,
         } = self;
         let interfaces = match interfaces.as_str() {
             "" => String::new(),
@@ -143,7 +154,7 @@ impl Configuration {
         // Other processes look for this one by address at known ports. With multicast, the library
         // chooses any port.
         let index = match peers.as_str() {
-            "" => "default",
+            "" if !known_ports => "default",
             _ => "auto",
         };
         let announce = (*lease / ANNOUNCEMENTS).as_nanos();

@@ -5,7 +5,8 @@
 //! reader that waits for the reply, and the reply carries this reader and the number of the request
 //! among the samples of its writer. `rmw_cyclonedds` puts a header before the body. A component
 //! speaks with each peer as the middleware of that peer does; the vendor in the peer's identity
-//! names it. Components use the way of Fast DDS among each other, with numbers of their own.
+//! names it. A request of another vendor may have a header, too: it begins with the client's
+//! identity then. Components use the way of Fast DDS among each other, with numbers of their own.
 
 use rc_ddsc::{Identity, Sample};
 use rc_network::{Guid, GuidPrefix, Peer, ReaderState, body, prefix};
@@ -23,6 +24,19 @@ pub(crate) enum Mapping {
 pub(crate) const HEADER: usize = 16;
 /// The vendor of Cyclone DDS, with which the identities of its endpoints begin (RTPS 2.5, 9.3.1.5).
 const CYCLONE: [u8; 2] = [0x01, 0x10];
+/// The vendor of Fast DDS.
+const FAST: [u8; 2] = [0x01, 0x0f];
+/// Vendors by their identifiers, as the OMG lists them.
+const VENDORS: [([u8; 2], &str); 8] = [
+    ([0x01, 0x01], "RTI Connext"),
+    ([0x01, 0x02], "OpenSplice"),
+    ([0x01, 0x03], "OpenDDS"),
+    (FAST, "Fast DDS"),
+    (CYCLONE, "Cyclone DDS"),
+    ([0x01, 0x11], "GurumDDS"),
+    ([0x01, 0x12], "RustDDS"),
+    ([0x01, 0x14], "Dust DDS"),
+];
 /// Bits of a number that a component gives a request: the higher ones name its client in the
 /// component, these count the requests of that client.
 const COUNTED: u32 = 40;
@@ -44,6 +58,29 @@ impl Mapping {
             Self::Before => HEADER,
         }
     }
+}
+
+/// The vendor of an endpoint, for people.
+fn vendor(guid: &Guid) -> String {
+    let known = VENDORS.iter().find(|(vendor, _)| guid.starts_with(vendor));
+    match known {
+        Some((_, name)) => (*name).to_owned(),
+        None => format!("the vendor {:02x}.{:02x}", guid[0], guid[1]),
+    }
+}
+
+/// What to do about a server that does not reply, if its vendor is neither that of Fast DDS nor
+/// that of Cyclone DDS: its mapping is unknown.
+pub(crate) fn advice_on_server(guid: &Guid) -> Option<String> {
+    let is_known = [FAST, CYCLONE]
+        .iter()
+        .any(|vendor| guid.starts_with(vendor));
+    (!is_known).then(|| {
+        format!(
+            "the server is on {}, and components call it as `rmw_fastrtps` does; if it never replies, let it use that service mapping (`ServiceMapping::Enhanced` in ros2-client)",
+            vendor(guid)
+        )
+    })
 }
 
 /// The number of a component's request: `client` is the number of the client in its component,
@@ -77,7 +114,10 @@ impl Request {
         if let Some(id) = sample.related().filter(|id| id.guid != [0; 16]) {
             // A stranger could have its reply pass for the reply to another client's request.
             return match reader.participant(sample.writer()) {
-                Some(client) if client == prefix(&id.guid) => Ok(beside(id.guid, id.number)),
+                Some(client) if client == prefix(&id.guid) => {
+                    let before = Self::before(body(sample)?, &id.guid);
+                    Ok(before.unwrap_or_else(|| beside(id.guid, id.number)))
+                }
                 Some(_) => Err("a request names another client than its sender".to_owned()),
                 // The client has gone: nobody receives the reply.
                 None => Ok(beside([0; 16], id.number)),
@@ -85,13 +125,39 @@ impl Request {
         }
         let peer = reader.peer(sample.writer());
         let peer = peer.ok_or("the client of a request has gone")?;
+        let body = body(sample)?;
         match Mapping::of(&peer) {
-            Mapping::Beside => Ok(beside(peer.guid, 0)),
+            Mapping::Beside => {
+                let before = Self::before(body, &peer.guid);
+                Ok(before.unwrap_or_else(|| beside(peer.guid, 0)))
+            }
             Mapping::Before => Ok(Self {
-                id: in_header(body(sample)?, &peer.guid)?,
+                id: in_header(body, &peer.guid)?,
                 mapping: Mapping::Before,
             }),
         }
+    }
+
+    /// The identity in the header of `rmw_cyclonedds`, if a body begins with half of the identity
+    /// of its client, as this header does.
+    fn before(body: &[u8], client: &Guid) -> Option<Self> {
+        let id = in_header(body, client).ok()?;
+        (id.guid == *client).then_some(Self {
+            id,
+            mapping: Mapping::Before,
+        })
+    }
+
+    /// Why a request whose body is `body` cannot be served: it has the header of DDS-RPC's basic
+    /// mapping, which begins with the identity of the client.
+    pub(crate) fn unserved(self, body: &[u8]) -> Option<String> {
+        let client = &self.id.guid;
+        (self.mapping == Mapping::Beside && body.starts_with(client)).then(|| {
+            format!(
+                "a client on {} uses the basic service mapping of DDS-RPC, which no middleware of ROS 2 has; let it use that of `rmw_fastrtps` (`ServiceMapping::Enhanced` in ros2-client)",
+                vendor(client)
+            )
+        })
     }
 
     /// Number of bytes before the body.
@@ -150,7 +216,10 @@ pub(crate) fn header(id: Identity) -> [u8; HEADER] {
 /// Reads the header before a body; `client` has the other half of the identity.
 fn in_header(body: &[u8], client: &Guid) -> Result<Identity, String> {
     let Some((header, _)) = body.split_first_chunk::<HEADER>() else {
-        return Err("a sample is too short to say what it answers".to_owned());
+        return Err(format!(
+            "a sample of a program on {} has no header of 16 bytes, as `rmw_cyclonedds` writes it",
+            vendor(client)
+        ));
     };
     let (mut guid, mut number) = (*client, [0; 8]);
     guid[8..].copy_from_slice(&header[..8]);

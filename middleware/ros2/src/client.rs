@@ -152,6 +152,7 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosClient, OpenEr
         spin: endpoint.qos.spin,
         number: node.number_client(),
         sent: 0,
+        has_advised: false,
         last: 0,
         buffer: Vec::new(),
     };
@@ -179,6 +180,8 @@ pub(crate) struct RosClient {
     number: u32,
     /// Number of requests, for servers that do not count samples.
     sent: u64,
+    /// Whether the log has said what to do about a server that does not reply.
+    has_advised: bool,
     /// The operation of the last request.
     last: usize,
     /// A body with what stands before it.
@@ -218,6 +221,16 @@ impl RosClient {
         CallError::Backend {
             address: self.address.clone(),
             reason,
+        }
+    }
+
+    /// Says once what to do about a server that does not reply, if its mapping is unknown.
+    fn advise(&mut self, at: usize, server: GuidPrefix) {
+        if let Some((guid, true, _)) = self.services[at].reader_of(server)
+            && let Some(advice) = calls::advice_on_server(&guid)
+            && !std::mem::replace(&mut self.has_advised, true)
+        {
+            tracing::warn!("no reply from `{}`: {advice}", self.address);
         }
     }
 
@@ -450,6 +463,9 @@ impl Client for RosClient {
         }
         let (at, id, server) = self.submit(header, request, true)?;
         let result = self.await_reply((at, id), server, (start, limit), take);
+        if matches!(result, Err(CallError::Deadline { .. })) {
+            self.advise(at, server);
+        }
         self.received.queue.finish();
         result
     }

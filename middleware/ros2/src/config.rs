@@ -93,6 +93,10 @@ fn discovery(
         configuration = configuration.interface(wanted)?;
     }
     let configuration = match range {
+        // Nodes with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST look at known ports.
+        _ if !interfaces.is_empty() && interfaces.iter().all(|wanted| is_loopback(wanted)) => {
+            configuration.known_ports()
+        }
         _ if !interfaces.is_empty() => configuration,
         "LOCALHOST" => configuration.localhost(),
         "OFF" => return Ok(configuration.localhost().without_discovery()),
@@ -107,6 +111,15 @@ fn discovery(
     Ok(peers.fold(configuration, |configuration, peer| {
         configuration.peer(peer)
     }))
+}
+
+/// Whether an interface, by its name or its address, is that of this machine alone.
+fn is_loopback(wanted: &str) -> bool {
+    let known = rc_ddsc::interfaces();
+    let named = known.iter().find(|(name, _)| name == wanted);
+    named
+        .map_or(wanted, |(_, address)| address)
+        .starts_with("127.")
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ mod names;
 mod node;
 mod parameter_events;
 mod rcl;
+mod rosout;
 mod server;
 mod services;
 mod topics;
@@ -20,9 +21,10 @@ use node::Node;
 use parameter_events::Events;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::{
-    Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,
+    Backend, Client, Endpoint, Environment, LogQueue, OpenError, Publisher, Server, Subscriber,
 };
 use rcl::Service;
+use rosout::LogPublisher;
 use services::Services;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -43,13 +45,15 @@ pub fn connect(
     Ok(Box::new(Ros2 {
         parameters: RefCell::default(),
         _type_descriptions: type_descriptions::open(&node)?,
+        log: RefCell::default(),
         node,
     }))
 }
 
 struct Ros2 {
     parameters: RefCell<Option<(Services, Events)>>,
-    _type_descriptions: Services,
+    _type_descriptions: Option<Services>,
+    log: RefCell<Option<LogPublisher>>,
     node: Rc<Node>,
 }
 
@@ -84,6 +88,15 @@ impl Backend for Ros2 {
         let events = Events::open(&self.node, &*service)?;
         self.parameters.replace(Some((services, events)));
         Ok(())
+    }
+
+    fn log(&self, log: &Arc<LogQueue>) -> Result<bool, OpenError> {
+        let settings = &self.node.session.environment.settings;
+        if settings.bool(NAME, "rosout") == Some(false) {
+            return Ok(false);
+        }
+        self.log.replace(Some(LogPublisher::open(&self.node, log)?));
+        Ok(true)
     }
 
     fn mismatches(&self) -> Vec<String> {

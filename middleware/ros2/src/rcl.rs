@@ -185,6 +185,13 @@ fn describe(name: &str, known: Option<&Parameter>, writer: &mut Writer) {
     }
 }
 
+/// `builtin_interfaces/msg/Time` of a time in nanoseconds since 1970.
+pub(crate) fn put_time(stamp: i64, writer: &mut Writer) {
+    const SECOND: i64 = 1_000_000_000;
+    writer.put(&i32::try_from(stamp.div_euclid(SECOND)).unwrap_or(i32::MAX));
+    writer.put(&(stamp.rem_euclid(SECOND) as u32));
+}
+
 /// `rcl_interfaces/msg/SetParametersResult`
 fn result(result: &Result<(), String>, writer: &mut Writer) {
     writer.put(&result.is_ok());
@@ -193,10 +200,8 @@ fn result(result: &Result<(), String>, writer: &mut Writer) {
 
 /// `rcl_interfaces/msg/ParameterEvent` of the node `node`, at `stamp`, in nanoseconds since 1970.
 pub(crate) fn event(stamp: i64, node: &str, event: &ParameterEvent) -> Result<Vec<u8>, String> {
-    const SECOND: i64 = 1_000_000_000;
     let mut writer = Writer::default();
-    writer.put(&i32::try_from(stamp.div_euclid(SECOND)).unwrap_or(i32::MAX));
-    writer.put(&(stamp.rem_euclid(SECOND) as u32));
+    put_time(stamp, &mut writer);
     text(node, &mut writer);
     for parameters in [&event.new, &event.changed] {
         writer.length(parameters.len());

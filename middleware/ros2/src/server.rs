@@ -15,7 +15,7 @@ use rc_network::{
     ReaderPort, ReaderState, RequestQueues, Role, WriterPort, WriterState, body, call_qos, lock,
     prefix, sample_header, signal, stamp,
 };
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -29,6 +29,8 @@ const HOLD_NAMED: Duration = Duration::from_secs(5);
 const ORDER: Duration = Duration::from_millis(50);
 /// Number of clients whose last request is remembered.
 const MOST_CLIENTS: usize = 256;
+/// Most reasons that are remembered, so that each is logged once.
+const MOST_REASONS: usize = 16;
 /// Most requests without room that are kept for a refusal.
 const MOST_REFUSED: usize = 64;
 
@@ -156,6 +158,7 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosServer, OpenEr
         queue,
         signal,
         last: HashMap::new(),
+        reported: BTreeSet::new(),
         request: Vec::new(),
         reply: Vec::new(),
         sent: 0,
@@ -171,6 +174,8 @@ pub(crate) struct RosServer {
     signal: WakeEvent,
     /// The place of the last request of each component.
     last: HashMap<u128, u64>,
+    /// Why requests could not be served.
+    reported: BTreeSet<String>,
     /// A request with its envelope.
     request: Vec<u8>,
     reply: Vec<u8>,
@@ -314,6 +319,17 @@ impl RosServer {
         self.answer(place, refused, &mut writer.into_bytes())
     }
 
+    /// Logs that a request cannot be served, once for each reason.
+    fn report_once(&mut self, reason: String) {
+        if self.reported.len() < MOST_REASONS && !self.reported.contains(&reason) {
+            tracing::warn!(
+                "a request to `{}` stays without a reply: {reason}",
+                self.address
+            );
+            self.reported.insert(reason);
+        }
+    }
+
     /// Refuses a request that found no room.
     fn refuse_one(&mut self, refused: &Refused) -> Result<(), ReceiveError> {
         self.has_been(refused.turn);
@@ -364,6 +380,10 @@ impl Server for RosServer {
             sequence: request.id.number.unsigned_abs(),
         };
         let body = body(&sample).map_err(|reason| self.failed(reason))?;
+        if let Some(reason) = request.unserved(body) {
+            self.report_once(reason);
+            return Ok(true);
+        }
         let mut whole = std::mem::take(&mut self.request);
         whole.clear();
         let mut writer = Writer::over(whole);

@@ -13,10 +13,15 @@ const SERVICE: NodeService = NodeService {
     type_name: "type_description_interfaces/srv/GetTypeDescription",
 };
 
-pub(crate) fn open(node: &Node) -> Result<Services, OpenError> {
+/// Opens the service. `None` if another node of the same name has it: nodes may share a name.
+pub(crate) fn open(node: &Node) -> Result<Option<Services>, OpenError> {
     let types = Arc::clone(&node.types);
     let answer = move |_: usize, request: &[u8]| answer(request, &types);
-    Services::open(node, "rc-ros2-types", &[SERVICE], Box::new(answer))
+    match Services::open(node, "rc-ros2-types", &[SERVICE], Box::new(answer)) {
+        Ok(services) => Ok(Some(services)),
+        Err(OpenError::AddressTaken { .. }) => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 /// The body of the reply to a request.

@@ -34,7 +34,7 @@ fn join(domain: u32, instance: &str) -> (Box<dyn Backend>, RunDirectory) {
         wake_event: WakeEvent::new().expect("a wake event"),
         settings,
     };
-    let backend = rc_ros2::connect(&environment).expect("the domain");
+    let backend = rc_ros2::connect(&environment, &[]).expect("the domain");
     (backend, directory)
 }
 

@@ -21,6 +21,7 @@ pub struct Request<'a> {
     writer: Writer<'static>,
     reply: &'a mut dyn Reply,
     placed: Option<Result<(), EncodeError>>,
+    is_refused: bool,
 }
 
 impl<'a> Request<'a> {
@@ -46,6 +47,7 @@ impl<'a> Request<'a> {
             writer,
             reply,
             placed: None,
+            is_refused: false,
         })
     }
 
@@ -221,16 +223,19 @@ impl<'a> Request<'a> {
     }
 
     fn refuse<T>(&mut self, outcome: Outcome, reason: String) -> Result<T, HandlerError> {
+        self.is_refused = true;
         self.writer.clear();
         rpc::refuse(&mut self.writer, self.id, outcome, &reason);
         Err(HandlerError(reason))
     }
 
-    /// Hands over the reply. A command has none.
+    /// Hands over the reply. A command has none, unless its client waits for the end of commands,
+    /// too ([`Profile::Ros`]), and it was refused.
     pub fn close(self) {
+        let keeps = self.two_way || (self.is_refused && self.reply.profile() == Profile::Ros);
         let reply = self.reply.body();
         *reply = self.writer.into_bytes();
-        if !self.two_way {
+        if !keeps {
             reply.clear();
         }
     }

@@ -15,7 +15,7 @@ const DESCRIPTION: &str =
 /// The slot that is called.
 const SLOT: &str = "Interop";
 
-/// Longest that a call lasts here; what is noticed is noticed long before that.
+/// Longest call. Errors are expected long before.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
 pub(crate) struct Asker {
@@ -29,7 +29,7 @@ impl Asker {
     pub(crate) const CONSULT: Operation = Self::operation("consult", 3_440_400, true);
     pub(crate) const ADD: Operation = Self::operation("add", -59_184_076, true);
 
-    /// As a stranger does, it tells no types of its operations.
+    /// Without type hashes, as another program.
     const fn operation(name: &'static str, id: i32, two_way: bool) -> Operation {
         Operation {
             name,
@@ -40,8 +40,8 @@ impl Asker {
         }
     }
 
-    /// Joins the domain, with further settings, and waits until the component is found. `types` are what ROS 2 calls those of
-    /// the operations.
+    /// Joins the domain, with further settings, and waits until the component is discovered. `types` are the types of the
+    /// operations in ROS 2.
     pub(crate) fn meet(
         domain: &Domain,
         name: &str,
@@ -122,7 +122,7 @@ impl Asker {
             .expect("the notes")
     }
 
-    /// Has the oracle asked, who is waited for so long.
+    /// Lets the component call the oracle, for at most `limit`.
     pub(crate) fn consult(&mut self, question: &str, limit: Duration) -> Result<String, CallError> {
         self.caller.call_with(
             &Self::CONSULT,
@@ -135,7 +135,7 @@ impl Asker {
     }
 }
 
-/// Reads a reply that is no exception.
+/// Reads a result.
 fn result<T: Cdr>(case: i32, reader: &mut Reader<'_>) -> Result<T, CallError> {
     assert_eq!(case, 0);
     Ok(reader.get()?)

@@ -1,5 +1,5 @@
-//! Whatever bytes come from the network are counted, told at most once a second, and change nothing: what the tests of
-//! DDS and of ROS 2 share. Who attacks is a program on the C calls of Cyclone DDS alone.
+//! The attacks of the tests over DDS and ROS 2: invalid samples and packets are counted, logged at most once a second, and
+//! change nothing. The attacker uses the C functions of Cyclone DDS.
 
 use crate::network::dds::Domain;
 use crate::network::site::Site;
@@ -9,41 +9,41 @@ use std::sync::Mutex;
 use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 
-/// So many samples are no sample, in all.
+/// Number of invalid samples.
 const REPORTS: usize = 50_000;
 const REQUESTS: usize = 30_000;
 const REPLIES: usize = 20_000;
-/// So many packets are no packet of RTPS, or a spoilt one, to each socket of the component.
+/// Number of invalid packets to each socket of the component.
 const PACKETS: usize = 5_000;
-/// For everything that is waited for.
+/// Longest wait for an event.
 const LIMIT: Duration = Duration::from_secs(20);
 
 /// A topic and its type.
 pub(crate) type Topic = (String, String);
 
-/// What is attacked.
+/// The component under attack.
 pub(crate) struct Target {
-    /// What the component repeats, and where.
+    /// The topics that the component receives from and publishes on.
     pub(crate) reports: Topic,
     pub(crate) echoes: Topic,
-    /// What it is asked, at this slot, and what it answers.
+    /// A slot of the component, with the topics of its requests and replies.
     pub(crate) slot: &'static str,
     pub(crate) requests: Topic,
     pub(crate) replies: Topic,
-    /// What its oracle answers.
+    /// The topic of replies to the component.
     pub(crate) answers: Topic,
-    /// A right report and a right request, as bodies.
+    /// The bodies of a valid report and a valid request.
     pub(crate) report: Vec<u8>,
     pub(crate) request: Vec<u8>,
-    /// So many samples are under way at most: fewer than a component keeps, so that it has to count each.
+    /// Most samples under way: fewer than a queue holds, so that the component counts each.
     pub(crate) at_once: usize,
-    /// So often half of all is sent before it is looked how much memory there is.
+    /// Rounds of half of the samples before memory is compared.
     pub(crate) warm_up: usize,
-    /// What the allocator and the library may keep.
+    /// Largest growth of memory in bytes: reserves of the allocator and the library.
     pub(crate) flat: u64,
 }
 
-/// The same numbers every time.
+/// Pseudo-random numbers with a fixed seed.
 struct Random(u64);
 
 impl Random {
@@ -62,14 +62,14 @@ impl Random {
         (0..length).map(|_| self.next() as u8).collect()
     }
 
-    /// A sample that is none of those that `right` is one of; it has an encapsulation, which may be wrong.
+    /// An invalid sample, made from the valid `right` or from `other`. Its encapsulation may be wrong.
     fn sample(&mut self, right: &[u8], other: &[u8]) -> Vec<u8> {
         const CDR: [u8; 4] = [0, 1, 0, 0];
         let behind = |head: [u8; 4], body: &[u8]| [&head[..], body].concat();
         match self.below(10) {
-            // Truncated, by more than the library fills up again with zeros.
+            // Truncated, by more than the padding that the library adds.
             0..3 => behind(CDR, &right[..self.below(right.len() - 3)]),
-            // A length that goes beyond the end; the first one of each is within its first 32 bytes.
+            // A length beyond the end. The first length of each is in its first 32 bytes.
             3..5 => {
                 let mut body = right.to_vec();
                 for at in (0..body.len().min(32)).step_by(4) {
@@ -88,7 +88,7 @@ impl Random {
                 let kind = [0, 2, 3, 6, 7, 8, 9][self.below(7)];
                 behind([0, kind, 0, self.next() as u8], right)
             }
-            // Large enough for several fragments, seldom.
+            // Rarely, a sample of several fragments.
             _ if self.below(100) == 0 => {
                 let length = 65_000 + self.below(200_000);
                 behind(CDR, &self.bytes(length))
@@ -100,9 +100,9 @@ impl Random {
         }
     }
 
-    /// A packet that begins as one of RTPS, from `prefix`; what is in it is seldom right.
+    /// A packet with the header of RTPS, from the participant `prefix`, and mostly invalid contents.
     fn packet(&mut self, prefix: &[u8]) -> Vec<u8> {
-        // RTPS 2.5, 9.4.5: what is told of data, of fragments, of what is there, of what is missing.
+        // RTPS 2.5, 9.4.5: DATA, DATA_FRAG, HEARTBEAT, ACKNACK, GAP and others.
         const KINDS: [u8; 12] = [
             0x01, 0x06, 0x07, 0x08, 0x09, 0x0c, 0x0e, 0x12, 0x13, 0x15, 0x16, 0x80,
         ];
@@ -115,7 +115,7 @@ impl Random {
         for _ in 0..=self.below(4) {
             let kind = KINDS[self.below(KINDS.len())];
             let length = self.below(80);
-            // Now and then the length is a lie.
+            // Sometimes the length is wrong.
             let told = if self.below(5) == 0 {
                 self.next() as u16
             } else {
@@ -129,7 +129,7 @@ impl Random {
     }
 }
 
-/// Tells that something happened.
+/// Forwards events.
 struct EventSender(Mutex<Sender<Event>>);
 
 impl Listener for EventSender {
@@ -138,7 +138,7 @@ impl Listener for EventSender {
     }
 }
 
-/// A program on the C calls alone.
+/// The attacker.
 struct Attacker {
     member: Participant,
     _domain: rc_ddsc::Domain,
@@ -153,7 +153,7 @@ impl Attacker {
              <WhcHigh>1GiB</WhcHigh></Watermarks></Internal>",
             domain.id
         );
-        // What the component's complaints look like here is not of interest.
+        // Messages of the library about this process are not tested.
         rc_ddsc::set_log(|_, _| {});
         let domain = rc_ddsc::Domain::new(domain.id, &config).expect("the domain");
         let member = domain.participant(b"").expect("a participant");
@@ -163,7 +163,7 @@ impl Attacker {
         }
     }
 
-    /// An end that has met another one, and what happens to it.
+    /// An endpoint that has matched a peer, and its events.
     fn end<T>(
         &self,
         (topic, kind): &Topic,
@@ -198,7 +198,7 @@ impl Attacker {
     }
 }
 
-/// Sends these bytes as a sample.
+/// Writes `bytes` as a sample.
 fn send(writer: &Writer, bytes: &[u8]) {
     writer.write_raw(1, 0, bytes).expect("to write");
 }
@@ -207,7 +207,7 @@ fn arrived(writer: &Writer) {
     writer.wait_for_acks(LIMIT).expect("all of it arrives");
 }
 
-/// The memory of a process that it has written to.
+/// The private memory of a process, in bytes.
 fn memory(pid: rustix::process::Pid) -> u64 {
     let path = format!("/proc/{}/smaps_rollup", pid.as_raw_nonzero());
     let text = std::fs::read_to_string(path).expect("its memory");
@@ -243,8 +243,8 @@ fn ports(pid: rustix::process::Pid) -> Vec<u16> {
     ports
 }
 
-/// How long to attack at least, half of it before memory is compared: `RC_ATTACK_SECONDS`, for people who want to see that
-/// it levels off. Then it is told all the time.
+/// Shortest attack, from `RC_ATTACK_SECONDS`: half of it before memory is compared. A long attack prints the memory, to show
+/// that growth ends.
 fn lasting() -> Duration {
     let seconds = std::env::var("RC_ATTACK_SECONDS").ok();
     let seconds = seconds.and_then(|text| text.parse().ok());
@@ -300,7 +300,7 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
             }
         }
     };
-    // For what is reserved once.
+    // Warm-up: buffers are reserved once.
     attack(target.warm_up);
     let before = memory(component.pid());
     attack(1);
@@ -313,13 +313,12 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
         );
     }
 
-    // What has no room for an encapsulation or none that exists, each by a writer of its own: the library lets nothing
-    // pass behind it.
+    // Samples without a valid encapsulation, each by a writer of its own: the library drops later samples of that writer.
     for bytes in [&[][..], &[0], &[0, 1], &[0, 1, 0], &[0xff; 64]] {
         let writer = attacker.writer(&target.reports);
         send(&writer, bytes);
     }
-    // What is not even a sample, as if it came from somebody who is known.
+    // Invalid packets with the identity of a known participant.
     let known = attacker.member.guid().expect("its identity");
     let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("a socket");
     let ports = ports(component.pid());
@@ -333,7 +332,7 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
                 &stranger
             };
             let packet = random.packet(from);
-            // A full queue is no error of this test.
+            // A full socket buffer is not an error here.
             let _ = socket.send_to(&packet, (Ipv4Addr::LOCALHOST, *port));
         }
     }
@@ -345,7 +344,7 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
         "{before} bytes before, {after} bytes after"
     );
     let log = component.log();
-    // Each of two ports and the backend complain for themselves.
+    // Two ports and the backend each log on their own.
     let told = log.lines().count();
     assert!(told > 0 && told <= 4 * (seconds + 2), "{seconds} s: {log}");
 
@@ -354,7 +353,7 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
         "{log}"
     );
 
-    // Who comes now is heard.
+    // A new publisher is received.
     drop((reports, requests, answers, attacker));
     let attacker = Attacker::new(domain);
     let (echoes, events) = attacker.reader(&target.echoes);
@@ -368,7 +367,7 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
             .expect("to take");
     }
     assert_eq!(echoed, std::slice::from_ref(report));
-    // It is counted when its handler has ended, which is after the echo.
+    // The count changes at the end of the handler, after the echo.
     Site::until("just this one is no error", || {
         let handlers = &domain.slot("Reports")["handlers"];
         let (count, errors) = (handlers["count"].as_u64(), handlers["errors"].as_u64());

@@ -1,9 +1,9 @@
-//! Whatever bytes come over DDS are counted, told at most once a second, and change nothing.
+//! Invalid samples and requests over DDS are counted, logged at most once a second, and change nothing.
 
 use crate::network::bytes::{Target, Topic, change_nothing};
 use crate::network::dds::Domain;
 
-/// The body of a right report.
+/// The body of a valid report.
 fn report(number: i64) -> Vec<u8> {
     let mut writer = rc_middleware::Writer::default();
     writer.put(&number);
@@ -23,7 +23,7 @@ fn report(number: i64) -> Vec<u8> {
     writer.into_bytes()
 }
 
-/// The body of a request that notes something.
+/// The body of a request of `note`.
 fn note(number: u32, text: &str) -> Vec<u8> {
     let mut writer = rc_middleware::Writer::default();
     let id = rc_middleware::rpc::RequestId {
@@ -36,7 +36,7 @@ fn note(number: u32, text: &str) -> Vec<u8> {
 }
 
 #[test]
-fn bytes_that_are_none_change_nothing() {
+fn invalid_samples_change_nothing() {
     let domain = Domain::new("dds_bytes", 224);
     let network = &domain.site.network;
     let topic = |name: &str, kind: &str| -> Topic {

@@ -1,9 +1,9 @@
-//! Whatever bytes come over ROS 2 are counted, told at most once a second, and change nothing.
+//! Invalid samples and requests over ROS 2 are counted, logged at most once a second, and change nothing.
 
 use crate::network::bytes::{Target, Topic, change_nothing};
 use crate::network::dds::{Domain, Over};
 
-/// The body of a right report.
+/// The body of a valid report.
 fn report(number: i64) -> Vec<u8> {
     let mut writer = rc_middleware::Writer::default();
     writer.put(&number);
@@ -23,7 +23,7 @@ fn report(number: i64) -> Vec<u8> {
     writer.into_bytes()
 }
 
-/// The body of a request that notes something: who asks, the number of the request, and the text.
+/// The body of a request of `note` in the mapping of Cyclone DDS: client, number of the request, text.
 fn note(number: i64, text: &str) -> Vec<u8> {
     let mut writer = rc_middleware::Writer::default();
     writer.put(&7_u64);
@@ -33,7 +33,7 @@ fn note(number: i64, text: &str) -> Vec<u8> {
 }
 
 #[test]
-fn bytes_that_are_none_change_nothing_in_ros() {
+fn invalid_samples_change_nothing_in_ros() {
     let domain = Domain::over(Over::Ros2, "ros_bytes", 10);
     let network = &domain.site.network;
     let topic = |name: &str, kind: &str| -> Topic {
@@ -52,7 +52,7 @@ fn bytes_that_are_none_change_nothing_in_ros() {
         request: note(1, "nothing"),
         at_once: 100,
         warm_up: 2,
-        // A leak of sixty bytes a sample is more than that.
+        // A leak of sixty bytes a sample would exceed it.
         flat: 8 << 20,
     };
     change_nothing(&domain, &[], &target);

@@ -1,5 +1,5 @@
-//! A stranger of ROS 2 on Fast DDS, which `rmw_fastrtps`, ROS's default, stands on: topics, and services in the Enhanced mapping.
-//! The program is `middleware/ros2/tests/stranger/fast.cpp`, the component `interop`.
+//! A C++ program on Fast DDS, the library of `rmw_fastrtps`: topics, and services in its mapping. The program is
+//! `middleware/ros2/tests/stranger/fast.cpp`, the component is `interop`.
 
 use crate::debian;
 use crate::network::dds::{Domain, Over, Stranger};
@@ -15,8 +15,7 @@ fn domain(name: &str, id: u32) -> Domain {
     Domain::over(Over::Ros2, name, id)
 }
 
-/// The program, made once by the compiler of the system; where there is none, or no way to the library, `test` is listed as
-/// skipped.
+/// The program, compiled once by the compiler of the system. Without a compiler or the library, `test` is listed as skipped.
 fn program(test: &str) -> Option<&'static Path> {
     static MADE: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     match MADE.get_or_init(make) {
@@ -28,7 +27,7 @@ fn program(test: &str) -> Option<&'static Path> {
     }
 }
 
-/// With the library of the system, else with one below the target folder, which needs no rights.
+/// Compiles with the library of the system, or else with one that is unpacked below the target folder.
 fn make() -> Result<PathBuf, String> {
     run(Path::new("c++"), &["--version"])?;
     if let Ok(program) = compiled(None) {
@@ -39,7 +38,7 @@ fn make() -> Result<PathBuf, String> {
     compiled(Some(&Unpacked::new(&place)))
 }
 
-/// Where headers and libraries are that the system does not know.
+/// The folders of headers and libraries that are not installed.
 struct Unpacked {
     headers: [PathBuf; 2],
     libraries: PathBuf,
@@ -59,7 +58,7 @@ impl Unpacked {
 fn compiled(unpacked: Option<&Unpacked>) -> Result<PathBuf, String> {
     let source = Over::Ros2.strangers().join("fast.cpp");
     let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fast");
-    // Another run of the tests may start it just now.
+    // Another test run may execute the program.
     let new = program.with_extension(std::process::id().to_string());
     let mut args = vec!["-std=c++17".to_owned(), source.display().to_string()];
     args.extend(["-o".to_owned(), new.display().to_string()]);
@@ -67,7 +66,7 @@ fn compiled(unpacked: Option<&Unpacked>) -> Result<PathBuf, String> {
         let libraries = libraries.display();
         args.extend(headers.iter().map(|path| format!("-I{}", path.display())));
         args.push(format!("-L{libraries}"));
-        // Those that the libraries themselves need are found there, too.
+        // The libraries find the libraries that they need there.
         args.push(format!("-Wl,--disable-new-dtags,-rpath,{libraries}"));
     }
     args.extend(["-lfastrtps", "-lfastcdr"].map(str::to_owned));
@@ -81,10 +80,10 @@ fn stranger(domain: &Domain, program: &Path, args: &[&str]) -> Stranger {
     domain.beside(Command::new(program), args)
 }
 
-/// Strings of every length modulo four, in one packet and in many, there and back.
+/// Strings of every length modulo four travel both ways, in one packet and in several.
 #[test]
-fn a_node_on_fast_dds_talks() {
-    let Some(program) = program("a_node_on_fast_dds_talks") else {
+fn strings_travel_between_a_component_and_fast_dds() {
+    let Some(program) = program("strings_travel_between_a_component_and_fast_dds") else {
         return;
     };
     let domain = domain("ros_fast_talk", 31);
@@ -101,10 +100,10 @@ fn a_node_on_fast_dds_talks() {
     assert_eq!(talker.end(), ["heard 12"], "{}", component.log());
 }
 
-/// A client of a service: many calls, a refusal, long requests, a long response.
+/// A client calls often, is refused, and sends and receives much.
 #[test]
-fn a_node_on_fast_dds_asks() {
-    let Some(program) = program("a_node_on_fast_dds_asks") else {
+fn a_client_on_fast_dds_calls_a_component() {
+    let Some(program) = program("a_client_on_fast_dds_calls_a_component") else {
         return;
     };
     let domain = domain("ros_fast_ask", 32);
@@ -122,10 +121,10 @@ fn a_node_on_fast_dds_asks() {
     assert_eq!(calls["handlers"]["count"], 200 + 24 + 7, "{calls}");
 }
 
-/// A server, which answers, refuses, and dies.
+/// A server replies, throws, and is killed.
 #[test]
-fn a_node_on_fast_dds_answers() {
-    let Some(program) = program("a_node_on_fast_dds_answers") else {
+fn a_component_calls_a_server_on_fast_dds() {
+    let Some(program) = program("a_component_calls_a_server_on_fast_dds") else {
         return;
     };
     let domain = domain("ros_fast_oracle", 33);
@@ -150,7 +149,7 @@ fn a_node_on_fast_dds_answers() {
             oracle.says("asked hold");
             oracle.kill();
         });
-        // It says no goodbye, and nobody else does; the call ends by its own limit.
+        // The killed server sends nothing, and its lease is long. The call ends at its deadline.
         let late = client.consult("hold", Duration::from_secs(1));
         let late = late.expect("an answer");
         assert!(late.contains("no reply from"), "{late}");

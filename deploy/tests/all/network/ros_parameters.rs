@@ -1,21 +1,21 @@
-//! What a node tells of its parameters in ROS 2, whoever changes them.
+//! `/parameter_events`: a node publishes every change of its parameters, whoever requested it.
 
 use crate::network::dds::{Domain, Over, python};
 
 #[test]
-fn every_change_of_a_parameter_is_told_in_ros() {
-    let Some(python) = python("every_change_of_a_parameter_is_told_in_ros") else {
+fn every_change_of_a_parameter_is_published() {
+    let Some(python) = python("every_change_of_a_parameter_is_published") else {
         return;
     };
     let domain = Domain::over(Over::Ros2, "ros_events", 17);
     let network = &domain.site.network;
     let node = format!("/{network}/interop");
-    // Where it is found at once by who comes later, as `rmw_cyclonedds` is with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
+    // Late joiners discover it at once, as `rmw_cyclonedds` with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
     let config = "<Discovery><ParticipantIndex>auto</ParticipantIndex></Discovery>";
     let mut stranger = domain.stranger_with(python, "events.py", &[&node], config);
     stranger.says("listens");
     let component = domain.start(&[]);
-    // What is secret is not among them.
+    // Secret parameters are left out.
     assert_eq!(
         stranger.line(),
         "new speed=1.0 count=7 images.bytes=64 images.count=0 arm.joints=['a', 'b']"
@@ -26,7 +26,7 @@ fn every_change_of_a_parameter_is_told_in_ros() {
         lines.sort();
         lines
     };
-    // Each by itself, and nothing of what was refused.
+    // One event for each change, none for refused changes.
     assert_eq!(
         next("set"),
         [
@@ -39,7 +39,7 @@ fn every_change_of_a_parameter_is_told_in_ros() {
         let args = [&["params", "set", network, "interop"], changes].concat();
         domain.site.rcdeploy(&args, false)
     };
-    // What stays as it is, what is secret and what is refused is not told; one element is told with its array.
+    // No event for equal, secret and refused values. An element is published with its array.
     assert_eq!(params(&["speed=3.0"]).code, 0);
     assert_eq!(params(&["token=other"]).code, 0);
     assert_ne!(params(&["speed=1", "count=8"]).code, 0);

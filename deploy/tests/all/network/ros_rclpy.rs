@@ -165,14 +165,15 @@ fn rclpy_reads_descriptions_of_types() {
     assert_eq!(said, expected, "{}", component.log());
 }
 
-/// A component that ends says so: nodes on Fast DDS need not wait for its lease.
+/// A node that uses this machine alone finds a component that uses the loopback interface. A component that ends says so: nodes
+/// on Fast DDS need not wait for its lease.
 #[test]
 fn a_component_that_ends_leaves_the_graph_of_rclpy() {
     let Some(python) = python::ros("a_component_that_ends_leaves_the_graph_of_rclpy") else {
         return;
     };
     let domain = domain("rclpy_leaving", 48);
-    let component = domain.start_local(&[]);
+    let component = domain.start(&[]);
     let node = domain.rclpy(python, "leaving.py", &[]);
     node.says("found");
     kill_process(component.pid(), Signal::TERM).expect("the component");
@@ -181,6 +182,32 @@ fn a_component_that_ends_leaves_the_graph_of_rclpy() {
     node.says("left");
     assert!(ended.elapsed() < LEAVING, "{:?}", ended.elapsed());
     assert_eq!(node.end(), [""; 0]);
+}
+
+/// The log is on `/rosout`, also what was logged before anybody listened.
+#[test]
+fn rclpy_reads_the_log() {
+    let Some(python) = python::ros("rclpy_reads_the_log") else {
+        return;
+    };
+    let domain = domain("rclpy_rosout", 49);
+    let unknown = ["--set-middleware", "ros2.remap=Gosip:=/gossip"];
+    let component = domain.start_local(&unknown);
+    let said = lines(&domain, python, "rosout.py", &[]);
+    assert_eq!(said[0], "published True");
+    let [early, change] = &said[1..] else {
+        panic!("{said:?}\n{}", component.log());
+    };
+    // The levels of rcl_interfaces/msg/Log.
+    assert!(early.starts_with("30 src/settings.rs remap"), "{early}");
+    assert!(early.contains("Gosip"), "{early}");
+    let expected = "20 src/parameter_server.rs parameter speed";
+    assert!(change.starts_with(expected), "{change}");
+    drop(component);
+    let off = ["--ros-args", "--disable-rosout-logs"];
+    let component = domain.start_local(&off);
+    let said = lines(&domain, python, "rosout.py", &[]);
+    assert_eq!(said, ["published False"], "{}", component.log());
 }
 
 /// A client goes on with a server that was killed and started again.

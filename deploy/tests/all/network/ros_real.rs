@@ -1,5 +1,5 @@
-//! Real ROS 2, where there is one: `RC_ROS2_SETUP` names the file that a shell has to source, `/opt/ros/jazzy/setup.bash`.
-//! The packages `demo_nodes_cpp`, `example_interfaces` and, for what is exported, colcon have to be there.
+//! The programs of an installed ROS 2. `RC_ROS2_SETUP` names the file to source, such as `/opt/ros/jazzy/setup.bash`. The
+//! tests need the packages `demo_nodes_cpp` and `example_interfaces`, and colcon.
 
 use crate::network::dds::{Domain, Over};
 use crate::network::ros_strangers::adding_at;
@@ -13,14 +13,14 @@ const IDSL: &str = concat!(
     "/../middleware/interop/Interop.idsl"
 );
 
-/// A machine with ROS 2, and a domain there.
+/// An installed ROS 2, and a domain.
 struct Ros {
     setup: PathBuf,
     domain: Domain,
 }
 
 impl Ros {
-    /// None where there is no ROS 2; then `test` is listed as skipped.
+    /// `None` without ROS 2: `test` is listed as skipped.
     fn new(test: &str, id: u32) -> Option<Self> {
         let Some(setup) = std::env::var_os("RC_ROS2_SETUP") else {
             skipped(test, "RC_ROS2_SETUP names no setup file of ROS 2");
@@ -31,7 +31,7 @@ impl Ros {
         Some(Self { setup, domain })
     }
 
-    /// A shell with ROS 2 that does `script`, at most for `seconds`.
+    /// A shell with ROS 2 that runs `script` for at most `seconds`.
     fn shell(&self, seconds: u32, script: &str) -> Command {
         let mut command = Command::new("timeout");
         let setup = self.setup.display();
@@ -49,7 +49,7 @@ impl Ros {
         self.domain.site.run(self.shell(60, script))
     }
 
-    /// Does it in the background, and writes what it says into a file.
+    /// Runs `script` in the background. A file gets its output.
     fn start(&self, name: &str, script: &str) -> Background {
         let path = self.domain.site.path(name);
         let output = std::fs::File::create(&path).expect("a file");
@@ -64,7 +64,7 @@ impl Ros {
         Background { child, path }
     }
 
-    /// Waits until a command of ROS 2 succeeds and says this.
+    /// Waits until a command of ROS 2 succeeds and prints `text`.
     fn says(&self, script: &str, text: &str) {
         let mut last = None;
         for _ in 0..10 {
@@ -78,7 +78,7 @@ impl Ros {
     }
 }
 
-/// A program that is ended with the test, with all that it has started.
+/// A program that ends with the test, with all its children.
 struct Background {
     child: Child,
     path: PathBuf,
@@ -92,7 +92,7 @@ impl Background {
 
 impl Drop for Background {
     fn drop(&mut self) {
-        // `timeout` hands on this signal, not that which kills.
+        // `timeout` forwards SIGTERM, but cannot forward SIGKILL.
         let pid = rustix::process::Pid::from_child(&self.child);
         let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
         let _ = self.child.wait();
@@ -126,7 +126,7 @@ fn a_component_is_a_node_of_ros() {
         &format!("ros2 service call {service} example_interfaces/srv/AddTwoInts '{{a: 40, b: 2}}'"),
         "sum=42",
     );
-    // The other way round.
+    // In the other direction.
     let _server = ros.start("server", "ros2 run demo_nodes_cpp add_two_ints_server");
     let mut client = adding_at(&ros.domain, "/add_two_ints");
     for number in 0..10 {
@@ -134,7 +134,7 @@ fn a_component_is_a_node_of_ros() {
     }
 }
 
-/// `ros2 param` with the parameters of a component, and what ROS hears when somebody else changes one.
+/// `ros2 param` reads and sets the parameters of a component. `/parameter_events` has changes by others.
 #[test]
 fn parameters_are_those_of_a_node_of_ros() {
     let Some(ros) = Ros::new("parameters_are_those_of_a_node_of_ros", 18) else {
@@ -175,7 +175,7 @@ fn parameters_are_those_of_a_node_of_ros() {
         let ran = ros.domain.site.rcdeploy(&set, false);
         assert_eq!(ran.code, 0, "{ran:?}");
     };
-    // It is told once, and whoever listens needs a moment to be found.
+    // The event is published once, and discovery of the subscriber takes a moment.
     Site::until("a change by rcdeploy is told", || {
         set("4.25");
         set("4.75");
@@ -183,7 +183,7 @@ fn parameters_are_those_of_a_node_of_ros() {
     });
 }
 
-/// What `rcgen export` writes, built with colcon.
+/// colcon builds the package that `rcgen export` writes.
 #[test]
 fn an_exported_package_is_one_of_ros() {
     let Some(ros) = Ros::new("an_exported_package_is_one_of_ros", 16) else {
@@ -206,7 +206,7 @@ fn an_exported_package_is_one_of_ros() {
     assert!(shift.stdout.contains("int32 NONSENSE=1"), "{shift:?}");
 }
 
-/// As `rcgen export Interop.idsl --to ros2 --out FOLDER`.
+/// Runs `rcgen export Interop.idsl --to ros2 --out FOLDER`.
 fn export(folder: &Path) {
     let mut command = Command::new(Site::executable("rcgen"));
     command.args(["export", IDSL, "--to", "ros2", "--out"]);

@@ -12,7 +12,7 @@ fn domain(name: &str, id: u32) -> Domain {
     Domain::over(Over::Ros2, name, id)
 }
 
-/// A stranger that tells reports until they have come back. It begins when the component has found its ends.
+/// A program that publishes reports and receives them again. It begins when the component has discovered its endpoints.
 fn repeat(domain: &Domain, python: &std::path::Path, args: &[&str]) -> Stranger {
     let mut stranger = domain.stranger(python, "repeat.py", args);
     stranger.says("met");
@@ -23,11 +23,10 @@ fn repeat(domain: &Domain, python: &std::path::Path, args: &[&str]) -> Stranger 
     stranger
 }
 
-/// Strings, numbers, an enum, a dictionary, a structure in another one, a sequence of them: there and back, nothing lost,
-/// in order.
+/// A message with every kind of member travels both ways. Nothing is lost, and the order is kept.
 #[test]
-fn reports_come_and_go_in_ros() {
-    let Some(python) = python("reports_come_and_go_in_ros") else {
+fn messages_travel_both_ways_in_ros() {
+    let Some(python) = python("messages_travel_both_ways_in_ros") else {
         return;
     };
     let domain = domain("ros_repeat", 1);
@@ -41,10 +40,10 @@ fn reports_come_and_go_in_ros() {
     assert!(!component.log().contains("WARN"), "{}", component.log());
 }
 
-/// Samples of all lengths, in one packet and in several, whether they end at a multiple of four or not.
+/// Samples of all lengths arrive, in one packet and in several, whatever the remainder modulo four.
 #[test]
-fn every_length_reaches_a_stranger() {
-    let Some(python) = python("every_length_reaches_a_stranger") else {
+fn samples_of_every_length_reach_a_python_program() {
+    let Some(python) = python("samples_of_every_length_reach_a_python_program") else {
         return;
     };
     let domain = domain("ros_lengths", 2);
@@ -59,8 +58,8 @@ fn every_length_reaches_a_stranger() {
 }
 
 #[test]
-fn a_stranger_of_ros_calls() {
-    let Some(python) = python("a_stranger_of_ros_calls") else {
+fn a_python_client_calls_a_component() {
+    let Some(python) = python("a_python_client_calls_a_component") else {
         return;
     };
     let domain = domain("ros_ask", 3);
@@ -89,10 +88,10 @@ fn a_stranger_of_ros_calls() {
     assert_eq!(calls["handlers"]["errors"], 0, "{calls}");
 }
 
-/// Whose reader of replies is found later than its request comes is answered all the same.
+/// A client gets its reply even if the server discovers the reader of replies after the request.
 #[test]
-fn the_first_call_is_answered() {
-    let Some(python) = python("the_first_call_is_answered") else {
+fn the_first_call_gets_a_reply() {
+    let Some(python) = python("the_first_call_gets_a_reply") else {
         return;
     };
     let domain = domain("ros_first", 4);
@@ -100,7 +99,7 @@ fn the_first_call_is_answered() {
     let said = domain.stranger(python, "first.py", &["40"]).end();
     assert_eq!(said, ["answered 40"]);
     drop(component);
-    // The same between components, in the other mapping.
+    // The same between components, which use the mapping of Fast DDS.
     let _component = domain.start(&[]);
     for number in 0..10 {
         let mut client = asker(&domain, &format!("asker{number}"));
@@ -109,8 +108,8 @@ fn the_first_call_is_answered() {
 }
 
 #[test]
-fn a_component_calls_a_stranger_of_ros() {
-    let Some(python) = python("a_component_calls_a_stranger_of_ros") else {
+fn a_component_calls_a_python_server() {
+    let Some(python) = python("a_component_calls_a_python_server") else {
         return;
     };
     let domain = domain("ros_consult", 5);
@@ -134,7 +133,7 @@ fn a_component_calls_a_stranger_of_ros() {
     }
     oracle.says("told where");
     oracle.says("asked nonsense");
-    // A stranger that dies says nothing of it, and nobody else does; the call ends by its own limit.
+    // The process of the server is killed and sends nothing; its lease is long. The call ends at its deadline.
     consult.write("700 hold\n");
     oracle.says("asked hold");
     oracle.kill();
@@ -144,15 +143,15 @@ fn a_component_calls_a_stranger_of_ros() {
 }
 
 #[test]
-fn who_comes_late_into_ros_gets_what_was_kept() {
-    let Some(python) = python("who_comes_late_into_ros_gets_what_was_kept") else {
+fn a_late_joiner_in_ros_gets_the_last_samples() {
+    let Some(python) = python("a_late_joiner_in_ros_gets_the_last_samples") else {
         return;
     };
     let domain = domain("ros_late", 6);
     let early = domain.stranger(python, "late.py", &["5"]);
     early.says("ready");
     let _component = domain.start(&[]);
-    // Five were ordered; the last three were kept.
+    // Five orders were published; the depth is three.
     let mut client = asker(&domain, "early");
     Site::until("the orders came", || {
         domain.slot("Orders")["handlers"]["count"] == 3
@@ -168,7 +167,7 @@ fn who_comes_late_into_ros_gets_what_was_kept() {
     for number in 0..5 {
         assert_eq!(early.line(), format!("note {number}"));
     }
-    // The library forgets what is beyond the depth now and then.
+    // The library removes samples beyond the depth with a delay.
     let first = late.line();
     let first = first.strip_prefix("note ").and_then(|n| n.parse().ok());
     let first: u32 = first.expect("a number");
@@ -178,7 +177,7 @@ fn who_comes_late_into_ros_gets_what_was_kept() {
     early.end();
 }
 
-/// The mapping of services that ROS 2 has by default, between components: also what is larger than a packet.
+/// Components call each other in the mapping of Fast DDS, also with requests and replies larger than a packet.
 #[test]
 fn components_call_each_other_in_ros() {
     let domain = domain("ros_enhanced", 7);
@@ -197,8 +196,7 @@ fn components_call_each_other_in_ros() {
     assert_eq!(calls["handlers"]["errors"], 0, "{calls}");
 }
 
-/// A server that was killed ends a call within its lease, though ROS 2 learns of it after most of a minute; and the next
-/// server is found.
+/// A call to a component that was killed ends within the lease of the component, and its client finds the next server.
 #[test]
 fn a_call_in_ros_ends_with_its_server() {
     let Some(python) = python("a_call_in_ros_ends_with_its_server") else {
@@ -230,30 +228,30 @@ fn a_call_in_ros_ends_with_its_server() {
     };
     let mut client = asker(&domain, "asker");
     attempt(&mut component, &mut client);
-    // The same client finds who comes next, and the one after that.
+    // The same client finds the next server, and the one after that.
     let mut component = domain.start(&[]);
-    Site::until("the next one is found", || client.add(1, 2).is_ok());
+    Site::until("the next server is found", || client.add(1, 2).is_ok());
     attempt(&mut component, &mut client);
     let _component = domain.start(&[]);
-    Site::until("the last one is found", || client.add(1, 2).is_ok());
+    Site::until("the last server is found", || client.add(1, 2).is_ok());
 }
 
-/// A subscriber that was killed confirms nothing any more, and is not missed by anybody for most of a minute.
+/// A subscriber that was killed confirms no samples until its lease ends. It delays no other subscriber.
 #[test]
-fn a_killed_subscriber_holds_nobody_up() {
-    let Some(python) = python("a_killed_subscriber_holds_nobody_up") else {
+fn a_killed_subscriber_delays_no_other() {
+    let Some(python) = python("a_killed_subscriber_delays_no_other") else {
         return;
     };
     let domain = domain("ros_killed", 9);
     let component = domain.start(&[]);
     let mut stranger = domain.stranger(python, "repeat.py", &["5000"]);
     stranger.says("met");
-    Site::until("the component finds it", || {
+    Site::until("the component finds the program", || {
         domain.slot("Reports")["peers"] == 1 && domain.slot("Echoes")["peers"] == 1
     });
     let mut killed = domain.stranger(python, "repeat.py", &["5000"]);
     killed.says("met");
-    Site::until("the component finds the other one", || {
+    Site::until("the component finds the second program", || {
         domain.slot("Echoes")["peers"] == 2
     });
     killed.kill();
@@ -277,7 +275,7 @@ pub(crate) fn asker(domain: &Domain, name: &str) -> Asker {
     Asker::meet(domain, name, &[], &types)
 }
 
-/// A client of somebody else, who adds at `service`.
+/// A client of the service `service` of another program.
 pub(crate) fn adding_at(domain: &Domain, service: &str) -> Asker {
     let rule = format!("Interop/add:={service}");
     let types = [(Asker::ADD, "example_interfaces/srv/AddTwoInts")];

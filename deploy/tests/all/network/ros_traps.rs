@@ -1,13 +1,13 @@
-//! What was found to go wrong between libraries and other nodes of ROS 2, and what does not go wrong here. Lengths that
-//! are no multiple of four, the first call, and peers that were killed are in `ros_strangers.rs`. Not tested: nodes on several networks at
-//! once, of which this machine may have one; tests are on the loopback alone.
+//! Known defects of libraries beside other nodes of ROS 2, each with a test that a component does not have it.
+//! `ros_strangers.rs` tests lengths that are no multiple of four, the first call, and peers that were killed. Nodes on
+//! several networks are not tested: the tests use the loopback interface.
 
 use crate::network::dds::{COMPONENT, Domain, Over, python};
 use crate::network::site::Site;
 use rustix::process::{Signal, kill_process};
 use std::time::{Duration, Instant};
 
-/// The ends of the component: their names, types, and quality of service.
+/// The endpoints of the component: names, types, and quality of service.
 const ENDS: [&str; 25] = [
     "hears rq/NET/Camera/setCameraInfoRequest sensor_msgs::srv::dds_::SetCameraInfo_Request_ reliable",
     "hears rq/NET/Interop/addRequest example_interfaces::srv::dds_::AddTwoInts_Request_ reliable",
@@ -36,12 +36,11 @@ const ENDS: [&str; 25] = [
     "sends rt/NET/Images/image sensor_msgs::msg::dds_::Image_ reliable",
 ];
 
-/// Names are absolute, also of a node in the namespace `/`, where ros2-client makes `rt//name` of a relative one. Nothing is
-/// left to ros2-client's own quality of service, best effort and one value. And who stops says goodbye: otherwise it is
-/// missed after most of a minute.
+/// Names are absolute, also of a node in the namespace `/`, where ros2-client would make `rt//name`. Every policy is set. A
+/// component that stops removes its endpoints at once, without its lease.
 #[test]
-fn ends_have_their_names_and_qualities_and_say_goodbye() {
-    let Some(python) = python("ends_have_their_names_and_qualities_and_say_goodbye") else {
+fn endpoints_have_names_and_policies_and_leave_at_once() {
+    let Some(python) = python("endpoints_have_names_and_policies_and_leave_at_once") else {
         return;
     };
     let domain = Domain::over(Over::Ros2, "ros_ends", 11);
@@ -60,10 +59,10 @@ fn ends_have_their_names_and_qualities_and_say_goodbye() {
     ends.end();
 }
 
-/// What is set of the quality of service is what others are told.
+/// Endpoints announce the quality of service that a setting chooses.
 #[test]
-fn a_quality_that_is_set_is_that_of_the_end() {
-    let Some(python) = python("a_quality_that_is_set_is_that_of_the_end") else {
+fn endpoints_announce_the_policies_of_settings() {
+    let Some(python) = python("endpoints_announce_the_policies_of_settings") else {
         return;
     };
     let domain = Domain::over(Over::Ros2, "ros_set", 19);
@@ -87,10 +86,10 @@ fn a_quality_that_is_set_is_that_of_the_end() {
     assert_eq!(ends.line(), "all");
 }
 
-/// Qualities of service that do not fit are told with both values.
+/// Incompatible quality of service is reported with both values.
 #[test]
-fn what_does_not_fit_in_ros_is_told() {
-    let Some(python) = python("what_does_not_fit_in_ros_is_told") else {
+fn incompatible_policies_in_ros_are_reported() {
+    let Some(python) = python("incompatible_policies_in_ros_are_reported") else {
         return;
     };
     let domain = Domain::over(Over::Ros2, "ros_misfit", 12);
@@ -121,10 +120,10 @@ fn what_does_not_fit_in_ros_is_told() {
     misfit.end();
 }
 
-/// An end of another type at the same topic is told once, with both types, and not heard; whoever fits is.
+/// An endpoint with another type at the same topic is reported once, with both types. Others still exchange samples.
 #[test]
-fn other_types_at_a_topic_of_ros_are_told() {
-    let Some(python) = python("other_types_at_a_topic_of_ros_are_told") else {
+fn other_types_at_a_topic_of_ros_are_reported() {
+    let Some(python) = python("other_types_at_a_topic_of_ros_are_reported") else {
         return;
     };
     let domain = Domain::over(Over::Ros2, "ros_types", 20);
@@ -152,7 +151,7 @@ fn other_types_at_a_topic_of_ros_are_told() {
     }
     let reports = domain.slot("Reports");
     assert_eq!(reports["handlers"]["count"], 0, "{reports}");
-    // Who fits is heard beside them.
+    // A publisher of the right type is received.
     let mut stranger = domain.stranger(python, "repeat.py", &["3"]);
     stranger.says("met");
     Site::until("the component finds the stranger", || {
@@ -170,7 +169,7 @@ fn other_types_at_a_topic_of_ros_are_told() {
     other.end();
 }
 
-/// ros2-client knows nothing of the variables of ROS 2.
+/// `ROS_DOMAIN_ID` and the variables of discovery apply.
 #[test]
 fn the_variables_of_ros_are_respected() {
     let Some(python) = python("the_variables_of_ros_are_respected") else {
@@ -195,7 +194,7 @@ fn the_variables_of_ros_are_respected() {
 }
 
 #[test]
-fn a_wrong_variable_of_ros_is_told() {
+fn an_invalid_variable_of_ros_is_reported() {
     let domain = Domain::over(Over::Ros2, "ros_wrong", 14);
     for (name, value, said) in [
         (

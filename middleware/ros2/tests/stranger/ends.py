@@ -18,8 +18,8 @@ ends = {}
 
 
 def is_meant(topic):
-    """Whether it is one of this network's, and not one of the services that every node with parameters has."""
-    return network in topic and "parameter" not in topic
+    """Whether it is one of this network's, and not one of the services that every node has."""
+    return network in topic and "parameter" not in topic and "type_description" not in topic
 
 
 def look():

@@ -5,6 +5,7 @@
 use crate::{Definition, Field, STANDARD, Types};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fmt::Write;
 
 /// A type and all types that it refers to, as `type_description_interfaces/msg/TypeDescription`.
@@ -83,10 +84,10 @@ impl TypeDescription {
         let mut referenced = BTreeMap::new();
         let mut open = nested(&main);
         while let Some(name) = open.pop() {
-            if !referenced.contains_key(&name) {
-                let found = individual(&name, own)?;
+            if let Entry::Vacant(place) = referenced.entry(name) {
+                let found = individual(place.key(), own)?;
                 open.extend(nested(&found));
-                referenced.insert(name, found);
+                place.insert(found);
             }
         }
         Some(Self {

@@ -300,7 +300,7 @@ fn ros_names_are_checked() {
                 [middleware.ros2.remap]\nLaser = 1\nBase = \"a b\"\n";
     let (_, _, rendered) = read(text, None);
     expect![[r#"
-        config.toml:2:1: error[unknown-key]: unknown key `middleware.ros2.service_mapping` (there are domain, interfaces, lease, queue_mib, namespace, node, remap, qos, use_sim_time)
+        config.toml:2:1: error[unknown-key]: unknown key `middleware.ros2.service_mapping` (there are domain, interfaces, lease, queue_mib, namespace, node, remap, qos, use_sim_time, rosout)
         config.toml:3:13: error[bad-setting]: `middleware.ros2.namespace` cannot be the string "robot" (allowed is a namespace of ROS 2, such as "/robot": each `/` is followed by letters, digits and single `_`, no digit first)
         config.toml:4:8: error[bad-setting]: `middleware.ros2.node` cannot be the string "a/b" (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
         config.toml:6:9: error[wrong-type]: `middleware.ros2.remap."Laser"` cannot be the number 1 (allowed is the new name)
