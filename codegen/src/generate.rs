@@ -49,7 +49,7 @@ impl From<tera::Error> for TemplateError {
 /// Reads the templates of a language.
 pub(crate) fn tera(templates: &[(&str, &str)]) -> Result<Tera, TemplateError> {
     let mut tera = Tera::default();
-    tera.autoescape_on(Vec::new());
+    tera.autoescape_on(Vec::<&str>::new());
     // Some are parts of others: no file's last line feed is one of its text.
     let templates = templates.iter();
     tera.add_raw_templates(templates.map(|(name, text)| (*name, text.trim_end())))?;

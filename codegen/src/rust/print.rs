@@ -10,8 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use tera::{Context, Tera};
 
-/// Templates that are read together, when the first of them is needed: to read all takes a third of the work of a
-/// generation.
+/// Templates that are read together, when the first of them is needed.
 struct Group {
     templates: &'static [(&'static str, &'static str)],
     /// Whether `prettyplease` lays out what they print.
@@ -29,41 +28,25 @@ impl Group {
     }
 }
 
-static GROUPS: [Group; 6] = [
+static GROUPS: [Group; 2] = [
     Group::new(
         generate::templates!["rust":
-            "module.rs" = "module.rs.tera",
             "macros" = "macros.tera",
+            "root.rs" = "root.rs.tera",
+            "module.rs" = "module.rs.tera",
             "type" = "type.tera",
             "in_place" = "in_place.tera",
             "interface" = "interface.tera",
-        ],
-        true,
-    ),
-    Group::new(
-        generate::templates!["rust":
-            "slot.rs" = "slot.rs.tera",
-            "description.rs" = "description.rs.tera",
-            "parameters.rs" = "parameters.rs.tera",
-            "macros" = "macros.tera",
-        ],
-        true,
-    ),
-    Group::new(
-        generate::templates!["rust":
-            "root.rs" = "root.rs.tera",
-            "backend.rs" = "backend.rs.tera",
             "lib.rs" = "lib.rs.tera",
+            "backend.rs" = "backend.rs.tera",
             "types.rs" = "types.rs.tera",
             "interfaces.rs" = "interfaces.rs.tera",
-            "slots.rs" = "slots.rs.tera",
-        ],
-        true,
-    ),
-    Group::new(
-        generate::templates!["rust":
-            "adapter.rs" = "adapter.rs.tera",
+            "description.rs" = "description.rs.tera",
+            "parameters.rs" = "parameters.rs.tera",
             "context.rs" = "context.rs.tera",
+            "adapter.rs" = "adapter.rs.tera",
+            "slots.rs" = "slots.rs.tera",
+            "slot.rs" = "slot.rs.tera",
         ],
         true,
     ),
@@ -76,16 +59,7 @@ static GROUPS: [Group; 6] = [
             "user_worker.rs" = "user_worker.rs.tera",
             "user_impl.rs" = "user_impl.rs.tera",
             "user_handler.rs" = "user_handler.rs.tera",
-        ],
-        false,
-    ),
-    Group::new(
-        generate::templates!["rust":
             "stubs.rs" = "stubs.rs.tera",
-            "user_impl.rs" = "user_impl.rs.tera",
-            "user_handler.rs" = "user_handler.rs.tera",
-            "user_lib.rs" = "user_lib.rs.tera",
-            "user_main.rs" = "user_main.rs.tera",
         ],
         false,
     ),
