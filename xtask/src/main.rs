@@ -58,8 +58,12 @@ fn test(rest: &[&str]) -> Result<(), String> {
     let rest: Vec<&str> = rest.iter().copied().filter(|a| *a != "--timings").collect();
     let mut test = vec!["test", "--workspace", "--no-fail-fast"];
     test.extend(&rest);
+    let threads = threads().to_string();
     let list = std::env::temp_dir().join(format!("rc-skipped-{}", std::process::id()));
-    let environment = [("RC_TEST_SKIPPED", &*list.to_string_lossy())];
+    let environment = [
+        ("RC_TEST_SKIPPED", &*list.to_string_lossy()),
+        ("RUST_TEST_THREADS", &threads),
+    ];
     let mut tested = if timed {
         cargo_timed(&test, &environment)
     } else {
@@ -79,6 +83,14 @@ fn test(rest: &[&str]) -> Result<(), String> {
     );
     let _ = std::fs::remove_file(&list);
     tested
+}
+
+/// How many tests of a program run at a time: two a processor, because most of the time they wait
+/// for processes that they have started.
+fn threads() -> usize {
+    let chosen = std::env::var("RUST_TEST_THREADS").ok();
+    let chosen = chosen.and_then(|count| count.parse().ok());
+    chosen.unwrap_or_else(|| 2 * std::thread::available_parallelism().map_or(1, usize::from))
 }
 
 /// Reads hostile images under Miri, which detects undefined behaviour. The outer error says why
@@ -131,10 +143,7 @@ fn cargo_with(args: &[&str], environment: &[(&str, &str)]) -> Result<(), String>
 
 /// The same for tests; prints the twenty slowest ones at the end.
 fn cargo_timed(args: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
-    let threads = std::env::var("RUST_TEST_THREADS");
-    let threads = threads.ok().and_then(|count| count.parse().ok());
-    let threads = threads.or_else(|| std::thread::available_parallelism().ok().map(usize::from));
-    let mut timings = Timings::new(threads.unwrap_or(1));
+    let mut timings = Timings::new(threads());
     let child = cargo_command(args, environment)
         .stdout(Stdio::piped())
         .spawn();
