@@ -16,22 +16,22 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Blocks of each row and side.
+/// Blocks of each row, for each of both pairs.
 pub(crate) const BLOCKS: usize = 40;
-/// A generated program may take so many times what a hand-written one takes.
+/// The goal for generated / by hand.
 pub(crate) const GOAL: f64 = 1.05;
-/// A first build of everything may take this long; it is not part of what is measured.
+/// The limit for a first build, which is not measured.
 pub(crate) const BUILD: Duration = Duration::from_mins(15);
-/// A rebuild after a small change may take this long.
+/// The limit for a rebuild after a small change.
 const REBUILD: Duration = Duration::from_secs(30);
-/// Runs of the generator.
+/// The number of runs of the generator.
 const GENERATIONS: usize = 20;
-/// Rebuilds after a change.
+/// The number of rebuilds after a change.
 const REBUILDS: usize = 5;
-/// How long an idle component is watched.
+/// The duration of the measurement of an idle component.
 const IDLE: Duration = Duration::from_secs(10);
 
-/// A goal: what it is called, what was measured, and whether that is enough.
+/// A goal and its measurement: one row of a table.
 pub(crate) struct Figure {
     pub(crate) what: &'static str,
     pub(crate) goal: &'static str,
@@ -39,7 +39,7 @@ pub(crate) struct Figure {
     pub(crate) met: bool,
 }
 
-/// Measures; `smoke` does only a little of the latencies.
+/// Measures everything; with `smoke`, a few blocks of the latencies.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     build(smoke)?;
     println!("{}\n", machine());
@@ -83,7 +83,7 @@ pub(crate) fn languages() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Measures what concerns parameters alone.
+/// Measures the parameters alone.
 pub(crate) fn parameters() -> Result<(), Failure> {
     build(true)?;
     println!("{}\n", machine());
@@ -93,7 +93,7 @@ pub(crate) fn parameters() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Prints figures; says whether all goals are met.
+/// Prints figures. Returns whether all goals are met.
 pub(crate) fn table(figures: impl IntoIterator<Item = Figure>) -> bool {
     println!("| | goal | measured | |\n|---|---|---|---|");
     let mut met = true;
@@ -114,7 +114,7 @@ pub(crate) fn mark(met: bool) -> &'static str {
     if met { "met" } else { "**missed**" }
 }
 
-/// Builds what is measured, and warms what is measured of cargo itself.
+/// Builds the programs. Without `smoke` it also warms the build that is measured.
 fn build(smoke: bool) -> Result<(), Failure> {
     // The whole workspace is selected: otherwise cargo builds the same crates with other features.
     let words = "build --release --workspace --bin ping --bin pong --bin bench_peer --bin bench_slots --bin speech_server --bin rcgen --bin rcdeploy";
@@ -125,7 +125,7 @@ fn build(smoke: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What the figures were measured on.
+/// The machine: processor, kernel, load.
 pub(crate) fn machine() -> String {
     let cpus = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = cpus
@@ -190,7 +190,7 @@ pub(crate) fn repeated(runs: usize, pause: Duration) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The whole process of the generator, which writes a component into an empty folder.
+/// The duration of an `rcgen` process that writes a component into an empty folder.
 fn generation() -> Result<Figure, Failure> {
     let rcgen = target()?.join("release/rcgen");
     let mut times = Vec::new();
@@ -210,7 +210,7 @@ fn generation() -> Result<Figure, Failure> {
     })
 }
 
-/// A file that is written back when this is dropped.
+/// A file that is restored on drop.
 struct Altered {
     path: PathBuf,
     text: String,
@@ -222,7 +222,7 @@ impl Altered {
         Ok(Self { path, text })
     }
 
-    /// Puts a new statement into a function.
+    /// Inserts a statement into a function.
     fn alter(&self, number: usize) -> Result<(), Failure> {
         let place = "fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {";
         if !self.text.contains(place) {
@@ -249,7 +249,7 @@ impl Drop for Altered {
 fn rebuild() -> Result<Figure, Failure> {
     let worker = Altered::new(root().join("components/avoider/src/specific_worker.rs"))?;
     let mut times = Vec::new();
-    // The first one makes the incremental state, and is not counted.
+    // The first rebuild creates the incremental state and is not counted.
     for number in 0..=REBUILDS {
         worker.alter(number + std::process::id() as usize)?;
         times.push(
@@ -293,7 +293,7 @@ fn regeneration() -> Result<Figure, Failure> {
     })
 }
 
-/// Memory and processor time of a component that has nothing to do.
+/// Memory and processor time of an idle component.
 fn idle() -> Result<[Figure; 2], Failure> {
     let network = Network::new("idle")?;
     let arguments = ["--network", network.name.as_str(), "--log", "error"];

@@ -1,22 +1,22 @@
-//! Two pairs of programs that do the same, measured in turns.
+//! Compares two pairs of programs, measured in turns.
 
 use crate::bench::mark;
 use crate::pair::{Flood, Pair, Row, Times, quantile};
 use crate::programs::Failure;
 use std::time::Duration;
 
-/// Whom the generated components are compared with.
+/// The reference implementation.
 #[derive(Clone, Copy)]
 pub(crate) struct Peer {
     pub(crate) name: &'static str,
-    /// At p50 a generated component may take so many times what the peer takes.
+    /// The goal for the ratio at p50.
     pub(crate) goal: f64,
 }
 
 /// One row of a table of ratios.
 pub(crate) struct Ratio {
     pub(crate) what: String,
-    /// The time of the generated components over that of the others.
+    /// The time of the generated components, divided by that of the reference.
     pub(crate) value: f64,
     pub(crate) goal: f64,
 }
@@ -26,7 +26,7 @@ pub(crate) fn met(ratios: &[Ratio]) -> bool {
     ratios.iter().all(|row| row.value <= row.goal)
 }
 
-/// What one side took for a row.
+/// The measurements of one pair for a row.
 #[derive(Default)]
 struct Side {
     times: Times,
@@ -48,7 +48,7 @@ impl Side {
     }
 }
 
-/// Measures a block of both; who goes first changes from block to block.
+/// Measures a block of both. The first pair alternates.
 fn in_turn<T>(
     block: usize,
     ours: impl FnOnce() -> Result<T, Failure>,
@@ -63,7 +63,7 @@ fn in_turn<T>(
     }
 }
 
-/// Values that are sent as fast as possible: a name, their size, and how many a block has.
+/// Rows at full speed: name, size in bytes, values of a block.
 const FLOODS: [(&str, usize, usize); 2] = [
     ("publish 64 B", 64, 20_000),
     ("publish 1 MiB", 1024 * 1024, 300),
@@ -151,8 +151,7 @@ impl Peer {
         Ok(ratios_found)
     }
 
-    /// Measures values that are sent as fast as possible and prints a table; says whether all goals
-    /// are met.
+    /// Measures the throughput at full speed and prints a table. Returns the ratios.
     pub(crate) fn throughput(
         self,
         ours: &mut Pair,

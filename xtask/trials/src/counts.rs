@@ -27,7 +27,7 @@ const BLOCK: Duration = Duration::from_mins(5);
 /// Kernel calls that belong to the benchmark and not to the message: the pause between two samples.
 const NOT_COUNTED: &str = "clock_nanosleep";
 
-/// What is counted: a row, and the number of its messages in one block.
+/// A row, and the number of its messages in one block.
 const ROWS: [(&str, &str, usize, usize); 7] = [
     ("publish 64 B", "publish", 64, 400),
     ("publish 4 KiB", "publish", 4096, 400),
@@ -137,7 +137,7 @@ fn slowly(tool: &[&str]) -> Vec<String> {
     words.map(|word| (*word).to_owned()).collect()
 }
 
-/// A row of the table, and how many messages the receiver handles: all, or those that arrived.
+/// A row of the table, and the messages that the receiver handles: all, or those that arrived.
 fn row(at: usize, share: f64) -> (Row, fn(usize) -> usize) {
     let (name, kind, size, count) = ROWS[at];
     let row = Row {

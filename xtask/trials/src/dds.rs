@@ -12,24 +12,24 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// At p50 a generated component may take so many times what the hand-written program takes.
+/// The goal for the ratio at p50.
 const GOAL: f64 = 1.15;
 /// The domain of the hand-written program, and that of ddsperf.
 const BY_HAND: &str = "191";
 const DDSPERF: &str = "192";
-/// What ddsperf is told of the network: what our backend sets that matters for speed.
+/// The configuration of ddsperf: the settings of our backend that influence speed.
 const CONFIGURATION: &str = "<CycloneDDS><Domain Id=\"any\"><General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces>\
     <MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize></General></Domain></CycloneDDS>";
-/// How long ddsperf measures each size.
+/// The duration of ddsperf for each size.
 const PERIOD: Duration = Duration::from_secs(5);
-/// Bytes of data, with a name and how many a block has.
+/// Sizes in bytes, their names, and the messages of a block.
 pub(crate) const SIZES: [(&str, usize, usize); 3] = [
     ("64 B", 64, 500),
     ("4 KiB", 4096, 500),
     ("1 MiB", 1024 * 1024, 50),
 ];
 
-/// What is measured over a network.
+/// The rows over a network.
 pub(crate) fn rows() -> [[Row; 2]; 3] {
     SIZES.map(|(name, size, count)| {
         let row = |what: &str, kind| Row {
@@ -92,7 +92,7 @@ struct Ddsperf {
     version: String,
 }
 
-/// Fetches Debian's package, as a user without rights can.
+/// Fetches Debian's package without root permissions.
 fn install() -> Result<Ddsperf, Failure> {
     let folder = target()?.join("ddsperf");
     let program = folder.join("usr/bin/ddsperf");
@@ -133,14 +133,13 @@ impl Ddsperf {
         Program::spawn(command)
     }
 
-    /// Half of a round trip, which is what it prints: the medians of p50 and of p99 of each second,
-    /// in µs.
+    /// The medians of p50 and p99 of each second, in µs. ddsperf prints half of a round trip.
     fn one_way(&self, size: usize) -> Result<[f64; 2], Failure> {
         let _pong = self.start(&["pong"])?;
         let ping = self.start(&["ping", "size", &size.to_string()])?;
         let (end, mut found) = (Instant::now() + PERIOD, [vec![], vec![]]);
         while Instant::now() < end {
-            let line = ping.hear(PERIOD)?;
+            let line = ping.read_line(PERIOD)?;
             let mut number = |name: &str, at: usize| {
                 let words: Vec<&str> = line.split_whitespace().collect();
                 let word = words.iter().position(|word| *word == name)? + 1;

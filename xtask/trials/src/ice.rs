@@ -75,7 +75,7 @@ fn build() -> Result<PathBuf, Failure> {
     Ok(out.join("echo"))
 }
 
-/// Runs a tool of the system; the error of a missing one says how to install it.
+/// Runs a tool of the system. If it is missing, the error says how to install it.
 fn run_tool(command: Command, name: &str) -> Result<(), Failure> {
     let missing = |error: &(dyn std::error::Error + 'static)| {
         let error = error.downcast_ref::<std::io::Error>();

@@ -6,12 +6,12 @@ use crate::programs::{Failure, LOOK, Program, cargo, finish, target};
 use rc_management::{Client, component};
 use std::time::{Duration, Instant};
 
-/// The numbers of followers.
+/// The numbers of followers of each row.
 const FOLLOWERS: [usize; 5] = [0, 1, 2, 8, 32];
-/// How long a component may take to start, or to answer.
+/// The limit for the start of a component, and for a reply.
 const ANSWER: Duration = Duration::from_secs(10);
 
-/// Measures over shared memory, `smoke` with few followers and for a moment.
+/// Measures over shared memory; with `smoke`, few followers for a moment.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     let words = "build --release -p clock -p speech_server";
     finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
@@ -35,7 +35,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The ticks in a second, with followers that compute in each of them.
+/// Ticks a second, with followers that compute in each of them.
 fn ticks(followers: usize, at_once: bool, time: Duration) -> Result<f64, Failure> {
     let network = Network::new("time")?;
     let folder = target()?.join("release");

@@ -1,4 +1,4 @@
-//! Two programs that talk to each other, and how long it takes them.
+//! Two programs that exchange messages, and their latencies.
 
 use crate::programs::{Failure, Program, target};
 use crate::usage::processor_time;
@@ -8,32 +8,32 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-/// How long a pair may take to start.
+/// The limit for the start of a pair.
 const START: Duration = Duration::from_secs(10);
-/// The same under a tool that slows it down.
+/// The limit for the start under a tool that slows the programs down.
 const TOOL_START: Duration = Duration::from_mins(2);
-/// How long one block may take.
+/// The limit for one block.
 const BLOCK: Duration = Duration::from_secs(10);
 
 /// One row of the table.
 #[derive(Clone)]
 pub(crate) struct Row {
     pub(crate) name: Cow<'static, str>,
-    /// The first word of an order.
+    /// The first word of the command to `ping`.
     pub(crate) kind: &'static str,
     pub(crate) size: usize,
-    /// How many a block has, in a whole run.
+    /// The number of messages of a block in a full run.
     pub(crate) count: usize,
 }
 
 impl Row {
-    /// Whether it goes there and back.
+    /// Whether the time is that of a round trip.
     pub(crate) fn is_query(&self) -> bool {
         matches!(self.kind, "query" | "rested" | "awake")
     }
 }
 
-/// What is measured.
+/// The measured rows.
 pub(crate) const ROWS: [Row; 6] = [
     Row {
         name: Cow::Borrowed("publish 64 B, one way"),
@@ -73,21 +73,21 @@ pub(crate) const ROWS: [Row; 6] = [
     },
 ];
 
-/// A network that is removed when the measuring is over.
+/// A network whose shared memory and run directory are removed on drop.
 pub(crate) struct Network {
     pub(crate) name: String,
     pub(crate) directory: RunDirectory,
 }
 
 impl Network {
-    /// One of this process alone.
+    /// A network with a name of this process alone.
     pub(crate) fn new(what: &str) -> Result<Self, Failure> {
         let name = format!("bench-{what}-{}", std::process::id());
         let directory = RunDirectory::open(&name)?;
         Ok(Self { name, directory })
     }
 
-    /// The root path and the prefix that a program has to set that knows only iceoryx2.
+    /// The root path and the prefix for programs that use iceoryx2 directly.
     pub(crate) fn files(&self) -> Result<(String, String), Failure> {
         let root = self.directory.middleware(rc_iceoryx2::NAME);
         std::fs::create_dir_all(&root)?;
@@ -98,13 +98,13 @@ impl Network {
 
 impl Drop for Network {
     fn drop(&mut self) {
-        // What cannot be removed stays in memory and hurts nobody.
+        // A file that cannot be removed is harmless.
         let _ = rc_iceoryx2::wipe(&self.directory);
         let _ = self.directory.remove();
     }
 }
 
-/// Two programs; the asking one is ended first, the network last.
+/// Two programs. On drop, `ping` ends first, the network last.
 pub(crate) struct Pair {
     ping: Program,
     pong: Program,
@@ -117,13 +117,13 @@ impl Pair {
         Self::generated_under(&[])
     }
 
-    /// The generated components, started by a tool: the first words of both command lines.
+    /// The generated components under a tool, with the tool's command lines for both.
     pub(crate) fn generated_under(tool: &[String]) -> Result<Self, Failure> {
         let folder = target()?.join("release");
         Self::components_under(tool, &[folder.join("pong"), folder.join("ping")], &[])
     }
 
-    /// A pong and a ping, with some more arguments.
+    /// A pong and a ping with further arguments.
     pub(crate) fn components(programs: &[PathBuf; 2], more: &[&str]) -> Result<Self, Failure> {
         Self::components_under(&[], programs, more)
     }
@@ -176,7 +176,7 @@ impl Pair {
         Self::by_hand_under(&[])
     }
 
-    /// The hand-written programs, started by a tool.
+    /// The hand-written programs under a tool.
     pub(crate) fn by_hand_under(tool: &[String]) -> Result<Self, Failure> {
         let network = Network::new("hand")?;
         let path = target()?.join("release/bench_peer");
@@ -186,17 +186,17 @@ impl Pair {
         Self::start(tool, &[path.clone(), path], arguments, Some(network))
     }
 
-    /// The hand-written programs over a network, in a domain.
+    /// The hand-written programs over a network, with a DDS domain.
     pub(crate) fn by_hand_over(program: &str, domain: &str) -> Result<Self, Failure> {
         let path = target()?.join("release").join(program);
         let arguments: [&[&str]; 2] = [&["pong", domain], &["ping", domain]];
         Self::start(&[], &[path.clone(), path], arguments, None)
     }
 
-    /// The program of `bench/ice`, twice.
+    /// The program of `bench/ice` as both ends.
     pub(crate) fn ice(path: &Path) -> Result<Self, Failure> {
         let pong = Program::start(path, &["server"])?;
-        let said = pong.hear(START)?;
+        let said = pong.read_line(START)?;
         let address = said.strip_prefix("ready ").ok_or("no address")?;
         let ping = ready(Program::start(path, &["client", address])?, START)?;
         Ok(Self {
@@ -206,7 +206,7 @@ impl Pair {
         })
     }
 
-    /// What both used of the processor since their start.
+    /// The processor time of both since their start.
     pub(crate) fn processor_time(&self) -> Result<Duration, Failure> {
         Ok(processor_time(self.ping.pid())? + processor_time(self.pong.pid())?)
     }
@@ -215,8 +215,8 @@ impl Pair {
     pub(crate) fn block(&mut self, row: &Row, share: f64) -> Result<Vec<i64>, Failure> {
         let count = (row.count as f64 * share) as usize;
         let Row { kind, size, .. } = row;
-        self.ping.say(&format!("{kind} {size} {count}"))?;
-        let asked = times(&self.ping.hear(BLOCK)?)?;
+        self.ping.write_line(&format!("{kind} {size} {count}"))?;
+        let asked = times(&self.ping.read_line(BLOCK)?)?;
         if row.is_query() {
             return Ok(asked);
         }
@@ -228,10 +228,10 @@ impl Pair {
         let Row {
             kind, size, count, ..
         } = row;
-        self.ping.say(&format!("{kind} {size} {count}"))?;
-        let mut came = times(&self.ping.hear(limit)?)?;
+        self.ping.write_line(&format!("{kind} {size} {count}"))?;
+        let mut came = times(&self.ping.read_line(limit)?)?;
         if !row.is_query() {
-            came = times(&self.pong.hear(limit)?)?;
+            came = times(&self.pong.read_line(limit)?)?;
         }
         Ok(came.len())
     }
@@ -254,18 +254,18 @@ impl Pair {
         Ok(())
     }
 
-    /// What pong reports next.
+    /// The next report of pong.
     pub(crate) fn times_of_pong(&self) -> Result<Vec<i64>, Failure> {
-        times(&self.pong.hear(BLOCK)?)
+        times(&self.pong.read_line(BLOCK)?)
     }
 
-    /// Measures one block of values that are sent as fast as possible.
+    /// Measures one block at full speed.
     pub(crate) fn flood(&mut self, size: usize, count: usize) -> Result<Flood, Failure> {
-        self.ping.say(&format!("flood {size} {count}"))?;
-        let took = times(&self.ping.hear(BLOCK)?)?;
+        self.ping.write_line(&format!("flood {size} {count}"))?;
+        let took = times(&self.ping.read_line(BLOCK)?)?;
         let took = *took.first().ok_or("no time")?;
-        let came = times(&self.pong.hear(BLOCK)?)?;
-        // The last value that was sent is never the one that is lost.
+        let came = times(&self.pong.read_line(BLOCK)?)?;
+        // The last value is never lost.
         let last = *came.last().ok_or("nothing came")?;
         Ok(Flood {
             sent: count,
@@ -275,25 +275,25 @@ impl Pair {
         })
     }
 
-    /// The run directory of both, where they have one.
+    /// The run directory of the network; `None` for a domain of DDS.
     pub(crate) fn directory(&self) -> Option<&RunDirectory> {
         self.network.as_ref().map(|network| &network.directory)
     }
 }
 
-/// What came of values that were sent as fast as possible.
+/// The result of a block at full speed.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Flood {
-    /// How many were sent, and in how many seconds.
+    /// The number of sent values, and the seconds.
     pub(crate) sent: usize,
     pub(crate) sending: f64,
-    /// How many came, and how many seconds after the first was sent the last of them did.
+    /// The number of received values, and the seconds from the first send to the last receive.
     pub(crate) came: usize,
     pub(crate) coming: f64,
 }
 
 fn ready(program: Program, limit: Duration) -> Result<Program, Failure> {
-    match program.hear(limit)?.as_str() {
+    match program.read_line(limit)?.as_str() {
         "ready" => Ok(program),
         other => Err(format!("`{other}` instead of `ready`").into()),
     }
@@ -307,7 +307,7 @@ fn times(line: &str) -> Result<Vec<i64>, Failure> {
         .collect::<Result<_, _>>()?)
 }
 
-/// What a side of the table shows.
+/// The latencies of one pair.
 #[derive(Default)]
 pub(crate) struct Times(Vec<i64>);
 
@@ -317,18 +317,18 @@ impl Times {
         self.0.extend(block);
     }
 
-    /// In microseconds: how long `part` of all took at most.
+    /// The quantile `part`, in microseconds.
     pub(crate) fn quantile(&mut self, part: f64) -> f64 {
         quantile(&mut self.0, part) as f64 / 1000.0
     }
 
-    /// How many there are.
+    /// The number of messages.
     pub(crate) fn len(&self) -> usize {
         self.0.len()
     }
 }
 
-/// The value below which `part` of all values lie; the default where there are none.
+/// The quantile `part` of values; the default if there are none.
 pub(crate) fn quantile<T: PartialOrd + Copy + Default>(values: &mut [T], part: f64) -> T {
     values.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
     let at = (values.len().saturating_sub(1) as f64 * part).round() as usize;

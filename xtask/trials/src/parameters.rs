@@ -1,5 +1,5 @@
-//! `cargo xtask bench parameters`: how long a change of a parameter is on its way to the worker,
-//! and how long a configuration is checked.
+//! `cargo xtask bench parameters`: the latency of a change of a parameter, and the duration of a
+//! check of a configuration.
 
 use crate::bench::{BUILD, Figure};
 use crate::pair::{Pair, Row, Times, quantile};
@@ -13,13 +13,13 @@ use std::time::Duration;
 
 /// Blocks of each row.
 const BLOCKS: usize = 20;
-/// Changes, or queries, of a block.
+/// Changes or queries in a block.
 const COUNT: usize = 200;
-/// No answer may take longer.
+/// The limit for a reply.
 const LIMIT: Duration = Duration::from_secs(5);
 /// Parameters of the large configuration.
 const PARAMETERS: usize = 1000;
-/// How often it is checked.
+/// The number of checks.
 const CHECKS: usize = 20;
 
 /// Measures both.
@@ -29,10 +29,9 @@ pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
     Ok(figures)
 }
 
-/// From before the request is written to the management socket until `params_changed()` of the
-/// worker runs, against a query between the same two processes, in turns. Both are measured in two
-/// ways: each as soon as the one before is answered, and each after a pause, in which all that
-/// takes part goes to sleep.
+/// Measures from before the request is written to the management socket until `params_changed()` of
+/// the worker runs, in turns with a query between the same two processes. Both are measured without
+/// a pause after the previous reply, and after a pause in which all threads go to sleep.
 fn changes() -> Result<Vec<Figure>, Failure> {
     let row = |kind: &'static str| Row {
         name: kind.into(),
@@ -104,7 +103,7 @@ impl Management {
     }
 
     fn set(&mut self, sent: i64) -> Result<(), Failure> {
-        // One text and one write: what this end does is no part of the way.
+        // One text and one write: the work of this end is not measured.
         let request = format!(
             "{{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"parameters_set\",\"params\":{{\"changes\":{{\"sent\":{sent}}}}}}}\n"
         );
@@ -119,9 +118,8 @@ impl Management {
     }
 }
 
-/// A configuration that gives every one of a thousand parameters: checked by the checker alone, as
-/// a component does it at its start, and by a whole process, which first reads what the parameters
-/// are.
+/// Checks a configuration of a thousand parameters: by the checker alone, as a component does at its
+/// start, and by an `rcgen` process, which first reads the `.pdsl`.
 fn checks() -> Result<[Figure; 2], Failure> {
     let (pdsl, toml) = large();
     let folder = tempfile::tempdir()?;
@@ -136,7 +134,7 @@ fn checks() -> Result<[Figure; 2], Failure> {
     Ok([check_alone(folder.path())?, check_process(folder.path())?])
 }
 
-/// In one process, which has read the `.pdsl`.
+/// The checker alone, in this process.
 fn check_alone(folder: &Path) -> Result<Figure, Failure> {
     let words = "build --release -p rc-configuration --features tools --example check_time";
     finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
@@ -145,7 +143,7 @@ fn check_alone(folder: &Path) -> Result<Figure, Failure> {
     let arguments = [pdsl.as_str(), toml.as_str(), &CHECKS.to_string()];
     let program = Program::start(&target()?.join("release/examples/check_time"), &arguments)?;
     let times: Result<Vec<u64>, Failure> = (0..CHECKS)
-        .map(|_| Ok(program.hear(LIMIT)?.parse()?))
+        .map(|_| Ok(program.read_line(LIMIT)?.parse()?))
         .collect();
     let mut times = times?;
     let took = Duration::from_nanos(quantile(&mut times, 0.5));

@@ -1,4 +1,4 @@
-//! Programs that are run with a limit, and ended when they are dropped.
+//! Child processes with a time limit, ended when they are dropped.
 
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::{BufRead as _, BufReader, Write as _};
@@ -8,22 +8,22 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-/// What goes wrong here is only told.
+/// Any error: it is only reported.
 pub(crate) type Failure = Box<dyn std::error::Error>;
 
-/// How long a program may take to end when it is asked to.
+/// The time a program has to end after SIGTERM.
 pub(crate) const END: Duration = Duration::from_secs(2);
-/// How long it may take to end because its standard input did.
+/// The time it has to end after the end of its standard input.
 const INPUT_END: Duration = Duration::from_millis(300);
-/// Between two looks at a program that is to end.
+/// The interval of polling for the end of a program.
 pub(crate) const LOOK: Duration = Duration::from_millis(2);
 
-/// The folder of the workspace.
+/// The root of the workspace.
 pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The folder that cargo builds into: this program lies in it.
+/// The target folder of cargo, in which this program is.
 pub(crate) fn target() -> Result<PathBuf, Failure> {
     let own = std::env::current_exe()?;
     let target = own.parent().and_then(Path::parent);
@@ -32,7 +32,7 @@ pub(crate) fn target() -> Result<PathBuf, Failure> {
         .into())
 }
 
-/// `cargo` with these words, in the workspace.
+/// `cargo` with these arguments, in the workspace.
 pub(crate) fn cargo(words: &[&str]) -> Result<Command, Failure> {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(words).current_dir(root());
@@ -40,8 +40,7 @@ pub(crate) fn cargo(words: &[&str]) -> Result<Command, Failure> {
     Ok(command)
 }
 
-/// Runs a command to its end, at most for `limit`; gives back how long it took and what it said on
-/// stderr.
+/// Runs a command to its end, at most for `limit`. Returns its duration and its output on stderr.
 pub(crate) fn finish(mut command: Command, limit: Duration) -> Result<(Duration, String), Failure> {
     let what = format!("{command:?}");
     let said = tempfile::tempfile()?;
@@ -54,7 +53,7 @@ pub(crate) fn finish(mut command: Command, limit: Duration) -> Result<(Duration,
     let (done, ended) = channel();
     let mut waited = None;
     std::thread::scope(|scope| {
-        // A thread that sleeps in the kernel measures exactly, and the limit holds all the same.
+        // A thread that blocks in `wait` measures exactly, and the limit still holds.
         let child = &mut running.0;
         let pid = Pid::from_child(child);
         scope.spawn(move || done.send((child.wait(), start.elapsed())));
@@ -82,11 +81,11 @@ fn read_back(mut file: std::fs::File) -> std::io::Result<String> {
     Ok(text)
 }
 
-/// A child that is asked to end, and then made to, when this is dropped.
+/// A child process. On drop it gets SIGTERM, then SIGKILL.
 pub(crate) struct Running(pub(crate) Child);
 
 impl Running {
-    /// Waits for its end; `false` where it does not come.
+    /// Waits for its end. Returns `false` if it still runs after `limit`.
     pub(crate) fn ended_within(&mut self, limit: Duration) -> bool {
         let end = Instant::now() + limit;
         loop {
@@ -115,7 +114,7 @@ impl Drop for Running {
     }
 }
 
-/// A program that is spoken with over pipes, line by line.
+/// A program with a protocol of lines over pipes.
 pub(crate) struct Program {
     name: String,
     lines: Receiver<String>,
@@ -131,15 +130,15 @@ impl Program {
         Self::spawn(command)
     }
 
-    /// Starts it in a process group of its own: what a terminal sends to this process does not
-    /// reach it. It has to end by itself when nobody reads what it says.
+    /// Starts it in a process group of its own: signals of the terminal to this process do not
+    /// reach it. It must end by itself when nobody reads its output.
     pub(crate) fn start_apart(path: &Path, arguments: &[&str]) -> Result<Self, Failure> {
         let mut command = Command::new(path);
         command.args(arguments).process_group(0);
         Self::spawn(command)
     }
 
-    /// The same of a command.
+    /// Starts a command.
     pub(crate) fn spawn(mut command: Command) -> Result<Self, Failure> {
         let name = command.get_program().to_string_lossy().into_owned();
         let child = command
@@ -166,24 +165,24 @@ impl Program {
         })
     }
 
-    /// Its process.
+    /// Its process ID.
     pub(crate) fn pid(&self) -> u32 {
         self.child.0.id()
     }
 
-    /// Says one line to it.
-    pub(crate) fn say(&mut self, line: &str) -> Result<(), Failure> {
+    /// Writes one line to its standard input.
+    pub(crate) fn write_line(&mut self, line: &str) -> Result<(), Failure> {
         writeln!(self.orders, "{line}").map_err(|error| format!("{}: {error}", self.name).into())
     }
 
-    /// Its next line.
-    pub(crate) fn hear(&self, limit: Duration) -> Result<String, Failure> {
+    /// Waits for the next line of its output.
+    pub(crate) fn read_line(&self, limit: Duration) -> Result<String, Failure> {
         let line = self.lines.recv_timeout(limit);
-        line.map_err(|_| format!("{} said nothing within {limit:?}", self.name).into())
+        line.map_err(|_| format!("{} printed nothing within {limit:?}", self.name).into())
     }
 
-    /// All that it has said meanwhile. An error: it has ended.
-    pub(crate) fn heard(&mut self) -> Result<Vec<String>, Failure> {
+    /// The lines since the last call. Fails if the program has ended.
+    pub(crate) fn read_lines(&mut self) -> Result<Vec<String>, Failure> {
         let lines = self.lines.try_iter().collect();
         match self.child.0.try_wait()? {
             Some(status) => Err(format!("{} has ended by itself: {status}", self.name).into()),
@@ -191,7 +190,7 @@ impl Program {
         }
     }
 
-    /// Ends it by the end of its standard input or by a signal, whatever its exit status.
+    /// Ends it by closing its standard input, or else by SIGTERM. Ignores its exit status.
     pub(crate) fn stop(mut self, limit: Duration) -> Result<(), Failure> {
         drop(self.orders);
         if self.child.ended_within(INPUT_END) {
@@ -205,15 +204,15 @@ impl Program {
         }
     }
 
-    /// Kills it.
+    /// Kills it with SIGKILL.
     pub(crate) fn kill(mut self) -> Result<(), Failure> {
         self.child.0.kill()?;
         self.child.0.wait()?;
         Ok(())
     }
 
-    /// Asks it to end, and waits for that; gives back what it said. An error: it had to be killed,
-    /// or failed.
+    /// Sends SIGTERM and waits for the end. Returns the remaining lines. Fails if the program is
+    /// still running after `limit`, or exits with an error.
     pub(crate) fn end(mut self, limit: Duration) -> Result<Vec<String>, Failure> {
         kill_process(Pid::from_child(&self.child.0), Signal::TERM)?;
         if !self.child.ended_within(limit) {
@@ -223,7 +222,7 @@ impl Program {
         if !status.success() {
             return Err(format!("{} failed: {status}", self.name).into());
         }
-        // Its end of the pipe is closed, and the thread that reads it ends.
+        // Its end of the pipe is closed, so the reading thread ends.
         let end = Instant::now() + limit;
         let left = || end.saturating_duration_since(Instant::now());
         Ok(std::iter::from_fn(|| self.lines.recv_timeout(left()).ok()).collect())

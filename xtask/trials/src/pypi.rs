@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
 
-/// How long an installation may take.
+/// The limit for an installation.
 const LIMIT: Duration = Duration::from_mins(5);
 
 /// The path of `program` from `package` (`NAME==VERSION`). Installs the package once.

@@ -83,7 +83,7 @@ fn measure(python: &Path, network: &str, rounds: usize, times: &mut Times) -> Re
     let args = [&[rounds.as_str()], &SIZES[..]].concat();
     let measuring = rclpy(python, "measure.py", network, &args)?;
     for _ in 0..2 * SIZES.len() {
-        let line = measuring.hear(LINE)?;
+        let line = measuring.read_line(LINE)?;
         let mut words = line.split(' ');
         let what = [words.next(), words.next()].map(Option::unwrap_or_default);
         let row = times.entry(what.join(" ")).or_default();
@@ -108,7 +108,7 @@ pub(crate) fn bench(blocks: usize, rounds: usize) -> Result<(), Failure> {
         component.stop(END)?;
         let alone = format!("{}-alone", network.name);
         let echo = rclpy(python, "echo.py", &alone, &[])?;
-        echo.hear(LINE)?;
+        echo.read_line(LINE)?;
         measure(python, &alone, rounds, &mut theirs)?;
         echo.stop(END)?;
     }
@@ -145,7 +145,7 @@ pub(crate) fn soak(seconds: u64, profile: Profile) -> Result<(), Failure> {
         &network.name,
         &["reliable", &count.to_string()],
     )?;
-    while images.hear(LINE)? != "met" {}
+    while images.read_line(LINE)? != "met" {}
     let mut management = Client::connect(&network.directory.socket("interop"), ANSWER)?;
     let period = Request::Period { ms: PERIOD.into() };
     management.call::<serde_json::Value>(&period, ANSWER)?;
@@ -159,7 +159,7 @@ pub(crate) fn soak(seconds: u64, profile: Profile) -> Result<(), Failure> {
     let (mut peers, mut first, mut last) = (0, None, 0.0);
     while Instant::now() < end {
         let peer = rclpy(python, "repeat.py", &network.name, &["64"])?;
-        peer.hear(LINE)?;
+        peer.read_line(LINE)?;
         if peers % 2 == 0 {
             peer.stop(END)?;
         } else {
@@ -172,7 +172,7 @@ pub(crate) fn soak(seconds: u64, profile: Profile) -> Result<(), Failure> {
             first = Some(last);
         }
     }
-    let received = images.hear(LINE)?;
+    let received = images.read_line(LINE)?;
     component.stop(END)?;
     println!(
         "{seconds} s, {peers} peers came and went: images {count}, {received}, memory {first:.1?} to {last:.1} MB"

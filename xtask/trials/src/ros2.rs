@@ -10,7 +10,7 @@ use crate::variant::{self, ROS2};
 use rc_cdsl::model::Backend;
 use rc_deploy_network::Profile;
 
-/// At p50 a generated component may take so many times what the hand-written program takes.
+/// The goal for the ratio at p50.
 const GOAL: f64 = 1.10;
 /// The size of a query.
 const SMALL: usize = 64;
@@ -35,8 +35,8 @@ pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
     };
     let mut ours = Pair::components(&generated, &ROS2)?;
     let mut theirs = Pair::by_hand_over("bench_ros_peer", BY_HAND)?;
-    // What is larger than a packet cannot be answered by hand: `rustdds` writes fragments with a
-    // related request in a form that nobody can read, and ros2-client has no other one.
+    // The hand-written server cannot send replies above one packet: `rustdds` writes fragments with a
+    // related request in an unreadable form, and ros2-client has no other one.
     let is_possible = |row: &Row| !row.is_query() || row.size == SMALL;
     let rows: Vec<Row> = rows().into_iter().flatten().filter(is_possible).collect();
     if !met(&peer.table(&rows, &mut ours, &mut theirs, blocks, share)?) {

@@ -1,4 +1,4 @@
-//! What one more slot of a component costs, in memory of its own and in shared memory.
+//! The memory of one more slot of a component: private and shared.
 
 use crate::pair::Network;
 use crate::programs::{Failure, Program, target};
@@ -6,31 +6,31 @@ use crate::usage::{own_memory, shared_memory};
 use bench_protocol::slots::Role;
 use std::time::Duration;
 
-/// Slots of the small and of the large program; what a slot costs is their difference, divided.
+/// Slots of the small and of the large program. The cost of a slot follows from their difference.
 const COUNTS: [usize; 2] = [1, 17];
-/// How long such a program may take for anything.
+/// The limit for each step of such a program.
 const LIMIT: Duration = Duration::from_secs(20);
-/// Both sides of a connection: who is started first, and who meets it.
+/// Both sides of a connection: the one that starts first, and the other.
 const SIDES: [[Role; 2]; 2] = [
     [Role::Publishers, Role::Subscribers],
     [Role::Servers, Role::Clients],
 ];
 
-/// Who opens the slots.
+/// The program that opens the slots.
 #[derive(Clone, Copy)]
 enum Maker {
     Generated,
     ByHand,
 }
 
-/// Kilobytes: of the process itself, and of the shared memory of the network.
+/// Private memory of the process and shared memory of the network, in kB.
 #[derive(Clone, Copy, Default)]
 struct Cost {
     own: f64,
     shared: f64,
 }
 
-/// Measures, and prints the table.
+/// Measures and prints the table.
 pub(crate) fn table() -> Result<(), Failure> {
     println!(
         "| memory of one more slot, kB | generated: own | shared | by hand: own | shared |\n|---|---|---|---|---|"
@@ -49,7 +49,7 @@ pub(crate) fn table() -> Result<(), Failure> {
     Ok(())
 }
 
-/// What one more slot of each side costs.
+/// The memory of one more slot on each side.
 fn slots(maker: Maker, sides: [Role; 2]) -> Result<[Cost; 2], Failure> {
     let few = connected(maker, sides, COUNTS[0])?;
     let many = connected(maker, sides, COUNTS[1])?;
@@ -61,21 +61,20 @@ fn slots(maker: Maker, sides: [Role; 2]) -> Result<[Cost; 2], Failure> {
     Ok([each(few[0], many[0]), each(few[1], many[1])])
 }
 
-/// What `count` slots of each side cost, with all that is beside them. The shared memory of the
-/// first side is what there is before the second comes, that of the second what is there more when
-/// each slot has had a message.
+/// The memory of programs with `count` slots. The shared memory of the first side is measured before
+/// the second starts; that of the second is the increase after one message on each slot.
 fn connected(maker: Maker, sides: [Role; 2], count: usize) -> Result<[Cost; 2], Failure> {
     let network = Network::new("slots")?;
     let mut first = start(maker, &network, sides[0], count)?;
     let alone = shared_memory(&network.directory);
     let mut second = start(maker, &network, sides[1], count)?;
-    // Who receives is told first.
+    // The receiver gets its command first.
     let (receiver, sender) = match sides[0] {
         Role::Publishers | Role::Clients => (&mut second, &mut first),
         Role::Subscribers | Role::Servers => (&mut first, &mut second),
     };
-    receiver.say("go")?;
-    sender.say("go")?;
+    receiver.write_line("go")?;
+    sender.write_line("go")?;
     for program in [receiver, sender] {
         expect(program, "done")?;
     }
@@ -111,7 +110,7 @@ fn start(maker: Maker, network: &Network, role: Role, count: usize) -> Result<Pr
 }
 
 fn expect(program: &Program, word: &str) -> Result<(), Failure> {
-    match program.hear(LIMIT)?.as_str() {
+    match program.read_line(LIMIT)?.as_str() {
         said if said == word => Ok(()),
         other => Err(format!("`{other}` instead of `{word}`").into()),
     }

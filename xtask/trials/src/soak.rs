@@ -1,11 +1,10 @@
-//! `cargo xtask soak`: two generated components talk for an hour. Nothing may grow, and no sample
-//! may be lost.
+//! `cargo xtask soak`: two generated components exchange messages for an hour. Nothing may grow, and
+//! no sample may be lost.
 //!
-//! `soak_source` publishes ticks (1 kHz) and images of about 1 MB (30 Hz), and asks (200 Hz);
-//! `soak_sink` receives and answers. Over DDS and ROS 2 there are no images, and over ROS 2 half of
-//! the ticks and a quarter of the questions. What counts is what comes after a warm-up, in which
-//! every queue runs over once, so that all memory that can be in use is in use. What is demanded
-//! stands in `judge`.
+//! `soak_source` publishes ticks (1 kHz) and images of about 1 MB (30 Hz), and sends queries (200 Hz)
+//! to `soak_sink`. Over DDS and ROS 2 there are no images, and over ROS 2 half of the ticks and a
+//! quarter of the queries. Counting starts after a warm-up in which every queue overflows once, so
+//! that all memory is in use. `judge` has the requirements.
 
 mod judge;
 
@@ -32,7 +31,7 @@ use std::time::{Duration, Instant};
 const COUNTS: Duration = Duration::from_secs(20);
 /// The limit for the end of a component.
 const END: Duration = Duration::from_secs(5);
-/// The limit for a management answer.
+/// The limit for a reply of management.
 const ANSWER: Duration = Duration::from_secs(2);
 /// The pause between two polls for a signal.
 const LOOK: Duration = Duration::from_millis(50);
@@ -170,14 +169,14 @@ impl Soak {
         let [sink, source] = &plan.programs;
         let sink = Program::start_apart(sink, &arguments("warn"))?;
         // The sink starts first: a subscriber that is there before the publisher loses nothing.
-        let came = counts(&sink.hear(COUNTS)?)?;
+        let came = counts(&sink.read_line(COUNTS)?)?;
         // Its computes are sometimes longer than a period, because it catches up; that is no
         // warning.
         let mut command = Command::new(source);
         command.args(arguments("error")).process_group(0);
         command.envs(plan.middleware.variables().iter().copied());
         let source = Program::spawn(command)?;
-        let sent = counts(&source.hear(COUNTS)?)?;
+        let sent = counts(&source.read_line(COUNTS)?)?;
         Ok(Self {
             source,
             sink,
@@ -199,7 +198,7 @@ impl Soak {
                 return Err("the components do not get warm: too few ticks arrive".into());
             }
             std::thread::sleep(LOOK);
-            self.hear()?;
+            self.read_counts()?;
         }
         Ok(true)
     }
@@ -211,7 +210,7 @@ impl Soak {
         let (mut sample, mut line) = (start, start + plan.line);
         let mut silent_from = (Instant::now(), 0);
         while Instant::now() < end && !stop.load(Ordering::Relaxed) {
-            self.hear()?;
+            self.read_counts()?;
             let arrived = self.came.get("ticks") + self.sent.get("ticks");
             if arrived != silent_from.1 {
                 silent_from = (Instant::now(), arrived);
@@ -232,12 +231,12 @@ impl Soak {
     }
 
     /// Handles the lines that the components have printed.
-    fn hear(&mut self) -> Result<(), Failure> {
-        let said = self.source.heard()?;
+    fn read_counts(&mut self) -> Result<(), Failure> {
+        let said = self.source.read_lines()?;
         if let Some(line) = said.last() {
             self.sent = counts(line)?;
         }
-        let said = self.sink.heard()?;
+        let said = self.sink.read_lines()?;
         if let Some(line) = said.last() {
             self.came = counts(line)?;
         }
@@ -292,9 +291,9 @@ impl Soak {
         let sent = &self.sent;
         // Counts printed before the source's end are too old, and the first ones afterwards may be,
         // too.
-        self.sink.heard()?;
+        self.sink.read_lines()?;
         for _ in 0..2 {
-            self.came = counts(&self.sink.hear(COUNTS)?)?;
+            self.came = counts(&self.sink.read_line(COUNTS)?)?;
         }
         complaints.extend(complaint("soak_sink", &status(&self.network, "soak_sink")?));
         self.sink.end(END)?;

@@ -1,4 +1,4 @@
-//! What processes and networks use: processor time, memory, descriptors.
+//! Resource usage of processes and networks: processor time, memory, descriptors.
 
 use crate::programs::Failure;
 use rc_middleware::RunDirectory;
@@ -7,7 +7,7 @@ use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 use std::time::Duration;
 
-/// What all threads of a process used, to the nanosecond.
+/// Processor time of all threads of a process, in nanoseconds.
 pub(crate) fn processor_time(pid: u32) -> Result<Duration, Failure> {
     let mut total = Duration::ZERO;
     for task in fs::read_dir(format!("/proc/{pid}/task"))? {
@@ -39,15 +39,14 @@ pub(crate) fn memory(pid: u32) -> Result<(f64, f64), Failure> {
     Ok((pss, rss))
 }
 
-/// Proportional resident memory without the pages of files, in MB: what a process has made itself.
-/// The share that it has of the pages of its executable and of libraries grows when other processes
-/// end.
+/// Proportional resident memory without the pages of files, in MB. The share of the pages of
+/// executables and libraries would grow when other processes end.
 pub(crate) fn made_memory(pid: u32) -> Result<f64, Failure> {
     let [anonymous, shared] = rollup(pid, ["Pss_Anon:", "Pss_Shmem:"])?;
     Ok(anonymous + shared)
 }
 
-/// Memory that no other process has, in MB.
+/// Private memory, in MB.
 pub(crate) fn own_memory(pid: u32) -> Result<f64, Failure> {
     let [anonymous] = rollup(pid, ["Pss_Anon:"])?;
     Ok(anonymous)
@@ -67,20 +66,19 @@ fn rollup<const N: usize>(pid: u32, names: [&str; N]) -> Result<[f64; N], Failur
     Ok(found)
 }
 
-/// Open descriptors of a process.
+/// The number of open descriptors of a process.
 pub(crate) fn descriptors(pid: u32) -> Result<usize, Failure> {
     Ok(fs::read_dir(format!("/proc/{pid}/fd"))?.count())
 }
 
-/// What the files of a network take of the shared memory, in MB. Files that go meanwhile take
-/// nothing.
+/// Shared memory of a network, in MB. Files that are removed meanwhile count as empty.
 pub(crate) fn shared_memory(directory: &RunDirectory) -> f64 {
     let files = rc_iceoryx2::leftovers(directory);
     // The sum of nothing is -0.
     files.iter().map(|path| taken(path)).sum::<f64>().abs() / 1e6
 }
 
-/// Bytes that are really there; a file of shared memory is larger than that.
+/// Allocated bytes; files of shared memory are sparse.
 fn taken(path: &Path) -> f64 {
     let Ok(found) = fs::symlink_metadata(path) else {
         return 0.0;
