@@ -1,13 +1,13 @@
-//! What `ping` and `pong` do, written by hand on the calls of the C library Cyclone DDS: the
-//! yardstick for generated components over DDS.
+//! `ping` and `pong`, written by hand over the C library Cyclone DDS: the reference for generated
+//! components over DDS.
 //!
-//! `bench_dds_peer ping|pong DOMAIN`. The ends have the configuration and the quality of service of
-//! our backend. A listener takes what comes on the library's thread and wakes the main one by an
-//! eventfd, where handlers run. Bodies have the length of ours. What only our backend does is not
-//! here: values in CDR, envelopes, type hashes, who is there, a limit for each call, the loop of a
-//! component.
+//! `bench_dds_peer ping|pong DOMAIN`. The endpoints have the configuration and the quality of service
+//! of our backend. A listener takes samples on the library's thread and wakes the main thread, which
+//! runs the handlers, by an eventfd. Messages have the same length as ours. The program omits what
+//! only our backend does: values in CDR, envelopes, type hashes, discovery, a deadline for each call,
+//! the loop of a component.
 
-use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
+use bench_protocol::{Kind, LARGEST, next_command, now, pause, ready, report};
 use rc_ddsc::{Domain, Event, Listener, Participant, Qos, Reader, Sample, Topic, Writer};
 use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
 use rc_settings::Value;
@@ -19,21 +19,21 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Anything that goes wrong ends the program.
+/// Any error ends the program.
 type Failure = Box<dyn std::error::Error>;
 
-/// No wait is longer.
+/// The limit of each wait.
 const LIMIT: Timespec = Timespec {
     tv_sec: 1,
     tv_nsec: 0,
 };
-/// How long the other program may take to come.
+/// The limit until the other program is discovered.
 const START: Duration = Duration::from_secs(10);
-/// How long it may take to find what has been found by it.
+/// The pause after discovery, in which the other program discovers this one.
 const FOUND: Duration = Duration::from_millis(300);
-/// Before the data of a sample: the encapsulation, the time of sending, how many there are.
+/// The header of a sample in bytes: encapsulation, time of sending, length.
 const SAMPLE: usize = 4 + 8 + 4;
-/// The same of a request and of a reply: as many bytes as the envelope of DDS-RPC has.
+/// The header of a request and of a reply in bytes: as long as the envelope of DDS-RPC.
 const REQUEST: usize = 4 + 36 + 4;
 const REPLY: usize = 4 + 36 + 4;
 
@@ -53,7 +53,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What came and was not read yet, and what wakes the main thread.
+/// Received samples, and the eventfd that wakes the main thread.
 struct Inbox {
     bell: OwnedFd,
     came: [Mutex<VecDeque<Sample>>; 2],
@@ -69,7 +69,7 @@ impl Inbox {
         }))
     }
 
-    /// Sleeps until something was heard, or for a second; takes the ring back.
+    /// Sleeps until the eventfd is readable, at most for a second, and clears it.
     fn wait(&self) -> Result<(), Failure> {
         poll(&mut [PollFd::new(&self.bell, PollFlags::IN)], Some(&LIMIT))?;
         let _ = rustix::io::read(&self.bell, &mut [0; 8]);
@@ -81,7 +81,7 @@ impl Inbox {
         came.pop_front()
     }
 
-    /// Waits until `ends` have found their other ends.
+    /// Waits until `ends` endpoints are matched.
     fn meet(&self, ends: usize) -> Result<(), Failure> {
         let end = Instant::now() + START;
         while self.matched.load(Ordering::Relaxed) < ends {
@@ -94,14 +94,14 @@ impl Inbox {
     }
 }
 
-/// An end; a reader takes what comes into one of the two queues.
-struct Heard {
+/// The listener of an endpoint. A reader's listener takes samples into one of the two queues.
+struct Endpoint {
     inbox: Arc<Inbox>,
     reader: Arc<OnceLock<Reader>>,
     queue: usize,
 }
 
-impl Listener for Heard {
+impl Listener for Endpoint {
     fn event(&self, event: Event) {
         match event {
             Event::Data => {
@@ -127,7 +127,7 @@ impl Listener for Heard {
     }
 }
 
-/// One program's part in the domain.
+/// The participant of the program.
 struct Part {
     inbox: Arc<Inbox>,
     participant: Participant,
@@ -160,9 +160,9 @@ impl Part {
         Ok(self.participant.topic(name, "bench::Bytes")?)
     }
 
-    fn heard(&self, queue: usize) -> (Box<Heard>, Arc<OnceLock<Reader>>) {
+    fn endpoint(&self, queue: usize) -> (Box<Endpoint>, Arc<OnceLock<Reader>>) {
         let reader = Arc::new(OnceLock::new());
-        let heard = Heard {
+        let heard = Endpoint {
             inbox: Arc::clone(&self.inbox),
             reader: Arc::clone(&reader),
             queue,
@@ -171,20 +171,20 @@ impl Part {
     }
 
     fn writer(&self, topic: &str, qos: &Qos<'_>) -> Result<Writer, Failure> {
-        let (heard, _) = self.heard(0);
+        let (endpoint, _) = self.endpoint(0);
         Ok(self.participant.writer(&self.topic(topic)?, qos, heard)?)
     }
 
     fn reader(&self, topic: &str, qos: &Qos<'_>, queue: usize) -> Result<(), Failure> {
-        let (heard, reader) = self.heard(queue);
-        // Its listener has it, for as long as the program lives.
+        let (endpoint, reader) = self.endpoint(queue);
+        // Its listener keeps it until the end of the program.
         let made = self.participant.reader(&self.topic(topic)?, qos, heard)?;
         let _ = reader.set(made);
         Ok(())
     }
 }
 
-/// What our publishers offer, or our subscribers ask for.
+/// The quality of service of publishers and subscribers.
 fn values(reliable: bool) -> Qos<'static> {
     Qos {
         reliable,
@@ -193,7 +193,7 @@ fn values(reliable: bool) -> Qos<'static> {
     }
 }
 
-/// What our calls use.
+/// The quality of service of calls.
 fn calls() -> Qos<'static> {
     Qos {
         reliable: true,
@@ -201,39 +201,39 @@ fn calls() -> Qos<'static> {
     }
 }
 
-/// A time as DDS wants it.
+/// The source timestamp of a sample.
 fn stamp() -> i64 {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::Realtime);
     time.tv_sec * 1_000_000_000 + time.tv_nsec
 }
 
-/// The sending and asking side: does what is ordered until there are no more orders.
+/// The publisher and client: executes commands until the standard input ends.
 fn ping(domain: &str) -> Result<(), Failure> {
     let part = Part::new(domain)?;
     part.reader("hand_Reply", &calls(), 0)?;
     let requests = part.writer("hand_Request", &calls())?;
     let samples = part.writer("hand", &values(true))?;
     part.inbox.meet(3)?;
-    // The other program may find them a little later.
+    // The other program may discover them a little later.
     std::thread::sleep(FOUND);
-    // The data lie behind the longest head, which is written anew for each message.
+    // The data follow the longest header, which is written for each message.
     let mut message = vec![7; REQUEST + LARGEST];
     let (mut times, mut answer) = (Vec::new(), Vec::new());
     let mut sequence = 0;
     ready()?;
-    while let Some(order) = next_order()? {
+    while let Some(command) = next_command()? {
         times.clear();
-        for _ in 0..order.count {
+        for _ in 0..command.count {
             sequence += 1;
-            if order.kind == Kind::Publish {
-                pause(order.size);
-                let body = &mut message[..SAMPLE - 4 + order.size];
+            if command.kind == Kind::Publish {
+                pause(command.size);
+                let body = &mut message[..SAMPLE - 4 + command.size];
                 body[..8].copy_from_slice(&now().to_ne_bytes());
                 samples.write(sequence, stamp(), body)?;
                 continue;
             }
             let start = now();
-            requests.write(sequence, stamp(), &message[..REQUEST - 4 + order.size])?;
+            requests.write(sequence, stamp(), &message[..REQUEST - 4 + command.size])?;
             let end = Instant::now() + START;
             loop {
                 if let Some(reply) = part.inbox.next(0) {
@@ -247,12 +247,12 @@ fn ping(domain: &str) -> Result<(), Failure> {
                 part.inbox.wait()?;
             }
             times.push(now() - start);
-            if answer.len() != order.size {
+            if answer.len() != command.size {
                 return Err("another echo".into());
             }
         }
-        if order.kind == Kind::Publish {
-            pause(order.size);
+        if command.kind == Kind::Publish {
+            pause(command.size);
             sequence += 1;
             samples.write(sequence, stamp(), &[0; SAMPLE - 4])?;
         }
@@ -261,7 +261,7 @@ fn ping(domain: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The receiving and answering side: answers and notes until it is ended.
+/// The subscriber and server: replies and records until a signal ends the process.
 fn pong(domain: &str) -> Result<(), Failure> {
     let part = Part::new(domain)?;
     let replies = part.writer("hand_Reply", &calls())?;

@@ -1,7 +1,7 @@
 //! The publisher and client.
 
 use crate::services::{Failure, Ipc, Stamp, Topic, calls, event_service, node, topic, wait};
-use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
+use bench_protocol::{Kind, LARGEST, next_command, now, pause, ready, report};
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
@@ -20,7 +20,7 @@ struct Ping {
     answered: Listener<Ipc>,
 }
 
-/// Executes orders until the standard input ends.
+/// Executes commands until the standard input ends.
 pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
     let node = node(root, prefix)?;
     let (samples, pictures) = (topic(&node, "sample")?, topic(&node, "picture")?);
@@ -55,24 +55,24 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
     let mut times = Vec::new();
     let mut answer = Vec::new();
     ready()?;
-    while let Some(order) = next_order()? {
+    while let Some(command) = next_command()? {
         times.clear();
-        let data = &data[..order.size];
+        let data = &data[..command.size];
         let begin = now();
-        for _ in 0..order.count {
-            match order.kind {
+        for _ in 0..command.count {
+            match command.kind {
                 Kind::Publish => {
-                    pause(order.size);
+                    pause(command.size);
                     ping.publish(now(), data)?;
                 }
                 Kind::InPlace => {
-                    pause(order.size);
+                    pause(command.size);
                     ping.picture(now(), data)?;
                 }
                 Kind::Flood => ping.publish(now(), data)?,
                 Kind::Query | Kind::Rested | Kind::Awake => {
-                    if order.kind == Kind::Rested {
-                        pause(order.size);
+                    if command.kind == Kind::Rested {
+                        pause(command.size);
                     }
                     let start = now();
                     ping.query(data, &mut answer)?;
@@ -83,11 +83,11 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
                 }
             }
         }
-        if order.kind == Kind::Flood {
+        if command.kind == Kind::Flood {
             times.push(now() - begin);
         }
-        if !order.kind.is_query() {
-            pause(order.size);
+        if !command.kind.is_query() {
+            pause(command.size);
             ping.publish(0, &[])?;
         }
         report(&times)?;

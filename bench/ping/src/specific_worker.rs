@@ -1,9 +1,9 @@
-//! Does one block a period, as ordered on its standard input. A block is longer than the period,
-//! which is reported and harmless here.
+//! Runs one block a period, by commands on its standard input. A block is longer than the period; the
+//! reported overrun is harmless here.
 
 use ping_generated::{Context, Worker, WorkerError};
 
-use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
+use bench_protocol::{Kind, LARGEST, next_command, now, pause, ready, report};
 
 pub struct SpecificWorker {
     data: Vec<u8>,
@@ -20,21 +20,21 @@ impl Worker for SpecificWorker {
     }
 
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
-        let Some(order) = next_order()? else {
+        let Some(command) = next_command()? else {
             ctx.stop("no more orders");
             return Ok(());
         };
         self.times.clear();
-        let data = &self.data[..order.size];
+        let data = &self.data[..command.size];
         let begin = now();
-        for _ in 0..order.count {
-            match order.kind {
+        for _ in 0..command.count {
+            match command.kind {
                 Kind::Publish => {
-                    pause(order.size);
+                    pause(command.size);
                     ctx.sample.sample(now(), data)?;
                 }
                 Kind::InPlace => {
-                    pause(order.size);
+                    pause(command.size);
                     let sent = now();
                     let mut picture = ctx.pictures.loan_picture()?;
                     picture.sent = sent;
@@ -43,11 +43,11 @@ impl Worker for SpecificWorker {
                 }
                 Kind::Flood => ctx.sample.sample(now(), data)?,
                 Kind::Query | Kind::Rested | Kind::Awake => {
-                    if order.kind == Kind::Rested {
-                        pause(order.size);
+                    if command.kind == Kind::Rested {
+                        pause(command.size);
                     }
                     let start = now();
-                    let answer = match order.kind {
+                    let answer = match command.kind {
                         Kind::Awake => ctx.awake.echo(data)?,
                         _ => ctx.echo.echo(data)?,
                     };
@@ -58,11 +58,11 @@ impl Worker for SpecificWorker {
                 }
             }
         }
-        if order.kind == Kind::Flood {
+        if command.kind == Kind::Flood {
             self.times.push(now() - begin);
         }
-        if !order.kind.is_query() {
-            pause(order.size);
+        if !command.kind.is_query() {
+            pause(command.size);
             ctx.sample.sample(0, &[])?;
         }
         report(&self.times)?;

@@ -1,4 +1,4 @@
-//! Answers, and notes how long values were on their way; reports it when a block has ended.
+//! Replies to queries, records the latencies of values, and reports them at the end of a block.
 
 use bench_protocol::{now, ready, report};
 use pong_generated::tracing::error;

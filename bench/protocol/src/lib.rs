@@ -1,12 +1,12 @@
-//! What `cargo xtask bench` and the programs that it measures say to each other, over pipes.
-//! Generated and hand-written programs use the same, so that only what lies between them differs.
+//! The protocol between `cargo xtask bench` and the programs that it measures, over pipes. Generated
+//! and hand-written programs use the same, so that only their communication differs.
 //!
-//! | who | says | when |
+//! | sender | line | when |
 //! |---|---|---|
-//! | pong, ping | `ready` | its connections are open |
-//! | xtask to ping | `publish SIZE COUNT`, also `place`, `query`, `rested`, `awake`, `flood` | one block is to be measured |
-//! | ping | `times …` (queries), `times` (values), `times ALL` (a flood) | the block is done |
-//! | pong | `times …`, one for each value that came | the block of values, or of changes of its parameter `sent`, has ended |
+//! | pong, ping | `ready` | all connections are open |
+//! | xtask to ping | `publish SIZE COUNT`, also `place`, `query`, `rested`, `awake`, `flood` | a block starts |
+//! | ping | `times …` (queries), `times` (values), `times ALL` (a flood) | the block has ended |
+//! | pong | `times …`, one for each received value | a block of values, or of changes of its parameter `sent`, has ended |
 //!
 //! Times are in nanoseconds. The end of its standard input ends a ping.
 
@@ -19,57 +19,56 @@ use std::str::FromStr;
 use std::sync::OnceLock;
 use std::time::Duration;
 
-/// Between two values: longer than a receiver needs to go to sleep again.
+/// The pause between two values, after which the receiver sleeps.
 const PAUSE: Duration = Duration::from_micros(200);
-/// The same where values are so large that copying them takes longer than that.
+/// The pause between two large values: copying them takes longer than [`GAP`].
 const LONG_PAUSE: Duration = Duration::from_millis(2);
-/// From this size on they are.
+/// The size of a large value, in bytes.
 const LARGE: usize = 64 * 1024;
-/// Largest data of a block.
+/// The largest size of data, in bytes.
 pub const LARGEST: usize = 1024 * 1024;
 
-/// One block.
+/// The command for one block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Order {
-    /// One way, or there and back.
+pub struct Command {
+    /// What is measured.
     pub kind: Kind,
-    /// Bytes of data.
+    /// The size of the data, in bytes.
     pub size: usize,
-    /// How often.
+    /// The number of messages.
     pub count: usize,
 }
 
-/// What is measured.
+/// The kind of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// From before the sending until the receiver's handler has the data in its own memory.
+    /// Copied: from before the call of `publish` until the receiver's handler has a copy of the data.
     Publish,
-    /// From before the data are written where the receiver will read them until its handler can
-    /// look at them there.
+    /// In place: from before the data are written into the loan until the receiver's handler reads
+    /// them there.
     InPlace,
-    /// From before the call until the answer is there.
+    /// From the call to the reply.
     Query,
-    /// The same after a pause, in which both ends go to sleep.
+    /// [`Kind::Query`] after a pause in which both ends go to sleep.
     Rested,
-    /// The same as `Query` where both ends stay awake (`wake spin`), as far as the program can.
+    /// [`Kind::Query`] between ends that stay awake (`wake spin`), if the program can.
     Awake,
-    /// As many values as the sender can send, one after the other without a pause; what the
-    /// receiver has no time for is lost.
+    /// Values at full speed, without a pause. Values that overflow the receiver's queue are lost.
     Flood,
 }
 
 impl Kind {
-    /// Whether it goes there and back.
+    /// Whether the time is that of a round trip.
     pub fn is_query(self) -> bool {
         matches!(self, Self::Query | Self::Rested | Self::Awake)
     }
 }
 
-impl FromStr for Order {
+impl FromStr for Command {
     type Err = io::Error;
 
     fn from_str(line: &str) -> Result<Self, Self::Err> {
-        let bad = || io::Error::other(format!("`{}` is no order", line.trim()));
+        let bad = || io::Error::other(format!("`{}` is no command", line.trim()));
         let mut words = line.split_whitespace();
         let kind = match words.next() {
             Some("publish") => Kind::Publish,
@@ -91,7 +90,7 @@ impl FromStr for Order {
     }
 }
 
-impl std::fmt::Display for Order {
+impl std::fmt::Display for Command {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let kind = match self.kind {
             Kind::Publish => "publish",
@@ -105,8 +104,8 @@ impl std::fmt::Display for Order {
     }
 }
 
-/// The next order; none when there will be no more.
-pub fn next_order() -> io::Result<Option<Order>> {
+/// The next command; `None` at the end of the standard input.
+pub fn next_command() -> io::Result<Option<Command>> {
     let mut line = String::new();
     if io::stdin().lock().read_line(&mut line)? == 0 {
         return Ok(None);
@@ -114,12 +113,12 @@ pub fn next_order() -> io::Result<Option<Order>> {
     line.parse().map(Some)
 }
 
-/// Says `ready`.
+/// Prints `ready`.
 pub fn ready() -> io::Result<()> {
-    say("ready\n")
+    print_line("ready\n")
 }
 
-/// Says `times` and what was measured.
+/// Prints `times` and the measured times, in nanoseconds.
 pub fn report(times: &[i64]) -> io::Result<()> {
     let mut line = String::from("times");
     for time in times {
@@ -127,7 +126,7 @@ pub fn report(times: &[i64]) -> io::Result<()> {
         let _ = write!(line, " {time}");
     }
     line.push('\n');
-    say(&line)
+    print_line(&line)
 }
 
 /// Pauses before a sample of `size` bytes. `BENCH_PAUSE_MS` sets the pause for programs that a tool
@@ -142,13 +141,13 @@ pub fn pause(size: usize) {
     std::thread::sleep(slow.unwrap_or(usual));
 }
 
-/// Nanoseconds of the clock that all processes share.
+/// The monotonic clock, which all processes share, in nanoseconds.
 pub fn now() -> i64 {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     time.tv_sec * 1_000_000_000 + time.tv_nsec
 }
 
-fn say(text: &str) -> io::Result<()> {
+fn print_line(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes())?;
     out.flush()
@@ -159,14 +158,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_order_comes_back() {
-        let order = Order {
+    fn a_command_is_parsed_as_printed() {
+        let command = Command {
             kind: Kind::Query,
             size: 64,
             count: 9,
         };
-        assert_eq!(order.to_string().parse::<Order>().ok(), Some(order));
-        assert!("publish 0 1".parse::<Order>().is_err());
-        assert!("publish 64".parse::<Order>().is_err());
+        assert_eq!(command.to_string().parse::<Command>().ok(), Some(command));
+        assert!("publish 0 1".parse::<Command>().is_err());
+        assert!("publish 64".parse::<Command>().is_err());
     }
 }

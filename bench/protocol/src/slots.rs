@@ -1,23 +1,23 @@
-//! What the programs that hold many ports of one kind say, over pipes: `ready` when all are open;
-//! to `go`, which lets each port send or receive one message, `done`. The end of its standard input
-//! ends such a program.
+//! The protocol of the programs that hold many ports of one kind, over pipes. They print `ready` when
+//! all ports are open. On `go` each port sends or receives one message, then they print `done`. They
+//! end with their standard input.
 
 use std::fmt::{self, Display};
 use std::io::{self, BufRead as _};
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
-/// Bytes of a message.
+/// The size of a message, in bytes.
 pub const SIZE: usize = 64;
-/// How long all ports together may wait for their message.
+/// The limit until all ports have their message.
 const LIMIT: Duration = Duration::from_secs(5);
-/// Between two looks at a port.
+/// The interval of polling a port.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// Anything that goes wrong ends such a program.
+/// Any error ends the program.
 pub type Failure = Box<dyn std::error::Error>;
 
-/// What a program holds.
+/// The kind of the ports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum Role {
@@ -53,7 +53,7 @@ impl FromStr for Role {
     }
 }
 
-/// Holds what is open until the standard input ends, and does `exchange` as often as it is told.
+/// Runs `exchange` for each `go`, until the standard input ends.
 pub fn hold(mut exchange: impl FnMut() -> Result<(), Failure>) -> Result<(), Failure> {
     crate::ready()?;
     for line in io::stdin().lock().lines() {
@@ -61,12 +61,12 @@ pub fn hold(mut exchange: impl FnMut() -> Result<(), Failure>) -> Result<(), Fai
             return Err("only `go` can be told".into());
         }
         exchange()?;
-        crate::say("done\n")?;
+        crate::print_line("done\n")?;
     }
     Ok(())
 }
 
-/// Lets each of `ports` take one message; `take` says whether there was one.
+/// Waits until each of `ports` has taken one message. `take` returns whether there was one.
 pub fn each<P>(
     ports: &mut [P],
     mut take: impl FnMut(&mut P) -> Result<bool, Failure>,

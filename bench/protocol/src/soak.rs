@@ -1,39 +1,39 @@
-//! What `cargo xtask soak` and its two components agree on.
+//! The protocol and the constants that `cargo xtask soak` shares with its two components.
 //!
-//! Both say `counts NAME=NUMBER …` once a second and, as their last word, when they end. A number
-//! says all since the start; see [`Counts`].
+//! Both print `counts NAME=NUMBER …` once a second and at their end. Numbers count from the start;
+//! see [`Counts`].
 
 use std::collections::BTreeMap;
 use std::io;
 use std::time::Duration;
 
-/// Between two ticks.
+/// The period of ticks.
 pub const TICK: Duration = Duration::from_millis(1);
-/// A question is asked after so many ticks.
+/// The number of ticks between two queries.
 pub const TICKS_A_QUERY: u64 = 5;
-/// Images of a second.
+/// Images a second.
 pub const IMAGES_A_SECOND: u64 = 30;
-/// Ticks of a second.
+/// Ticks a second.
 pub const TICKS_A_SECOND: u64 = 1000;
-/// In the first ticks the sink stands still once, until every queue has run over: from then on all
-/// memory that can ever be in use is in use. What is lost so is not counted, and nothing is asked.
+/// The ticks of the warm-up. The sink blocks once until every queue has overflowed, so that all memory
+/// is in use afterwards. Losses in the warm-up are not counted, and there are no queries.
 pub const WARM_UP_TICKS: u64 = 3000;
-/// The same of images.
+/// The images of the warm-up.
 pub const WARM_UP_IMAGES: u64 = WARM_UP_TICKS * IMAGES_A_SECOND / TICKS_A_SECOND;
-/// The tick at which the sink stands still.
+/// The tick at which the sink blocks.
 pub const STALL_AT: u64 = 1000;
-/// For how long: longer than the queues of ticks (100) and of images (10) last.
+/// The duration of blocking: longer than the queues of ticks (100) and of images (10) last.
 pub const STALL: Duration = Duration::from_millis(700);
 
-/// Smallest and largest data of an image.
+/// The smallest and the largest size of an image, in bytes.
 const IMAGE: (u64, u64) = (950_000, 1_050_000);
-/// The pattern repeats after so many bytes, a prime: images with other numbers have other bytes.
+/// The period of the pattern in bytes: a prime, so that images differ from each other.
 const PERIOD: u64 = 251;
 
-/// Where this variable is set, the source sends no images.
+/// If this variable is set, the source sends no images.
 pub const WITHOUT_IMAGES: &str = "RC_SOAK_WITHOUT_IMAGES";
-/// Where this variable is set, ticks are twice as far apart, and questions asked after twice as
-/// many of them.
+/// If this variable is set, the period of ticks doubles, and so does the number of ticks between two
+/// queries.
 pub const HALF: &str = "RC_SOAK_HALF";
 
 /// Whether an image is sent at this tick.
@@ -42,7 +42,7 @@ pub fn is_image_due(tick: u64) -> bool {
     sent(tick + 1) > sent(tick)
 }
 
-/// All data that an image can have.
+/// The bytes of which each image is a part.
 pub fn pattern() -> Vec<u8> {
     let length = IMAGE.1 + PERIOD;
     (0..length).map(|at| (at % PERIOD) as u8).collect()
@@ -63,7 +63,7 @@ pub fn image(pattern: &[u8], number: u64) -> &[u8] {
 pub struct Counts(BTreeMap<String, u64>);
 
 impl Counts {
-    /// Reads a line; none if it says anything else.
+    /// Parses a line; `None` if it is not a line of counts.
     pub fn read(line: &str) -> Option<Self> {
         let words = line.strip_prefix("counts")?.split_whitespace();
         let pairs = words.map(|word| {
@@ -73,40 +73,40 @@ impl Counts {
         pairs.collect::<Option<_>>().map(Self)
     }
 
-    /// One number; 0 where it was not told.
+    /// One number; 0 if it is missing.
     pub fn get(&self, name: &str) -> u64 {
         self.0.get(name).copied().unwrap_or_default()
     }
 }
 
-/// Says numbers with their names.
-pub fn tell(counts: &[(&str, u64)]) -> io::Result<()> {
+/// Prints numbers with their names.
+pub fn print(counts: &[(&str, u64)]) -> io::Result<()> {
     let words: Vec<String> = counts
         .iter()
         .map(|(name, number)| format!(" {name}={number}"))
         .collect();
-    crate::say(&format!("counts{}\n", words.concat()))
+    crate::print_line(&format!("counts{}\n", words.concat()))
 }
 
-/// What is known of a topic whose values are numbered.
+/// Counts losses of a topic with numbered values.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sequence {
-    /// Values that came.
+    /// Received values.
     pub came: u64,
-    /// Numbers after the warm-up that never came: a later one did.
+    /// Lost values after the warm-up.
     pub lost: u64,
-    /// Values that came twice or in another order.
+    /// Values that were received twice, or out of order.
     pub disordered: u64,
     next: u64,
 }
 
 impl Sequence {
-    /// The number that is to come next.
+    /// The next expected number.
     pub fn next(&self) -> u64 {
         self.next
     }
 
-    /// Notes that `number` came; gaps below `warm_up` are not counted.
+    /// Records the value `number`. Gaps below `warm_up` are not counted.
     pub fn note(&mut self, number: u64, warm_up: u64) {
         self.came += 1;
         if number < self.next {

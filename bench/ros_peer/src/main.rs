@@ -6,7 +6,7 @@
 //! main thread by `mio`, and is handled there. What only our backend does is not here: who is there
 //! and lives, type hashes, what was lost, a limit for each call, the loop of a component.
 
-use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
+use bench_protocol::{Kind, LARGEST, next_command, now, pause, ready, report};
 use ros2_client::qos::{Durability, History, Reliability, WhenFull};
 use ros2_client::{
     Client, Context, Message, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher,
@@ -181,12 +181,12 @@ fn ping(domain: &str) -> Result<(), Failure> {
     let message = vec![7; LARGEST];
     let mut times = Vec::new();
     ready()?;
-    while let Some(order) = next_order()? {
+    while let Some(command) = next_command()? {
         times.clear();
-        for _ in 0..order.count {
-            let data = &message[..order.size];
-            if order.kind == Kind::Publish {
-                pause(order.size);
+        for _ in 0..command.count {
+            let data = &message[..command.size];
+            if command.kind == Kind::Publish {
+                pause(command.size);
                 let sent = now();
                 let data = Octets(data.to_vec());
                 samples
@@ -209,12 +209,12 @@ fn ping(domain: &str) -> Result<(), Failure> {
                 }
             };
             times.push(now() - start);
-            if answer.len() != order.size {
+            if answer.len() != command.size {
                 return Err("another echo".into());
             }
         }
-        if order.kind == Kind::Publish {
-            pause(order.size);
+        if command.kind == Kind::Publish {
+            pause(command.size);
             let end = Sample {
                 sent: 0,
                 data: Octets::default(),

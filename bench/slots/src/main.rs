@@ -1,8 +1,8 @@
-//! Holds many ports of one kind, opened as a generated component opens those of its slots: what a
-//! slot costs.
+//! Holds many ports of one kind, opened as a generated component opens those of its slots, for the
+//! measurement of the memory of a slot.
 //!
-//! `bench_slots publishers|subscribers|servers|clients COUNT NETWORK`. See `bench_protocol::slots`
-//! for what is said.
+//! `bench_slots publishers|subscribers|servers|clients COUNT NETWORK`. `bench_protocol::slots`
+//! describes the protocol.
 
 use bench_protocol::slots::{Failure, Role, SIZE, each, hold};
 use rc_middleware::typed::{Operation, Request, TypedClient, TypedPublisher};
@@ -111,7 +111,7 @@ impl Ports {
             Self::Subscribers(ports) => each(ports, |port| Ok(port.receive(&mut |_, _| {})?))?,
             Self::Servers(ports) => each(ports, |port| {
                 Ok(port.serve(&mut |header, body, reply| {
-                    // A request without envelope has no answer, and its client says so.
+                    // A request without an envelope gets no reply, and its client reports that.
                     if let Ok(mut request) = Request::open(header, body, reply) {
                         let _ = request.reply_with(0, |writer| writer.put(&data));
                         request.close();

@@ -1,7 +1,7 @@
-//! Looks at the number and the content of all that comes, and answers.
+//! Checks the number and the content of received values, and replies to queries.
 
 use bench_protocol::soak::{
-    STALL, STALL_AT, Sequence, WARM_UP_IMAGES, WARM_UP_TICKS, image, pattern, tell,
+    STALL, STALL_AT, Sequence, WARM_UP_IMAGES, WARM_UP_TICKS, image, pattern, print,
 };
 use soak_sink_generated::tracing::warn;
 use soak_sink_generated::{Context, Echo, ImageInPlace, Images, Ticks, Worker, WorkerError};
@@ -28,20 +28,20 @@ impl Worker for SpecificWorker {
     }
 
     fn compute(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
-        self.tell()
+        self.print_counts()
     }
 
     fn finalize(&mut self, _ctx: &mut Context) {
-        if let Err(error) = self.tell() {
+        if let Err(error) = self.print_counts() {
             warn!("nobody listens: {error}");
         }
     }
 }
 
 impl SpecificWorker {
-    fn tell(&self) -> Result<(), WorkerError> {
+    fn print_counts(&self) -> Result<(), WorkerError> {
         let Self { ticks, images, .. } = self;
-        let told = tell(&[
+        let printed = print(&[
             ("ticks", ticks.came),
             ("ticks_lost", ticks.lost),
             ("ticks_next", ticks.next()),
@@ -52,7 +52,7 @@ impl SpecificWorker {
             ("spoilt", self.spoilt),
             ("answered", self.answered),
         ]);
-        told.map_err(|error| WorkerError::Fatal(format!("nobody listens: {error}")))
+        printed.map_err(|error| WorkerError::Fatal(format!("nobody listens: {error}")))
     }
 }
 

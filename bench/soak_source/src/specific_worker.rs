@@ -1,27 +1,27 @@
-//! Sends and asks on a schedule. What is late is caught up with, a little in each turn, so that the
-//! rates hold on a machine that is busy with other things.
+//! Publishes and sends queries on a schedule. It catches up after a delay, a little in each turn, so
+//! that the rates hold on a busy machine.
 
 use bench_protocol::now;
 use bench_protocol::soak::{
     HALF, TICK, TICKS_A_QUERY, TICKS_A_SECOND, WARM_UP_TICKS, WITHOUT_IMAGES, image, is_image_due,
-    pattern, tell,
+    pattern, print,
 };
 use soak_source_generated::tracing::warn;
 use soak_source_generated::{CallError, Context, Image, Worker, WorkerError};
 
-/// Ticks of one turn: a reliable subscriber of depth 100 is never surprised by more.
+/// The most ticks of one turn, below the depth of the subscriber (100).
 const MOST_TICKS: u64 = 10;
-/// Further behind than this, the schedule begins anew: what was missed is not sent.
+/// The longest delay. Beyond it the schedule begins anew, and the missed ticks are skipped.
 const MOST_BEHIND: u64 = TICKS_A_SECOND;
 
 pub struct SpecificWorker {
     pattern: Vec<u8>,
     picture: Image,
     sends_images: bool,
-    /// 2 where it does less of everything, else 1.
+    /// 2 at half the rates, else 1.
     slower: u64,
     begin: i64,
-    /// The tick of the schedule that comes next; `ticks` of them were sent.
+    /// The next tick of the schedule; `ticks` of them were sent.
     next: u64,
     ticks: u64,
     images: u64,
@@ -30,7 +30,7 @@ pub struct SpecificWorker {
     wrong: u64,
     failed: u64,
     skipped: u64,
-    told: u64,
+    printed: u64,
 }
 
 impl Worker for SpecificWorker {
@@ -57,7 +57,7 @@ impl Worker for SpecificWorker {
             wrong: 0,
             failed: 0,
             skipped: 0,
-            told: 0,
+            printed: 0,
         })
     }
 
@@ -76,15 +76,15 @@ impl Worker for SpecificWorker {
             self.turn(ctx)?;
         }
         let seconds = self.next * self.slower / TICKS_A_SECOND;
-        if seconds > self.told {
-            self.told = seconds;
-            self.tell()?;
+        if seconds > self.printed {
+            self.printed = seconds;
+            self.print_counts()?;
         }
         Ok(())
     }
 
     fn finalize(&mut self, _ctx: &mut Context) {
-        if let Err(error) = self.tell() {
+        if let Err(error) = self.print_counts() {
             warn!("nobody listens: {error}");
         }
     }
@@ -98,7 +98,7 @@ impl SpecificWorker {
             self.publish_image(ctx)?;
         }
         if self.ticks > WARM_UP_TICKS && self.ticks.is_multiple_of(TICKS_A_QUERY * self.slower) {
-            self.ask(ctx);
+            self.query(ctx);
         }
         Ok(())
     }
@@ -122,13 +122,13 @@ impl SpecificWorker {
         Ok(())
     }
 
-    fn ask(&mut self, ctx: &mut Context) {
+    fn query(&mut self, ctx: &mut Context) {
         let question = self.asked.to_le_bytes();
         self.asked += 1;
         match ctx.echo.echo(&question) {
             Ok(answer) if answer == question => self.answered += 1,
             Ok(_) => self.wrong += 1,
-            // The question that a stop cuts short was not asked.
+            // A query that the end of the component interrupts is not counted.
             Err(CallError::Stopping) => self.asked -= 1,
             Err(error) => {
                 self.failed += 1;
@@ -137,8 +137,8 @@ impl SpecificWorker {
         }
     }
 
-    fn tell(&self) -> Result<(), WorkerError> {
-        let told = tell(&[
+    fn print_counts(&self) -> Result<(), WorkerError> {
+        let printed = print(&[
             ("ticks", self.ticks),
             ("images", self.images),
             ("asked", self.asked),
@@ -147,6 +147,6 @@ impl SpecificWorker {
             ("failed", self.failed),
             ("skipped", self.skipped),
         ]);
-        told.map_err(|error| WorkerError::Fatal(format!("nobody listens: {error}")))
+        printed.map_err(|error| WorkerError::Fatal(format!("nobody listens: {error}")))
     }
 }
