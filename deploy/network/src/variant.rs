@@ -8,7 +8,7 @@
 //! user's workspace asks for, so that no library that both need is built twice.
 
 use crate::error::{Error, cannot, refused};
-use cargo_metadata::{Dependency, DependencyKind};
+use cargo_metadata::{Dependency, DependencyKind, Source};
 use rc_cdsl::model::Backend;
 use rc_codegen::files::{Files, GENERATED, Owner};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
@@ -126,7 +126,7 @@ fn features(dependencies: &[Dependency]) -> DocumentMut {
             _ => continue,
         };
         let known = dependency.source.as_ref();
-        if dependency.optional || !known.is_some_and(|source| source.is_crates_io()) {
+        if dependency.optional || !known.is_some_and(Source::is_crates_io) {
             continue;
         }
         let mut wanted = InlineTable::new();
