@@ -16,7 +16,7 @@ use network_time::stamp;
 use port::{Handled, Port, answer};
 use rc_management::component::State;
 use rc_middleware::typed::HandlerError;
-use rc_middleware::{Gaps, Reader};
+use rc_middleware::Reader;
 use rustix::event::{Timespec, epoll};
 use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
@@ -32,6 +32,9 @@ const HANDLERS_A_TURN: usize = 64;
 /// The longest wait. The heartbeat reports the age of the last turn, and a backend may lose a wake-up (iceoryx2 0.10
 /// does, rarely), so the loop looks at every port this often.
 const LONGEST_WAIT: Duration = Duration::from_millis(50);
+/// Every so many of these looks, the loop also clears wake-ups that the descriptor of a port does not show, which costs
+/// kernel calls: announcements without a message can be among them.
+const LOOKS_UNTIL_CLEARED: u32 = 20;
 /// The shortest time between two log messages about the same port, or about `compute()`.
 const LOG_PAUSE: Duration = Duration::from_secs(1);
 /// The longest time for which the status does not count a message that was handled without any trouble.
@@ -61,6 +64,8 @@ pub(crate) struct EventLoop<'a> {
     handled_since: Instant,
     peers_at: Option<Instant>,
     swept: Instant,
+    /// Looks at all ports since wake-ups were cleared.
+    looks: u32,
     fatal: Option<String>,
     logged: Option<Instant>,
     /// This component's part in the time of its network.
@@ -111,25 +116,9 @@ impl<'a> EventLoop<'a> {
                 }
             }
         }
-        // The first turn serves messages that have arrived before.
         let ports = receivers
             .into_iter()
-            .map(|(slot, receiver)| Port {
-                slot,
-                deadline: match receiver {
-                    Receiver::Subscriber { deadline, .. } => deadline,
-                    Receiver::Server(_) => None,
-                },
-                receiver,
-                ready: true,
-                gaps: Gaps::default(),
-                failures: 0,
-                woken: false,
-                acknowledged: false,
-                spin_until: None,
-                logged: None,
-                last_sample: None,
-            })
+            .map(|(slot, receiver)| Port::new(slot, receiver))
             .collect();
         let period = component.core().period();
         Ok(Self {
@@ -147,6 +136,7 @@ impl<'a> EventLoop<'a> {
             handled_since: Instant::now(),
             peers_at: None,
             swept: Instant::now(),
+            looks: 0,
             fatal: None,
             logged: None,
             role,
@@ -257,8 +247,13 @@ impl<'a> EventLoop<'a> {
         let sweep = now.saturating_duration_since(self.swept) >= LONGEST_WAIT;
         if sweep {
             self.swept = now;
+            self.looks = (self.looks + 1) % LOOKS_UNTIL_CLEARED;
             for port in self.ports.iter_mut().filter(|port| !port.ready) {
-                port.wake(false);
+                if self.looks == 0 {
+                    port.wake(false);
+                } else {
+                    port.look();
+                }
             }
         }
         sweep
@@ -359,7 +354,7 @@ impl<'a> EventLoop<'a> {
         match taken {
             Ok(false) => port.rest(start),
             Ok(true) => {
-                port.failures = 0;
+                port.received();
                 let now = Instant::now();
                 port.last_sample = Some(stamp(&self.role, self.began, now));
                 let spin = self.description.slots[slot].qos.spin;

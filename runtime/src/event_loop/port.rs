@@ -28,6 +28,8 @@ pub(super) struct Port {
     pub(super) woken: bool,
     /// Whether the wake-ups were cleared since the port became ready.
     pub(super) acknowledged: bool,
+    /// Whether nothing has woken the port: without a message, there is nothing to clear.
+    pub(super) is_look: bool,
     /// Until when the loop looks at the port again and again, without sleeping.
     pub(super) spin_until: Option<Instant>,
     pub(super) logged: Option<Instant>,
@@ -38,11 +40,45 @@ pub(super) struct Port {
 }
 
 impl Port {
+    /// The first turn serves messages that have arrived before.
+    pub(super) fn new(slot: usize, receiver: Receiver) -> Self {
+        Self {
+            slot,
+            deadline: match receiver {
+                Receiver::Subscriber { deadline, .. } => deadline,
+                Receiver::Server(_) => None,
+            },
+            receiver,
+            ready: true,
+            gaps: Gaps::default(),
+            failures: 0,
+            woken: false,
+            acknowledged: false,
+            is_look: false,
+            spin_until: None,
+            logged: None,
+            last_sample: None,
+        }
+    }
+
     /// Makes the loop look at the port. `woken` says whether the descriptor is readable.
     pub(super) fn wake(&mut self, woken: bool) {
         self.ready = true;
         self.woken = woken;
         self.acknowledged = false;
+        self.is_look = false;
+    }
+
+    /// Makes the loop look for messages that nothing has announced. Without one, no wake-up is cleared.
+    pub(super) fn look(&mut self) {
+        self.wake(false);
+        self.is_look = true;
+    }
+
+    /// A message was taken.
+    pub(super) fn received(&mut self) {
+        self.failures = 0;
+        self.is_look = false;
     }
 
     /// Whether there may be a message that may be handled now. `gated`: samples wait for this component's turn of a
@@ -65,7 +101,7 @@ impl Port {
             self.ready = false;
         } else if self.spin_until.take().is_some() {
             self.wake(false);
-        } else if self.acknowledged {
+        } else if self.acknowledged || self.is_look {
             self.ready = false;
         } else {
             self.receiver.acknowledge(self.woken);
@@ -87,4 +123,67 @@ pub(super) fn answer(
     let result = component.serve(slot, &mut request);
     request.close();
     result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rc_middleware::{ReceiveError, Subscriber};
+    use rustix::fd::{AsFd, BorrowedFd};
+    use std::fs::File;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// A subscriber without samples, which counts how often its wake-ups are cleared.
+    struct Silent(File, Arc<AtomicUsize>);
+
+    impl Subscriber for Silent {
+        fn descriptor(&self) -> BorrowedFd<'_> {
+            self.0.as_fd()
+        }
+
+        fn acknowledge(&mut self, _woken: bool) {
+            self.1.fetch_add(1, Ordering::Relaxed);
+        }
+
+        fn receive(&mut self, _: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
+            Ok(false)
+        }
+
+        fn peers(&self) -> usize {
+            0
+        }
+    }
+
+    #[test]
+    fn a_look_without_a_message_clears_no_wake_up() {
+        let cleared = Arc::new(AtomicUsize::new(0));
+        let silent = Silent(
+            File::open("/dev/null").expect("a descriptor"),
+            cleared.clone(),
+        );
+        let receiver = Receiver::Subscriber {
+            port: Box::new(silent),
+            operation: 0,
+            deadline: None,
+        };
+        let mut port = Port::new(0, receiver);
+        let mut rests = |port: &mut Port| {
+            let mut rests = 0;
+            while port.ready {
+                port.rest(Instant::now());
+                rests += 1;
+            }
+            (rests, cleared.swap(0, Ordering::Relaxed))
+        };
+        // After a wake-up, the loop looks once more when it is cleared.
+        port.wake(true);
+        assert_eq!(rests(&mut port), (2, 1));
+        port.look();
+        assert_eq!(rests(&mut port), (1, 0));
+        // A message that nothing has announced: its wake-up may be set.
+        port.look();
+        port.received();
+        assert_eq!(rests(&mut port), (2, 1));
+    }
 }
