@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// How long all components together may take to answer.
+/// How long all components together may take to reply.
 const ANSWER_LIMIT: Duration = Duration::from_secs(2);
 /// How long each of them may take at least.
 const LEAST: Duration = Duration::from_millis(50);
@@ -96,7 +96,7 @@ pub fn status(report: &component::Status) -> ComponentStatus {
     }
 }
 
-/// The status of a component that does not answer.
+/// The status of a component that does not reply.
 fn silent(name: &str) -> ComponentStatus {
     ComponentStatus {
         name: name.to_owned(),

@@ -15,11 +15,11 @@ use std::time::{Duration, Instant};
 /// How long the supervisor waits for a process after SIGKILL. Only a process that hangs in the
 /// kernel takes longer.
 pub const KILL_LIMIT: Duration = Duration::from_secs(2);
-/// How long the supervisor may take to answer.
+/// How long the supervisor may take to reply.
 const ANSWER_LIMIT: Duration = Duration::from_secs(3);
-/// The margin beyond the limits of the components of a command: the supervisor answers in any case.
+/// The margin beyond the limits of the components of a command: the supervisor replies in any case.
 const COMMAND_MARGIN: Duration = Duration::from_secs(10);
-/// How many characters of an unexpected answer an error shows.
+/// How many characters of an unexpected reply an error shows.
 const SHOWN: usize = 200;
 
 /// Asks the supervisor of a network for its status.
@@ -65,7 +65,7 @@ pub fn command(network: &str, verb: Verb, names: &[String]) -> Result<CommandRes
     connection.call(&verb.request(names.to_vec()))
 }
 
-/// The networks of this user whose supervisor answers.
+/// The networks of this user whose supervisor replies.
 pub fn networks() -> Vec<String> {
     let mut names = RunDirectory::networks();
     names.retain(|name| {
@@ -98,7 +98,7 @@ pub fn started_from(file: &Path) -> Vec<String> {
 pub(crate) struct Connection {
     /// The other side, for errors.
     peer: String,
-    /// How long an answer may take.
+    /// The limit for a reply.
     limit: Duration,
     client: Client,
 }
@@ -115,7 +115,7 @@ impl Connection {
         })
     }
 
-    /// Connects to a socket. Each answer may take `limit`. The result is none if nobody listens.
+    /// Connects to a socket. Each reply may take `limit`. The result is none if nobody listens.
     pub(crate) fn to(path: &Path, peer: String, limit: Duration) -> Result<Option<Self>, Error> {
         match Client::connect(path, limit) {
             Ok(client) => Ok(Some(Self {
@@ -125,7 +125,7 @@ impl Connection {
             })),
             Err(error) => match error.kind() {
                 ErrorKind::NotFound | ErrorKind::ConnectionRefused => Ok(None),
-                ErrorKind::WouldBlock => Err(Error::Silent { who: peer, limit }),
+                ErrorKind::WouldBlock => Err(Error::Silent { peer, limit }),
                 _ => Err(error).context(format!("connect to {}", path.display())),
             },
         }
@@ -135,7 +135,7 @@ impl Connection {
         self.request(request).map_err(|error| self.error(error))
     }
 
-    /// Sends a request and waits for its answer.
+    /// Sends a request and waits for the reply.
     pub(crate) fn request<T: DeserializeOwned>(
         &mut self,
         request: &impl Serialize,
@@ -145,20 +145,20 @@ impl Connection {
 
     /// A failed call as an error of a command.
     pub(crate) fn error(&self, error: CallError) -> Error {
-        let who = self.peer.clone();
+        let peer = self.peer.clone();
         match error {
             CallError::Refused(error) => Error::Command(error.message),
-            CallError::TimedOut(limit) => Error::Silent { who, limit },
-            CallError::Unexpected(answer) => Error::Protocol {
-                who,
-                answer: answer.chars().take(SHOWN).collect(),
+            CallError::TimedOut(limit) => Error::Silent { peer, limit },
+            CallError::Unexpected(reply) => Error::Protocol {
+                peer,
+                reply: reply.chars().take(SHOWN).collect(),
             },
             CallError::Closed => Error::Protocol {
-                who,
-                answer: "nothing".to_owned(),
+                peer,
+                reply: "nothing".to_owned(),
             },
             CallError::Io(source) => Error::System {
-                action: format!("talk to {who}"),
+                action: format!("talk to {peer}"),
                 source,
             },
         }

@@ -34,7 +34,7 @@ pub enum Error {
         /// Whether the guard is stopped (SIGSTOP, a debugger).
         is_stopped: bool,
     },
-    /// No supervisor answers for this network.
+    /// No supervisor replies for this network.
     #[error("network {network} is not up{}", named(.others))]
     NotUp {
         /// The network.
@@ -87,21 +87,21 @@ pub enum Error {
     /// Standard input has no secret.
     #[error("there is no secret at standard input; give it as one line")]
     NoSecret,
-    /// The other side did not answer in time.
-    #[error("{who} has not answered within {limit:?}; its process may be stopped or hang")]
+    /// The other side did not reply in time.
+    #[error("{peer} has not replied within {limit:?}; its process may be stopped or hang")]
     Silent {
-        /// The supervisor or component that was asked.
-        who: String,
+        /// The supervisor or component.
+        peer: String,
         /// How long the command waited.
         limit: Duration,
     },
-    /// This version does not understand an answer.
-    #[error("{who} answers with {answer}; it may be another version")]
+    /// This version does not understand a reply.
+    #[error("{peer} replied {reply}; it may be another version")]
     Protocol {
-        /// The supervisor or component that answered.
-        who: String,
-        /// The answer, shortened.
-        answer: String,
+        /// The supervisor or component.
+        peer: String,
+        /// The reply, shortened.
+        reply: String,
     },
     /// There is no log to show.
     #[error("there is no log {what}; `rcdeploy status` names the components of a network")]

@@ -229,7 +229,7 @@ pub fn print(
 /// The logs of components that were started by hand and print into files. A component that prints
 /// elsewhere is an error if it is named, otherwise a note.
 fn by_hand_logs(network: &str, named: Option<&str>) -> Result<Vec<(String, PathBuf)>, Error> {
-    // A supervisor that does not answer has no influence on logs.
+    // A supervisor that does not reply has no influence on logs.
     let known = connection::status(network).map_or_else(|_| Vec::new(), |s| s.components);
     let mut found = by_hand::components(network, known.iter().map(|c| c.name.as_str()));
     found.retain(|c| named.is_none_or(|name| name == c.name));

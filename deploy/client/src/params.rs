@@ -16,7 +16,7 @@ use serde_json::{Map, Value};
 use std::io::{BufRead, Read};
 use std::time::Duration;
 
-/// How long a component may take to answer. It is longer than the limit of its worker for a change.
+/// How long a component may take to reply. It is longer than the limit of its worker for a change.
 const ANSWER_LIMIT: Duration = Duration::from_secs(5);
 
 /// Lists the parameters with these paths, or all parameters.
@@ -121,7 +121,7 @@ fn call<T: DeserializeOwned>(network: &str, name: &str, request: &Request) -> Re
     })
 }
 
-/// The components of a network that answer.
+/// The components of a network that reply.
 fn running(directory: &RunDirectory) -> Vec<String> {
     let mut names = by_hand::sockets(directory, []);
     names.retain(|name| is_listening(&directory.socket(name)));
