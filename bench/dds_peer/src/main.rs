@@ -167,18 +167,18 @@ impl Part {
             reader: Arc::clone(&reader),
             queue,
         };
-        (Box::new(heard), reader)
+        (Box::new(endpoint), reader)
     }
 
     fn writer(&self, topic: &str, qos: &Qos<'_>) -> Result<Writer, Failure> {
         let (endpoint, _) = self.endpoint(0);
-        Ok(self.participant.writer(&self.topic(topic)?, qos, heard)?)
+        Ok(self.participant.writer(&self.topic(topic)?, qos, endpoint)?)
     }
 
     fn reader(&self, topic: &str, qos: &Qos<'_>, queue: usize) -> Result<(), Failure> {
         let (endpoint, reader) = self.endpoint(queue);
         // Its listener keeps it until the end of the program.
-        let made = self.participant.reader(&self.topic(topic)?, qos, heard)?;
+        let made = self.participant.reader(&self.topic(topic)?, qos, endpoint)?;
         let _ = reader.set(made);
         Ok(())
     }

@@ -168,7 +168,7 @@ mod tests {
             deadline: None,
         };
         let mut port = Port::new(0, receiver);
-        let mut rests = |port: &mut Port| {
+        let rests = |port: &mut Port| {
             let mut rests = 0;
             while port.ready {
                 port.rest(Instant::now());
