@@ -162,7 +162,7 @@ impl Part {
 
     fn endpoint(&self, queue: usize) -> (Box<Endpoint>, Arc<OnceLock<Reader>>) {
         let reader = Arc::new(OnceLock::new());
-        let heard = Endpoint {
+        let endpoint = Endpoint {
             inbox: Arc::clone(&self.inbox),
             reader: Arc::clone(&reader),
             queue,
@@ -172,13 +172,17 @@ impl Part {
 
     fn writer(&self, topic: &str, qos: &Qos<'_>) -> Result<Writer, Failure> {
         let (endpoint, _) = self.endpoint(0);
-        Ok(self.participant.writer(&self.topic(topic)?, qos, endpoint)?)
+        Ok(self
+            .participant
+            .writer(&self.topic(topic)?, qos, endpoint)?)
     }
 
     fn reader(&self, topic: &str, qos: &Qos<'_>, queue: usize) -> Result<(), Failure> {
         let (endpoint, reader) = self.endpoint(queue);
         // Its listener keeps it until the end of the program.
-        let made = self.participant.reader(&self.topic(topic)?, qos, endpoint)?;
+        let made = self
+            .participant
+            .reader(&self.topic(topic)?, qos, endpoint)?;
         let _ = reader.set(made);
         Ok(())
     }

@@ -15,8 +15,8 @@ use crate::time::TimeRole;
 use network_time::stamp;
 use port::{Handled, Port, answer};
 use rc_management::component::State;
-use rc_middleware::typed::HandlerError;
 use rc_middleware::Reader;
+use rc_middleware::typed::HandlerError;
 use rustix::event::{Timespec, epoll};
 use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
