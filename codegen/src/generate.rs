@@ -3,58 +3,13 @@
 use crate::files::{Files, GENERATED, Owner};
 use crate::project::Project;
 use crate::rust::{self, print::Printer};
+use crate::templates::TemplateError;
 use crate::{dependencies, markdown, parallel, view};
 use rc_cdsl::model::Backend;
 use rc_configuration::Parameters;
 use rc_diagnostics::Diagnostics;
 use rc_idsl::Library;
 use std::path::Path;
-use tera::Tera;
-
-/// The templates of a folder: the name of each, and its text.
-macro_rules! templates {
-    ($folder:literal: $($name:literal = $file:literal,)*) => {
-        &[$((
-            $name,
-            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/templates/", $folder, "/", $file)),
-        )),*]
-    };
-}
-
-pub(crate) use templates;
-
-/// A template that does not fit the view: a fault of this program, never of its input.
-#[derive(Clone, Debug, thiserror::Error)]
-#[error("rcgen's own templates failed, please report it: {0}")]
-pub struct TemplateError(String);
-
-impl TemplateError {
-    pub(crate) fn new(message: String) -> Self {
-        Self(message)
-    }
-}
-
-impl From<tera::Error> for TemplateError {
-    fn from(error: tera::Error) -> Self {
-        let mut message = error.to_string();
-        let mut source = std::error::Error::source(&error);
-        while let Some(inner) = source {
-            message = format!("{message}: {inner}");
-            source = inner.source();
-        }
-        Self(message)
-    }
-}
-
-/// Reads the templates of a language.
-pub(crate) fn tera(templates: &[(&str, &str)]) -> Result<Tera, TemplateError> {
-    let mut tera = Tera::default();
-    tera.autoescape_on(Vec::<&str>::new());
-    // Some are parts of others: no file's last line feed is one of its text.
-    let templates = templates.iter();
-    tera.add_raw_templates(templates.map(|(name, text)| (*name, text.trim_end())))?;
-    Ok(tera)
-}
 
 /// One module of the crate `interfaces`.
 #[derive(Clone, Debug)]
@@ -138,6 +93,6 @@ pub fn view(
 ) -> Result<(String, Diagnostics), TemplateError> {
     let (view, found) = view::component::of(project, middleware);
     let json = serde_json::to_string_pretty(&view);
-    let json = json.map_err(|error| TemplateError(error.to_string()))?;
+    let json = json.map_err(|error| TemplateError::new(error.to_string()))?;
     Ok((json + "\n", found))
 }

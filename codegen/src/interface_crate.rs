@@ -11,8 +11,9 @@ mod definition;
 
 use crate::cargo_workspace::{self, Workspace};
 use crate::files::{Files, GENERATED};
-use crate::generate::{InterfaceModule, TemplateError};
+use crate::generate::InterfaceModule;
 use crate::load;
+use crate::templates::TemplateError;
 use contents::Entry;
 pub use definition::{Definition, Definitions, Origin};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};

@@ -26,6 +26,7 @@ pub mod project;
 pub mod ros;
 pub mod rust;
 pub mod stubs;
+pub mod templates;
 pub mod view;
 pub mod workspace;
 

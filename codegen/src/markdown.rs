@@ -1,6 +1,6 @@
 //! Pages about a component in Markdown, for people: its operations and its parameters.
 
-use crate::generate::{self, TemplateError};
+use crate::templates::{self, TemplateError};
 use crate::view::library::{Interface, Member, Operation, Type};
 use crate::view::parameters::{Parameter, Parameters, Rule};
 use crate::view::{Component, Slot};
@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use tera::{Context, Tera};
 
 /// The templates of the pages.
-const TEMPLATES: &[(&str, &str)] = generate::templates!["markdown":
+const TEMPLATES: &[(&str, &str)] = templates::templates!["markdown":
     "operations.md" = "operations.md.tera",
     "parameters.md" = "parameters.md.tera",
 ];
@@ -18,7 +18,7 @@ static TERA: OnceLock<Result<Tera, TemplateError>> = OnceLock::new();
 
 /// The pages of a component, with their names.
 pub(crate) fn pages(component: &Component) -> Result<Vec<(&'static str, String)>, TemplateError> {
-    let tera = TERA.get_or_init(|| generate::tera(TEMPLATES));
+    let tera = TERA.get_or_init(|| templates::tera(TEMPLATES));
     let tera = tera.as_ref().map_err(Clone::clone)?;
     let mut context = Context::new();
     context.insert("file", &component.file);

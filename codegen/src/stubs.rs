@@ -6,11 +6,11 @@
 mod fits;
 mod source;
 
-use crate::generate::TemplateError;
 use crate::project::Project;
 use crate::rust::component::{Component, Slot, WORKER};
 use crate::rust::print::Printer;
 use crate::rust::worker;
+use crate::templates::TemplateError;
 use crate::{dependencies, rust, view};
 use fits::Types;
 use rc_cdsl::model::Backend;

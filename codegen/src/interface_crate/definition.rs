@@ -1,8 +1,9 @@
 //! The definitions of IDSL modules, as components and the folder of interfaces give them.
 
 use super::contents::Entry;
-use crate::generate::{self, InterfaceModule, TemplateError};
+use crate::generate::{self, InterfaceModule};
 use crate::names;
+use crate::templates::TemplateError;
 use rc_diagnostics::{Diagnostics, SourceMap, Span};
 use rc_idsl::Library;
 use rc_idsl::model::ModuleId;

@@ -3,8 +3,8 @@
 use super::component::{Component, Slot};
 use super::{layout, library, worker};
 use crate::files::{Files, GENERATED, Owner};
-use crate::generate::{self, TemplateError};
 use crate::parallel;
+use crate::templates::{self, TemplateError};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -30,7 +30,7 @@ impl Group {
 
 static GROUPS: [Group; 2] = [
     Group::new(
-        generate::templates!["rust":
+        templates::templates!["rust":
             "macros" = "macros.tera",
             "root.rs" = "root.rs.tera",
             "module.rs" = "module.rs.tera",
@@ -51,7 +51,7 @@ static GROUPS: [Group; 2] = [
         true,
     ),
     Group::new(
-        generate::templates!["rust":
+        templates::templates!["rust":
             "cargo.toml" = "cargo.toml.tera",
             "user_cargo.toml" = "user_cargo.toml.tera",
             "user_main.rs" = "user_main.rs.tera",
@@ -74,7 +74,7 @@ fn print(template: &str, context: &Context) -> Result<String, TemplateError> {
     let is_there = |group: &&Group| group.templates.iter().any(|(name, _)| *name == template);
     let group = GROUPS.iter().find(is_there);
     let group = group.ok_or_else(|| TemplateError::new(format!("no template `{template}`")))?;
-    let tera = group.tera.get_or_init(|| generate::tera(group.templates));
+    let tera = group.tera.get_or_init(|| templates::tera(group.templates));
     let text = tera
         .as_ref()
         .map_err(Clone::clone)?
