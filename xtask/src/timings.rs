@@ -105,10 +105,10 @@ mod tests {
         timings.note("running 1 test", at(30));
         timings.note("test e::f ... ok", at(33));
         timings.finish();
-        let told: Vec<_> = timings.slowest(4);
+        let slowest: Vec<_> = timings.slowest(4);
         let expected = [("d", 6), ("a", 5), ("c", 3), ("e::f", 3)];
         assert_eq!(
-            told,
+            slowest,
             expected.map(|(name, seconds)| Timing {
                 name: name.to_owned(),
                 took: at(seconds)

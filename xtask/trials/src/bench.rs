@@ -280,11 +280,11 @@ fn regeneration() -> Result<Figure, Failure> {
     let mut command = Command::new(target()?.join("release/rcgen"));
     command.arg(root().join("components/avoider/avoider.cdsl"));
     finish(command, REBUILD)?;
-    let (took, said) = finish(
+    let (took, stderr) = finish(
         cargo(&["build", "--workspace", "--bin", "avoider"])?,
         REBUILD,
     )?;
-    let compiled = said.matches("Compiling").count();
+    let compiled = stderr.matches("Compiling").count();
     Ok(Figure {
         what: "`cargo build` after generating anew without a change",
         goal: "compiles nothing",

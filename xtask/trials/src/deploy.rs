@@ -246,13 +246,13 @@ impl<'s> Place<'s> {
         let start = Instant::now();
         let mut child = Running(command.spawn()?);
         let outcome = match starter {
-            Starter::Rcdeploy => told_up(&mut child.0),
+            Starter::Rcdeploy => reported_up(&mut child.0),
             _ => self.notified(),
         };
         let up = start.elapsed();
         outcome.map_err(|error| {
-            let said = std::fs::read_to_string(self.path("starter.log")).unwrap_or_default();
-            format!("{}: {error}\n{said}", starter.name())
+            let log = std::fs::read_to_string(self.path("starter.log")).unwrap_or_default();
+            format!("{}: {error}\n{log}", starter.name())
         })?;
         let pid = child.0.id();
         let memory = memory_of(pid, starter)?;
@@ -355,18 +355,18 @@ impl<'s> Place<'s> {
         while ready < self.count {
             let left = end.saturating_duration_since(Instant::now()).max(LOOK);
             self.notified.set_read_timeout(Some(left))?;
-            let mut said = [0; 256];
-            let length = self.notified.recv(&mut said).map_err(|error| {
+            let mut datagram = [0; 256];
+            let length = self.notified.recv(&mut datagram).map_err(|error| {
                 format!("{ready} of {} programs are ready: {error}", self.count)
             })?;
-            ready += usize::from(said[..length].starts_with(b"READY=1"));
+            ready += usize::from(datagram[..length].starts_with(b"READY=1"));
         }
         Ok(())
     }
 }
 
 /// Waits until rcdeploy reports that the network is up; a thread reads its further output.
-fn told_up(child: &mut Child) -> Result<(), Failure> {
+fn reported_up(child: &mut Child) -> Result<(), Failure> {
     let output = BufReader::new(child.stdout.take().ok_or("no pipe")?);
     let (sender, up) = std::sync::mpsc::channel();
     std::thread::spawn(move || {

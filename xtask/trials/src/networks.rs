@@ -19,9 +19,9 @@ pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
         // All executables belong to another component, and the check reports it; only the time
         // counts here.
         let started = std::time::Instant::now();
-        let said = finish(command, LIMIT).err().map(|e| e.to_string());
+        let output = finish(command, LIMIT).err().map(|e| e.to_string());
         let took = started.elapsed();
-        match said.map(|said| said.matches("error[other-component]").count()) {
+        match output.map(|output| output.matches("error[other-component]").count()) {
             Some(100) => Ok(took),
             other => Err(format!("{other:?} of 100 executables were looked at").into()),
         }

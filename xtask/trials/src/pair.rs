@@ -196,8 +196,8 @@ impl Pair {
     /// The program of `bench/ice` as both ends.
     pub(crate) fn ice(path: &Path) -> Result<Self, Failure> {
         let pong = Program::start(path, &["server"])?;
-        let said = pong.read_line(START)?;
-        let address = said.strip_prefix("ready ").ok_or("no address")?;
+        let line = pong.read_line(START)?;
+        let address = line.strip_prefix("ready ").ok_or("no address")?;
         let ping = ready(Program::start(path, &["client", address])?, START)?;
         Ok(Self {
             ping,

@@ -43,11 +43,11 @@ pub(crate) fn cargo(words: &[&str]) -> Result<Command, Failure> {
 /// Runs a command to its end, at most for `limit`. Returns its duration and its output on stderr.
 pub(crate) fn finish(mut command: Command, limit: Duration) -> Result<(Duration, String), Failure> {
     let what = format!("{command:?}");
-    let said = tempfile::tempfile()?;
+    let stderr = tempfile::tempfile()?;
     command
         .stdin(Stdio::null())
         .stdout(Stdio::null())
-        .stderr(said.try_clone()?);
+        .stderr(stderr.try_clone()?);
     let start = Instant::now();
     let mut running = Running(command.spawn()?);
     let (done, ended) = channel();
@@ -65,7 +65,7 @@ pub(crate) fn finish(mut command: Command, limit: Duration) -> Result<(Duration,
     let Some((status, took)) = waited else {
         return Err(format!("{what} took longer than {limit:?}").into());
     };
-    let text = read_back(said)?;
+    let text = read_back(stderr)?;
     if status?.success() {
         Ok((took, text))
     } else {

@@ -111,7 +111,7 @@ fn start(maker: Maker, network: &Network, role: Role, count: usize) -> Result<Pr
 
 fn expect(program: &Program, word: &str) -> Result<(), Failure> {
     match program.read_line(LIMIT)?.as_str() {
-        said if said == word => Ok(()),
+        line if line == word => Ok(()),
         other => Err(format!("`{other}` instead of `{word}`").into()),
     }
 }

@@ -232,12 +232,12 @@ impl Soak {
 
     /// Handles the lines that the components have printed.
     fn read_counts(&mut self) -> Result<(), Failure> {
-        let said = self.source.read_lines()?;
-        if let Some(line) = said.last() {
+        let lines = self.source.read_lines()?;
+        if let Some(line) = lines.last() {
             self.sent = counts(line)?;
         }
-        let said = self.sink.read_lines()?;
-        if let Some(line) = said.last() {
+        let lines = self.sink.read_lines()?;
+        if let Some(line) = lines.last() {
             self.came = counts(line)?;
         }
         Ok(())
@@ -284,8 +284,8 @@ impl Soak {
             "soak_source",
             &status(&self.network, "soak_source")?,
         ));
-        let said = self.source.end(END)?;
-        if let Some(line) = said.last() {
+        let lines = self.source.end(END)?;
+        if let Some(line) = lines.last() {
             self.sent = counts(line)?;
         }
         let sent = &self.sent;

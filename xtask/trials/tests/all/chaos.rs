@@ -13,27 +13,27 @@ fn chaos(words: &[&str]) -> String {
         .args(words)
         .output()
         .expect("to run trials");
-    let said = String::from_utf8_lossy(&run.stdout).into_owned();
+    let output = String::from_utf8_lossy(&run.stdout).into_owned();
     let errors = String::from_utf8_lossy(&run.stderr);
-    assert_eq!(run.status.code(), Some(0), "{said}{errors}");
-    said
+    assert_eq!(run.status.code(), Some(0), "{output}{errors}");
+    output
 }
 
 #[test]
 fn twenty_kills_leave_nothing() {
-    let said = chaos(&["--kills", "20", "--seed", "2"]);
-    assert!(said.contains("by hand: 10 kills"), "{said}");
-    assert!(said.contains("under rcdeploy: 10 kills"), "{said}");
+    let output = chaos(&["--kills", "20", "--seed", "2"]);
+    assert!(output.contains("by hand: 10 kills"), "{output}");
+    assert!(output.contains("under rcdeploy: 10 kills"), "{output}");
 }
 
 #[test]
 fn a_minute_of_kills_under_load_leaves_nothing() {
-    let said = chaos(&["--minutes", "1", "--seed", "3"]);
-    let kills = said
+    let output = chaos(&["--minutes", "1", "--seed", "3"]);
+    let kills = output
         .lines()
         .find(|line| line.contains(" components were killed"));
     let kills = kills.and_then(|line| line.split(' ').next());
     let kills: u32 = kills.expect("a number").parse().expect("a number");
     // One a second, but for those in which rcdeploy starts.
-    assert!(kills > 20, "{said}");
+    assert!(kills > 20, "{output}");
 }

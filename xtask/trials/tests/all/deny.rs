@@ -8,11 +8,11 @@ fn dependencies_are_as_demanded() {
         .args(["deny", "--smoke"])
         .output()
         .expect("to run trials");
-    let said = String::from_utf8_lossy(&run.stdout);
+    let output = String::from_utf8_lossy(&run.stdout);
     let errors = String::from_utf8_lossy(&run.stderr);
-    assert_eq!(run.status.code(), Some(0), "{said}{errors}");
-    match said.lines().find(|line| line.starts_with("skipped: ")) {
-        None => assert!(said.contains("as deny.toml demands"), "{said}"),
+    assert_eq!(run.status.code(), Some(0), "{output}{errors}");
+    match output.lines().find(|line| line.starts_with("skipped: ")) {
+        None => assert!(output.contains("as deny.toml demands"), "{output}"),
         Some(line) => {
             let list = std::env::var_os("RC_TEST_SKIPPED").map(|list| {
                 let mut options = std::fs::File::options();

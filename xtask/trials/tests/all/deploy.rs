@@ -9,16 +9,16 @@ fn everybody_starts_and_ends_a_few_programs() {
         .args(["bench", "deploy", "--smoke"])
         .output()
         .expect("to run trials");
-    let said = String::from_utf8_lossy(&run.stdout);
+    let output = String::from_utf8_lossy(&run.stdout);
     let errors = String::from_utf8_lossy(&run.stderr);
-    assert_eq!(run.status.code(), Some(0), "{said}{errors}");
+    assert_eq!(run.status.code(), Some(0), "{output}{errors}");
     for row in ["| 5 | rcdeploy | ", "| 5 | sh | ", "| 10 of 20 | "] {
-        assert!(said.contains(row), "{said}");
+        assert!(output.contains(row), "{output}");
     }
-    let skipped = said.lines().find(|line| line.starts_with("skipped: "));
+    let skipped = output.lines().find(|line| line.starts_with("skipped: "));
     assert!(
-        said.contains("| 5 | supervisord ") != skipped.is_some(),
-        "{said}"
+        output.contains("| 5 | supervisord ") != skipped.is_some(),
+        "{output}"
     );
     if let (Some(line), Some(list)) = (skipped, std::env::var_os("RC_TEST_SKIPPED")) {
         let list = std::fs::File::options()
