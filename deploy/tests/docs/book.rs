@@ -191,7 +191,10 @@ fn every_command_runs() {
             continue;
         }
         // Pages say where their commands are typed; most are about the workspace.
-        let here = page.text.contains("in the folder of this project");
+        let here = page
+            .text
+            .replace('\n', " ")
+            .contains("in the folder of this project");
         let folder = if here { Path::new(ROOT) } else { &workspace };
         let folder = folder.display();
         session.run(&format!("cd {folder}")).expect("a folder");

@@ -56,11 +56,10 @@ fn read(path: &str) -> Page {
 /// README.md, then the pages of `docs` in the order of SUMMARY.md.
 pub(crate) fn book() -> Vec<Page> {
     let summary = read("docs/SUMMARY.md");
-    let listed = summary.links().into_iter().map(|(_, target)| {
-        let up = target.strip_prefix("../");
-        up.map_or_else(|| format!("docs/{target}"), str::to_owned)
-    });
-    listed.map(|path| read(&path)).collect()
+    let listed = summary.links().into_iter();
+    let mut pages = vec![read("README.md")];
+    pages.extend(listed.map(|(_, target)| read(&format!("docs/{target}"))));
+    pages
 }
 
 /// The files of Markdown whose links are checked: the book, and the pages for developers.

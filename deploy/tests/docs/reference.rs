@@ -69,6 +69,15 @@ fn describe(program: &str, words: &[&str], page: &mut String) {
     if !listed.is_empty() {
         *page += &format!("\n{}", listed.concat());
     }
+    // Those of the tool are those of its commands.
+    if words.is_empty() {
+        let codes = section(&help, "Exit codes:");
+        let codes: String = codes
+            .iter()
+            .map(|(c, text)| format!("- `{c}`: {text}\n"))
+            .collect();
+        *page += &format!("\nExit codes:\n\n{codes}");
+    }
     for (next, _) in section(&help, "Commands:") {
         if next != "help" {
             describe(program, &[words, &[&next]].concat(), page);

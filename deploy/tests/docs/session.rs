@@ -110,6 +110,8 @@ impl Session {
             .env("RUSTUP_HOME", of_cargo("RUSTUP_HOME", ".rustup"))
             .env("CARGO_NET_OFFLINE", "true")
             .env("CARGO_TARGET_DIR", target().parent().expect("a folder"))
+            // A domain for this test alone, of those whose ports are free for DDS.
+            .env("ROS_DOMAIN_ID", (1 + std::process::id() % 100).to_string())
             .env("XDG_RUNTIME_DIR", path("run"))
             .env("XDG_STATE_HOME", path("state"))
             .stdin(Stdio::piped())
