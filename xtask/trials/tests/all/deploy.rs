@@ -12,7 +12,7 @@ fn everybody_starts_and_ends_a_few_programs() {
     let output = String::from_utf8_lossy(&run.stdout);
     let errors = String::from_utf8_lossy(&run.stderr);
     assert_eq!(run.status.code(), Some(0), "{output}{errors}");
-    for row in ["| 5 | rcdeploy | ", "| 5 | sh | ", "| 10 of 20 | "] {
+    for row in ["| 5 | rcdeploy | ", "| 5 | sh | ", "| 20 of 40 | "] {
         assert!(output.contains(row), "{output}");
     }
     let skipped = output.lines().find(|line| line.starts_with("skipped: "));
