@@ -1,6 +1,6 @@
 //! Checks of a state machine, independent of its source language.
 
-use crate::model::{StateId, StateKind, StateMachine, Transition};
+use crate::model::{Condition, StateId, StateKind, StateMachine, Transition};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use std::collections::HashMap;
 
@@ -16,6 +16,7 @@ pub(crate) fn check(machine: &StateMachine, found: &mut Diagnostics) {
         return;
     }
     duplicate_transitions(machine, found);
+    shadowed_transitions(machine, found);
     if machine.transitions.is_empty() {
         let message = format!(
             "state machine `{}` has no transitions: it stays in its initial state",
@@ -117,7 +118,7 @@ fn duplicate_transitions(machine: &StateMachine, found: &mut Diagnostics) {
             t.source,
             &t.targets,
             events,
-            t.cond.as_ref().map(|c| c.text.as_str()),
+            t.cond.as_ref().map(Condition::text),
         )
     }
     let mut seen = HashMap::new();
@@ -140,6 +141,35 @@ fn duplicate_transitions(machine: &StateMachine, found: &mut Diagnostics) {
             Diagnostic::warning("duplicate-transition", transition.span, message)
                 .label(first, "first declared here"),
         );
+    }
+}
+
+/// Reports transitions behind one of the same state that needs no guard and takes their events.
+fn shadowed_transitions(machine: &StateMachine, found: &mut Diagnostics) {
+    let mut of_source: Vec<Vec<&Transition>> = vec![Vec::new(); machine.states.len()];
+    for transition in &machine.transitions {
+        let takes = |first: &&&Transition| {
+            let covered = |event: &rc_syntax::Name| {
+                let mut descriptors = first.events.iter();
+                descriptors.any(|d| crate::tables::covers(&d.text, &event.text))
+            };
+            first.events.is_empty() == transition.events.is_empty()
+                && transition.events.iter().all(covered)
+                // A repeated one is a duplicate.
+                && (first.targets != transition.targets || transition.cond.is_some())
+        };
+        let unguarded = &mut of_source[transition.source.0];
+        if let Some(first) = unguarded.iter().find(takes) {
+            let source = &machine.state(transition.source).name.text;
+            let message = format!("this transition of `{source}` is never taken");
+            found.push(
+                Diagnostic::warning("shadowed-transition", transition.span, message)
+                    .label(first.span, "this one comes first, and has no `cond`"),
+            );
+        }
+        if transition.cond.is_none() {
+            unguarded.push(transition);
+        }
     }
 }
 

@@ -1,7 +1,8 @@
 //! SMDSL: the state machine of a component.
 //!
 //! [`parse`] turns one `.smdsl` text into a syntax tree ([`ast`]). [`load`] resolves it into the
-//! [`model`] and checks it. [`scxml`] reads a subset of W3C SCXML into the same model.
+//! [`model`] and checks it. [`scxml`] reads a subset of W3C SCXML into the same model. [`tables`]
+//! makes of it what the interpreter (`rc_machine`) runs.
 
 pub mod ast;
 mod builder;
@@ -10,6 +11,7 @@ pub mod model;
 mod parse;
 mod resolve;
 pub mod scxml;
+pub mod tables;
 
 pub use model::StateMachine;
 pub use parse::parse;

@@ -2,6 +2,7 @@
 
 use rc_diagnostics::Span;
 use rc_syntax::Name;
+use std::time::Duration;
 
 /// One state machine.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,10 +46,10 @@ pub struct State {
     pub parent: Option<StateId>,
     /// Its substates.
     pub region: Option<Region>,
-    /// The actions on entry. Only SCXML has them.
-    pub on_entry: Vec<Action>,
-    /// The actions on exit. Only SCXML has them.
-    pub on_exit: Vec<Action>,
+    /// The blocks of actions on entry. Only SCXML has them.
+    pub on_entry: Vec<Vec<Action>>,
+    /// The blocks of actions on exit. Only SCXML has them.
+    pub on_exit: Vec<Vec<Action>>,
 }
 
 /// The kind of a state.
@@ -93,10 +94,13 @@ pub struct Transition {
     /// The target states. SMDSL has one (`a => b, c;` are two transitions). SCXML may have none,
     /// for actions only, or several in different regions of a parallel state.
     pub targets: Vec<StateId>,
-    /// The events that trigger it, as written. Only SCXML has them.
+    /// The descriptors of the events that trigger it. In SMDSL the event of `a => b` is `AToB`.
     pub events: Vec<Name>,
-    /// The guard condition, as written. Only SCXML has it.
-    pub cond: Option<Name>,
+    /// The guard condition. Only SCXML has it.
+    pub cond: Option<Condition>,
+    /// Whether the source is left only if a target is outside of it. Only SCXML has such
+    /// transitions.
+    pub internal: bool,
     /// The actions of the transition. Only SCXML has them.
     pub actions: Vec<Action>,
     /// The lines of its documentation.
@@ -105,11 +109,41 @@ pub struct Transition {
     pub span: Span,
 }
 
+/// The condition of a transition.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Condition {
+    /// `cond="name"`: a function of the worker.
+    Guard(Name),
+    /// `cond="In('state')"`
+    In(StateId, Name),
+}
+
+impl Condition {
+    /// The condition as written.
+    pub fn text(&self) -> &str {
+        let (Self::Guard(name) | Self::In(_, name)) = self;
+        &name.text
+    }
+}
+
 /// An action of a state or a transition.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    /// `<raise event="…"/>`
+    /// `<raise event="…"/>`, or `<send event="…" target="#_internal"/>`
     Raise(Name),
+    /// `<send event="…" delay="…" id="…"/>`: an event for this machine itself.
+    Send {
+        /// The event.
+        event: Name,
+        /// The delay.
+        delay: Duration,
+        /// By which `cancel` finds it.
+        id: Option<Name>,
+    },
+    /// `<cancel sendid="…"/>`
+    Cancel(Name),
+    /// `<script>name</script>`: calls a function of the worker.
+    Call(Name),
     /// `<log label="…" expr="…"/>`
     Log {
         /// The text before the value.

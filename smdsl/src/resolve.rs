@@ -243,13 +243,34 @@ fn transition(
     let (Some(source), Some(target_id)) = (source, target_id) else {
         return;
     };
+    let event = event(&line.source.text, &target.text);
     builder.machine.transitions.push(Transition {
         source,
         targets: vec![target_id],
-        events: Vec::new(),
+        events: vec![Name::new(event, target.span)],
         cond: None,
+        internal: false,
         actions: Vec::new(),
         doc: line.doc.clone(),
         span: target.span,
     });
+}
+
+/// The event of the transition `source => target`: `SourceToTarget`.
+fn event(source: &str, target: &str) -> String {
+    format!("{}To{}", capitalised(source), capitalised(target))
+}
+
+/// `battery_low` becomes `BatteryLow`. A name without letters or digits stays as it is.
+fn capitalised(name: &str) -> String {
+    let mut result = String::new();
+    for word in name.split('_') {
+        let mut letters = word.chars();
+        result.extend(letters.next().map(|first| first.to_ascii_uppercase()));
+        result.push_str(letters.as_str());
+    }
+    if result.is_empty() {
+        return name.to_owned();
+    }
+    result
 }

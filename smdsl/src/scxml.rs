@@ -1,6 +1,7 @@
 //! SCXML: the subset of W3C's State Chart XML 1.0 (<https://www.w3.org/TR/scxml/>) that the model
 //! represents. Every other element or attribute is an error.
 
+mod actions;
 mod xml;
 
 use crate::builder::{MachineBuilder, empty_region};
@@ -26,7 +27,7 @@ const WITH_ENTRY_AND_EXIT: &[&str] = &["state", "parallel", "final"];
 const WITH_ACTIONS: &[&str] = &["onentry", "onexit", "transition"];
 /// The supported elements. `final` and `initial` in a `parallel`, and a `transition` in a `final`,
 /// are accepted here, because the checks shared with SMDSL report them.
-const ELEMENTS: [Element; 11] = [
+const ELEMENTS: [Element; 14] = [
     ("scxml", &[], &["name", "version", "initial"]),
     ("state", STATE_PARENTS, &["id", "initial"]),
     ("parallel", STATE_PARENTS, &["id", "initial"]),
@@ -38,9 +39,12 @@ const ELEMENTS: [Element; 11] = [
     (
         "transition",
         &["state", "parallel", "final", "initial", "history"],
-        &["event", "cond", "target"],
+        &["event", "cond", "target", "type"],
     ),
     ("raise", WITH_ACTIONS, &["event"]),
+    ("send", WITH_ACTIONS, &["event", "target", "delay", "id"]),
+    ("cancel", WITH_ACTIONS, &["sendid"]),
+    ("script", WITH_ACTIONS, &[]),
     ("log", WITH_ACTIONS, &["label", "expr"]),
 ];
 
@@ -107,6 +111,8 @@ struct Initial {
 /// A transition with the names of its targets.
 struct UnresolvedTransition {
     targets: Vec<Name>,
+    /// The condition as written.
+    cond: Option<Name>,
     transition: Transition,
 }
 
@@ -136,7 +142,10 @@ impl ScxmlReader<'_> {
                 self.unsupported(span, &format!("the attribute `{written}` of `{name}`"));
             }
         }
-        for text in node.children().filter(Node::is_text) {
+        let texts = node
+            .children()
+            .filter(|child| child.is_text() && name != "script");
+        for text in texts {
             if let Some(span) = self.text.words(text) {
                 self.unsupported(span, &format!("text in `{name}`"));
             }
@@ -223,7 +232,7 @@ impl ScxmlReader<'_> {
                         } else {
                             &mut state.on_exit
                         };
-                        list.extend(actions);
+                        list.push(actions);
                     }
                 }
             }
@@ -301,7 +310,14 @@ impl ScxmlReader<'_> {
         let id = self.declare(node, StateKind::History { deep }, parent);
         if let Some((targets, actions)) = self.default_transition(node) {
             let span = self.text.tag(node);
-            self.add_transition(id, targets, Vec::new(), None, actions, span);
+            self.add_transition(
+                targets,
+                None,
+                Transition {
+                    actions,
+                    ..transition(id, span)
+                },
+            );
         }
         id
     }
@@ -353,30 +369,31 @@ impl ScxmlReader<'_> {
         let targets = target
             .map(|target| self.names(&target, "a state"))
             .unwrap_or_default();
+        let internal = self.text.attribute(node, "type");
+        let is_internal = internal
+            .as_ref()
+            .is_some_and(|kind| kind.text == "internal");
+        if let Some(kind) = internal.filter(|kind| !is_internal && kind.text != "external") {
+            let message = format!("unknown type of transition `{}`", kind.text);
+            self.builder.found.push(
+                Diagnostic::error("bad-attribute", kind.span, message)
+                    .suggest(&kind.text, ["internal", "external"]),
+            );
+        }
         let actions = self.actions(node);
-        self.add_transition(source, targets, events, cond, actions, tag);
+        let transition = Transition {
+            events,
+            internal: is_internal,
+            actions,
+            ..transition(source, tag)
+        };
+        self.add_transition(targets, cond, transition);
     }
 
-    fn add_transition(
-        &mut self,
-        source: StateId,
-        targets: Vec<Name>,
-        events: Vec<Name>,
-        cond: Option<Name>,
-        actions: Vec<Action>,
-        span: Span,
-    ) {
-        let transition = Transition {
-            source,
-            targets: Vec::new(),
-            events,
-            cond,
-            actions,
-            doc: Vec::new(),
-            span,
-        };
+    fn add_transition(&mut self, targets: Vec<Name>, cond: Option<Name>, transition: Transition) {
         self.transitions.push(UnresolvedTransition {
             targets,
+            cond,
             transition,
         });
     }
@@ -389,25 +406,6 @@ impl ScxmlReader<'_> {
             self.builder.error("bad-attribute", value.span, message);
         }
         names
-    }
-
-    fn actions(&mut self, node: Node<'_, '_>) -> Vec<Action> {
-        let mut actions = Vec::new();
-        for (name, child) in self.children(node) {
-            self.children(child);
-            if name == "log" {
-                actions.push(Action::Log {
-                    label: self.text.attribute(child, "label"),
-                    expr: self.text.attribute(child, "expr"),
-                });
-            } else if let Some(event) = self.text.attribute(child, "event") {
-                self.names(&event, "an event");
-                actions.push(Action::Raise(event));
-            } else {
-                self.missing(self.text.tag(child), "`raise` has no `event`");
-            }
-        }
-        actions
     }
 
     fn reject_in_parallel(&mut self, span: Span, what: &str, parallel: Span) {
@@ -425,8 +423,10 @@ impl ScxmlReader<'_> {
             let source = self.builder.machine.state(unresolved.transition.source);
             if let (StateKind::History { .. }, Some(of)) = (source.kind, source.parent) {
                 self.check_inside(of, &targets, unresolved.transition.span);
+                self.reject_history(&targets, unresolved.transition.span);
             }
             unresolved.transition.targets = targets;
+            unresolved.transition.cond = unresolved.cond.and_then(|cond| self.condition(cond));
             self.builder.machine.transitions.push(unresolved.transition);
         }
         for initial in std::mem::take(&mut self.initials) {
@@ -442,6 +442,16 @@ impl ScxmlReader<'_> {
             if let Some(of) = initial.of {
                 self.check_inside(of, &targets, initial.span);
             }
+        }
+    }
+
+    /// Reports history states as the default of another one, which might lead back to it.
+    fn reject_history(&mut self, targets: &[StateId], span: Span) {
+        let machine = &self.builder.machine;
+        let mut kinds = targets.iter().map(|target| machine.state(*target).kind);
+        if kinds.any(|kind| matches!(kind, StateKind::History { .. })) {
+            let message = "the default of a history state cannot be another history state";
+            self.builder.error("bad-attribute", span, message);
         }
     }
 
@@ -501,5 +511,19 @@ impl ScxmlReader<'_> {
                 self.builder.found.push(diagnostic);
             }
         }
+    }
+}
+
+/// A transition with nothing but its source.
+fn transition(source: StateId, span: Span) -> Transition {
+    Transition {
+        source,
+        targets: Vec::new(),
+        events: Vec::new(),
+        cond: None,
+        internal: false,
+        actions: Vec::new(),
+        doc: Vec::new(),
+        span,
     }
 }

@@ -35,17 +35,17 @@ fn every_construct_reaches_the_model() {
                 lidar
               dock
               off end
-            idle => drive "Told to go."
-            idle => off "Told to go."
-            drive => drive
-            drive => dock
-            dock => idle
-            wheels => wheels
-            lidar => lidar
-            go => turn
-            go => stop
-            turn => go
-            stop => halted
+            idle => drive, on IdleToDrive "Told to go."
+            idle => off, on IdleToOff "Told to go."
+            drive => drive, on DriveToDrive
+            drive => dock, on DriveToDock
+            dock => idle, on DockToIdle
+            wheels => wheels, on WheelsToWheels
+            lidar => lidar, on LidarToLidar
+            go => turn, on GoToTurn
+            go => stop, on GoToStop
+            turn => go, on TurnToGo
+            stop => halted, on StopToHalted
         "#]],
     );
 }
@@ -59,9 +59,9 @@ fn constructs_of_real_files_are_accepted() {
               a initial
               b
               z end
-            a => b
-            b => b
-            b => z
+            a => b, on AToB
+            b => b, on BToB
+            b => z, on BToZ
         "#]],
     );
     // A redundant `;` after a brace, keywords in any case, a block before the block of its parent.
@@ -74,7 +74,7 @@ fn constructs_of_real_files_are_accepted() {
                 c initial, all of
                   d
                   e
-            a => b
+            a => b, on AToB
         "#]],
     );
     // A transition may lead into another block.
@@ -86,10 +86,10 @@ fn constructs_of_real_files_are_accepted() {
               b, one of
                 b1 initial
                 b2
-            a => b
-            a => b2
-            b2 => a
-            b1 => b2
+            a => b, on AToB
+            a => b2, on AToB2
+            b2 => a, on B2ToA
+            b1 => b2, on B1ToB2
         "#]],
     );
 }
@@ -109,11 +109,11 @@ fn keywords_are_valid_names() {
                 x initial
               initial_state
               end_state end
-            parallel => states
-            parallel => transitions
-            transition => end_state
-            states => initial_state
-            initial_state => transition
+            parallel => states, on ParallelToStates
+            parallel => transitions, on ParallelToTransitions
+            transition => end_state, on TransitionToEndState
+            states => initial_state, on StatesToInitialState
+            initial_state => transition, on InitialStateToTransition
         "#]],
     );
 }

@@ -43,7 +43,7 @@ fn every_supported_element_reaches_the_model() {
           <onexit><log/></onexit>
           <transition event="go start.*" cond="In('idle')" target="drive"><raise event="moving"/></transition>
           <transition event="tick"><log label="tick"/></transition>
-          <transition cond="x &lt; 3" target="resume"/>
+          <transition cond="few_left" target="resume"/>
         </state>
         <parallel id="drive">
           <history id="again" type="deep"><transition target="wheels1 lidar1"><log label="anew"/></transition></history>
@@ -79,7 +79,7 @@ fn every_supported_element_reaches_the_model() {
               resume
             idle => drive, on go or start.*, if In('idle'), doing raise moving
             idle =>, on tick, doing log tick -
-            idle => resume, if x < 3
+            idle => resume, if few_left
             again => wheels1 lidar1, doing log anew -
             last => wheels1
             wheels1 => wheels2, on e
@@ -229,10 +229,7 @@ fn other_elements_are_rejected_at_their_location() {
             m.scxml:2:2: error[scxml-not-supported]: the element `datamodel` is not supported
             m.scxml:3:15: error[scxml-not-supported]: the attribute `x` of `state` is not supported
             m.scxml:4:2: error[scxml-not-supported]: the element `invoke` is not supported
-            m.scxml:5:11: error[scxml-not-supported]: the element `script` is not supported
-            m.scxml:5:29: error[scxml-not-supported]: the element `send` is not supported
             m.scxml:5:46: error[scxml-not-supported]: the element `assign` is not supported
-            m.scxml:6:13: error[scxml-not-supported]: the attribute `type` of `transition` is not supported
             m.scxml:6:41: error[scxml-not-supported]: the element `if` is not supported
             m.scxml:7:2: error[scxml-not-supported]: text in `state` is not supported
             m.scxml:10:16: error[scxml-not-supported]: the element `donedata` is not supported
@@ -362,5 +359,59 @@ fn the_checks_of_smdsl_apply_to_scxml() {
         &expect![[r#"
             m.scxml:1:68: warning[no-transitions]: state machine `m` has no transitions: it stays in its initial state
         "#]],
+    );
+}
+
+#[test]
+fn conditions_and_scripts_are_names_of_functions() {
+    let text = r#"<scxml><state id="a">
+<transition event="e" cond="charge &gt; 20" target="b"/>
+<transition event="e" cond="true" target="b"/>
+<transition event="e" cond="In('c')" target="b"/>
+<transition event="e" cond=" ready " target="b"><script>brake()</script><script> brake </script></transition>
+<transition event="e" type="inner" target="b"><send event="x" delay="2 h"/><send event="x" target="other"/></transition>
+<transition event="f" target="b"><send event="x y"/><send event="x.*"/><send/><cancel/></transition>
+</state><state id="b"><history id="h"><transition target="i"/></history><history id="i"><transition target="b1"/></history>
+<state id="b1"/></state></scxml>"#;
+    let (found, _) = read("m.scxml", text);
+    let expected = [
+        "2:29: error[scxml-expression]: `charge > 20` is neither a function nor `In('state')`",
+        "3:29: error[scxml-expression]: `true` is neither a function nor `In('state')`",
+        "4:29: error[unknown-state]: unknown state `c`",
+        "5:57: error[scxml-expression]: expected the name of a function; scripts are not evaluated",
+        "6:29: error[bad-attribute]: unknown type of transition `inner`",
+        "6:70: error[bad-attribute]: expected a time such as `1.5s` or `200ms`, at most a year",
+        "6:100: error[scxml-not-supported]: events for `other` are not supported",
+        "7:47: error[bad-attribute]: expected the name of one event",
+        "7:66: error[bad-attribute]: expected the name of one event",
+        "7:73: error[missing-attribute]: `send` has no `event`",
+        "7:80: error[missing-attribute]: `cancel` has no `sendid`",
+        "8:24: error[bad-attribute]: the default of a history state cannot be another history state",
+    ];
+    for line in expected {
+        assert!(found.contains(line), "{line}\n{found}");
+    }
+    assert_eq!(found.lines().count(), expected.len(), "{found}");
+}
+
+#[test]
+fn a_transition_behind_an_unguarded_one_is_a_warning() {
+    let text = r#"<scxml><state id="a">
+<transition event="e" cond="ready" target="b"/>
+<transition event="e f" target="b"/>
+<transition event="f.g" target="a"/>
+<transition event="e x" target="a"/>
+<transition event="*" target="b"/>
+<transition event="x" target="a"/>
+</state><state id="b"><transition target="a"/><transition cond="ready" target="b"/></state></scxml>"#;
+    let (found, _) = read("m.scxml", text);
+    let lines: Vec<&str> = found
+        .lines()
+        .filter_map(|line| line.split(": warning").next())
+        .collect();
+    assert_eq!(
+        lines,
+        ["m.scxml:4:2", "m.scxml:7:2", "m.scxml:8:48"],
+        "{found}"
     );
 }

@@ -28,7 +28,10 @@ pub(crate) fn shown(machine: &StateMachine) -> String {
         line += &transition
             .cond
             .as_ref()
-            .map_or(String::new(), |c| format!(", if {}", c.text));
+            .map_or(String::new(), |c| format!(", if {}", c.text()));
+        if transition.internal {
+            line += ", internal";
+        }
         line += &actions(", doing", &transition.actions);
         out += &format!("{line}{}\n", doc(&transition.doc));
     }
@@ -48,8 +51,8 @@ fn region(machine: &StateMachine, region: &Region, depth: usize, out: &mut Strin
             StateKind::History { deep: false } => " history",
             StateKind::History { deep: true } => " deep history",
         };
-        line += &actions(", entry", &state.on_entry);
-        line += &actions(", exit", &state.on_exit);
+        line += &actions(", entry", &state.on_entry.concat());
+        line += &actions(", exit", &state.on_exit.concat());
         line += &doc(&state.doc);
         if let Some(region) = &state.region {
             line += if region.parallel {
@@ -91,6 +94,11 @@ fn actions(what: &str, actions: &[Action]) -> String {
         .iter()
         .map(|action| match action {
             Action::Raise(event) => format!("{what} raise {}", event.text),
+            Action::Send { event, delay, id } => {
+                format!("{what} send {} after {delay:?} as {}", event.text, text(id))
+            }
+            Action::Cancel(id) => format!("{what} cancel {}", id.text),
+            Action::Call(name) => format!("{what} call {}", name.text),
             Action::Log { label, expr } => format!("{what} log {} {}", text(label), text(expr)),
         })
         .collect()
