@@ -194,6 +194,7 @@ fn the_view_as_json() {
         .parameters = null
         .period.nanoseconds = 100000000
         .period.seconds = 0
+        .ros_types = []
         .simulates_time = false
         .slots[0].external_types = []
         .slots[0].in_place = false
