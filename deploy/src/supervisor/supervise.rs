@@ -202,9 +202,10 @@ impl<'p> Supervisor<'p> {
     }
 
     pub(super) fn start(&mut self, i: usize) {
+        let gone = self.gone();
         let unit = &mut self.units[i];
         unit.event(self.report, Severity::Info, "starting", "starting");
-        match unit.start(self.custody.mark()) {
+        match unit.start(self.custody.mark(), &gone) {
             Ok(()) => {
                 if let Some(process) = unit.registered() {
                     self.custody.started(process);

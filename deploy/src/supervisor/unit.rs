@@ -9,13 +9,14 @@ use crate::supervisor::health::{self, HealthMonitor};
 use crate::supervisor::parameter_changes::Changes;
 use crate::supervisor::process_handle::ProcessHandle;
 use crate::supervisor::restart::{Next, Restarts};
+use crate::supervisor::starts::without_followers;
 use rc_deploy_client::connection::KILL_LIMIT;
 use rc_deploy_network::plan::{Component, Policy};
 use rc_management::agent::Exit;
 use rc_management::component::State;
 use rc_management::event::Severity;
 use rc_management::supervisor::{ComponentState, ComponentStatus};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
@@ -169,7 +170,12 @@ impl Unit {
 
     /// Whether its dependents may start: it is ready, or will not become ready by itself.
     pub(crate) fn lets_others_start(&self) -> bool {
-        self.ready || self.stopped || matches!(self.phase, Phase::Ended(_))
+        self.ready || self.is_gone()
+    }
+
+    /// Whether it has ended for good, or a command has stopped it.
+    pub(crate) fn is_gone(&self) -> bool {
+        self.stopped || matches!(self.phase, Phase::Ended(_))
     }
 
     /// Whether it did not end after SIGKILL.
@@ -276,14 +282,14 @@ impl Unit {
         format!("{}/{}", self.name(), self.runs)
     }
 
-    /// Starts the process.
-    pub(crate) fn start(&mut self, mark: &Mark) -> Result<(), String> {
+    /// Starts the process. `gone`: processes that a source of time does not wait for.
+    pub(crate) fn start(&mut self, mark: &Mark, gone: &BTreeSet<String>) -> Result<(), String> {
         self.runs += 1;
         let run = self.run();
         let greeting = self.changes.line();
         let handle = match &self.outbox {
             None => ProcessHandle::Local(LocalProcess::start(
-                &self.component,
+                &without_followers(&self.component, gone),
                 &run,
                 greeting.as_deref(),
                 &self.log,
@@ -291,7 +297,8 @@ impl Unit {
             )?),
             Some(outbox) => {
                 let component = self.remote_component.as_ref().unwrap_or(&self.component);
-                ProcessHandle::Remote(RemoteProcess::start(component, run, greeting, outbox))
+                let component = without_followers(component, gone);
+                ProcessHandle::Remote(RemoteProcess::start(&component, run, greeting, outbox))
             }
         };
         let now = Instant::now();

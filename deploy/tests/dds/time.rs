@@ -2,6 +2,7 @@
 
 use crate::site::Site;
 use crate::{place, rcdeploy};
+use rustix::process::{Pid, Signal, kill_process};
 
 const POSES: u32 = 60;
 
@@ -23,11 +24,22 @@ fn run(name: &str, domain: u32) -> (Site, String) {
 }
 
 #[test]
-fn the_patrol_in_lockstep_repeats() {
+fn the_patrol_in_lockstep_repeats_and_its_killed_source_comes_back() {
     let (site, first) = run("time_dds", 180);
     assert_eq!(first.lines().count(), POSES as usize);
     let clock = site.ask("clock", "status");
     assert_eq!(clock["middleware"], "dds");
+    let pid = clock["pid"]
+        .as_i64()
+        .and_then(|pid| Pid::from_raw(pid as i32));
+    kill_process(pid.expect("a pid"), Signal::KILL).expect("to kill it");
+    Site::until("a new source", || {
+        let events = site.events("avoider");
+        events.iter().any(|(code, _)| code == "time-jumped")
+    });
+    let tick = || site.ask("avoider", "status")["clock"]["tick"].as_u64();
+    let before = tick();
+    Site::until("ticks", || tick() > before);
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     let (site, second) = run("time_dds_again", 181);
     assert_eq!(first, second);

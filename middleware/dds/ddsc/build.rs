@@ -80,13 +80,30 @@ const HOOKED: [(&str, usize); 3] = [
     ("ddsi_xpack_addmsg (", 6),
 ];
 
-/// A file that is compiled with one place replaced. The first heartbeat of a writer of another library lets a volatile
-/// reader pass over all samples up to the last one, also over those whose fragments arrive at that moment: the first
-/// large request of a node on Fast DDS was lost. Fast DDS (vendor 1.15) sends a new reader nothing old.
-const RECEIVE: &str = "ddsi_receive.c";
-const FIRST_HEARTBEAT: [&str; 2] = [
-    "gap_end_seq = lastseq + 1;",
-    "gap_end_seq = pwr->c.vendor.id[0] == 1 && pwr->c.vendor.id[1] == 15 ? firstseq : lastseq + 1;",
+/// A file that is compiled with one place replaced.
+struct Replaced {
+    file: &'static str,
+    found: &'static str,
+    by: &'static str,
+}
+
+/// Both are about writers of Fast DDS (vendor 1.15).
+const REPLACED: [Replaced; 2] = [
+    // The first heartbeat of a writer of another library lets a volatile reader pass over all samples up to the last one, also
+    // over those whose fragments arrive at that moment: the first large request of a node on Fast DDS was lost. Fast DDS sends
+    // a new reader nothing old.
+    Replaced {
+        file: "ddsi_receive.c",
+        found: "gap_end_seq = lastseq + 1;",
+        by: "gap_end_seq = pwr->c.vendor.id[0] == 1 && pwr->c.vendor.id[1] == 15 ? firstseq : lastseq + 1;",
+    },
+    // A reader asks a new writer for a heartbeat. Fast DDS replies at once only if the base is 0, as its own readers write it,
+    // else at its next heartbeat: a request that a client had sent before its server found it waited for 3 s.
+    Replaced {
+        file: "ddsi_acknack.c",
+        found: "bitmap_base = ddsi_to_seqno (1);",
+        by: "bitmap_base = ddsi_to_seqno (pwr->c.vendor.id[0] == 1 && pwr->c.vendor.id[1] == 15 ? 0 : 1);",
+    },
 ];
 
 /// The static library of the C sources, without the shim.
@@ -218,13 +235,19 @@ fn sources(source: &Path) -> Vec<PathBuf> {
         files.extend(c_files(&source.join(folder)));
     }
     *file(&mut files, TRANSMIT, &HOOKED).0 = PathBuf::from("src/transmit.c");
-    let [found, replaced] = FIRST_HEARTBEAT;
-    let (path, text) = file(&mut files, RECEIVE, &[(found, 1)]);
     let out = PathBuf::from(std::env::var_os("OUT_DIR").unwrap_or_default());
-    let changed = out.join(RECEIVE);
-    std::fs::write(&changed, text.replace(found, replaced))
-        .unwrap_or_else(|error| panic!("{}: {error}", changed.display()));
-    *path = changed;
+    for Replaced {
+        file: name,
+        found,
+        by,
+    } in REPLACED
+    {
+        let (path, text) = file(&mut files, name, &[(found, 1)]);
+        let changed = out.join(name);
+        std::fs::write(&changed, text.replace(found, by))
+            .unwrap_or_else(|error| panic!("{}: {error}", changed.display()));
+        *path = changed;
+    }
     files
 }
 

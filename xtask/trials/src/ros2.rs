@@ -1,16 +1,17 @@
 //! `cargo xtask bench ros2`: generated components over ROS 2 beside the same by hand on
-//! ros2-client.
+//! ros2-client, and beside the same components over DDS.
 
 use crate::bench::{BUILD, machine};
 use crate::compare::{Peer, met};
-use crate::dds::rows;
+use crate::dds;
 use crate::pair::{Pair, Row};
 use crate::programs::{Failure, cargo, finish};
-use crate::variant::{self, ROS2};
+use crate::variant::{self, DDS, ROS2};
 use rc_cdsl::model::Backend;
 use rc_deploy_network::Profile;
 
-/// The goal for the ratio at p50.
+/// At p50 a generated component may take so many times what the hand-written program takes, or the
+/// same component over DDS.
 const GOAL: f64 = 1.10;
 /// The size of a query.
 const SMALL: usize = 64;
@@ -20,6 +21,7 @@ const BY_HAND: &str = "91";
 /// Builds both and measures them in turns.
 pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
     let generated = variant::build("bench", Backend::Ros2, Profile::Release)?;
+    let over_dds = variant::build("bench", Backend::Dds, Profile::Release)?;
     let words = [
         "build",
         "--release",
@@ -38,8 +40,18 @@ pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
     // The hand-written server cannot send replies above one packet: `rustdds` writes fragments with a
     // related request in an unreadable form, and ros2-client has no other one.
     let is_possible = |row: &Row| !row.is_query() || row.size == SMALL;
-    let rows: Vec<Row> = rows().into_iter().flatten().filter(is_possible).collect();
-    if !met(&peer.table(&rows, &mut ours, &mut theirs, blocks, share)?) {
+    let rows: Vec<Row> = dds::rows().into_iter().flatten().filter(is_possible).collect();
+    let mut is_met = met(&peer.table(&rows, &mut ours, &mut theirs, blocks, share)?);
+    drop(theirs);
+    let mut over_dds = Pair::components(&over_dds, &DDS)?;
+    let peer = Peer {
+        name: "over DDS",
+        goal: GOAL,
+    };
+    let rows: Vec<Row> = dds::rows().into_iter().flatten().collect();
+    println!();
+    is_met &= met(&peer.table(&rows, &mut ours, &mut over_dds, blocks, share)?);
+    if !is_met {
         eprintln!("xtask: a goal was missed");
     }
     Ok(())

@@ -1,11 +1,10 @@
 //! The identity beside a sample, in its inline quality of service: whole samples and samples in many
 //! fragments, between participants with sockets of their own.
 
-use rc_ddsc::{Domain, Event, Identity, Listener, Participant, Qos, Reader};
+use rc_ddsc::{Domain, Event, Guid, Identity, Listener, Participant, Qos, Reader, Writer};
 use std::time::{Duration, Instant};
 
 const LIMIT: Duration = Duration::from_secs(30);
-const DOMAIN: u16 = 97;
 
 struct Quiet;
 
@@ -13,12 +12,13 @@ impl Listener for Quiet {
     fn event(&self, _event: Event) {}
 }
 
-/// Joins the domain. The fragments are small, so that samples have many.
-fn join(number: u32) -> (Domain, Participant) {
+/// Joins a domain as the process `number`. The fragments are small, so that samples have many.
+/// `more` is further configuration.
+fn join(domain: u16, number: u32, more: &str) -> (Domain, Participant) {
     let config = format!(
         "<Domain Id=\"any\"><General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces>\
          <FragmentSize>1000B</FragmentSize></General>\
-         <Discovery><ExternalDomainId>{DOMAIN}</ExternalDomainId></Discovery></Domain>"
+         <Discovery><ExternalDomainId>{domain}</ExternalDomainId></Discovery>{more}</Domain>"
     );
     let domain = Domain::new(number, &config).expect("a domain");
     let participant = domain.participant(b"").expect("a participant");
@@ -49,13 +49,12 @@ fn taken(reader: &Reader, size: usize) -> Option<Identity> {
     found.flatten()
 }
 
-#[test]
-fn an_identity_travels_beside_a_sample() {
-    let ((_here, here), (_there, there)) = (join(1), join(2));
+/// A writer and a reader that have met, and the number of samples that were written for that.
+fn met(here: &Participant, there: &Participant) -> (Writer, Reader, u64) {
     let topic = |participant: &Participant| participant.topic("t", "T").expect("a topic");
-    let writer = here.writer(&topic(&here), &qos(), Box::new(Quiet));
+    let writer = here.writer(&topic(here), &qos(), Box::new(Quiet));
     let writer = writer.expect("a writer");
-    let reader = there.reader(&topic(&there), &qos(), Box::new(Quiet));
+    let reader = there.reader(&topic(there), &qos(), Box::new(Quiet));
     let reader = reader.expect("a reader");
     let (begin, mut sequence, mut count) = (Instant::now(), 0, 0);
     while count == 0 {
@@ -65,6 +64,13 @@ fn an_identity_travels_beside_a_sample() {
         std::thread::sleep(Duration::from_millis(20));
         count = reader.take(drop).expect("samples");
     }
+    (writer, reader, sequence)
+}
+
+#[test]
+fn an_identity_travels_beside_a_sample() {
+    let ((_here, here), (_there, there)) = (join(97, 1, ""), join(97, 2, ""));
+    let (writer, reader, mut sequence) = met(&here, &there);
     for (size, number) in [(100, 1), (5000, -7), (70_001, i64::MAX)] {
         let guid = *b"abcdefghijklmnop";
         let related = Identity { guid, number };
@@ -76,5 +82,93 @@ fn an_identity_travels_beside_a_sample() {
         sequence += 1;
         writer.write(sequence, 1, &vec![7; size]).expect("to write");
         assert_eq!(taken(&reader, size), None);
+    }
+}
+
+/// Bytes before the submessages of a packet that the library records (`PacketCaptureFile`): the
+/// headers of IPv4 and UDP, and that of RTPS.
+const HEADERS: usize = 20 + 8 + 20;
+
+/// The submessages with user data of one writer in a recording: the flags, and the inline quality of
+/// service with all that follows.
+fn submessages(recording: &[u8], writer: &Guid) -> Vec<(u8, Vec<u8>)> {
+    const DATA: u8 = 0x15;
+    const DATA_FRAG: u8 = 0x16;
+    let number = |bytes: &[u8]| {
+        bytes
+            .iter()
+            .rev()
+            .fold(0, |n, byte| n << 8 | usize::from(*byte))
+    };
+    let mut found = Vec::new();
+    // The header of the file (24), then for each packet its own header (16), with its length.
+    let mut packets = &recording[24..];
+    while let Some((head, rest)) = packets.split_at_checked(16) {
+        let (packet, rest) = rest.split_at(number(&head[8..12]));
+        packets = rest;
+        let is_ours = packet.len() > HEADERS && packet[HEADERS - 12..HEADERS] == writer[..12];
+        let mut left = if is_ours { &packet[HEADERS..] } else { &[][..] };
+        while left.len() >= 4 {
+            let (kind, flags) = (left[0], left[1]);
+            assert_eq!(flags & 1, 1, "little endian");
+            let length = match number(&left[2..4]) {
+                0 => left.len() - 4,
+                length => length,
+            };
+            let (body, rest) = left[4..].split_at(length);
+            left = rest;
+            // Extra flags (2), distance from behind itself to the inline QoS (2), reader (4), writer (4).
+            if [DATA, DATA_FRAG].contains(&kind) && body[8..12] == writer[12..] {
+                let distance = number(&body[2..4]);
+                found.push((flags, body[4 + distance..].to_vec()));
+            }
+        }
+    }
+    found
+}
+
+/// Both numbers of the parameter are on the wire, in each fragment: RTPS 2.5 has 0x0083, and Fast DDS
+/// reads 0x800f. A reader that misses the first fragment gets the identity with another one.
+#[test]
+fn each_submessage_carries_the_identity_as_rtps_and_fast_dds_write_it() {
+    let name = format!("rc-ddsc-related-{}.pcap", std::process::id());
+    let path = std::env::temp_dir().join(name);
+    let file = path.display();
+    let record = format!("<Tracing><PacketCaptureFile>{file}</PacketCaptureFile></Tracing>");
+    let ((here_domain, here), (_there, there)) = (join(98, 3, &record), join(98, 4, ""));
+    let (writer, reader, mut sequence) = met(&here, &there);
+    let guid = writer.guid().expect("an identity");
+    let related = Identity {
+        guid: *b"abcdefghijklmnop",
+        number: 0x0102_0304_0506_0708,
+    };
+    for size in [100, 5000] {
+        sequence += 1;
+        let written = writer.write_related(sequence, 1, &vec![7; size], related);
+        written.expect("to write");
+        assert_eq!(taken(&reader, size), Some(related));
+    }
+    // The library writes the rest of the recording when the domain ends.
+    drop((writer, here, here_domain));
+    let recording = std::fs::read(&path).expect("a recording");
+    std::fs::remove_file(&path).expect("to remove it");
+    let mut expected = Vec::new();
+    for parameter in [0x0083_u16, 0x800f] {
+        expected.extend(parameter.to_le_bytes());
+        expected.extend(24_u16.to_le_bytes());
+        expected.extend(related.guid);
+        expected.extend(0x0102_0304_u32.to_le_bytes());
+        expected.extend(0x0506_0708_u32.to_le_bytes());
+    }
+    // The sentinel.
+    expected.extend([1, 0, 0, 0]);
+    let all = submessages(&recording, &guid);
+    // Samples without an identity have no inline QoS (flag 2).
+    let (with, without): (Vec<_>, Vec<_>) = all.iter().partition(|(flags, _)| flags & 2 != 0);
+    assert!(without.len() as u64 >= sequence - 2, "{}", without.len());
+    // One sample of one submessage, and one of 5004 bytes in fragments of 1000.
+    assert!(with.len() >= 7, "{} submessages", with.len());
+    for (_, content) in with {
+        assert_eq!(content.get(..expected.len()), Some(&expected[..]));
     }
 }
