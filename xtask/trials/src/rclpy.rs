@@ -14,6 +14,7 @@ use rc_deploy_network::Profile;
 use rc_management::Client;
 use rc_management::component::Request;
 use std::collections::BTreeMap;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -58,14 +59,14 @@ fn rclpy(python: &Path, program: &str, network: &str, args: &[&str]) -> Result<P
 /// Starts the component, and waits until it answers.
 fn component(path: &Path, network: &Network) -> Result<Program, Failure> {
     let domain = format!("ros2.domain={DOMAIN}");
-    let settings = [
-        "--set-middleware",
-        &domain,
-        "--set-middleware",
-        "ros2.interfaces=lo",
-    ];
-    let own = ["--network", network.name.as_str(), "--log", "error"];
-    let program = Program::start_apart(path, &[&own[..], &settings].concat())?;
+    let mut command = Command::new(path);
+    // As for programs of rclpy: both then use the known ports of the domain instead of multicast.
+    command
+        .args(["--network", &network.name, "--log", "error"])
+        .args(["--set-middleware", &domain])
+        .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        .process_group(0);
+    let program = Program::spawn(command)?;
     let end = Instant::now() + LINE;
     while Client::connect(&network.directory.socket("interop"), ANSWER).is_err() {
         if Instant::now() > end {
@@ -148,7 +149,9 @@ fn first_calls(python: &Path, program: &Path, count: usize) -> Result<(), Failur
     calls.stop(END)?;
     component.stop(END)?;
     let [median, longest] = [0.5, 1.0].map(|part| quantile(&mut times, part));
-    println!("\nFirst calls of {count} clients: p50 {median} ms, longest {longest} ms (goal: 200 ms)");
+    println!(
+        "\nFirst calls of {count} clients: p50 {median} ms, longest {longest} ms (goal: 200 ms)"
+    );
     Ok(())
 }
 

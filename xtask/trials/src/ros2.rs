@@ -40,7 +40,11 @@ pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
     // The hand-written server cannot send replies above one packet: `rustdds` writes fragments with a
     // related request in an unreadable form, and ros2-client has no other one.
     let is_possible = |row: &Row| !row.is_query() || row.size == SMALL;
-    let rows: Vec<Row> = dds::rows().into_iter().flatten().filter(is_possible).collect();
+    let rows: Vec<Row> = dds::rows()
+        .into_iter()
+        .flatten()
+        .filter(is_possible)
+        .collect();
     let mut is_met = met(&peer.table(&rows, &mut ours, &mut theirs, blocks, share)?);
     drop(theirs);
     let mut over_dds = Pair::components(&over_dds, &DDS)?;

@@ -260,7 +260,14 @@ fn received_images(python: &Path, domain: &Domain, reliability: &str, count: usi
     until_peers(domain, &["Images"]);
     let network = &domain.site.network;
     let count = format!("images.count={count}");
-    let set = ["params", "set", network, "interop", "images.bytes=1048576", &count];
+    let set = [
+        "params",
+        "set",
+        network,
+        "interop",
+        "images.bytes=1048576",
+        &count,
+    ];
     let ran = domain.site.rcdeploy(&set, false);
     assert_eq!(ran.code, 0, "{ran:?}");
     let said = images.end();

@@ -142,7 +142,7 @@ fn each_submessage_carries_the_identity_as_rtps_and_fast_dds_write_it() {
         guid: *b"abcdefghijklmnop",
         number: 0x0102_0304_0506_0708,
     };
-    for size in [100, 5000] {
+    for size in [100, 70_001] {
         sequence += 1;
         let written = writer.write_related(sequence, 1, &vec![7; size], related);
         written.expect("to write");
@@ -165,9 +165,9 @@ fn each_submessage_carries_the_identity_as_rtps_and_fast_dds_write_it() {
     let all = submessages(&recording, &guid);
     // Samples without an identity have no inline QoS (flag 2).
     let (with, without): (Vec<_>, Vec<_>) = all.iter().partition(|(flags, _)| flags & 2 != 0);
-    assert!(without.len() as u64 >= sequence - 2, "{}", without.len());
-    // One sample of one submessage, and one of 5004 bytes in fragments of 1000.
-    assert!(with.len() >= 7, "{} submessages", with.len());
+    assert!(!without.is_empty());
+    // One sample of one submessage, and one with a fragment in each of at least five packets.
+    assert!(with.len() >= 6, "{} submessages", with.len());
     for (_, content) in with {
         assert_eq!(content.get(..expected.len()), Some(&expected[..]));
     }
