@@ -12,7 +12,7 @@ use crate::usage::own_memory;
 use crate::variant::build_interop;
 use rc_deploy_network::Profile;
 use rc_management::Client;
-use rc_management::component::Request;
+use rc_management::component::{Request, Status};
 use std::collections::BTreeMap;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
@@ -107,8 +107,21 @@ fn publish_images(
 ) -> Result<Program, Failure> {
     let args = [reliability, &count.to_string()];
     let images = rclpy(python, "images.py", &network.name, &args)?;
-    while images.hear(LINE)? != "met" {}
+    while images.read_line(LINE)? != "met" {}
     let mut management = Client::connect(&network.directory.socket("interop"), ANSWER)?;
+    // The component also has to find the subscriber.
+    let end = Instant::now() + LINE;
+    loop {
+        let status: Status = management.call(&Request::Status, ANSWER)?;
+        let mut slots = status.slots.iter();
+        if slots.any(|slot| slot.name == "Images" && slot.peers > 0) {
+            break;
+        }
+        if Instant::now() > end {
+            return Err("the component does not find the subscriber".into());
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
     let period = Request::Period { ms: PERIOD.into() };
     management.call::<serde_json::Value>(&period, ANSWER)?;
     let changes = [("images.bytes", IMAGE), ("images.count", count)];
@@ -127,7 +140,7 @@ fn count_images(python: &Path, program: &Path, count: u64) -> Result<(), Failure
         let network = Network::new("images")?;
         let component = component(program, &network)?;
         let images = publish_images(python, &network, reliability, count)?;
-        let line = images.hear(LINE)?;
+        let line = images.read_line(LINE)?;
         images.stop(END)?;
         component.stop(END)?;
         let received = line.strip_prefix("received ").unwrap_or(&line);
@@ -143,7 +156,7 @@ fn first_calls(python: &Path, program: &Path, count: usize) -> Result<(), Failur
     let calls = rclpy(python, "first.py", &network.name, &[&count.to_string()])?;
     let mut times: Vec<u64> = Vec::new();
     for _ in 0..count {
-        let line = calls.hear(LINE)?;
+        let line = calls.read_line(LINE)?;
         times.push(line.strip_prefix("call ").unwrap_or_default().parse()?);
     }
     calls.stop(END)?;
