@@ -12,7 +12,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The version of `cargo-mutants`.
 const VERSION: &str = "27.1.0";
-/// What is changed.
+/// The folders whose code is changed.
 const FILES: [&str; 5] = [
     "middleware/src/**/*.rs",
     "runtime/management/src/**/*.rs",
@@ -20,7 +20,7 @@ const FILES: [&str; 5] = [
     "deploy/src/guard/**/*.rs",
     "pdsl/configuration/src/**/*.rs",
 ];
-/// How many changes a run makes, unless it is told otherwise.
+/// The default number of changes in a run.
 const COUNT: usize = 60;
 /// Tests that run whole networks: they take minutes, and need programs of other packages.
 const SKIPPED: [&str; 7] = [
@@ -32,17 +32,17 @@ const SKIPPED: [&str; 7] = [
     "time::",
     "a_mismatched_endpoint_that_joins_later",
 ];
-/// The least part of the changes that tests have to notice, in percent.
+/// The least share of changes that tests must notice, in percent.
 const GOAL: usize = 90;
 
-/// What became of the changes: one text each.
+/// The results of `cargo-mutants`: one text for each change.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Score {
     /// A test failed, or ran without end.
     pub(crate) caught: usize,
-    /// No test noticed it.
+    /// No test failed.
     pub(crate) survivors: Vec<String>,
-    /// It could not be compiled.
+    /// The change did not compile.
     pub(crate) unviable: usize,
 }
 
@@ -63,7 +63,7 @@ impl Score {
         })
     }
 
-    /// The part of the viable changes that tests notice, in percent, rounded down.
+    /// The share of the viable changes that tests notice, in percent, rounded down.
     pub(crate) fn percent(&self) -> usize {
         let all = self.caught + self.survivors.len();
         (self.caught * 100).checked_div(all).unwrap_or(100)

@@ -1,4 +1,4 @@
-//! Durations of tests, from what a stable test harness prints.
+//! Durations of tests, from the output of the stable test harness.
 //!
 //! The harness prints a line when a test ends and nothing when it begins. It starts tests in the
 //! order of their names, as many at a time as there are threads, and the next one whenever one
@@ -35,7 +35,7 @@ impl Timings {
         }
     }
 
-    /// Passes on what `output` says, line by line, and notes when each test ends.
+    /// Prints `output` line by line, and records when each test ends.
     pub(crate) fn follow(&mut self, output: impl Read) {
         let start = Instant::now();
         for line in BufReader::new(output).split(b'\n').map_while(Result::ok) {
@@ -59,7 +59,7 @@ impl Timings {
         }
     }
 
-    /// Ends a program: now the order in which its tests began is known.
+    /// Ends a program, so that the order in which its tests began is known.
     fn finish(&mut self) {
         let mut names: Vec<&String> = self.ended.iter().map(|(name, _)| name).collect();
         names.sort_unstable();

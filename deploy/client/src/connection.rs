@@ -1,8 +1,8 @@
 //! Calls of the supervisor: `status`, `down`, `start`, `stop` and `restart`.
 
+use crate::digest;
 use crate::error::{Error, ErrorContext};
 use crate::names::check_name;
-use crate::status;
 use rc_management::supervisor::{self, CommandResult, NetworkStatus, Request, Stopping, Verb};
 use rc_management::{CallError, Client};
 use rc_middleware::RunDirectory;
@@ -25,7 +25,7 @@ const SHOWN: usize = 200;
 /// Asks the supervisor of a network for its status.
 pub fn status(network: &str) -> Result<NetworkStatus, Error> {
     let mut status = Connection::open(network)?.call(&Request::Status)?;
-    status::mark_changed(&mut status);
+    digest::mark_changed(&mut status);
     Ok(status)
 }
 

@@ -4,6 +4,7 @@
 
 pub mod by_hand;
 pub mod connection;
+mod digest;
 pub mod error;
 mod follower;
 mod format;
@@ -14,6 +15,7 @@ pub mod params;
 pub mod status;
 mod watch;
 
+pub use digest::digest;
 pub use error::Error;
 pub use follower::Follower;
 pub use format::Format;

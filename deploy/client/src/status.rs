@@ -1,4 +1,4 @@
-//! The status of a network: whether its file has changed, and a table for people.
+//! The status of a network, with components started by hand, and a table for people.
 
 use crate::connection;
 use crate::{Error, by_hand};
@@ -7,18 +7,6 @@ use rc_management::supervisor::{ComponentStatus, NetworkStatus};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
-use std::path::Path;
-
-/// Distinguishes the contents of a file; none if it cannot be read.
-pub fn digest(path: &Path) -> Option<String> {
-    let text = rc_files::read(path).ok()?;
-    Some(format!("{:016x}", rc_idsl::canonical::hash(&text)))
-}
-
-/// Notes whether the file that the network was started from has changed since.
-pub fn mark_changed(status: &mut NetworkStatus) {
-    status.changed = status.digest.is_some() && digest(&status.ddsl) != status.digest;
-}
 
 /// A network with all its components.
 #[derive(Clone, Debug)]
