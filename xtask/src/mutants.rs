@@ -12,7 +12,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The version of `cargo-mutants`.
 const VERSION: &str = "27.1.0";
-/// The folders whose code is changed.
+/// The files whose code is changed.
 const FILES: [&str; 5] = [
     "middleware/src/**/*.rs",
     "runtime/management/src/**/*.rs",

@@ -216,7 +216,7 @@ fn a_component_that_was_started_by_hand_is_changed_too_and_one_that_is_stopped_d
     let silent = params(&site, &["get", &site.network, "avoider", "speed"]);
     kill_process(pid, Signal::CONT).expect("to let it go on");
     assert_eq!(silent.code, 3, "{silent:?}");
-    assert!(silent.stderr.contains("has not answered"), "{silent:?}");
+    assert!(silent.stderr.contains("has not replied"), "{silent:?}");
     kill_process(pid, Signal::TERM).expect("to end it");
     assert_eq!(avoider.end(), Some(0));
 }
