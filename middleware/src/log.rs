@@ -100,6 +100,11 @@ impl LogQueue {
         }
     }
 
+    /// Whether the queue refuses further lines.
+    pub fn is_closed(&self) -> bool {
+        self.state().is_closed
+    }
+
     /// Refuses further lines. Those that wait stay for `next`, if `keep`.
     pub fn close(&self, keep: bool) {
         let mut state = self.state();

@@ -1,14 +1,15 @@
 //! Complete networks of the components of this repository.
 
-mod asker;
 mod bytes;
 mod camera;
 mod changed;
 mod completion;
 mod dds;
 mod dds_bytes;
-mod dds_strangers;
+mod dds_python;
 mod groups;
+mod iceoryx2_python;
+mod interop_client;
 mod joints;
 mod late;
 mod params;
@@ -20,13 +21,12 @@ mod restored;
 mod ros_bytes;
 mod ros_fast;
 mod ros_parameters;
+mod ros_python;
 mod ros_rclpy;
 mod ros_real;
-mod ros_strangers;
 mod ros_traps;
 mod settings;
 pub(crate) mod site;
-mod strangers;
 mod swap;
 mod terminal;
 mod time;

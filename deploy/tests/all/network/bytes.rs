@@ -325,12 +325,8 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
     assert!(ports.len() > 1, "{ports:?}");
     for number in 0..PACKETS {
         for port in &ports {
-            let stranger = random.bytes(16);
-            let from = if number % 2 == 0 {
-                &known[..]
-            } else {
-                &stranger
-            };
+            let peer = random.bytes(16);
+            let from = if number % 2 == 0 { &known[..] } else { &peer };
             let packet = random.packet(from);
             // A full socket buffer is not an error here.
             let _ = socket.send_to(&packet, (Ipv4Addr::LOCALHOST, *port));

@@ -9,23 +9,23 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-/// The component that other programs talk to.
+/// The component under test.
 pub(crate) const COMPONENT: &str = "interop";
 const PACKAGE: &str = "cyclonedds==11.0.1";
-/// No test waits longer for a line.
+/// Longest wait for a line.
 const LIMIT: Duration = Duration::from_secs(30);
-/// What programs in Python set of Cyclone.
+/// The configuration of Cyclone DDS in the Python programs.
 const LOOPBACK: &str =
     "<General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces></General>";
 
-/// A domain for one test. Between 102 and 214 the ports of a domain are among those that the system gives away.
+/// The domain of one test. The ports of domains 102 to 214 are among the ephemeral ports of the system.
 pub(crate) struct Domain {
     pub(crate) site: Site,
     pub(crate) id: u32,
     pub(crate) over: Over,
 }
 
-/// What a domain is of.
+/// The middleware of a domain.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Over {
     Dds,
@@ -33,7 +33,7 @@ pub(crate) enum Over {
 }
 
 impl Over {
-    /// The middleware.
+    /// The name of the middleware.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Dds => rc_dds::NAME,
@@ -41,8 +41,8 @@ impl Over {
         }
     }
 
-    /// Where its strangers are.
-    pub(crate) fn strangers(self) -> PathBuf {
+    /// The folder of external programs.
+    pub(crate) fn external_programs(self) -> PathBuf {
         let middleware = Path::new(env!("CARGO_MANIFEST_DIR")).join("../middleware");
         middleware.join(self.name()).join("tests/stranger")
     }
@@ -66,7 +66,7 @@ impl Domain {
         Self { site, id, over }
     }
 
-    /// The arguments that bring a component into this domain.
+    /// The arguments with which a component joins this domain.
     fn args<'a>(&self, more: &[&'a str]) -> Vec<std::borrow::Cow<'a, str>> {
         let middleware = self.over.name();
         let mut args = vec![
@@ -106,32 +106,32 @@ impl Domain {
     }
 
     /// Starts one of the programs in `middleware/MIDDLEWARE/tests/stranger`, in this network.
-    pub(crate) fn stranger(&self, python: &Path, program: &str, args: &[&str]) -> Stranger {
-        self.stranger_with(python, program, args, "")
+    pub(crate) fn external(&self, python: &Path, program: &str, args: &[&str]) -> ExternalProgram {
+        self.external_with(python, program, args, "")
     }
 
-    /// The same; `config` is more of Cyclone's own configuration.
-    pub(crate) fn stranger_with(
+    /// The same, with further configuration of Cyclone DDS.
+    pub(crate) fn external_with(
         &self,
         python: &Path,
         program: &str,
         args: &[&str],
         config: &str,
-    ) -> Stranger {
+    ) -> ExternalProgram {
         let mut command = Command::new(python);
         command
-            // What Python compiles is not to lie in the repository.
+            // Without compiled files in the repository.
             .arg("-B")
-            .arg(self.over.strangers().join(program))
+            .arg(self.over.external_programs().join(program))
             .env("CYCLONEDDS_URI", format!("{LOOPBACK}{config}"));
         self.beside(command, args)
     }
 
     /// Starts one of the programs in `middleware/ros2/tests/rclpy`, with the default settings of ROS 2
     /// but for the domain and the loopback.
-    pub(crate) fn rclpy(&self, python: &Path, program: &str, args: &[&str]) -> Stranger {
+    pub(crate) fn rclpy(&self, python: &Path, program: &str, args: &[&str]) -> ExternalProgram {
         let mut command = Command::new(python);
-        let folder = self.over.strangers().join("../rclpy");
+        let folder = self.over.external_programs().join("../rclpy");
         command
             .arg("-B")
             .arg(folder.join(program))
@@ -142,8 +142,8 @@ impl Domain {
         self.beside(command, args)
     }
 
-    /// Starts a program that is told this network, this domain and `args`.
-    pub(crate) fn beside(&self, mut command: Command, args: &[&str]) -> Stranger {
+    /// Starts a program with the arguments NETWORK, DOMAIN and `args`.
+    pub(crate) fn beside(&self, mut command: Command, args: &[&str]) -> ExternalProgram {
         self.site.place(&mut command);
         let mut child = command
             .args([&self.site.network, &self.id.to_string()])
@@ -162,14 +162,14 @@ impl Domain {
                 }
             }
         });
-        Stranger {
+        ExternalProgram {
             child,
             input,
             lines,
         }
     }
 
-    /// What the management of the component says of one of its slots.
+    /// The status of a slot of the component.
     pub(crate) fn slot(&self, name: &str) -> Value {
         let status = self.site.ask(COMPONENT, "status");
         let slots = status["slots"].as_array().expect("slots");
@@ -184,30 +184,30 @@ pub(crate) fn python(test: &str) -> Option<&'static Path> {
 }
 
 /// A program that runs beside a component. It is killed at the latest when the test ends.
-pub(crate) struct Stranger {
+pub(crate) struct ExternalProgram {
     child: Child,
     input: Option<ChildStdin>,
     lines: Receiver<String>,
 }
 
-impl Stranger {
-    /// What it says next.
+impl ExternalProgram {
+    /// The next line of its output.
     pub(crate) fn line(&self) -> String {
         self.lines.recv_timeout(LIMIT).expect("a line in time")
     }
 
-    /// Waits until it says just this.
+    /// Waits for this line.
     pub(crate) fn says(&self, text: &str) {
         while self.line() != text {}
     }
 
-    /// Whether it says just this, in a moment.
+    /// Whether the next line is this one.
     pub(crate) fn has_said(&self, text: &str) -> bool {
         let line = self.lines.recv_timeout(Duration::from_millis(20));
         line.is_ok_and(|line| line == text)
     }
 
-    /// Tells it something.
+    /// Writes to its standard input.
     pub(crate) fn write(&mut self, text: &str) {
         let input = self.input.as_mut().expect("its input");
         input.write_all(text.as_bytes()).expect("to write");
@@ -219,7 +219,7 @@ impl Stranger {
         self.child.wait().expect("to reap");
     }
 
-    /// Lets it end; gives what it has said, and all of it was well.
+    /// Closes its input, and waits until it ends successfully. Returns the remaining lines.
     pub(crate) fn end(mut self) -> Vec<String> {
         drop(self.input.take());
         let mut said = Vec::new();
@@ -232,7 +232,7 @@ impl Stranger {
     }
 }
 
-impl Drop for Stranger {
+impl Drop for ExternalProgram {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();

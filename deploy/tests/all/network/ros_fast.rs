@@ -2,8 +2,8 @@
 //! `middleware/ros2/tests/stranger/fast.cpp`, the component is `interop`.
 
 use crate::debian;
-use crate::network::dds::{Domain, Over, Stranger};
-use crate::network::ros_strangers::asker;
+use crate::network::dds::{Domain, ExternalProgram, Over};
+use crate::network::ros_python::interop_client;
 use crate::network::site::Site;
 use crate::python::{run, skipped};
 use std::path::{Path, PathBuf};
@@ -56,7 +56,7 @@ impl Unpacked {
 }
 
 fn compiled(unpacked: Option<&Unpacked>) -> Result<PathBuf, String> {
-    let source = Over::Ros2.strangers().join("fast.cpp");
+    let source = Over::Ros2.external_programs().join("fast.cpp");
     let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fast");
     // Another test run may execute the program.
     let new = program.with_extension(std::process::id().to_string());
@@ -76,7 +76,7 @@ fn compiled(unpacked: Option<&Unpacked>) -> Result<PathBuf, String> {
     Ok(program)
 }
 
-fn stranger(domain: &Domain, program: &Path, args: &[&str]) -> Stranger {
+fn external(domain: &Domain, program: &Path, args: &[&str]) -> ExternalProgram {
     domain.beside(Command::new(program), args)
 }
 
@@ -91,7 +91,7 @@ fn strings_travel_between_a_component_and_fast_dds() {
     let lengths = [
         "0", "1", "2", "3", "1300", "1301", "1302", "1303", "2051", "65535", "204801", "1048575",
     ];
-    let mut talker = stranger(&domain, program, &[&["talk"], &lengths[..]].concat());
+    let mut talker = external(&domain, program, &[&["talk"], &lengths[..]].concat());
     talker.says("met");
     Site::until("the component finds the talker", || {
         domain.slot("Talk")["peers"] == 1 && domain.slot("Gossip")["peers"] == 1
@@ -108,7 +108,7 @@ fn a_client_on_fast_dds_calls_a_component() {
     };
     let domain = domain("ros_fast_ask", 32);
     let component = domain.start(&[]);
-    let said = stranger(&domain, program, &["ask"]).end();
+    let said = external(&domain, program, &["ask"]).end();
     let expected = [
         "added 200",
         "refused 24",
@@ -129,8 +129,8 @@ fn a_component_calls_a_server_on_fast_dds() {
     };
     let domain = domain("ros_fast_oracle", 33);
     let _component = domain.start(&[]);
-    let mut client = asker(&domain, "asker");
-    let mut oracle = stranger(&domain, program, &["oracle"]);
+    let mut client = interop_client(&domain, "client");
+    let mut oracle = external(&domain, program, &["oracle"]);
     oracle.says("ready");
     Site::until("the component finds the oracle", || {
         domain.slot("Oracle")["peers"] == 1

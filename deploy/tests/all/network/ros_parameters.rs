@@ -12,17 +12,17 @@ fn every_change_of_a_parameter_is_published() {
     let node = format!("/{network}/interop");
     // Late joiners discover it at once, as `rmw_cyclonedds` with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
     let config = "<Discovery><ParticipantIndex>auto</ParticipantIndex></Discovery>";
-    let mut stranger = domain.stranger_with(python, "events.py", &[&node], config);
-    stranger.says("listens");
+    let mut peer = domain.external_with(python, "events.py", &[&node], config);
+    peer.says("listens");
     let component = domain.start(&[]);
     // Secret parameters are left out.
     assert_eq!(
-        stranger.line(),
+        peer.line(),
         "new speed=1.0 count=7 images.bytes=64 images.count=0 arm.joints=['a', 'b']"
     );
     let mut next = |command: &str| {
-        stranger.write(&format!("{command}\n"));
-        let mut lines: Vec<String> = (0..3).map(|_| stranger.line()).collect();
+        peer.write(&format!("{command}\n"));
+        let mut lines: Vec<String> = (0..3).map(|_| peer.line()).collect();
         lines.sort();
         lines
     };
@@ -46,18 +46,18 @@ fn every_change_of_a_parameter_is_published() {
     let ran = params(&["speed=4", "arm.joints[1]=c", "token=third"]);
     assert_eq!(ran.code, 0, "{ran:?}");
     assert_eq!(
-        stranger.line(),
+        peer.line(),
         "changed speed=4.0 arm.joints=['a', 'c']",
         "{}",
         component.log()
     );
-    stranger.write("set_atomically\n");
-    let mut lines = [stranger.line(), stranger.line()];
+    peer.write("set_atomically\n");
+    let mut lines = [peer.line(), peer.line()];
     lines.sort();
     assert_eq!(
         lines,
         ["changed speed=3.5 arm.joints=['x', 'y']", "set True"]
     );
-    assert_eq!(stranger.end(), [""; 0]);
+    assert_eq!(peer.end(), [""; 0]);
     assert!(!component.log().contains("WARN"), "{}", component.log());
 }

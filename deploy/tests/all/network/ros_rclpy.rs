@@ -1,7 +1,7 @@
 //! A generated component beside rclpy of ROS 2 Jazzy on Fast DDS, both with their default settings. The
 //! programs are in `middleware/ros2/tests/rclpy`.
 
-use crate::network::dds::{Domain, Over, Stranger};
+use crate::network::dds::{Domain, ExternalProgram, Over};
 use crate::network::site::Site;
 use crate::python;
 use rustix::process::{Signal, kill_process};
@@ -235,7 +235,7 @@ fn a_server_that_was_killed_is_usable_at_once() {
     };
     let domain = domain("rclpy_restarts", 45);
     let mut component = domain.start_local(&[]);
-    let mut client: Stranger = domain.rclpy(python, "restarts.py", &[]);
+    let mut client: ExternalProgram = domain.rclpy(python, "restarts.py", &[]);
     client.says("ready");
     for _ in 0..3 {
         client.write("\n");

@@ -2,7 +2,7 @@
 //! tests need the packages `demo_nodes_cpp` and `example_interfaces`, and colcon.
 
 use crate::network::dds::{Domain, Over};
-use crate::network::ros_strangers::adding_at;
+use crate::network::ros_python::adding_at;
 use crate::network::site::{Ran, Site};
 use crate::python::skipped;
 use std::path::{Path, PathBuf};

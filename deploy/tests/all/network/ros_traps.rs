@@ -1,5 +1,5 @@
 //! Known defects of libraries beside other nodes of ROS 2, each with a test that a component does not have it.
-//! `ros_strangers.rs` tests lengths that are no multiple of four, the first call, and peers that were killed. Nodes on
+//! `ros_python.rs` tests lengths that are no multiple of four, the first call, and peers that were killed. Nodes on
 //! several networks are not tested: the tests use the loopback interface.
 
 use crate::network::dds::{COMPONENT, Domain, Over, python};
@@ -45,7 +45,7 @@ fn endpoints_have_names_and_policies_and_leave_at_once() {
     };
     let domain = Domain::over(Over::Ros2, "ros_ends", 11);
     let component = domain.start(&["ros2.namespace=/"]);
-    let ends = domain.stranger(python, "ends.py", &[&ENDS.len().to_string()]);
+    let ends = domain.external(python, "ends.py", &[&ENDS.len().to_string()]);
     for end in ENDS {
         let end = end.replace("/NET/", &format!("/{}/", domain.site.network));
         assert_eq!(ends.line(), end);
@@ -68,7 +68,7 @@ fn endpoints_announce_the_policies_of_settings() {
     let domain = Domain::over(Over::Ros2, "ros_set", 19);
     let rules = "ros2.qos=Reports/report.reliability:=best_effort,Orders.durability:=volatile,Echoes.durability:=transient_local";
     let _component = domain.start(&[rules]);
-    let ends = domain.stranger(python, "ends.py", &[&ENDS.len().to_string()]);
+    let ends = domain.external(python, "ends.py", &[&ENDS.len().to_string()]);
     let others = [
         ("Reports/report", "reliable", ""),
         ("Orders/order", "reliable kept", "reliable"),
@@ -94,7 +94,7 @@ fn incompatible_policies_in_ros_are_reported() {
     };
     let domain = Domain::over(Over::Ros2, "ros_misfit", 12);
     let component = domain.start(&[]);
-    let misfit = domain.stranger(python, "misfit.py", &[]);
+    let misfit = domain.external(python, "misfit.py", &[]);
     assert_eq!(misfit.line(), "matched 0 0");
     let told = [
         (
@@ -128,7 +128,7 @@ fn other_types_at_a_topic_of_ros_are_reported() {
     };
     let domain = Domain::over(Over::Ros2, "ros_types", 20);
     let component = domain.start(&[]);
-    let other = domain.stranger(python, "other_type.py", &[]);
+    let other = domain.external(python, "other_type.py", &[]);
     // Cyclone DDS compares types itself.
     assert_eq!(other.line(), "matched 0 0");
     let told = |topic: &str| {
@@ -152,13 +152,13 @@ fn other_types_at_a_topic_of_ros_are_reported() {
     let reports = domain.slot("Reports");
     assert_eq!(reports["handlers"]["count"], 0, "{reports}");
     // A publisher of the right type is received.
-    let mut stranger = domain.stranger(python, "repeat.py", &["3"]);
-    stranger.says("met");
-    Site::until("the component finds the stranger", || {
+    let mut peer = domain.external(python, "repeat.py", &["3"]);
+    peer.says("met");
+    Site::until("the component finds the program", || {
         domain.slot("Reports")["peers"] == 1 && domain.slot("Echoes")["peers"] == 1
     });
-    stranger.write("\n");
-    assert_eq!(stranger.end(), ["told 3 heard 3"]);
+    peer.write("\n");
+    assert_eq!(peer.end(), ["told 3 heard 3"]);
     let log = component.log();
     assert_eq!(
         (told("Reports/report"), told("Echoes/echo")),
@@ -184,13 +184,13 @@ fn the_variables_of_ros_are_respected() {
     let _component = domain
         .site
         .start_program(Over::Ros2.program(), COMPONENT, &[], &variables);
-    let mut stranger = domain.stranger(python, "repeat.py", &["3"]);
-    stranger.says("met");
-    Site::until("the component finds the stranger", || {
+    let mut peer = domain.external(python, "repeat.py", &["3"]);
+    peer.says("met");
+    Site::until("the component finds the program", || {
         domain.slot("Reports")["peers"] == 1 && domain.slot("Echoes")["peers"] == 1
     });
-    stranger.write("\n");
-    assert_eq!(stranger.end(), ["told 3 heard 3"]);
+    peer.write("\n");
+    assert_eq!(peer.end(), ["told 3 heard 3"]);
 }
 
 #[test]

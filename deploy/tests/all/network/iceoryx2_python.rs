@@ -1,5 +1,5 @@
-//! Strangers: programs that meet generated components with the package `iceoryx2` of Python and nothing of ours, as
-//! `docs/shared-memory-wire.md` tells them. The programs are in `middleware/iceoryx2/tests/stranger`, for people to begin with.
+//! Generated components and programs of the Python package `iceoryx2`, which follow `docs/shared-memory-wire.md`. The programs
+//! are in `middleware/iceoryx2/tests/stranger`, as examples for users.
 
 use crate::network::site::{Ran, Site};
 use crate::python;
@@ -7,14 +7,14 @@ use serde_json::Value;
 use std::path::Path;
 use std::time::Instant;
 
-/// One of the programs, in the network of a test.
-fn stranger(site: &Site, python: &Path, program: &str, args: &[&str]) -> Ran {
+/// Runs one of the programs in the network of a test.
+fn external(site: &Site, python: &Path, program: &str, args: &[&str]) -> Ran {
     let folder = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../middleware/iceoryx2/tests/stranger"
     );
     let mut command = std::process::Command::new("timeout");
-    // What Python compiles is not to lie in the repository.
+    // Without compiled files in the repository.
     command.arg("60").arg(python).arg("-B");
     command.arg(format!("{folder}/{program}"));
     command.arg(&site.network).args(args);
@@ -25,19 +25,19 @@ fn stranger(site: &Site, python: &Path, program: &str, args: &[&str]) -> Ran {
 
 const PACKAGE: &str = "iceoryx2==0.10.0";
 
-/// What the management of a component says of its first slot.
+/// The status of the first slot of a component.
 fn slot(site: &Site, component: &str) -> Value {
     site.ask(component, "status")["slots"][0].clone()
 }
 
 #[test]
-fn a_stranger_asks_a_component() {
-    let Some(python) = python::interpreter(PACKAGE, "a_stranger_asks_a_component") else {
+fn a_python_client_calls_a_component() {
+    let Some(python) = python::interpreter(PACKAGE, "a_python_client_calls_a_component") else {
         return;
     };
     let site = Site::new("ask");
     let _speech = site.start("speech_server", &[]);
-    let asked = stranger(&site, python, "ask.py", &["hello, robot"]);
+    let asked = external(&site, python, "ask.py", &["hello, robot"]);
     assert_eq!(asked.stdout, "say True \nisBusy True \n", "{asked:?}");
     let slot = slot(&site, "speech_server");
     assert_eq!(slot["handlers"]["count"], 2, "{slot}");
@@ -45,17 +45,19 @@ fn a_stranger_asks_a_component() {
 }
 
 #[test]
-fn a_stranger_hears_a_component() {
-    let Some(python) = python::interpreter(PACKAGE, "a_stranger_hears_a_component") else {
+fn a_python_subscriber_receives_from_a_component() {
+    let Some(python) =
+        python::interpreter(PACKAGE, "a_python_subscriber_receives_from_a_component")
+    else {
         return;
     };
     let site = Site::new("hear");
     let _simulator = site.start("simulator", &[]);
-    // The first ones were sent before it came, and kept for who comes late.
+    // The first poses are published before the program starts; it gets them as a late joiner.
     Site::until("some poses were sent", || {
         site.ask("simulator", "status")["compute"]["count"].as_u64() > Some(5)
     });
-    let heard = stranger(&site, python, "hear.py", &["8"]);
+    let heard = external(&site, python, "hear.py", &["8"]);
     let mut lines = heard.stdout.lines();
     assert_eq!(lines.next(), Some("ready"));
     let poses: Vec<Value> = lines
@@ -76,17 +78,17 @@ fn a_stranger_hears_a_component() {
 }
 
 #[test]
-fn a_component_hears_a_stranger_and_counts_what_it_lost() {
+fn a_component_receives_from_a_python_publisher_and_counts_losses() {
     let Some(python) = python::interpreter(
         PACKAGE,
-        "a_component_hears_a_stranger_and_counts_what_it_lost",
+        "a_component_receives_from_a_python_publisher_and_counts_losses",
     ) else {
         return;
     };
     let site = Site::new("tell");
     let monitor = site.start_monitor("trace", 41);
-    stranger(&site, python, "tell.py", &["40"]);
-    Site::until("forty poses were heard", || {
+    external(&site, python, "tell.py", &["40"]);
+    Site::until("forty poses were received", || {
         slot(&site, "pose_monitor")["handlers"]["count"] == 40
     });
     let slot = slot(&site, "pose_monitor");
@@ -95,8 +97,8 @@ fn a_component_hears_a_stranger_and_counts_what_it_lost() {
         (&1.into(), &0.into()),
         "{slot}"
     );
-    // The number of another stranger that comes afterwards is no gap; with its first pose there are enough.
-    stranger(&site, python, "tell.py", &["5"]);
+    // The first number of another publisher is no gap. Its first pose is the last that the monitor waits for.
+    external(&site, python, "tell.py", &["5"]);
     assert_eq!(monitor.end(), Some(0));
     let trace = std::fs::read_to_string(site.path("trace")).expect("a trace");
     let lines: Vec<&str> = trace.lines().collect();
@@ -105,10 +107,10 @@ fn a_component_hears_a_stranger_and_counts_what_it_lost() {
     assert_eq!(lines[39], format!("40,{},{},0", x as f32, y as f32));
 }
 
-/// Whatever strangers send, it is counted, logged at most once a second, and changes nothing.
+/// Invalid requests and samples are counted, logged at most once a second, and change nothing.
 #[test]
-fn what_a_stranger_does_wrong_changes_nothing() {
-    let Some(python) = python::interpreter(PACKAGE, "what_a_stranger_does_wrong_changes_nothing")
+fn invalid_requests_and_samples_change_nothing() {
+    let Some(python) = python::interpreter(PACKAGE, "invalid_requests_and_samples_change_nothing")
     else {
         return;
     };
@@ -117,7 +119,7 @@ fn what_a_stranger_does_wrong_changes_nothing() {
     let speech = site.start("speech_server", &[]);
     let monitor = site.start_monitor("trace", 10);
 
-    let wrong = stranger(&site, python, "wrong.py", &["calls"]);
+    let wrong = external(&site, python, "wrong.py", &["calls"]);
     let mut answers: Vec<&str> = wrong.stdout.lines().collect();
     assert_eq!(answers.pop(), Some("done"));
     assert!(
@@ -138,17 +140,17 @@ fn what_a_stranger_does_wrong_changes_nothing() {
         "{of_speech}"
     );
     assert_eq!(of_speech["handlers"]["count"], answers.len(), "{of_speech}");
-    let busy = stranger(&site, python, "ask.py", &["still there"]);
+    let busy = external(&site, python, "ask.py", &["still there"]);
     assert_eq!(busy.stdout, "say True \nisBusy True \n");
 
-    stranger(&site, python, "wrong.py", &["values"]);
-    Site::until("all values were taken", || {
+    external(&site, python, "wrong.py", &["values"]);
+    Site::until("all samples were received", || {
         slot(&site, "pose_monitor")["handlers"]["errors"] == 88
     });
     let of_monitor = slot(&site, "pose_monitor");
     assert_eq!(of_monitor["handlers"]["count"], 88, "{of_monitor}");
     assert_eq!(of_monitor["lost"], 0, "{of_monitor}");
-    stranger(&site, python, "tell.py", &["10"]);
+    external(&site, python, "tell.py", &["10"]);
     assert_eq!(monitor.end(), Some(0));
 
     let log = speech.log();

@@ -1,23 +1,22 @@
-//! Strangers: programs that meet a generated component with the package `cyclonedds` of Python and nothing of ours, as
-//! `docs/dds.md` tells them. The programs are in `middleware/dds/tests/stranger`, for people to begin with;
-//! so is the component, `interop`.
+//! A generated component and programs of the Python package `cyclonedds`, which follow `docs/dds.md`. The programs are in
+//! `middleware/dds/tests/stranger`, as examples for users; the component is `interop`.
 
-use crate::network::asker::{Asker, PATIENCE};
-use crate::network::dds::{Domain, Stranger, python};
+use crate::network::dds::{Domain, ExternalProgram, python};
+use crate::network::interop_client::{InteropClient, PATIENCE};
 use crate::network::site::Site;
 use std::time::Instant;
 
-/// A string, numbers, an enum, a structure in another one, a sequence of them: there and back, nothing lost, in order.
+/// A message with every kind of member travels both ways. Nothing is lost, and the order is kept.
 #[test]
-fn reports_come_and_go() {
-    let Some(python) = python("reports_come_and_go") else {
+fn messages_travel_both_ways() {
+    let Some(python) = python("messages_travel_both_ways") else {
         return;
     };
     let domain = Domain::new("dds_repeat", 215);
     let component = domain.start(&[]);
-    let stranger = domain.stranger(python, "repeat.py", &["10000"]);
+    let peer = domain.external(python, "repeat.py", &["10000"]);
     assert_eq!(
-        stranger.end(),
+        peer.end(),
         ["told 10000 heard 10000"],
         "{}",
         component.log()
@@ -30,13 +29,13 @@ fn reports_come_and_go() {
 }
 
 #[test]
-fn a_stranger_calls() {
-    let Some(python) = python("a_stranger_calls") else {
+fn a_python_client_calls_a_component_over_dds() {
+    let Some(python) = python("a_python_client_calls_a_component_over_dds") else {
         return;
     };
     let domain = Domain::new("dds_ask", 216);
     let _component = domain.start(&[]);
-    let said = domain.stranger(python, "ask.py", &[]).end();
+    let said = domain.external(python, "ask.py", &[]).end();
     let moved =
         "marks=[Mark(name='a', at=Point(x=1.5, y=2.5)), Mark(name='', at=Point(x=0.5, y=0.5))]";
     let expected = [
@@ -60,18 +59,18 @@ fn a_stranger_calls() {
 }
 
 #[test]
-fn a_component_calls_a_stranger() {
-    let Some(python) = python("a_component_calls_a_stranger") else {
+fn a_component_calls_a_python_server_over_dds() {
+    let Some(python) = python("a_component_calls_a_python_server_over_dds") else {
         return;
     };
     let domain = Domain::new("dds_consult", 217);
     let _component = domain.start(&[]);
-    let mut consult = domain.stranger(python, "consult.py", &[]);
+    let mut consult = domain.external(python, "consult.py", &[]);
     consult.says("ready");
     consult.write("1000 early\n");
     let early = consult.line();
     assert!(early.contains("no server at"), "{early}");
-    let oracle = domain.stranger(python, "oracle.py", &[]);
+    let oracle = domain.external(python, "oracle.py", &[]);
     oracle.says("ready");
     Site::until("the component finds the oracle", || {
         domain.slot("Oracle")["peers"] == 1
@@ -97,16 +96,16 @@ fn a_component_calls_a_stranger() {
 }
 
 #[test]
-fn who_comes_late_gets_what_was_kept() {
-    let Some(python) = python("who_comes_late_gets_what_was_kept") else {
+fn a_late_joiner_gets_the_last_samples() {
+    let Some(python) = python("a_late_joiner_gets_the_last_samples") else {
         return;
     };
     let domain = Domain::new("dds_late", 218);
-    let early = domain.stranger(python, "late.py", &["5"]);
+    let early = domain.external(python, "late.py", &["5"]);
     early.says("ready");
     let _component = domain.start(&[]);
-    // Five were ordered; the last three were kept.
-    let mut client = asker(&domain, "early");
+    // Five orders were published; the depth is three.
+    let mut client = interop_client(&domain, "early");
     Site::until("the orders came", || {
         domain.slot("Orders")["handlers"]["count"] == 3
     });
@@ -119,7 +118,7 @@ fn who_comes_late_gets_what_was_kept() {
     let noted = client.noted();
     let ordered: Vec<String> = (2..5).map(|number| format!("order {number}")).collect();
     assert_eq!(noted[..3], ordered);
-    let late = domain.stranger(python, "late.py", &["5"]);
+    let late = domain.external(python, "late.py", &["5"]);
     late.says("ready");
     for number in 3..8 {
         assert_eq!(late.line(), format!("note {number}"));
@@ -131,15 +130,15 @@ fn who_comes_late_gets_what_was_kept() {
     late.end();
 }
 
-/// Qualities of service that do not fit are told with both values; another type is nobody, and does no harm.
+/// Incompatible quality of service is reported with both values. An endpoint of another type is ignored.
 #[test]
-fn what_does_not_fit_is_told() {
-    let Some(python) = python("what_does_not_fit_is_told") else {
+fn incompatible_policies_are_reported() {
+    let Some(python) = python("incompatible_policies_are_reported") else {
         return;
     };
     let domain = Domain::new("dds_misfit", 219);
     let component = domain.start(&[]);
-    let misfit = domain.stranger(python, "misfit.py", &[]);
+    let misfit = domain.external(python, "misfit.py", &[]);
     assert_eq!(misfit.line(), "matched 0 0");
     let told = [
         (
@@ -158,7 +157,7 @@ fn what_does_not_fit_is_told() {
                 .any(|line| line.contains(topic) && line.ends_with(values))
         })
     });
-    let mut client = asker(&domain, "asker");
+    let mut client = interop_client(&domain, "client");
     Site::until("the order came", || {
         domain.slot("Orders")["handlers"]["count"] == 1
     });
@@ -170,7 +169,7 @@ fn what_does_not_fit_is_told() {
     misfit.end();
 }
 
-/// A server that was killed ends a call within its lease.
+/// A call to a server that was killed ends within the lease of the server.
 #[test]
 fn a_call_ends_with_its_server() {
     let Some(python) = python("a_call_ends_with_its_server") else {
@@ -180,20 +179,21 @@ fn a_call_ends_with_its_server() {
     let mut noticed = Vec::new();
     for (lease, announce) in [("1s", "250ms"), ("200ms", "50ms")] {
         let mut component = domain.start(&[&format!("dds.lease={lease}")]);
-        // It tells how long it may be silent, and is heard four times in that time, as components are.
+        // It announces itself four times within its lease, as components do.
         let config = format!(
             "<Discovery><LeaseDuration>{lease}</LeaseDuration><SPDPInterval>{announce}</SPDPInterval></Discovery>"
         );
-        // How long it takes from the kill until the question has its answer; none where there was one before, because a
-        // process waited for a processor for longer than its lease.
-        let attempt = |kill: &mut dyn FnMut(&mut Stranger), expected: &str| {
-            let mut oracle = domain.stranger_with(python, "oracle.py", &[], &config);
+        // Time from the kill to the error; `None` if the call ended before, because a process got no processor for longer than
+        // its lease.
+        let attempt = |kill: &mut dyn FnMut(&mut ExternalProgram), expected: &str| {
+            let mut oracle = domain.external_with(python, "oracle.py", &[], &config);
             oracle.says("ready");
             Site::until("the component finds the oracle", || {
                 domain.slot("Oracle")["peers"] == 1
             });
             std::thread::scope(|scope| {
-                let answer = scope.spawn(|| asker(&domain, "asker").consult("hold", PATIENCE));
+                let answer =
+                    scope.spawn(|| interop_client(&domain, "client").consult("hold", PATIENCE));
                 while !oracle.has_said("asked hold") {
                     if answer.is_finished() {
                         return None;
@@ -209,20 +209,20 @@ fn a_call_ends_with_its_server() {
                 Some(took)
             })
         };
-        let time = |kill: &mut dyn FnMut(&mut Stranger), expected: &str| {
+        let time = |kill: &mut dyn FnMut(&mut ExternalProgram), expected: &str| {
             (0..5)
                 .find_map(|_| attempt(kill, expected))
                 .expect("a question that waits")
         };
-        // The component, which is generated, calls a stranger; then it is called, and killed.
-        let stranger = time(&mut |oracle| oracle.kill(), "the server died");
+        // The component calls the program; then the component is called and killed.
+        let peer = time(&mut |oracle| oracle.kill(), "the server died");
         let generated = time(&mut |_| component.kill(), "ServerDied");
-        noticed.push(stranger.min(generated));
+        noticed.push(peer.min(generated));
     }
     assert!(noticed[1] < noticed[0], "{noticed:?}");
 }
 
-/// What somebody sets for Cyclone itself wins.
+/// CYCLONEDDS_URI takes precedence.
 #[test]
 fn cyclones_own_configuration_is_respected() {
     let Some(python) = python("cyclones_own_configuration_is_respected") else {
@@ -237,14 +237,14 @@ fn cyclones_own_configuration_is_respected() {
     );
     let component = domain.start_with(&[], &[("CYCLONEDDS_URI", &config)]);
     let elsewhere = Domain { id: 222, ..domain };
-    let said = elsewhere.stranger(python, "repeat.py", &["3"]).end();
+    let said = elsewhere.external(python, "repeat.py", &["3"]).end();
     assert_eq!(said, ["told 3 heard 3"], "{}", component.log());
     let traced = std::fs::read_to_string(trace).expect("a trace");
     assert!(traced.contains("ExternalDomainId"), "{traced}");
 }
 
 #[test]
-fn a_wrong_interface_is_told_with_those_there_are() {
+fn an_unknown_interface_is_reported_with_the_known_ones() {
     let domain = Domain::new("dds_interface", 223);
     let args = ["--set-middleware", "dds.interfaces=lo,wlan77"];
     let args = [&["--network", &domain.site.network], &args[..]].concat();
@@ -260,6 +260,6 @@ fn a_wrong_interface_is_told_with_those_there_are() {
 }
 
 /// A client of the component.
-fn asker(domain: &Domain, name: &str) -> Asker {
-    Asker::meet(domain, name, &[], &[])
+fn interop_client(domain: &Domain, name: &str) -> InteropClient {
+    InteropClient::meet(domain, name, &[], &[])
 }

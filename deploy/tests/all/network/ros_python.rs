@@ -2,8 +2,8 @@
 //! ROS 2 and the service mapping of Cyclone DDS. The programs are in `middleware/ros2/tests/stranger`,
 //! the component is `interop`. `ros_fast` and `ros_rclpy` test the mapping of Fast DDS.
 
-use crate::network::asker::{Asker, PATIENCE};
-use crate::network::dds::{Domain, Over, Stranger, python};
+use crate::network::dds::{Domain, ExternalProgram, Over, python};
+use crate::network::interop_client::{InteropClient, PATIENCE};
 use crate::network::site::{Running, Site};
 use rc_middleware::CallError;
 use std::time::Instant;
@@ -13,14 +13,14 @@ fn domain(name: &str, id: u32) -> Domain {
 }
 
 /// A program that publishes reports and receives them again. It begins when the component has discovered its endpoints.
-fn repeat(domain: &Domain, python: &std::path::Path, args: &[&str]) -> Stranger {
-    let mut stranger = domain.stranger(python, "repeat.py", args);
-    stranger.says("met");
-    Site::until("the component finds the stranger", || {
+fn repeat(domain: &Domain, python: &std::path::Path, args: &[&str]) -> ExternalProgram {
+    let mut peer = domain.external(python, "repeat.py", args);
+    peer.says("met");
+    Site::until("the component finds the program", || {
         domain.slot("Reports")["peers"] == 1 && domain.slot("Echoes")["peers"] == 1
     });
-    stranger.write("\n");
-    stranger
+    peer.write("\n");
+    peer
 }
 
 /// A message with every kind of member travels both ways. Nothing is lost, and the order is kept.
@@ -64,7 +64,7 @@ fn a_python_client_calls_a_component() {
     };
     let domain = domain("ros_ask", 3);
     let _component = domain.start(&[]);
-    let said = domain.stranger(python, "ask.py", &[]).end();
+    let said = domain.external(python, "ask.py", &[]).end();
     let moved =
         "marks=[Mark(name='a', at=Point(x=1.5, y=2.5)), Mark(name='', at=Point(x=0.5, y=0.5))]";
     let expected = [
@@ -96,13 +96,13 @@ fn the_first_call_gets_a_reply() {
     };
     let domain = domain("ros_first", 4);
     let component = domain.start(&[]);
-    let said = domain.stranger(python, "first.py", &["40"]).end();
+    let said = domain.external(python, "first.py", &["40"]).end();
     assert_eq!(said, ["answered 40"]);
     drop(component);
     // The same between components, which use the mapping of Fast DDS.
     let _component = domain.start(&[]);
     for number in 0..10 {
-        let mut client = asker(&domain, &format!("asker{number}"));
+        let mut client = interop_client(&domain, &format!("client{number}"));
         assert_eq!(client.add(number, 1).expect("an answer"), number + 1);
     }
 }
@@ -114,12 +114,12 @@ fn a_component_calls_a_python_server() {
     };
     let domain = domain("ros_consult", 5);
     let _component = domain.start(&[]);
-    let mut consult = domain.stranger(python, "consult.py", &[]);
+    let mut consult = domain.external(python, "consult.py", &[]);
     consult.says("ready");
     consult.write("1000 early\n");
     let early = consult.line();
     assert!(early.contains("no server at"), "{early}");
-    let mut oracle = domain.stranger(python, "oracle.py", &[]);
+    let mut oracle = domain.external(python, "oracle.py", &[]);
     oracle.says("ready");
     Site::until("the component finds the oracle", || {
         domain.slot("Oracle")["peers"] == 1
@@ -148,11 +148,11 @@ fn a_late_joiner_in_ros_gets_the_last_samples() {
         return;
     };
     let domain = domain("ros_late", 6);
-    let early = domain.stranger(python, "late.py", &["5"]);
+    let early = domain.external(python, "late.py", &["5"]);
     early.says("ready");
     let _component = domain.start(&[]);
     // Five orders were published; the depth is three.
-    let mut client = asker(&domain, "early");
+    let mut client = interop_client(&domain, "early");
     Site::until("the orders came", || {
         domain.slot("Orders")["handlers"]["count"] == 3
     });
@@ -162,7 +162,7 @@ fn a_late_joiner_in_ros_gets_the_last_samples() {
     let noted = client.noted();
     let ordered: Vec<String> = (2..5).map(|number| format!("order {number}")).collect();
     assert_eq!(noted[..3], ordered);
-    let late = domain.stranger(python, "late.py", &["5"]);
+    let late = domain.external(python, "late.py", &["5"]);
     late.says("ready");
     for number in 0..5 {
         assert_eq!(early.line(), format!("note {number}"));
@@ -182,7 +182,7 @@ fn a_late_joiner_in_ros_gets_the_last_samples() {
 fn components_call_each_other_in_ros() {
     let domain = domain("ros_enhanced", 7);
     let _component = domain.start(&[]);
-    let mut client = asker(&domain, "asker");
+    let mut client = interop_client(&domain, "client");
     assert_eq!(client.add(40, 2).expect("a sum"), 42);
     let mut noted = Vec::new();
     for size in [3, 1000, 1021, 1400, 2051, 200 * 1024 + 1] {
@@ -204,9 +204,9 @@ fn a_call_in_ros_ends_with_its_server() {
     };
     let domain = domain("ros_died", 8);
     let mut component = domain.start(&[]);
-    let mut oracle = domain.stranger(python, "oracle.py", &[]);
+    let mut oracle = domain.external(python, "oracle.py", &[]);
     oracle.says("ready");
-    let mut attempt = |component: &mut Running, client: &mut Asker| {
+    let mut attempt = |component: &mut Running, client: &mut InteropClient| {
         Site::until("the component finds the oracle", || {
             domain.slot("Oracle")["peers"] == 1
         });
@@ -226,7 +226,7 @@ fn a_call_in_ros_ends_with_its_server() {
             assert!(took < PATIENCE / 2, "{took:?}");
         });
     };
-    let mut client = asker(&domain, "asker");
+    let mut client = interop_client(&domain, "client");
     attempt(&mut component, &mut client);
     // The same client finds the next server, and the one after that.
     let mut component = domain.start(&[]);
@@ -244,40 +244,35 @@ fn a_killed_subscriber_delays_no_other() {
     };
     let domain = domain("ros_killed", 9);
     let component = domain.start(&[]);
-    let mut stranger = domain.stranger(python, "repeat.py", &["5000"]);
-    stranger.says("met");
+    let mut peer = domain.external(python, "repeat.py", &["5000"]);
+    peer.says("met");
     Site::until("the component finds the program", || {
         domain.slot("Reports")["peers"] == 1 && domain.slot("Echoes")["peers"] == 1
     });
-    let mut killed = domain.stranger(python, "repeat.py", &["5000"]);
+    let mut killed = domain.external(python, "repeat.py", &["5000"]);
     killed.says("met");
     Site::until("the component finds the second program", || {
         domain.slot("Echoes")["peers"] == 2
     });
     killed.kill();
-    stranger.write("\n");
-    assert_eq!(
-        stranger.end(),
-        ["told 5000 heard 5000"],
-        "{}",
-        component.log()
-    );
+    peer.write("\n");
+    assert_eq!(peer.end(), ["told 5000 heard 5000"], "{}", component.log());
 }
 
 /// A client of the component.
-pub(crate) fn asker(domain: &Domain, name: &str) -> Asker {
+pub(crate) fn interop_client(domain: &Domain, name: &str) -> InteropClient {
     let types = [
-        (Asker::NOTE, "interop_msgs/srv/InteropNote"),
-        (Asker::NOTED, "interop_msgs/srv/InteropNoted"),
-        (Asker::CONSULT, "interop_msgs/srv/InteropConsult"),
-        (Asker::ADD, "example_interfaces/srv/AddTwoInts"),
+        (InteropClient::NOTE, "interop_msgs/srv/InteropNote"),
+        (InteropClient::NOTED, "interop_msgs/srv/InteropNoted"),
+        (InteropClient::CONSULT, "interop_msgs/srv/InteropConsult"),
+        (InteropClient::ADD, "example_interfaces/srv/AddTwoInts"),
     ];
-    Asker::meet(domain, name, &[], &types)
+    InteropClient::meet(domain, name, &[], &types)
 }
 
 /// A client of the service `service` of another program.
-pub(crate) fn adding_at(domain: &Domain, service: &str) -> Asker {
+pub(crate) fn adding_at(domain: &Domain, service: &str) -> InteropClient {
     let rule = format!("Interop/add:={service}");
-    let types = [(Asker::ADD, "example_interfaces/srv/AddTwoInts")];
-    Asker::meet(domain, "adder", &[("remap", &rule)], &types)
+    let types = [(InteropClient::ADD, "example_interfaces/srv/AddTwoInts")];
+    InteropClient::meet(domain, "adder", &[("remap", &rule)], &types)
 }

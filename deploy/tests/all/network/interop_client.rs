@@ -18,12 +18,12 @@ const SLOT: &str = "Interop";
 /// Longest call. Errors are expected long before.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
-pub(crate) struct Asker {
+pub(crate) struct InteropClient {
     caller: TypedClient,
     _backend: Box<dyn Backend>,
 }
 
-impl Asker {
+impl InteropClient {
     pub(crate) const NOTE: Operation = Self::operation("note", -900_475_222, false);
     pub(crate) const NOTED: Operation = Self::operation("noted", 1_175_885_854, true);
     pub(crate) const CONSULT: Operation = Self::operation("consult", 3_440_400, true);
