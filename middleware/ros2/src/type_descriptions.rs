@@ -39,20 +39,17 @@ fn answer(request: &[u8], types: &NodeTypes) -> Result<Vec<u8>, String> {
     let mut writer = Writer::default();
     writer.put(&found.is_ok());
     text(found.as_ref().err().map_or("", String::as_str), &mut writer);
-    match &found {
-        Ok(found) => {
-            describe(&found.main, &mut writer);
-            writer.length(found.referenced.len());
-            for one in &found.referenced {
-                describe(one, &mut writer);
-            }
+    if let Ok(found) = &found {
+        describe(&found.main, &mut writer);
+        writer.length(found.referenced.len());
+        for one in &found.referenced {
+            describe(one, &mut writer);
         }
-        Err(_) => {
-            // A type without name and fields, which refers to none.
-            text("", &mut writer);
-            writer.length(0);
-            writer.length(0);
-        }
+    } else {
+        // A type without name and fields, which refers to none.
+        text("", &mut writer);
+        writer.length(0);
+        writer.length(0);
     }
     // A component has the fields of its types, but no sources.
     writer.length(0);
