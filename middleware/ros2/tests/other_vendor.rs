@@ -1,13 +1,17 @@
 //! Clients over ros2-client, whose vendor is RustDDS, call a component in each mapping of services.
 
-use rc_conformance::network::{StopOnDrop, endpoint, serve_replies_until, until};
+use rc_conformance::network::{StopOnDrop, endpoint, header, serve_replies_until, until};
+use rc_middleware::rpc::{self, RequestId};
 use rc_middleware::typed::{HandlerError, Operation, Request};
-use rc_middleware::{Environment, Header, Reader, Reply, RunDirectory, Settings, WakeEvent};
+use rc_middleware::{
+    CallError, Environment, Header, Profile, Reader, Reply, RunDirectory, Settings, WakeEvent,
+    Writer,
+};
 use rc_settings::Value;
 use ros2_client::qos::{Durability, History, Reliability, WhenFull};
 use ros2_client::{
-    Client, Context, Message, Name, Node, NodeName, NodeOptions, QosProfile, ServiceMapping,
-    ServiceTypeName,
+    Client, Context, Message, Name, Node, NodeName, NodeOptions, QosProfile, Server,
+    ServiceMapping, ServiceTypeName,
 };
 use rustdds::DomainParticipantBuilder;
 use std::io;
@@ -67,14 +71,14 @@ fn handle(header: Header, body: &[u8], reply: &mut dyn Reply) {
     request.close();
 }
 
-/// Runs the component while `body` runs.
-fn serving(body: impl FnOnce()) {
-    let network = format!("vendors-{}", std::process::id());
+/// The environment of a component.
+fn environment(name: &str) -> Environment {
+    let network = format!("vendors-{name}-{}", std::process::id());
     let directory = RunDirectory::open(&network).expect("a run directory");
     let mut environment = Environment {
         network,
-        instance: "motor".to_owned(),
-        directory: directory.clone(),
+        instance: name.to_owned(),
+        directory,
         wake_event: WakeEvent::new().expect("a wake event"),
         settings: Settings::default(),
     };
@@ -82,6 +86,12 @@ fn serving(body: impl FnOnce()) {
     environment.settings.set("ros2", "domain", domain);
     let interfaces = Value::Texts(vec!["lo".to_owned()]);
     environment.settings.set("ros2", "interfaces", interfaces);
+    environment
+}
+
+/// Runs the component while `body` runs.
+fn serving(body: impl FnOnce()) {
+    let environment = environment("motor");
     let stop = WakeEvent::new().expect("a wake event");
     std::thread::scope(|scope| {
         let (ready, is_ready) = channel();
@@ -98,7 +108,38 @@ fn serving(body: impl FnOnce()) {
             .expect("a server");
         body();
     });
-    directory.remove().expect("a run directory");
+    environment.directory.remove().expect("a run directory");
+}
+
+/// The errors of two calls to a server that is found and never replies.
+fn call_silent_server() {
+    let environment = environment("arm");
+    let backend = rc_ros2::connect(&environment, &[]).expect("the domain");
+    let mut client = backend.client(&endpoint("default/Arm")).expect("a client");
+    until("the server is found", || client.peers() == 1);
+    for sequence in 1..=2 {
+        let id = RequestId {
+            writer: client.guid(),
+            sequence,
+        };
+        let mut request = Writer::default();
+        rpc::begin_request(&mut request, id, ECHO.id);
+        rpc::begin_body(&mut request, Profile::Ros);
+        request.put(&7_i32);
+        let limit = Duration::from_millis(100);
+        let called = client.call(
+            header(sequence),
+            &request.into_bytes(),
+            limit,
+            &mut |_, _| {},
+        );
+        assert!(
+            matches!(called, Err(CallError::Deadline { .. })),
+            "{called:?}"
+        );
+    }
+    drop((client, backend));
+    environment.directory.remove().expect("a run directory");
 }
 
 fn node() -> Node {
@@ -213,5 +254,14 @@ fn clients_of_each_mapping_get_a_reply_or_are_named_once() {
         assert!(call(&commands, 100, Duration::from_secs(20)).is_some());
         assert!(call(&enhanced, 8, Duration::from_secs(20)).is_some());
         assert_eq!(log.count(named), 1);
+        // A server whose mapping is unknown is named at the first deadline.
+        let name = Name::new("/default/Arm", "any").expect("a name");
+        let kind = ServiceTypeName::new("conformance_msgs", "any");
+        let mapping = ServiceMapping::Cyclone;
+        let _server: Server<Number, Number> = node
+            .create_server(mapping, &name, &kind, qos(), qos())
+            .expect("a server");
+        call_silent_server();
+        assert_eq!(log.count("the server is on RustDDS"), 1);
     });
 }
