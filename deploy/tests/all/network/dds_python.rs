@@ -222,7 +222,7 @@ fn a_call_ends_with_its_server() {
     assert!(noticed[1] < noticed[0], "{noticed:?}");
 }
 
-/// CYCLONEDDS_URI takes precedence.
+/// `CYCLONEDDS_URI` takes precedence.
 #[test]
 fn cyclones_own_configuration_is_respected() {
     let Some(python) = python("cyclones_own_configuration_is_respected") else {
