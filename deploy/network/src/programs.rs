@@ -242,28 +242,9 @@ impl Network {
     pub fn check_executables(&self, profile: Profile, found: &mut Diagnostics) {
         // Executables are large, and instances of one component share one.
         let mut notes: HashMap<PathBuf, io::Result<Option<Note>>> = HashMap::new();
-        let mut reported: HashSet<String> = HashSet::new();
-        for (at, instance) in self.deployment.instances.iter().enumerate() {
+        for (at, place, path) in self.located(profile, found) {
+            let instance = &self.deployment.instances[at];
             let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
-                continue;
-            };
-            let named = instance.executable.as_ref().or(instance.cdsl.as_ref());
-            let place = named.map_or(instance.name.span, |n| n.span);
-            let path = match self.executable(at, profile) {
-                Ok(path) => path,
-                Err(error) => {
-                    // A failure concerns all instances of a workspace.
-                    let message = error.to_string();
-                    if reported.insert(message.clone()) {
-                        found.push(Diagnostic::error("cargo-failed", place, message));
-                    }
-                    continue;
-                }
-            };
-            let Some(path) = path else {
-                let message = format!("{} is in no cargo workspace", project.path.display());
-                let help = "make one with `rcgen init`, or name the program with `executable`";
-                found.push(Diagnostic::error("missing-executable", place, message).help(help));
                 continue;
             };
             let note = notes
@@ -272,6 +253,41 @@ impl Network {
             let build = self.how_to_build(instance, profile);
             check_executable(&path, note, place, instance, project, &build, found);
         }
+    }
+
+    /// Checks that every component has a place for its executable, whether it is built or not.
+    pub fn check_locations(&self, profile: Profile, found: &mut Diagnostics) {
+        self.located(profile, found);
+    }
+
+    /// The executables of the instances, with the place that names each. Adds a finding for one
+    /// that has no location.
+    fn located(&self, profile: Profile, found: &mut Diagnostics) -> Vec<(usize, Span, PathBuf)> {
+        let mut reported: HashSet<String> = HashSet::new();
+        let mut all = Vec::new();
+        for (at, instance) in self.deployment.instances.iter().enumerate() {
+            let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
+                continue;
+            };
+            let named = instance.executable.as_ref().or(instance.cdsl.as_ref());
+            let place = named.map_or(instance.name.span, |n| n.span);
+            match self.executable(at, profile) {
+                Ok(Some(path)) => all.push((at, place, path)),
+                Ok(None) => {
+                    let message = format!("{} is in no cargo workspace", project.path.display());
+                    let help = "make one with `rcgen init`, or name the program with `executable`";
+                    found.push(Diagnostic::error("missing-executable", place, message).help(help));
+                }
+                Err(error) => {
+                    // A failure concerns all instances of a workspace.
+                    let message = error.to_string().trim_end().to_owned();
+                    if reported.insert(message.clone()) {
+                        found.push(Diagnostic::error("cargo-failed", place, message));
+                    }
+                }
+            }
+        }
+        all
     }
 
     /// The builds that the network needs: a cargo command for each workspace, and for each

@@ -15,7 +15,9 @@ pub(super) fn export(
     image: Option<&str>,
     dry_run: bool,
 ) -> Result<u8, Failure> {
-    let network = load(input, rc_diagnostics::Format::Human, |_, _| {})?;
+    let network = load(input, rc_diagnostics::Format::Human, |network, found| {
+        network.check_locations(input.profile, found);
+    })?;
     let plan = network.plan(input.profile)?;
     let user = (
         rustix::process::getuid().as_raw(),

@@ -139,9 +139,28 @@ fn every_command_rejects_an_invalid_manifest_as_input_error() {
         let output = output.expect("rcdeploy");
         let report = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{report}");
-        assert!(report.contains("cannot make the plan: "), "{report}");
+        assert!(report.contains("error[cargo-failed]: "), "{report}");
         assert!(report.contains("Cargo.toml"), "{report}");
+        assert!(report.contains("--> deployments/hello.ddsl:1:"), "{report}");
     }
     let output = rcdeploy(folder.path(), "[workspace\n", &["plan", "--unbuilt"]).output();
     assert_eq!(output.expect("rcdeploy").status.code(), Some(1));
+}
+
+/// Before, the units named no program.
+#[test]
+fn an_export_refuses_a_component_in_no_workspace() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for engine in ["systemd", "compose", "kubernetes"] {
+        let export = ["export", "--to", engine, "--image", "robot", "--out", "out"];
+        let output = rcdeploy(folder.path(), "[package]\nname = \"other\"\n", &export).output();
+        let output = output.expect("rcdeploy");
+        let report = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{report}");
+        assert!(
+            report.contains("hello.cdsl is in no cargo workspace"),
+            "{report}"
+        );
+        assert!(!folder.path().join("out").exists());
+    }
 }
