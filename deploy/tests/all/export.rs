@@ -240,6 +240,48 @@ fn every_manifest_fits_the_types_of_kubernetes() {
     }
 }
 
+/// The schemas of Kubernetes also know patterns and limits of values, which the types do not.
+#[test]
+fn the_schemas_of_kubernetes_accept_every_manifest_and_reject_faults() {
+    let test = "the_schemas_of_kubernetes_accept_every_manifest_and_reject_faults";
+    let Some(python) = python::interpreter("kubernetes-validate==1.37.0", test) else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let validate = |text: &str| {
+        let file = folder.path().join("manifests.yaml");
+        fs::write(&file, text).expect("a file");
+        let mut command = Command::new(python);
+        let output = command
+            .args(["-m", "kubernetes_validate", "--strict"])
+            .arg(file)
+            .output();
+        let output = output.expect("it starts");
+        let said =
+            String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+        (output.status.success(), said.into_owned())
+    };
+    let mut last = String::new();
+    for network in NETWORKS {
+        let (export, _) = exported(network, Engine::Kubernetes);
+        let yaml = |path: &Path| path.extension().is_some_and(|e| e == "yaml");
+        for (.., text) in export.files.iter().filter(|(path, ..)| yaml(path)) {
+            let (accepted, said) = validate(text);
+            assert!(accepted, "{network}: {said}");
+            text.clone_into(&mut last);
+        }
+    }
+    for (right, wrong) in [
+        ("readinessProbe:", "readynessProbe:"),
+        ("replicas: 1", "replicas: one"),
+    ] {
+        let spoilt = last.replace(right, wrong);
+        assert_ne!(spoilt, last, "{last}");
+        let (accepted, said) = validate(&spoilt);
+        assert!(!accepted, "{wrong}: {said}");
+    }
+}
+
 /// Docker publishes the schema with its old Python program.
 const VALIDATE: &str = r#"
 import glob, json, subprocess, sys, zipfile
