@@ -22,10 +22,10 @@ fn main() -> ExitCode {
         ["uninstall", "--root", root] => install::uninstall(Some(root)),
         ["mutants", ref rest @ ..] => mutants::run(rest),
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
-        ["bench" | "soak" | "chaos" | "deny", ..] => return trials(&args),
+        ["bench" | "soak" | "chaos" | "deny" | "experiment", ..] => return trials(&args),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] | uninstall [--root DIR] | bench … | soak … | chaos … | deny [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S]"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] | uninstall [--root DIR] | bench … | soak … | chaos … | deny [--smoke] | experiment [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S]"
             );
             return ExitCode::from(2);
         }

@@ -1,5 +1,6 @@
 //! Benchmarks and long tests, which `cargo xtask` runs: `bench` measures, `soak` runs two components
-//! for an hour, `chaos` kills processes, `deny` checks the dependencies.
+//! for an hour, `chaos` kills processes, `deny` checks the dependencies, `experiment` counts what a
+//! developer types.
 
 mod bench;
 mod chaos;
@@ -8,6 +9,7 @@ mod counts;
 mod dds;
 mod deny;
 mod deploy;
+mod experiment;
 mod ice;
 mod languages;
 mod lockstep;
@@ -61,6 +63,8 @@ fn main() -> ExitCode {
         ["bench", "deploy", "deaths"] => deploy::deaths().map_err(|e| e.to_string()),
         ["deny"] => deny::run(false).map_err(|e| e.to_string()),
         ["deny", "--smoke"] => deny::run(true).map_err(|e| e.to_string()),
+        ["experiment"] => experiment::run(false).map_err(|e| e.to_string()),
+        ["experiment", "--smoke"] => experiment::run(true).map_err(|e| e.to_string()),
         ["bench", "ice"] => ice::run().map_err(|e| e.to_string()),
         ["soak", "dds", ref rest @ ..] if let Some(soak) = soak(Middleware::Dds, "600", rest) => {
             soak.map_err(|e| e.to_string())
@@ -83,7 +87,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | deny [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }

@@ -119,7 +119,7 @@ fn bash_completes_the_names_of_a_running_network() {
 #[test]
 fn zsh_completes_the_names_of_a_running_network() {
     let test = "zsh_completes_the_names_of_a_running_network";
-    let Some((zsh, library)) = installed("zsh", "bin/zsh", test) else {
+    let Some((zsh, library)) = installed("zsh --no-install-recommends", "bin/zsh", test) else {
         return;
     };
     let site = up("zsh");
@@ -152,7 +152,8 @@ fn zsh_completes_the_names_of_a_running_network() {
 #[test]
 fn fish_completes_the_names_of_a_running_network() {
     let test = "fish_completes_the_names_of_a_running_network";
-    let Some((fish, library)) = installed("fish", "usr/bin/fish", test) else {
+    let Some((fish, library)) = installed("fish --no-install-recommends", "usr/bin/fish", test)
+    else {
         return;
     };
     let site = up("fish");
