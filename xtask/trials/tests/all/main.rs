@@ -3,4 +3,5 @@
 mod chaos;
 mod deny;
 mod deploy;
+mod experiment;
 mod soak;

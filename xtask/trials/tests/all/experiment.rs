@@ -12,7 +12,7 @@ fn each_task_of_the_paper_works_with_the_documented_lines() {
     let said = String::from_utf8_lossy(&run.stdout);
     let errors = String::from_utf8_lossy(&run.stderr);
     assert_eq!(run.status.code(), Some(0), "{said}{errors}");
-    let documented = include_str!("../../../BENCHMARKS.md");
+    let documented = include_str!("../../../../BENCHMARKS.md");
     let mut rows = 0;
     for line in said.lines().skip(2) {
         // All but the time.
