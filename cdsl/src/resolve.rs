@@ -96,7 +96,6 @@ impl Resolver<'_> {
                 Clause::Gui(kind, widget) => self.gui(word, kind, widget.as_ref()),
                 Clause::Options(names) => self.options(word, names),
                 Clause::StateMachine(file, visual) => {
-                    self.warn_not_generated(word, "`statemachine`");
                     state_machine = Some(StateMachine {
                         file: file.clone(),
                         visual: *visual,

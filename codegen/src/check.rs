@@ -3,7 +3,7 @@
 use crate::configuration;
 use crate::languages;
 use crate::project::Project;
-use crate::{dependencies, load, ros};
+use crate::{dependencies, load, ros, stubs};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_idsl::Session;
 use rc_syntax::Loader;
@@ -71,6 +71,8 @@ pub fn file(
             found.extend(more);
             if let Some(project) = project.as_ref().filter(|_| right) {
                 found.extend(dependencies::compare(project, project.folder()).1);
+                let unreachable = stubs::unreachable(project, sources);
+                found.extend(unreachable.map_err(io::Error::other)?);
             }
             let own = configuration::own(path).filter(|own| !was_read(own, sources));
             if let (Some(project), Some(own)) = (project.filter(|_| right), own)

@@ -2,7 +2,7 @@
 
 use crate::interface_crate::Origin;
 use crate::note::Note;
-use crate::{dependencies, load, ros};
+use crate::{dependencies, load, ros, rust};
 use rc_cdsl::Component;
 use rc_cdsl::model::Backend;
 use rc_configuration::model::Parameters;
@@ -70,12 +70,27 @@ impl Project {
             .collect();
         // The order in which imports are written changes nothing.
         texts[1..].sort();
-        let hash = rc_idsl::canonical::hash(&texts.join("\n"));
-        // After the hash: nothing is generated from it yet.
+        let machines = sources.ids().count();
         let state_machine = component
             .state_machine
             .as_ref()
             .and_then(|machine| state_machine(path, &machine.file, sources, &mut found));
+        if let Some(machine) = &state_machine
+            && !found.has_errors()
+        {
+            rust::machine::check(machine, &mut found);
+        }
+        // SCXML has other comments, so its whole text counts.
+        texts.extend(sources.ids().skip(machines).map(|id| {
+            let text = sources.text(id);
+            let ending = sources.path(id).extension();
+            if ending.is_some_and(|ending| ending.eq_ignore_ascii_case("scxml")) {
+                text.to_owned()
+            } else {
+                Trivia::new(text).significant()
+            }
+        }));
+        let hash = rc_idsl::canonical::hash(&texts.join("\n"));
         let origins = Origin::all(&component.library, sources);
         Ok((
             Some(Self {

@@ -8,6 +8,7 @@ mod handlers;
 mod in_place;
 mod layout;
 pub(crate) mod library;
+pub(crate) mod machine;
 pub mod names;
 mod operation_names;
 mod parameters;

@@ -8,6 +8,7 @@ mod source;
 
 use crate::project::Project;
 use crate::rust::component::{Component, Slot, WORKER};
+use crate::rust::machine::TRAIT;
 use crate::rust::print::Printer;
 use crate::rust::worker;
 use crate::templates::TemplateError;
@@ -105,7 +106,7 @@ pub fn of(
         (path, block.span, Some(block.scope))
     });
     let mut pieces = Vec::new();
-    for slot in component.slots.iter().filter(|s| s.receives) {
+    for slot in component.implemented() {
         let blocks: Vec<&Block> = blocks(&code, &worker, slot).collect();
         let there = |method: &str| {
             let mut methods = blocks.iter().flat_map(|b| &b.methods);
@@ -186,7 +187,12 @@ fn misfits(
     found: &mut Diagnostics,
 ) {
     let types = Types::of(view, code);
-    for slot in component.slots.iter().filter(|s| s.receives) {
+    let hooks = component.machine.iter().flat_map(|machine| &machine.states);
+    let hooks: Vec<&str> = hooks
+        .flat_map(|state| [&state.entry, &state.exit, &state.during])
+        .map(String::as_str)
+        .collect();
+    for slot in component.implemented() {
         let index = slot.index;
         let missing = pieces.iter().filter(|p| p.slot == index);
         let missing: Vec<&str> = missing
@@ -199,11 +205,17 @@ fn misfits(
                 signature(slot, &operation.user_signature, method, &types, found);
                 continue;
             }
+            let of_states = slot.type_name == TRAIT;
+            if of_states && hooks.contains(&method.name.as_str()) {
+                continue;
+            }
             let message = format!(
                 "`{}` does not declare `{}` any more: error E0407 of rustc",
                 slot.type_name, method.name
             );
-            let near = rc_diagnostics::nearest(&method.name, missing.iter().copied());
+            let hooks = hooks.iter().filter(|_| of_states);
+            let known = missing.iter().chain(hooks).copied();
+            let near = rc_diagnostics::nearest(&method.name, known);
             let help = near.map_or("remove it".to_owned(), |near| {
                 format!("remove it, or is it `{near}` now?")
             });
@@ -211,7 +223,8 @@ fn misfits(
         }
     }
     for block in code.blocks.iter().filter(|b| b.generated) {
-        if block.name != "Worker" && !component.traits.contains(&block.name) {
+        let is_machine = block.name == TRAIT && component.machine.is_some();
+        if block.name != "Worker" && !is_machine && !component.traits.contains(&block.name) {
             let message = format!("no slot `{}` receives anything any more", block.name);
             found.push(
                 Diagnostic::note("stale-handler", block.span, message)
@@ -235,12 +248,46 @@ fn signature(slot: &Slot, needed: &str, method: &Method, types: &Types, found: &
     );
 }
 
+/// Warns of functions of the worker for states that are never active.
+pub fn unreachable(project: &Project, sources: &mut SourceMap) -> Result<Diagnostics, Error> {
+    let mut found = Diagnostics::new();
+    let src = project.folder().join("src");
+    let Some(machine) = project.state_machine.as_ref().filter(|_| src.is_dir()) else {
+        return Ok(found);
+    };
+    let krate = format!(
+        "{}_generated",
+        rust::names::package(&project.component.name.text)
+    );
+    // What is no Rust is reported by `stubs`, and by the compiler.
+    let code = source::read(&src, &krate, sources, &mut Diagnostics::new())?;
+    for state in machine.unreachable() {
+        let during = rust::machine::hook("during", &state.name.text);
+        let blocks = code.blocks.iter().filter(|block| block.name == TRAIT);
+        for method in blocks
+            .flat_map(|block| &block.methods)
+            .filter(|m| m.name == during)
+        {
+            let name = &state.name.text;
+            let message = format!("`{during}` never runs: no transition enters `{name}`");
+            found.push(
+                Diagnostic::warning("unreachable-during", method.span, message)
+                    .label(state.name.span, "this state")
+                    .help("add a transition to it, or remove the function"),
+            );
+        }
+    }
+    Ok(found)
+}
+
 impl Missing {
     /// The number of handlers that the component needs.
     pub fn total(&self) -> usize {
         let slots = self.view.slots.iter().filter(|s| s.receives);
         let interfaces = slots.filter_map(|slot| self.view.interface(slot));
-        interfaces.map(|i| i.operations.len()).sum()
+        let handlers: usize = interfaces.map(|i| i.operations.len()).sum();
+        let machine = self.view.machine.as_ref();
+        handlers + machine.map_or(0, |machine| machine.guards.len() + machine.actions.len())
     }
 
     /// Whether no handler is missing.
@@ -267,14 +314,14 @@ impl Missing {
             };
             let blocks = pieces.iter().filter_map(|piece| {
                 let line = piece.line?;
-                let slot = &component.slots[piece.slot];
+                let slot = component.at(piece.slot);
                 let operations = piece.operations.iter().map(|at| &slot.operations[*at]);
                 let operations: Vec<_> = operations.collect();
                 Some(json!({ "line": line, "slot": slot, "operations": operations }))
             });
             let blocks: Vec<Value> = blocks.collect();
             let slots = pieces.iter().filter(|p| p.line.is_none());
-            let slots: Vec<&Slot> = slots.map(|p| &component.slots[p.slot]).collect();
+            let slots: Vec<&Slot> = slots.map(|p| component.at(p.slot)).collect();
             files.push(json!({
                 "path": path.display().to_string(),
                 "use_line": use_line,
@@ -299,7 +346,7 @@ impl Missing {
         let mut found = Diagnostics::new();
         let component = rust::component::of(&self.view);
         for piece in &self.pieces {
-            let slot = &component.slots[piece.slot];
+            let slot = component.at(piece.slot);
             let methods = piece.operations.iter().map(|at| &slot.operations[*at]);
             let methods: Vec<String> = methods.map(|o| format!("`{}`", o.method)).collect();
             let message = match piece.line {

@@ -5,12 +5,14 @@ pub(crate) mod checks;
 pub mod component;
 pub(crate) mod in_place;
 pub mod library;
+pub mod machine;
 pub mod parameters;
 
 use rc_cdsl::model::Backend;
 
 pub(crate) use checks::range_text;
 pub use component::{Component, Slot};
+pub use machine::Machine;
 pub use parameters::{Parameter, Parameters};
 
 /// The backends that components are generated for.

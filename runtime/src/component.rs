@@ -1,6 +1,7 @@
 //! What the runtime asks of a generated component.
 
 use crate::context::Core;
+use crate::machine::Parts;
 use rc_configuration::{ParamChange, Values};
 use rc_middleware::Reader;
 use rc_middleware::typed::{HandlerError, Request};
@@ -24,6 +25,16 @@ pub trait Component {
     fn parameters_changed(&mut self, changes: &[ParamChange]) -> Result<(), WorkerError> {
         let _ = changes;
         Ok(())
+    }
+
+    /// Handles the events of the component's state machine that wait. Runs after handlers.
+    fn react(&mut self) -> Result<(), WorkerError> {
+        Ok(())
+    }
+
+    /// The state machine of the component.
+    fn machine(&mut self) -> Option<&mut Parts> {
+        None
     }
 
     /// Runs in place of `compute()` in the state Emergency.

@@ -19,6 +19,7 @@ mod error;
 mod event_loop;
 mod link;
 mod log;
+pub mod machine;
 mod management;
 mod name_lock;
 mod notify;

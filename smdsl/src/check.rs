@@ -219,7 +219,7 @@ fn unreachable(machine: &StateMachine, found: &mut Diagnostics) {
 ///
 /// Entering a state enters its ancestors and its initial substates. Entering one region of a
 /// parallel state counts as entering all of them: a missing warning is better than a wrong one.
-fn entered(machine: &StateMachine) -> Vec<bool> {
+pub(crate) fn entered(machine: &StateMachine) -> Vec<bool> {
     let mut targets_of: Vec<Vec<StateId>> = vec![Vec::new(); machine.states.len()];
     for transition in &machine.transitions {
         targets_of[transition.source.0].extend(&transition.targets);

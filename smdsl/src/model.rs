@@ -23,6 +23,15 @@ impl StateMachine {
         &self.states[id.0]
     }
 
+    /// The states that transitions cannot enter from the initial state.
+    pub fn unreachable(&self) -> impl Iterator<Item = &State> {
+        let entered = crate::check::entered(self);
+        let states = self.states.iter().zip(entered);
+        states
+            .filter(|(_, entered)| !entered)
+            .map(|(state, _)| state)
+    }
+
     /// All states, in the order of [`StateMachine::states`].
     pub fn ids(&self) -> impl Iterator<Item = StateId> + use<> {
         (0..self.states.len()).map(StateId)

@@ -160,7 +160,6 @@ fn a_missing_semicolon_is_one_error_at_its_location() {
             c.cdsl:11:20: error[missing-semicolon]: expected `;`
             c.cdsl:12:26: error[missing-semicolon]: expected `;`
             c.cdsl:12:36: error[missing-semicolon]: expected `;`
-            c.cdsl:13:1: warning[not-generated-yet]: `statemachine` has no effect yet: it is only checked
             c.cdsl:13:23: error[missing-semicolon]: expected `;`
         "#]],
     );
@@ -301,7 +300,6 @@ fn syntax_errors_in_clauses() {
         &expect![[r#"
             c.cdsl:5:15: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
             c.cdsl:5:25: warning[not-generated-yet]: `options` has no effect yet: it is only checked
-            c.cdsl:5:38: warning[not-generated-yet]: `statemachine` has no effect yet: it is only checked
         "#]],
     );
 }

@@ -2,6 +2,7 @@
 
 use super::exports::{self, Exports, trait_name};
 use super::handlers::{Handler, Handlers};
+use super::machine::{self, Machine, TRAIT};
 use super::names;
 use super::operation_names::{answer_name, error_name};
 use super::worker;
@@ -38,6 +39,9 @@ pub(crate) struct Component<'a> {
     /// The traits of the slots that receive.
     pub(crate) traits: Vec<String>,
     pub(crate) parameters: Option<parameters::Parameters>,
+    pub(crate) machine: Option<Machine<'a>>,
+    /// The functions that the state machine needs, as those of a slot: one or none.
+    pub(crate) machine_functions: Vec<Slot<'a>>,
     reexports: Vec<String>,
     /// What the user's worker file imports.
     pub(crate) imports: Vec<String>,
@@ -104,6 +108,60 @@ pub(crate) struct Slot<'a> {
     pub(crate) operations: Vec<Handler>,
 }
 
+impl<'a> Component<'a> {
+    /// What the worker implements: the slots that receive, and the state machine.
+    pub(crate) fn implemented(&self) -> impl Iterator<Item = &Slot<'a>> {
+        let slots = self.slots.iter().filter(|slot| slot.receives);
+        slots.chain(&self.machine_functions)
+    }
+
+    /// One of them, by its index.
+    pub(crate) fn at(&self, index: usize) -> &Slot<'a> {
+        self.slots
+            .get(index)
+            .unwrap_or_else(|| &self.machine_functions[0])
+    }
+}
+
+/// The functions that the worker must write for its state machine.
+fn functions(machine: &view::Machine, index: usize) -> Slot<'_> {
+    const QOS: &Qos = &Qos {
+        reliability: None,
+        durability: None,
+        depth: None,
+        deadline: None,
+        lifespan: None,
+        liveliness: None,
+        timeout: None,
+        spin: None,
+    };
+    Slot {
+        name: &machine.name,
+        index,
+        constant: String::new(),
+        field: "machine".to_owned(),
+        type_name: TRAIT.to_owned(),
+        role: "",
+        role_word: "",
+        receives: true,
+        sends: false,
+        optional: false,
+        interface: "",
+        path: String::new(),
+        module: String::new(),
+        end: String::new(),
+        type_hash: "",
+        backend: None,
+        qos: QOS,
+        own_qos: false,
+        types: String::new(),
+        external_types: &[],
+        doc: &[],
+        uses: Vec::new(),
+        operations: machine::functions(machine),
+    }
+}
+
 pub(crate) fn of(view: &view::Component) -> Component<'_> {
     let exports = Exports::of(view);
     let slots: Vec<Slot> = view
@@ -139,8 +197,14 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         type_modules: type_modules(view, &exports),
         interface_modules: interface_modules(view, &exports),
         parameters: view.parameters.as_ref().map(parameters::of),
+        machine: view.machine.as_ref().map(machine::of),
+        machine_functions: view
+            .machine
+            .iter()
+            .map(|machine| functions(machine, view.slots.len()))
+            .collect(),
         reexports: reexports(view, &traits),
-        imports: imports(&slots, &traits),
+        imports: imports(view, &slots, &traits),
         worker: WORKER,
         sends: slots.iter().any(|slot| slot.sends),
         implements: has("implements"),
@@ -171,7 +235,11 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
             let interface = component.library.interface(slot.interface);
             let help = format!("name one of them: `{} as other`", interface.name.text);
             found.push(Diagnostic::error("name-collision", slot.span, message).help(help));
-        } else if OWN.contains(&field.as_str()) || (field == "time" && component.simulates_time) {
+        } else if OWN.contains(&field.as_str())
+            || (field == "time" && component.simulates_time)
+            || (component.state_machine.is_some()
+                && ["machine", "state_machine"].contains(&&*field))
+        {
             let message = format!(
                 "a slot cannot be called `{}`: generated code uses the name itself",
                 slot.name
@@ -262,6 +330,7 @@ fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
     let mut types = types.filter(|m| !m.types.is_empty() || !m.constants.is_empty());
     let more = [
         ("self::interfaces::*", !view.slots.is_empty()),
+        ("machine::StateMachine", view.machine.is_some()),
         ("parameters::Params", view.parameters.is_some()),
         ("types::*", types.next().is_some()),
     ];
@@ -273,11 +342,12 @@ fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
 }
 
 /// What `specific_worker.rs` imports from the generated crate: the traits, and the types that its handlers mention.
-fn imports(slots: &[Slot], traits: &[String]) -> Vec<String> {
+fn imports(view: &view::Component, slots: &[Slot], traits: &[String]) -> Vec<String> {
     let mut names: Vec<String> = ["Context", "Worker", "WorkerError"]
         .map(str::to_owned)
         .to_vec();
     names.extend(traits.iter().cloned());
+    names.extend(view.machine.iter().map(|_| TRAIT.to_owned()));
     let handlers = slots
         .iter()
         .filter(|s| s.receives)

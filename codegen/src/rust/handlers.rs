@@ -48,6 +48,44 @@ struct Input {
 }
 
 impl Handler {
+    /// The function that guards transitions of the state machine.
+    pub(super) fn guard(method: &str) -> Self {
+        Self::of_machine(method, " -> bool", "true")
+    }
+
+    /// An action of the state machine.
+    pub(super) fn action(method: &str) -> Self {
+        Self::of_machine(method, " -> Result<(), WorkerError>", "Ok(())")
+    }
+
+    fn of_machine(method: &str, returns: &str, placeholder: &'static str) -> Self {
+        let arguments = ["&mut self".to_owned(), "ctx: &mut Context".to_owned()];
+        let head = format!("fn {method}");
+        Self {
+            method: method.to_owned(),
+            plain: method.to_owned(),
+            constant: String::new(),
+            doc: Vec::new(),
+            inputs: Vec::new(),
+            two_way: true,
+            throws: false,
+            result: String::new(),
+            error: String::new(),
+            sample_in_place: String::new(),
+            result_in_place: String::new(),
+            result_name: String::new(),
+            user_signature: format!("{head}({}){returns}", arguments.join(", ")),
+            user_head: worker::signature(&head, &arguments, returns),
+            unused: vec![vec!["ctx".to_owned()]],
+            placeholder,
+            mentioned: if returns.contains("WorkerError") {
+                vec!["WorkerError".to_owned()]
+            } else {
+                Vec::new()
+            },
+        }
+    }
+
     /// Whether the handler gets values that it may keep.
     pub(super) fn takes_values(&self) -> bool {
         self.sample_in_place.is_empty()

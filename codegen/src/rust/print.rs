@@ -43,6 +43,7 @@ static GROUPS: [Group; 2] = [
             "interfaces.rs" = "interfaces.rs.tera",
             "description.rs" = "description.rs.tera",
             "parameters.rs" = "parameters.rs.tera",
+            "machine.rs" = "machine.rs.tera",
             "context.rs" = "context.rs.tera",
             "adapter.rs" = "adapter.rs.tera",
             "slots.rs" = "slots.rs.tera",
@@ -202,6 +203,7 @@ fn jobs<'a>(component: &'a Component<'a>) -> Vec<Job<'a>> {
         .collect();
     let sometimes = [
         ("parameters.rs", component.parameters.is_some()),
+        ("machine.rs", component.machine.is_some()),
         ("slots.rs", !component.traits.is_empty()),
     ];
     let sometimes = sometimes.iter().filter(|(_, there)| *there);

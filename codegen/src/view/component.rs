@@ -1,7 +1,7 @@
 //! One component: its slots, its middlewares, what it is built from.
 
 use super::library::{self, Module};
-use super::{Parameters, parameters};
+use super::{Machine, Parameters, machine, parameters};
 use crate::note::Note;
 use crate::project::Project;
 use crate::ros;
@@ -41,6 +41,8 @@ pub struct Component {
     pub modules: Vec<Module>,
     /// The parameters, if the component has some.
     pub parameters: Option<Parameters>,
+    /// The state machine, if the component has one.
+    pub machine: Option<Machine>,
     /// The JSON Schema of a configuration.
     #[serde(skip)]
     pub schema: String,
@@ -174,6 +176,7 @@ pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
         slots,
         modules: library::of(library),
         parameters: project.parameters.as_ref().map(parameters::of),
+        machine: machine(project, &mut found),
         schema: schema(project),
         dependencies: dependencies
             .map(|dependency| Dependency {
@@ -186,6 +189,11 @@ pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
             .collect(),
     };
     (view, found)
+}
+
+fn machine(project: &Project, found: &mut Diagnostics) -> Option<Machine> {
+    let place = project.component.state_machine.as_ref()?.file.span;
+    machine::of(project.state_machine.as_ref()?, place, found)
 }
 
 impl Component {

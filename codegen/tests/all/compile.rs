@@ -72,10 +72,17 @@ fn paste(workspace: &Path) {
     run(Command::new(RCGEN).arg(&cdsl_path));
     write(
         "pasted.cdsl",
-        &cdsl.replace(
-            "SLOTS",
-            "subscribesTo Goal as goals; requires Voice(dds) as other;",
-        ),
+        &cdsl
+            .replace(
+                "SLOTS",
+                "subscribesTo Goal as goals; requires Voice(dds) as other;",
+            )
+            .replace("language rust", "statemachine \"m.smdsl\"; language rust"),
+    );
+    write(
+        "m.smdsl",
+        "defaultMachine { initial_state initialize; states compute; end_state finalize;
+            transitions { initialize => compute; compute => compute, finalize; }; };",
     );
     write(
         "M.idsl",
@@ -167,6 +174,7 @@ fn every_construct_compiles() {
     generate(&workspace, "everything", "iceoryx2");
     generate(&workspace, "awkward", "dds");
     generate(&workspace, "placed", "iceoryx2");
+    generate(&workspace, "walker", "iceoryx2");
     paste(&workspace);
     share(&workspace);
     let mut packages = ["-p", "interfaces", "-p", "scans"]
@@ -177,6 +185,7 @@ fn every_construct_compiles() {
         "everything",
         "awkward",
         "placed",
+        "walker",
         "pasted",
         "scanner",
         "viewer",
@@ -193,10 +202,16 @@ fn every_construct_compiles() {
     clippy.extend(programs);
     clippy.extend(["--", "-D", "warnings"]);
     cargo(&workspace, &clippy);
-    // The code for in-place values is also executed.
-    let placed = workspace.join("components/placed");
-    std::fs::create_dir(placed.join("tests")).expect("a folder");
-    std::fs::rename(placed.join("checks.rs"), placed.join("tests/checks.rs")).expect("to move");
+    // The code for in-place values and that for state machines are also executed.
+    let [placed, walker] = ["placed", "walker"].map(|name| workspace.join("components").join(name));
+    for component in [&placed, &walker] {
+        std::fs::create_dir(component.join("tests")).expect("a folder");
+        std::fs::rename(
+            component.join("checks.rs"),
+            component.join("tests/checks.rs"),
+        )
+        .expect("to move");
+    }
     let manifest = placed.join("Cargo.toml");
     let text = std::fs::read_to_string(&manifest).expect("a manifest");
     let text = text + "\n[dev-dependencies]\nrc-runtime.workspace = true\n";

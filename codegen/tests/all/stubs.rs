@@ -364,3 +364,89 @@ fn generation_reports_missing_handlers() {
     let again = rcgen(component.path(), &["c.cdsl"]);
     assert_eq!(again, (0, String::new(), String::new()));
 }
+
+#[test]
+fn the_functions_of_a_state_machine_are_handlers_too() {
+    let component = Component::new();
+    component.write(
+        "m.scxml",
+        "<scxml><state id='idle'><transition event='go' cond='isReady' target='off'>
+        <script>stop_motors</script></transition></state><state id='lost'/><final id='off'/></scxml>",
+    );
+    component.replace(
+        "c.cdsl",
+        "language rust",
+        "statemachine \"m.scxml\"; language rust",
+    );
+    component.check(
+        0,
+        &expect![[r"
+            // ./src/specific_worker.rs: uses this, too
+            use c_generated::StateMachine;
+
+            // ./src/specific_worker.rs: at the end
+            impl StateMachine for SpecificWorker {
+                fn is_ready(&mut self, ctx: &mut Context) -> bool {
+                    let _ = ctx;
+                    true
+                }
+
+                fn stop_motors(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+                    let _ = ctx;
+                    Ok(())
+                }
+            }
+        "]],
+        &expect![[r"
+            m.scxml:2:69: warning[no-way-in]: no transition leads to state `lost`
+        "]],
+    );
+    let worker = component
+        .text(WORKER)
+        .replace("Worker, ", "StateMachine, Worker, ");
+    let during = "fn during_lost(&mut self, _: &mut Context) -> Result<(), WorkerError> { Ok(()) }";
+    let more = format!(
+        "impl StateMachine for SpecificWorker {{ {during}\nfn during_of(&mut self) {{}} }}\n"
+    );
+    component.write(WORKER, &(worker + &more));
+    let (code, out, err) = component.stubs();
+    assert_eq!(code, 0, "{err}");
+    assert!(
+        out.contains("into this `impl StateMachine for SpecificWorker`"),
+        "{out}"
+    );
+    assert!(
+        out.contains("fn is_ready(") && !out.contains("use c_generated"),
+        "{out}"
+    );
+    assert!(
+        err.contains("does not declare `during_of` any more"),
+        "{err}"
+    );
+    assert!(!err.contains("during_lost"), "{err}");
+    let (code, _, err) = rcgen(component.path(), &["check", "c.cdsl", "--format", "short"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(
+        err.contains("warning[unreachable-during]: `during_lost` never runs"),
+        "{err}"
+    );
+}
+
+#[test]
+fn names_of_states_that_become_one_in_rust_are_reported() {
+    let component = Component::new();
+    component.replace(
+        "c.cdsl",
+        "language rust",
+        "statemachine \"m.smdsl\"; language rust",
+    );
+    component.write(
+        "m.smdsl",
+        "m { initial_state a_b; states aB, self, match; transitions { a_b => aB, self, match; }; };",
+    );
+    let (code, _, err) = component.stubs();
+    assert_eq!(code, 1);
+    let states = "error[name-collision]: states `a_b` and `aB` are both `entry_a_b` in Rust";
+    assert!(err.contains(states), "{err}");
+    assert_eq!(err.lines().count(), 1, "{err}");
+}

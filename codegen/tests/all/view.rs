@@ -91,6 +91,7 @@ fn the_view_as_json() {
         .doc[0] = "Holds things."
         .file = "hand.cdsl"
         .hash = "cab64222661e8ca3"
+        .machine = null
         .middleware = "dds"
         .middlewares[0] = "dds"
         .modules[0].constants = []

@@ -162,6 +162,7 @@ impl<'a> EventLoop<'a> {
             self.execute_commands();
             let due = self.follow_time(now, sweep, due);
             self.serve(now);
+            self.react();
             self.check_deadlines(now);
             let due = due || self.ends_turn();
             if due && !self.shared.wake_event.is_stopping() && self.fatal.is_none() {
@@ -212,7 +213,7 @@ impl<'a> EventLoop<'a> {
         let limit = if ready || self.role.is_in_a_hurry() {
             Duration::ZERO
         } else {
-            LONGEST_WAIT
+            self.longest_wait()
         };
         let limit = Timespec {
             tv_sec: 0,
@@ -464,6 +465,27 @@ impl<'a> EventLoop<'a> {
         if port.logged.is_none_or(|last| last.elapsed() >= LOG_PAUSE) {
             port.logged = Some(Instant::now());
             tracing::warn!("slot {}: {message}", self.description.slots[port.slot].name);
+        }
+    }
+
+    /// Lets the state machine handle the events that handlers fired, or that are due.
+    fn react(&mut self) {
+        if self.fatal.is_none() && !self.shared.wake_event.is_stopping() {
+            let result = self.component.react();
+            self.apply(result);
+        }
+    }
+
+    /// The longest wait: until the next delayed event of the state machine is due.
+    fn longest_wait(&mut self) -> Duration {
+        let now = self.component.core().now();
+        match self.component.machine() {
+            Some(machine) if machine.has_events() => Duration::ZERO,
+            Some(machine) => match machine.next_due() {
+                Some(due) if matches!(self.role, TimeRole::System) => (due - now).min(LONGEST_WAIT),
+                _ => LONGEST_WAIT,
+            },
+            None => LONGEST_WAIT,
         }
     }
 

@@ -129,3 +129,48 @@ fn stopping_leaves_all_states_the_innermost_first() {
     run.interpreter.stop(&mut run.host);
     assert_eq!(run.host.trace.join(" "), "+p +a +a1 +b -b -a1 -a -p");
 }
+
+/// Shapes of files that people have written, run with random events to their end.
+#[test]
+fn machines_like_real_files_run_to_their_end() {
+    let machines = [
+        "defaultMachine { states Compute, Emergency; initial_state Initialize; end_state Finalize;
+         transitions { Initialize => Compute; Compute => Compute, Emergency, Finalize;
+         Emergency => Compute; }; };",
+        "m { initial_state a; end_state z; states b, c, d; transition { a => b, c, d; b => b, c;
+         c => d, a; d => z, a; }; };",
+        "robot { initial_state idle; states working; end_state off; transitions { idle => working, off;
+         working => idle; working => working; }; };
+         :working { initial_state go; states grasp; end_state placed;
+         transitions { go => grasp; grasp => placed, go; }; };
+         :grasp { initial_state open; states shut; transitions { open => shut; shut => open, shut; }; };",
+        "p { initial_state both; end_state off; transitions { both => off; }; };
+         :both parallel { states left, right; };
+         :left { initial_state l1; states l2; end_state l3; transitions { l1 => l2; l2 => l3, l1; }; };
+         :right { initial_state r1; states r2; transitions { r1 => r2, r1; r2 => r1; }; };",
+    ];
+    for (number, text) in machines.into_iter().enumerate() {
+        let mut run = run("m.smdsl", text);
+        run.start().unwrap();
+        let fireable = usize::from(run.host.session.chart().fireable);
+        let mut random = number as u64 + 1;
+        let mut entered = std::collections::BTreeSet::new();
+        for _ in 0..10_000 {
+            if run.host.session.has_ended() {
+                break;
+            }
+            entered.extend(run.active().into_iter().map(str::to_owned));
+            random = random
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            // The event that ends the machine at once comes seldom.
+            let event = (random >> 33) as usize % (fireable + 20);
+            run.host
+                .session
+                .fire(event.min(fireable - 1) as u16)
+                .unwrap();
+            run.step().unwrap();
+        }
+        assert!(run.host.session.has_ended(), "{text}: {entered:?}");
+    }
+}

@@ -1,0 +1,268 @@
+//! Names of Rust for the state machine of a component, and its tables.
+
+use super::handlers::Handler;
+use super::names;
+use crate::view;
+use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_machine::{Chart, Condition, NONE, Range, Trigger};
+use rc_smdsl::StateMachine;
+use serde::Serialize;
+
+/// The trait that the worker implements.
+pub(crate) const TRAIT: &str = "StateMachine";
+
+/// A state machine as its template sees it.
+#[derive(Debug, Serialize)]
+pub(crate) struct Machine<'a> {
+    name: &'a str,
+    doc: &'a [String],
+    pub(crate) states: Vec<State<'a>>,
+    events: Vec<Event<'a>>,
+    guards: Vec<String>,
+    actions: Vec<String>,
+    /// The events that RoboComp's template of a machine fires itself: after the start, and in each
+    /// period in a state.
+    first_event: Option<String>,
+    period_event: Option<String>,
+    period_state: Option<String>,
+    tables: Tables,
+}
+
+/// One state.
+#[derive(Debug, Serialize)]
+pub(crate) struct State<'a> {
+    path: &'a str,
+    number: u16,
+    variant: String,
+    doc: &'a [String],
+    pub(crate) entry: String,
+    pub(crate) exit: String,
+    pub(crate) during: String,
+}
+
+#[derive(Debug, Serialize)]
+struct Event<'a> {
+    name: &'a str,
+    variant: String,
+}
+
+/// The tables, each entry as it is written in Rust.
+#[derive(Debug, Serialize)]
+struct Tables {
+    name: String,
+    states: Vec<String>,
+    transitions: Vec<String>,
+    events: Vec<String>,
+    fireable: u16,
+    lists: Vec<u16>,
+    blocks: Vec<String>,
+    actions: Vec<String>,
+    texts: Vec<String>,
+    guards: Vec<String>,
+    functions: Vec<String>,
+    execution_error: u16,
+    communication_error: u16,
+    histories: u16,
+}
+
+pub(crate) fn of(view: &view::Machine) -> Machine<'_> {
+    let event = |wanted: &str| {
+        let is_template = view.name.eq_ignore_ascii_case("defaultMachine");
+        let mut events = view.events.iter().filter(|_| is_template);
+        events.find(|event| event.eq_ignore_ascii_case(wanted))
+    };
+    let state = |wanted: &str| {
+        view.states
+            .iter()
+            .find(|s| s.name.eq_ignore_ascii_case(wanted))
+    };
+    Machine {
+        name: &view.name,
+        doc: &view.doc,
+        states: view
+            .states
+            .iter()
+            .map(|state| State {
+                path: &state.path,
+                number: state.number,
+                variant: names::camel(&state.name),
+                doc: &state.doc,
+                entry: hook("entry", &state.name),
+                exit: hook("exit", &state.name),
+                during: hook("during", &state.name),
+            })
+            .collect(),
+        events: view
+            .events
+            .iter()
+            .map(|name| Event {
+                name,
+                variant: names::camel(name),
+            })
+            .collect(),
+        guards: view.guards.iter().map(|name| names::snake(name)).collect(),
+        actions: view.actions.iter().map(|name| names::snake(name)).collect(),
+        first_event: event("InitializeToCompute").map(|event| names::camel(event)),
+        period_event: event("ComputeToCompute").map(|event| names::camel(event)),
+        period_state: state("compute").map(|state| names::camel(&state.name)),
+        tables: tables(&view.chart),
+    }
+}
+
+/// The functions that the worker must write.
+pub(crate) fn functions(view: &view::Machine) -> Vec<Handler> {
+    let guards = view
+        .guards
+        .iter()
+        .map(|name| Handler::guard(&names::snake(name)));
+    let actions = view
+        .actions
+        .iter()
+        .map(|name| Handler::action(&names::snake(name)));
+    guards.chain(actions).collect()
+}
+
+/// The function of a state.
+pub(crate) fn hook(what: &str, state: &str) -> String {
+    format!("{what}_{}", names::snake(state).trim_end_matches('_'))
+}
+
+/// Reports names of states, events and functions that are no names of Rust, or become one.
+pub(crate) fn check(machine: &StateMachine, found: &mut Diagnostics) {
+    let Ok(chart) = rc_smdsl::tables::of(machine) else {
+        return;
+    };
+    let mut names: Vec<(&str, &str, String)> = Vec::new();
+    for state in &machine.states {
+        let name = &state.name;
+        if !is_name(&names::camel(&name.text)) || !is_name(&hook("entry", &name.text)) {
+            let message = format!("state `{}` cannot be written in Rust", name.text);
+            let help = "use letters, digits and `_`";
+            found.push(Diagnostic::error("name-collision", name.span, message).help(help));
+        }
+        names.push(("state", &name.text, hook("entry", &name.text)));
+    }
+    for event in &chart.events[..usize::from(chart.fireable)] {
+        if !is_name(&names::camel(event)) {
+            let message = format!("event `{event}` cannot be written in Rust");
+            let help = "use letters, digits, `_`, and `.` between words";
+            let place = machine.name.span;
+            found.push(Diagnostic::error("name-collision", place, message).help(help));
+        }
+        names.push(("event", event, names::camel(event)));
+    }
+    let hooks: Vec<String> = machine
+        .states
+        .iter()
+        .flat_map(|s| ["entry", "exit", "during"].map(|what| hook(what, &s.name.text)))
+        .collect();
+    for function in chart.guards.iter().chain(chart.functions.iter()) {
+        let name = names::snake(function);
+        if hooks.contains(&name) {
+            let message =
+                format!("the function `{function}` has the name of a function of a state");
+            found.push(Diagnostic::error(
+                "name-collision",
+                machine.name.span,
+                message,
+            ));
+        }
+        names.push(("function", function, name));
+    }
+    for (at, (kind, name, rust)) in names.iter().enumerate() {
+        let same = |(other, _, text): &&(&str, &str, String)| other == kind && text == rust;
+        if let Some((_, other, _)) = names[..at].iter().find(same) {
+            let states = &machine.states;
+            let place = states.iter().find(|state| state.name.text == **name);
+            let place = place.map_or(machine.name.span, |state| state.name.span);
+            let message = if other == name {
+                format!("the function `{name}` is both a guard and an action")
+            } else {
+                format!("{kind}s `{other}` and `{name}` are both `{rust}` in Rust")
+            };
+            found.push(Diagnostic::error("name-collision", place, message));
+        }
+    }
+}
+
+fn is_name(text: &str) -> bool {
+    syn::parse_str::<syn::Ident>(text).is_ok()
+}
+
+fn tables(chart: &Chart) -> Tables {
+    let texts = |texts: &[std::borrow::Cow<'static, str>]| {
+        let texts = texts.iter();
+        texts
+            .map(|text| format!("Cow::Borrowed({text:?})"))
+            .collect::<Vec<_>>()
+    };
+    Tables {
+        name: format!("{:?}", chart.name),
+        states: chart.states.iter().map(state).collect(),
+        transitions: chart.transitions.iter().map(transition).collect(),
+        events: texts(&chart.events),
+        fireable: chart.fireable,
+        lists: chart.lists.to_vec(),
+        blocks: chart.blocks.iter().map(|block| range(*block)).collect(),
+        actions: chart
+            .actions
+            .iter()
+            .map(|a| format!("Action::{a:?}"))
+            .collect(),
+        texts: texts(&chart.texts),
+        guards: texts(&chart.guards),
+        functions: texts(&chart.functions),
+        execution_error: chart.execution_error,
+        communication_error: chart.communication_error,
+        histories: chart.histories,
+    }
+}
+
+fn number(number: u16) -> String {
+    if number == NONE {
+        "NONE".to_owned()
+    } else {
+        number.to_string()
+    }
+}
+
+fn range(range: Range) -> String {
+    format!("{range:?}")
+}
+
+fn state(state: &rc_machine::State) -> String {
+    format!(
+        "State {{ name: Cow::Borrowed({:?}), path: Cow::Borrowed({:?}), kind: Kind::{:?}, parent: {}, end: {}, \
+         initial: {}, transitions: {}, histories: {}, history: {}, entry: {}, exit: {}, done: {} }}",
+        state.name,
+        state.path,
+        state.kind,
+        number(state.parent),
+        state.end,
+        number(state.initial),
+        range(state.transitions),
+        range(state.histories),
+        number(state.history),
+        range(state.entry),
+        range(state.exit),
+        number(state.done),
+    )
+}
+
+fn transition(transition: &rc_machine::Transition) -> String {
+    let trigger = match transition.trigger {
+        Trigger::Events(events) => format!("Trigger::Events({})", range(events)),
+        other => format!("Trigger::{other:?}"),
+    };
+    let condition: Condition = transition.condition;
+    format!(
+        "Transition {{ source: {}, targets: {}, trigger: {trigger}, condition: Condition::{condition:?}, domain: {}, \
+         through_history: {}, internal: {}, actions: {} }}",
+        transition.source,
+        range(transition.targets),
+        number(transition.domain),
+        transition.through_history,
+        transition.internal,
+        range(transition.actions),
+    )
+}

@@ -1,0 +1,150 @@
+//! A worker with a state machine, run to its end; run by `tests/compile.rs`.
+
+use std::sync::Mutex;
+use walker_generated::machine::{Event, State};
+use walker_generated::{Context, StateMachine, Worker, WorkerError};
+
+static LOG: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+fn log(line: &str) {
+    let mut lines = LOG.lock().unwrap();
+    if lines.last().is_none_or(|last| last != line) {
+        lines.push(line.to_owned());
+    }
+}
+
+#[derive(Default)]
+struct Walker {
+    asked: u32,
+    stepped: bool,
+}
+
+impl Worker for Walker {
+    fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
+        assert!(!ctx.machine.is_in(State::Idle));
+        ctx.machine.fire(Event::Go);
+        Ok(Self::default())
+    }
+
+    fn compute(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        log("compute");
+        Ok(())
+    }
+
+    fn finalize(&mut self, ctx: &mut Context) {
+        assert!(ctx.machine.has_ended());
+        ctx.machine.fire(Event::Go);
+        log("finalize");
+    }
+}
+
+impl StateMachine for Walker {
+    fn is_ready(&mut self, _ctx: &mut Context) -> bool {
+        self.asked += 1;
+        self.asked > 2
+    }
+
+    fn brake(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        log("brake");
+        Ok(())
+    }
+
+    fn fall(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        log("fall");
+        Err(WorkerError::Failed("it fell".to_owned()))
+    }
+
+    fn entry_idle(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        log("entry of idle");
+        Ok(())
+    }
+
+    fn during_idle(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        log("idle");
+        ctx.machine.fire(Event::Go);
+        Ok(())
+    }
+
+    fn during_walking(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        if !self.stepped {
+            log(&format!("walking in {}", ctx.machine.active().join(" ")));
+        }
+        Ok(())
+    }
+
+    fn during_left(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        log("left");
+        self.stepped = true;
+        ctx.machine.fire(Event::Step);
+        Ok(())
+    }
+
+    fn entry_shut(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        assert!(ctx.machine.is_in(State::Right) && ctx.machine.is_in(State::Walking));
+        log(&format!("entry of {}", State::Shut));
+        Ok(())
+    }
+
+    fn exit_walking(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        log("exit of walking");
+        Ok(())
+    }
+
+    fn entry_self(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        log("entry of self");
+        Ok(())
+    }
+}
+
+#[test]
+fn a_machine_runs_to_its_end() {
+    let args = ["--network", "walker-test", "--name", "walker"];
+    let walker = walker_generated::embed::<Walker>(&args).unwrap();
+    walker.join().unwrap();
+    let expected = [
+        "entry of idle",
+        "idle",
+        "walking in walking.legs.left walking.eyes.open",
+        "left",
+        "entry of walking.eyes.shut",
+        // The states that are active now have no `during` but that of `walking`.
+        "exit of walking",
+        "brake",
+        "fall",
+        "entry of self",
+        "finalize",
+    ];
+    assert_eq!(*LOG.lock().unwrap(), expected);
+}
+
+/// A guard that panics.
+struct Panicking;
+
+impl Worker for Panicking {
+    fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
+        ctx.machine.fire(Event::Go);
+        Ok(Self)
+    }
+}
+
+impl StateMachine for Panicking {
+    fn is_ready(&mut self, _ctx: &mut Context) -> bool {
+        panic!("not at all");
+    }
+
+    fn brake(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        Ok(())
+    }
+
+    fn fall(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_guard_that_panics_ends_the_component() {
+    let args = ["--network", "walker-panic", "--name", "walker"];
+    // The component may end before it is seen to run.
+    let ended = walker_generated::embed::<Panicking>(&args).and_then(|walker| walker.join());
+    assert!(ended.unwrap_err().to_string().contains("panicked"));
+}
