@@ -1,6 +1,7 @@
 //! The status and the heartbeats of a component.
 
 use crate::description::Description;
+use crate::machine::MachineRecord;
 use crate::status::{self, Shared};
 use rc_management::component::{ClockKind, ClockStatus, Role, SlotStatus, Status};
 use rc_management::link::Heartbeat;
@@ -80,6 +81,7 @@ impl ComponentInfo {
             queue: status.queue(at),
         });
         Status {
+            machine: status.machine.as_ref().map(MachineRecord::status),
             component: self.description.name.to_owned(),
             name: self.name.clone(),
             network: self.network.clone(),

@@ -8,14 +8,71 @@ use crate::component::WorkerError;
 use crate::context::Core;
 pub use rc_machine::{Action, Chart, Condition, Kind, NONE, Range, State, Transition, Trigger};
 use rc_machine::{Failed, Host, Interpreter, Session};
+use rc_management::component::{MachineStatus, TransitionStatus};
+use std::collections::VecDeque;
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The most events that are handled between two turns of the event loop.
 const EVENTS_A_TURN: usize = 64;
 /// The most transitions that are logged at the level `info` in a second. Others are at `debug`.
 const LOGGED_A_SECOND: u32 = 10;
+
+/// The number of transitions that the status keeps.
+const KEPT: usize = 8;
+
+/// What the status tells of a machine, as numbers of its chart.
+#[derive(Debug)]
+pub(crate) struct MachineRecord {
+    chart: &'static Chart,
+    states: Vec<u16>,
+    taken: VecDeque<Taken>,
+}
+
+/// A transition that was taken.
+#[derive(Clone, Copy, Debug)]
+struct Taken {
+    transition: u16,
+    event: u16,
+    took: Duration,
+    /// Since the start of the component.
+    at: Duration,
+}
+
+impl MachineRecord {
+    fn new(chart: &'static Chart) -> Self {
+        Self {
+            chart,
+            states: Vec::with_capacity(chart.states.len()),
+            taken: VecDeque::with_capacity(KEPT),
+        }
+    }
+
+    pub(crate) fn status(&self) -> MachineStatus {
+        let path = |state: &u16| self.chart.state(*state).path.to_string();
+        MachineStatus {
+            states: self.states.iter().map(path).collect(),
+            transitions: self
+                .taken
+                .iter()
+                .map(|taken| {
+                    let transition = self.chart.transition(taken.transition);
+                    let event = self.chart.events.get(usize::from(taken.event));
+                    let targets = self.chart.list(transition.targets).iter();
+                    TransitionStatus {
+                        from: path(&transition.source),
+                        to: targets.map(path).collect(),
+                        event: event.map(ToString::to_string),
+                        took_us: taken.took.as_micros() as u64,
+                        at_s: taken.at.as_secs_f64(),
+                    }
+                })
+                .collect(),
+        }
+    }
+}
 
 /// A state or an event of generated code.
 pub trait Numbered: Copy {
@@ -243,6 +300,8 @@ fn step<H: Hooks>(
     let failure = host.failure.take();
     let parts = hooks.parts();
     parts.interpreter = Some(interpreter);
+    record(hooks, None);
+    let parts = hooks.parts();
     if let Err(error) = result {
         let active: Vec<&str> = parts.active().collect();
         let message = format!("the state machine in {}: {error}", active.join(", "));
@@ -255,6 +314,37 @@ fn step<H: Hooks>(
         hooks.core().stop(&reason);
     }
     failure.map_or(Ok(()), Err)
+}
+
+/// Notes the active states, and a transition that was taken, for the status.
+fn record<H: Hooks>(hooks: &mut H, taken: Option<Taken>) {
+    let shared = Arc::clone(&hooks.core().shared);
+    let session = &hooks.parts().session;
+    let chart = session.chart();
+    // The end is told by the component's own state.
+    let states = || {
+        session
+            .active()
+            .filter(|state| chart.state(*state).kind.is_atomic())
+    };
+    let mut status = shared.status();
+    let record = status
+        .machine
+        .get_or_insert_with(|| MachineRecord::new(chart));
+    if taken.is_none() && states().eq(record.states.iter().copied()) {
+        return;
+    }
+    record.states.clear();
+    record.states.extend(states());
+    if let Some(taken) = taken {
+        if record.taken.len() == KEPT {
+            record.taken.pop_front();
+        }
+        record.taken.push_back(Taken {
+            at: shared.uptime(),
+            ..taken
+        });
+    }
 }
 
 /// Calls the worker. If it panics, the log tells the state.
@@ -373,15 +463,23 @@ impl<H: Hooks> Host for Steps<'_, H> {
 
     fn ends(&mut self) {
         let took = self.since.elapsed();
-        let (event, transition) = (self.event, self.transition);
-        let parts = self.hooks.parts();
-        let chart = parts.session.chart();
-        let Some(transition) = transition.map(|at| chart.transition(at)) else {
+        let Some(number) = self.transition else {
             return;
         };
+        let event = self.event;
+        let chart = self.hooks.parts().session.chart();
+        let transition = chart.transition(number);
         if transition.targets.is_empty() {
             return;
         }
+        let taken = Taken {
+            transition: number,
+            event,
+            took,
+            at: Duration::ZERO,
+        };
+        record(self.hooks, Some(taken));
+        let parts = self.hooks.parts();
         if parts.logged_since.elapsed() >= Duration::from_secs(1) {
             parts.logged_since = Instant::now();
             parts.logged = 0;
@@ -399,5 +497,158 @@ impl<H: Hooks> Host for Steps<'_, H> {
         } else {
             tracing::debug!("{from} => {active} [{by}] in {took:?}");
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clock::SystemClock;
+    use crate::status::{NetworkTime, Shared};
+    use rc_management::component::ClockKind;
+    use rc_middleware::WakeEvent;
+    use std::borrow::Cow;
+
+    const fn range(start: u16, end: u16) -> Range {
+        Range { start, end }
+    }
+
+    const fn state(name: &'static str, kind: Kind, parent: u16, end: u16) -> State {
+        State {
+            name: Cow::Borrowed(name),
+            path: Cow::Borrowed(name),
+            kind,
+            parent,
+            end,
+            initial: NONE,
+            transitions: range(0, 0),
+            histories: range(0, 0),
+            history: NONE,
+            entry: range(0, 0),
+            exit: range(0, 0),
+            done: NONE,
+        }
+    }
+
+    const fn transition(source: u16, targets: Range, trigger: Trigger, domain: u16) -> Transition {
+        Transition {
+            source,
+            targets,
+            trigger,
+            condition: Condition::Always,
+            domain,
+            through_history: false,
+            internal: false,
+            actions: range(0, 0),
+        }
+    }
+
+    /// `a => b` by `go`.
+    fn chart() -> &'static Chart {
+        let root = State {
+            initial: 1,
+            ..state("m", Kind::Compound, NONE, 3)
+        };
+        let a = State {
+            transitions: range(0, 1),
+            ..state("a", Kind::Atomic, 0, 2)
+        };
+        let b = state("b", Kind::Atomic, 0, 3);
+        Box::leak(Box::new(Chart {
+            name: Cow::Borrowed("m"),
+            states: vec![root, a, b].into(),
+            transitions: vec![
+                transition(1, range(0, 1), Trigger::Events(range(1, 2)), 0),
+                transition(0, range(2, 3), Trigger::Eventless, NONE),
+            ]
+            .into(),
+            events: vec![Cow::Borrowed("go")].into(),
+            fireable: 1,
+            lists: vec![2, 0, 1].into(),
+            blocks: Cow::Borrowed(&[]),
+            actions: Cow::Borrowed(&[]),
+            texts: Cow::Borrowed(&[]),
+            guards: Cow::Borrowed(&[]),
+            functions: Cow::Borrowed(&[]),
+            execution_error: NONE,
+            communication_error: NONE,
+            histories: 0,
+        }))
+    }
+
+    #[derive(Clone, Copy)]
+    struct Number(u16);
+
+    impl Numbered for Number {
+        fn number(self) -> u16 {
+            self.0
+        }
+    }
+
+    struct Worker {
+        core: Core,
+        machine: Machine<Number, Number>,
+    }
+
+    impl Hooks for Worker {
+        fn parts(&mut self) -> &mut Parts {
+            self.machine.parts()
+        }
+
+        fn core(&mut self) -> &mut Core {
+            &mut self.core
+        }
+
+        fn guard(&mut self, _: u16) -> bool {
+            false
+        }
+
+        fn action(&mut self, _: u16) -> Result<(), WorkerError> {
+            Ok(())
+        }
+
+        fn entry(&mut self, _: u16) -> Result<(), WorkerError> {
+            Ok(())
+        }
+
+        fn exit(&mut self, _: u16) -> Result<(), WorkerError> {
+            Ok(())
+        }
+
+        fn during(&mut self, _: u16) -> Result<(), WorkerError> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn the_status_tells_states_and_transitions() {
+        let time = NetworkTime::new(ClockKind::System, Arc::new(SystemClock));
+        let wake = WakeEvent::new().expect("an event");
+        let shared = Arc::new(Shared::new(wake, Duration::from_millis(1), 0, time));
+        let status = || {
+            let status = shared.status();
+            status.machine.as_ref().map(MachineRecord::status)
+        };
+        let mut worker = Worker {
+            core: Core::new("m", "n", Arc::clone(&shared)),
+            machine: Machine::new(chart()),
+        };
+        assert_eq!(status(), None);
+        start(&mut worker).expect("to rest");
+        let first = status().expect("a machine");
+        assert_eq!(
+            (first.states, first.transitions),
+            (vec!["a".to_owned()], vec![])
+        );
+        worker.machine.fire(Number(0));
+        react(&mut worker).expect("to rest");
+        assert!(worker.machine.is_in(Number(2)));
+        let second = status().expect("a machine");
+        assert_eq!(second.states, ["b"]);
+        let [taken] = second.transitions.as_slice() else {
+            panic!("{:?}", second.transitions);
+        };
+        assert_eq!((&*taken.from, &*taken.to[0]), ("a", "b"));
+        assert_eq!(taken.event.as_deref(), Some("go"));
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::clock::{Clock, Time};
 use crate::description::Slot;
+use crate::machine::MachineRecord;
 use hdrhistogram::Histogram;
 use rc_management::component::{ClockKind, QueueStatus, State, Timing};
 use rc_management::link::{Overruns, TimeJump};
@@ -90,6 +91,8 @@ pub(crate) struct Status {
     pub(crate) overruns: u64,
     pub(crate) slots: Vec<SlotCounters>,
     pub(crate) last_error: Option<String>,
+    /// What the state machine did last.
+    pub(crate) machine: Option<MachineRecord>,
     /// Of a source of time: the components that follow it, and those that it waits for beyond its limit.
     pub(crate) followers: Vec<String>,
     pub(crate) waiting_for: Vec<String>,
@@ -216,6 +219,7 @@ impl Status {
             overruns: 0,
             slots,
             last_error: None,
+            machine: None,
             followers: Vec::new(),
             waiting_for: Vec::new(),
             sent: Vec::new(),

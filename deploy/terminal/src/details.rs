@@ -63,6 +63,19 @@ pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {
         facts += &format!("  {}", clock_text(clock));
     }
     next(vec![Span::raw(facts)]);
+    let machine = component.report.as_ref().and_then(|r| r.machine.as_ref());
+    if let Some(machine) = machine {
+        let last = machine.transitions.last();
+        let last = last.map_or_else(String::new, |last| {
+            let event = last
+                .event
+                .as_ref()
+                .map_or_else(String::new, |event| format!(" by {event}"));
+            format!("  since {:.1}s, from {}{event}", last.at_s, last.from)
+        });
+        let text = format!("in {}{last}", machine.states.join(", "));
+        next(vec![Span::raw(plain(&text))]);
+    }
     let error = component
         .report
         .as_ref()

@@ -182,8 +182,39 @@ pub struct Status {
     /// Where its time comes from.
     #[serde(default)]
     pub clock: ClockStatus,
+    /// Its state machine, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine: Option<MachineStatus>,
     /// The connections, in the order of the `.cdsl`.
     pub slots: Vec<SlotStatus>,
+}
+
+/// The state machine of a component.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MachineStatus {
+    /// The active states without substates, each with its ancestors: `driving.forward`.
+    #[serde(deserialize_with = "foreign::texts")]
+    pub states: Vec<String>,
+    /// The last transitions that changed states, the newest last.
+    pub transitions: Vec<TransitionStatus>,
+}
+
+/// A transition that was taken.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TransitionStatus {
+    /// The state that it left.
+    #[serde(deserialize_with = "foreign::text")]
+    pub from: String,
+    /// The states that it entered.
+    #[serde(deserialize_with = "foreign::texts")]
+    pub to: Vec<String>,
+    /// The event; none for a transition without one.
+    #[serde(default, deserialize_with = "foreign::optional")]
+    pub event: Option<String>,
+    /// How long exits, actions and entries took, in microseconds.
+    pub took_us: u64,
+    /// Seconds from the start of the component to the transition.
+    pub at_s: f64,
 }
 
 /// The clock of a component: of `ctx.now()`, its period and the deadlines of its topics.

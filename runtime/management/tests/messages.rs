@@ -125,6 +125,16 @@ fn of_components(golden: &mut Golden) {
         compute: timing(),
         last_error: Some(text("no scan")),
         clock: component::ClockStatus::default(),
+        machine: Some(component::MachineStatus {
+            states: vec![text("driving.forward")],
+            transitions: vec![component::TransitionStatus {
+                from: text("idle"),
+                to: vec![text("driving")],
+                event: Some(text("go")),
+                took_us: 12,
+                at_s: 0.5,
+            }],
+        }),
         slots: vec![
             slot(Role::Implements, Some(text("default/Laser"))),
             slot(Role::Requires, None),
