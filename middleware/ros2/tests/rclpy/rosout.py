@@ -9,6 +9,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 peer = Peer("rosout")
 client = AsyncParameterClient(peer.node, peer.full("interop"))
 peer.until("the services are found", client.services_are_ready)
+# Discovery knows endpoints before it knows whose they are.
+peer.until("the node is found", lambda: "interop" in peer.node.get_node_names())
 ends = peer.node.get_publishers_info_by_topic("/rosout")
 say("published", any(end.node_name == "interop" for end in ends))
 lines = []
