@@ -1,5 +1,7 @@
 //! The tasks, and what of them a person types.
 
+use std::path::Path;
+
 /// What a person, or a tool for them, does.
 pub(super) enum Step {
     /// Types a file.
@@ -55,7 +57,7 @@ impl Typed {
             None => true,
         });
         let count = typed.count();
-        if file.ends_with(".rs") {
+        if Path::new(file).extension().is_some_and(|e| e == "rs") {
             self.rust += count;
         } else {
             self.descriptions += count;
