@@ -1,8 +1,9 @@
 //! The network of a process, and the folder in which the processes of a network find each other.
 
 use crate::{Settings, WakeEvent};
+use std::fs::Permissions;
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 /// What a backend has to know of its process.
@@ -38,10 +39,7 @@ impl RunDirectory {
     /// The same in `base`, for a user.
     fn open_below(base: &Path, network: &str, uid: u32) -> io::Result<Self> {
         let path = base.join(network);
-        let created = std::fs::DirBuilder::new()
-            .recursive(true)
-            .mode(0o700)
-            .create(&path);
+        let created = make_private(base).and_then(|()| make_private(&path));
         // Checked first: the folder of another user is also the reason why it cannot be created.
         if let Ok(found) = std::fs::symlink_metadata(base)
             && let Some(wrong) = not_private(&found, uid)
@@ -100,6 +98,19 @@ impl RunDirectory {
     }
 }
 
+/// Creates a folder for this user alone, unless it exists.
+fn make_private(path: &Path) -> io::Result<()> {
+    if let Some(parent) = path.parent() {
+        std::fs::create_dir_all(parent)?;
+    }
+    match std::fs::DirBuilder::new().mode(0o700).create(path) {
+        // iceoryx2 sets the umask of the process for a moment while it makes a socket, on any thread.
+        Ok(()) => std::fs::set_permissions(path, Permissions::from_mode(0o700)),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(()),
+        Err(error) => Err(error),
+    }
+}
+
 /// Why a folder is not private to a user; `None` if it is.
 fn not_private(found: &std::fs::Metadata, uid: u32) -> Option<String> {
     if !found.is_dir() {
@@ -145,13 +156,26 @@ fn base() -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::fs::Permissions;
-    use std::os::unix::fs::PermissionsExt;
+
+    /// A thread of the process may have changed the umask for a moment.
+    #[test]
+    fn a_run_directory_is_usable_under_any_umask() {
+        let test = "a_folder_that_others_own_or_may_change_is_refused";
+        let told = std::process::Command::new("sh")
+            .args(["-c", "umask 177; exec \"$0\" --exact \"$1\""])
+            .arg(std::env::current_exe().expect("this program"))
+            .arg(format!("environment::tests::{test}"))
+            .output()
+            .expect("it runs");
+        let said = String::from_utf8_lossy(&told.stdout).into_owned();
+        assert!(said.contains("1 passed"), "{said}");
+    }
 
     #[test]
     fn a_folder_that_others_own_or_may_change_is_refused() {
         let folder = std::env::temp_dir().join(format!("rc-run-{}", std::process::id()));
         let base = folder.join("robocomp");
+        make_private(&folder).expect("a folder");
         let uid = rustix::process::getuid().as_raw();
         let open = |uid| RunDirectory::open_below(&base, "net", uid);
         let directory = open(uid).expect("a directory");

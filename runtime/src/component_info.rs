@@ -54,7 +54,7 @@ impl ComponentInfo {
                 .collect(),
             overruns: delta.overruns(self.description.slots, status.period),
             silent: delta.silences(self.description.slots),
-            mismatches: delta.mismatches,
+            mismatches: delta.mismatches(),
             clock: Some(Box::new(clock(shared, &status)))
                 .filter(|clock| clock.kind != ClockKind::System),
             jumps: delta.jumps,

@@ -6,6 +6,7 @@
 //! waits for it takes one line of memory for each kind of message.
 
 use rc_configuration::ParamChange;
+use rc_diagnostics::foreign;
 use rc_management::Output;
 use rc_management::component::State;
 use rc_management::lines::{LIMIT, Lines, Overlong};
@@ -131,6 +132,8 @@ impl Link {
 
     /// Sets whether parameters were restored, and why not.
     pub(crate) fn set_restored(&mut self, refused: Option<String>) {
+        // The reason is the worker's text, of any length.
+        let refused = refused.as_deref().map(foreign::clean);
         self.waiting.restored = Some(ComponentMessage::Restored { refused });
         self.write();
     }
@@ -153,8 +156,7 @@ impl Link {
 
     /// Sends a heartbeat. The link must be free.
     pub(crate) fn send_heartbeat(&mut self, heartbeat: Heartbeat) {
-        let line = rpc::notification(&ComponentMessage::Heartbeat(heartbeat));
-        self.output.push(&line);
+        self.output.push(&heartbeat_line(heartbeat));
         self.write();
     }
 
@@ -201,6 +203,24 @@ impl AsFd for Link {
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.stream.as_fd()
     }
+}
+
+/// The line of a heartbeat. What grows with the number of slots is left out of one that no supervisor
+/// would read, and said.
+fn heartbeat_line(mut heartbeat: Heartbeat) -> Vec<u8> {
+    let line = rpc::notification(&ComponentMessage::Heartbeat(heartbeat.clone()));
+    if line.len() <= LIMIT {
+        return line;
+    }
+    heartbeat.lost.clear();
+    heartbeat.peers.clear();
+    heartbeat.silent.clear();
+    heartbeat.clock = None;
+    heartbeat.mismatches = vec![format!(
+        "the health of its slots takes {} bytes, a heartbeat has {LIMIT}; ask for `status`",
+        line.len()
+    )];
+    rpc::notification(&ComponentMessage::Heartbeat(heartbeat))
 }
 
 /// Secrets stay in this process. If the values are too long for a line, only paths are sent.
@@ -252,6 +272,44 @@ mod tests {
         let changed = Map::from_iter([("name".to_owned(), "left".into())]);
         let unkept = vec!["token".to_owned()];
         assert_eq!(sent, UnsavedParameters { changed, unkept });
+    }
+
+    /// A heartbeat that its reader drops would be missed, and the component taken for hung.
+    #[test]
+    fn a_heartbeat_of_any_number_of_slots_reaches_the_supervisor() {
+        let (ours, theirs) = UnixStream::pair().expect("a pair");
+        let mut link = Link::new(ours).expect("a link");
+        let slot = |at: usize| (format!("slot_with_a_rather_long_name_{at}"), at);
+        let heartbeat = Heartbeat {
+            age_ms: 7,
+            peers: (0..4000).map(slot).collect(),
+            ..Heartbeat::default()
+        };
+        link.send_heartbeat(heartbeat);
+        let (mut lines, mut read) = (Lines::new(Overlong::Count), Vec::new());
+        while read.is_empty() {
+            read = lines.read(&theirs).0;
+            link.write();
+        }
+        let message = read[0].bytes().map(ComponentMessage::decode);
+        let Some(Ok(ComponentMessage::Heartbeat(heartbeat))) = message else {
+            panic!("{message:?}");
+        };
+        assert_eq!((heartbeat.age_ms, heartbeat.peers.len()), (7, 0));
+        assert!(heartbeat.mismatches[0].contains("ask for `status`"));
+    }
+
+    #[test]
+    fn a_reason_of_any_length_reaches_the_supervisor() {
+        let (ours, theirs) = UnixStream::pair().expect("a pair");
+        let mut link = Link::new(ours).expect("a link");
+        link.set_restored(Some("no ".repeat(LIMIT)));
+        let read = Lines::new(Overlong::Count).read(&theirs).0;
+        let message = read[0].bytes().map(ComponentMessage::decode);
+        let Some(Ok(ComponentMessage::Restored { refused })) = message else {
+            panic!("{message:?}");
+        };
+        assert!(refused.is_some_and(|reason| reason.starts_with("no no")));
     }
 
     #[test]

@@ -172,6 +172,14 @@ fn is_query(request: &Result<Request, Error>) -> bool {
     )
 }
 
+/// The requests in the order in which they are served; each is of another client.
+fn control_first<C, I>(
+    mut requests: Vec<(C, I, Result<Request, Error>)>,
+) -> Vec<(C, I, Result<Request, Error>)> {
+    requests.sort_by_key(|(_, _, request)| is_query(request));
+    requests
+}
+
 impl Server {
     fn attach(&mut self, whole_process: bool) -> io::Result<()> {
         if !whole_process {
@@ -328,10 +336,8 @@ impl Server {
 
     /// Serves at most one request of each client, those first that control the component.
     fn serve(&mut self) {
-        let requests = self.socket.requests().into_iter();
-        let mut requests: Vec<_> = requests.map(decode).collect();
-        requests.sort_by_key(|(_, _, request)| is_query(request));
-        for (client, id, request) in requests {
+        let requests = self.socket.requests().into_iter().map(decode).collect();
+        for (client, id, request) in control_first(requests) {
             if let Some(result) = self.execute(client, id.as_ref(), request)
                 && let Some(id) = id
             {
@@ -413,5 +419,27 @@ fn decode(received: Received) -> (u64, Option<Value>, Result<Request, Error>) {
     match call {
         Ok(call) => (client, call.id.clone(), Request::decode(call)),
         Err(error) => (client, Some(Value::Null), Err(error)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_that_control_come_before_queries() {
+        let paths = None;
+        let requests = [
+            Ok(Request::Status),
+            Err(Error::new(-32600, "no request")),
+            Ok(Request::Emergency { active: true }),
+            Ok(Request::Parameters { paths }),
+            Ok(Request::Stop),
+        ];
+        let requests = requests.into_iter().enumerate();
+        let requests = requests.map(|(client, request)| (client, (), request));
+        let served = control_first(requests.collect());
+        let clients: Vec<usize> = served.iter().map(|(client, ..)| *client).collect();
+        assert_eq!(clients, [2, 4, 0, 1, 3]);
     }
 }

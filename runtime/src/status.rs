@@ -4,6 +4,7 @@ use crate::clock::{Clock, Time};
 use crate::description::Slot;
 use crate::machine::MachineRecord;
 use hdrhistogram::Histogram;
+use rc_diagnostics::foreign;
 use rc_management::component::{ClockKind, QueueStatus, State, Timing};
 use rc_management::link::{Overruns, TimeJump};
 use rc_middleware::{Counter, QueueGauge, WakeEvent};
@@ -113,11 +114,16 @@ pub(crate) struct HeartbeatDelta {
     slowest: Option<(Activity, Duration)>,
     /// Topics that exceeded their deadline, by slot and operation, and how long they were silent.
     silent: BTreeMap<(usize, usize), Duration>,
-    /// Peers that do not fit.
-    pub(crate) mismatches: Vec<String>,
+    /// Peers that do not fit; the log has all.
+    mismatches: Vec<String>,
+    /// How many more there were.
+    unlisted: usize,
     /// How time has jumped back.
     pub(crate) jumps: Vec<TimeJump>,
 }
+
+/// How many peers that do not fit a heartbeat reports.
+const MISMATCHES: usize = 16;
 
 /// How many jumps of time a heartbeat reports.
 const JUMPS: usize = 8;
@@ -131,6 +137,26 @@ pub(crate) enum Activity {
 }
 
 impl HeartbeatDelta {
+    /// Notes peers that do not fit. Names in these reports are of other programs.
+    pub(crate) fn mismatched(&mut self, reports: Vec<String>) {
+        for report in reports {
+            if self.mismatches.len() < MISMATCHES {
+                self.mismatches.push(foreign::clean(&report));
+            } else {
+                self.unlisted += 1;
+            }
+        }
+    }
+
+    /// The reports about peers that do not fit.
+    pub(crate) fn mismatches(&self) -> Vec<String> {
+        let more = (self.unlisted > 0).then(|| {
+            let count = self.unlisted;
+            format!("{count} more endpoints do not fit; the log of the component names them")
+        });
+        self.mismatches.iter().cloned().chain(more).collect()
+    }
+
     /// Counts a run that took longer than the period.
     pub(crate) fn overrun(&mut self, activity: Activity, took: Duration) {
         self.overruns += 1;
@@ -285,5 +311,28 @@ impl TimingRecorder {
             p99_us: at(0.99),
             max_us: times.map_or(0, Histogram::max),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_heartbeat_lists_some_endpoints_that_do_not_fit_and_counts_the_rest() {
+        let mut delta = HeartbeatDelta::default();
+        assert!(delta.mismatches().is_empty());
+        for at in 0..1000 {
+            delta.mismatched(vec![format!("{at}\n{}", "x".repeat(9000))]);
+        }
+        let reports = delta.mismatches();
+        assert_eq!(reports.len(), MISMATCHES + 1);
+        assert!(
+            reports[..MISMATCHES]
+                .iter()
+                .all(|report| report.len() < 300)
+        );
+        assert!(reports[1].starts_with("1\\nxxx"), "{}", reports[1]);
+        assert!(reports[MISMATCHES].starts_with("984 more endpoints do not fit"));
     }
 }

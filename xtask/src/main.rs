@@ -25,7 +25,7 @@ fn main() -> ExitCode {
         ["bench" | "soak" | "chaos" | "deny" | "experiment", ..] => return trials(&args),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] | uninstall [--root DIR] | bench … | soak … | chaos … | deny [--smoke] | experiment [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S]"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] | uninstall [--root DIR] | bench … | soak … | chaos … | deny [--smoke] | experiment [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S] [--file GLOB]…"
             );
             return ExitCode::from(2);
         }

@@ -33,6 +33,23 @@ fn read(folder: &Path) -> String {
     std::fs::read_to_string(folder.join("etc/config.toml")).expect("a configuration")
 }
 
+/// Also one that is written for the first time.
+#[test]
+fn only_the_owner_reads_a_new_configuration_with_secrets() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write(folder, "c.cdsl", CDSL);
+    write(folder, "c.pdsl", LATER);
+    assert_eq!(rcgen(folder, &["c.cdsl"]).0, 0);
+    let metadata = std::fs::metadata(folder.join("etc/config.toml")).expect("a configuration");
+    assert_eq!(metadata.permissions().mode() & 0o777, 0o600);
+    let (code, _, err) = rcgen(folder, &["check", "etc/config.toml"]);
+    assert!(!err.contains("readable-secret"), "{code}: {err}");
+    rights(folder, 0o644);
+    let (_, _, err) = rcgen(folder, &["check", "etc/config.toml"]);
+    assert!(err.contains("readable-secret"), "{err}");
+}
+
 #[test]
 fn a_configuration_is_updated_on_request_only() {
     let folder = component();

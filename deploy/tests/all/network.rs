@@ -11,6 +11,7 @@ mod groups;
 mod iceoryx2_python;
 mod interop_client;
 mod joints;
+mod large;
 mod late;
 mod params;
 mod partial;

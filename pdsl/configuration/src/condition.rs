@@ -499,6 +499,39 @@ mod tests {
     }
 
     #[test]
+    fn only_equality_needs_no_order() {
+        let signs = Comparator::SIGNS.iter();
+        let equality: Vec<&str> = signs
+            .filter(|(_, comparator)| comparator.is_equality())
+            .map(|(sign, _)| *sign)
+            .collect();
+        assert_eq!(equality, ["==", "!="]);
+    }
+
+    #[test]
+    fn whole_numbers_are_divided_without_rounding() {
+        let large = (1_i128 << 60) + 1;
+        let half = Number::Int(2 * large).over(Number::Int(2));
+        assert_eq!(
+            half.map(|half| half.order(Number::Int(large))),
+            Ok(Some(Ordering::Equal))
+        );
+    }
+
+    #[test]
+    fn a_time_is_multiplied_by_a_number_from_either_side() {
+        let second = || Operand::Time(Number::Int(1_000_000_000));
+        let three = || Operand::Number(Number::Int(3));
+        for product in [multiply(second(), three()), multiply(three(), second())] {
+            let Ok(Operand::Time(Number::Int(ns))) = product else {
+                panic!("{product:?}");
+            };
+            assert_eq!(ns, 3_000_000_000);
+        }
+        assert!(multiply(second(), second()).is_err());
+    }
+
+    #[test]
     fn either_side_may_decide_and_trouble_is_kept() {
         let (yes, no) = (Ok(true), Ok(false));
         let (zero, empty) = (

@@ -423,3 +423,18 @@ impl Parameter {
         text
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_for_a_duration_counts_milliseconds() {
+        let converted = |value| Type::Duration.convert(&value);
+        let ns = |ns| Ok(Value::Duration(ns));
+        assert_eq!(converted(Value::Int(2)), ns(2_000_000));
+        assert_eq!(converted(Value::Float(2.5)), ns(2_500_000));
+        assert_eq!(converted(Value::Text("2.5us".to_owned())), ns(2_500));
+        assert!(converted(Value::Float(-1.0)).is_err());
+    }
+}

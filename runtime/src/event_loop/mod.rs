@@ -582,6 +582,6 @@ impl<'a> EventLoop<'a> {
         for (slot, peers) in status.slots.iter_mut().zip(counts) {
             slot.peers = peers;
         }
-        status.delta.mismatches.extend(mismatches);
+        status.delta.mismatched(mismatches);
     }
 }

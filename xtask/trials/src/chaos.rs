@@ -20,28 +20,34 @@ use std::time::{Duration, Instant};
 pub(crate) struct Orders {
     kills: u32,
     /// `None` kills as fast as possible.
-    minutes: Option<u32>,
+    time: Option<Duration>,
     seed: u64,
 }
 
 impl Orders {
-    /// Parses `[--kills N | --minutes N] [--seed S]`; `None` if the arguments are invalid.
+    /// Parses `[--kills N | --minutes N | --seconds N] [--seed S]`; `None` if the arguments are invalid.
     pub(crate) fn parse(words: &[&str]) -> Option<Self> {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         let mut orders = Self {
             kills: 500,
-            minutes: None,
+            time: None,
             seed: now.map_or(0, |since| since.as_secs()),
         };
         for pair in words.chunks(2) {
             match *pair {
                 ["--kills", number] => orders.kills = number.parse().ok()?,
-                ["--minutes", number] => orders.minutes = Some(number.parse().ok()?),
+                ["--minutes", number] => {
+                    let minutes: u32 = number.parse().ok()?;
+                    orders.time = Some(Duration::from_mins(1) * minutes);
+                }
+                ["--seconds", number] => {
+                    orders.time = Some(Duration::from_secs(number.parse().ok()?));
+                }
                 ["--seed", number] => orders.seed = number.parse().ok()?,
                 _ => return None,
             }
         }
-        let both = words.contains(&"--kills") && orders.minutes.is_some();
+        let both = words.contains(&"--kills") && orders.time.is_some();
         (!both).then_some(orders)
     }
 }
@@ -50,8 +56,8 @@ impl Orders {
 pub(crate) fn run(orders: &Orders) -> Result<(), Failure> {
     build()?;
     let Orders { kills, seed, .. } = *orders;
-    if let Some(minutes) = orders.minutes {
-        return minutes::run(minutes, seed);
+    if let Some(time) = orders.time {
+        return minutes::run(time, seed);
     }
     println!("chaos: {kills} kills, seed {seed}");
     let start = Instant::now();

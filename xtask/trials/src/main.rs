@@ -87,7 +87,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | deny [--smoke] | experiment [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }

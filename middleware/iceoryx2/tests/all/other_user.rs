@@ -93,6 +93,35 @@ fn files_in_the_way_of_one_run_are_not_in_that_of_the_next() {
     }
 }
 
+/// Nobody can guess these names; the test takes what the first opening has made.
+#[test]
+fn a_foreign_file_that_makes_an_opening_fail_is_named_with_its_owner() {
+    let network = Network::new("of");
+    let backend = network.join("first");
+    let motor = endpoint("default/Motor");
+    let _server = backend.server(&motor).expect("a server");
+    let foreign: Vec<_> = rc_iceoryx2::leftovers(&RunDirectory::of(&network.0))
+        .into_iter()
+        .filter(|path| path.extension().is_some_and(|end| end == "dynamic"))
+        .collect();
+    assert!(!foreign.is_empty());
+    for path in &foreign {
+        std::fs::remove_file(path).expect("it is ours");
+        if !as_other("a_foreign_file_that_makes_an_opening_fail", "touch", path) {
+            return;
+        }
+    }
+    let refused = network.join("second").client(&motor).err();
+    let said = refused.expect("something is in its way").to_string();
+    let owner = rc_middleware::user_name(OTHER);
+    for path in foreign {
+        let named = format!("{} belongs to user {owner}", path.display());
+        assert!(said.contains(&named), "{said}");
+        std::fs::remove_file(path).expect("root may");
+    }
+    assert!(said.contains("the network then gets other names"), "{said}");
+}
+
 #[test]
 fn a_run_directory_of_another_user_is_refused_by_the_name_of_its_owner() {
     let base = tempfile::tempdir_in("/dev/shm").expect("a folder");

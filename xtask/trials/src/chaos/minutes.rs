@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 const ROBOTS: usize = 6;
 /// The pause between two kills of components.
 const BEAT: Duration = Duration::from_secs(1);
-/// The life time of one rcdeploy.
+/// The life time of one rcdeploy, in a run of more than three of them.
 const LIFE: Duration = Duration::from_secs(30);
 /// A restarted component is ready within this time.
 const READY: Duration = Duration::from_secs(2);
@@ -59,14 +59,15 @@ struct Seen {
     late: Vec<String>,
 }
 
-pub(super) fn run(minutes: u32, seed: u64) -> Result<(), Failure> {
-    println!("chaos: {minutes} minutes, seed {seed}");
+pub(super) fn run(time: Duration, seed: u64) -> Result<(), Failure> {
+    println!("chaos: {time:?}, seed {seed}");
     let ground = Ground::new()?;
     describe(&ground)?;
     let mut seen = Seen::default();
     let pause = pauses();
-    let end = Instant::now() + Duration::from_mins(1) * minutes;
-    let outcome = storm(&ground, &mut Dice(seed), end, &mut seen);
+    let end = Instant::now() + time;
+    let life = LIFE.min(time / 3);
+    let outcome = storm(&ground, &mut Dice(seed), (life, end), &mut seen);
     if let Err(error) = outcome.and_then(|()| ground.nothing_is_left()) {
         let folder = ground.keep();
         let (folder, kills) = (folder.display(), seen.tally.kills);
@@ -138,7 +139,12 @@ fn names() -> Vec<String> {
         .collect()
 }
 
-fn storm(ground: &Ground, dice: &mut Dice, end: Instant, seen: &mut Seen) -> Result<(), Failure> {
+fn storm(
+    ground: &Ground,
+    dice: &mut Dice,
+    (life, end): (Duration, Instant),
+    seen: &mut Seen,
+) -> Result<(), Failure> {
     let mut killed = None;
     loop {
         let mut network = Network::start(ground)?;
@@ -155,11 +161,11 @@ fn storm(ground: &Ground, dice: &mut Dice, end: Instant, seen: &mut Seen) -> Res
         if let Some(killed) = killed.take() {
             seen.up.push(Instant::now().duration_since(killed));
         }
-        let life = (Instant::now() + LIFE).min(end);
-        while Instant::now() + BEAT < life {
+        let last = (Instant::now() + life).min(end);
+        while Instant::now() + BEAT < last {
             network.beat(dice, seen)?;
         }
-        if life == end {
+        if last == end {
             return network.finish(seen);
         }
         if dice.falls(30) {

@@ -27,13 +27,13 @@ fn twenty_kills_leave_nothing() {
 }
 
 #[test]
-fn a_minute_of_kills_under_load_leaves_nothing() {
-    let output = chaos(&["--minutes", "1", "--seed", "3"]);
+fn kills_under_load_leave_nothing() {
+    let output = chaos(&["--seconds", "36", "--seed", "3"]);
     let kills = output
         .lines()
         .find(|line| line.contains(" components were killed"));
     let kills = kills.and_then(|line| line.split(' ').next());
     let kills: u32 = kills.expect("a number").parse().expect("a number");
     // One a second, but for those in which rcdeploy starts.
-    assert!(kills > 20, "{output}");
+    assert!(kills > 12, "{output}");
 }

@@ -1,0 +1,25 @@
+//! A network of many components.
+
+use crate::network::site::Site;
+use serde_json::Value;
+use std::fmt::Write as _;
+
+/// They are read, checked and planned; nothing starts.
+#[test]
+fn a_network_of_a_thousand_components_is_checked_and_planned() {
+    const MANY: usize = 1000;
+    let site = Site::new("large");
+    let mut text = "Deployment patrol\n{\n".to_owned();
+    for at in 0..MANY {
+        let cdsl = "../speech_server/speech_server.cdsl";
+        writeln!(text, "    Component c{at} {{ cdsl \"{cdsl}\"; }};").expect("text");
+    }
+    site.write_ddsl(&(text + "};\n"));
+    let checked = site.rcdeploy(&["check", "--profile", "dev"], true);
+    let sentence = format!("{MANY} components, 0 connections, nothing wrong");
+    assert!(checked.stdout.contains(&sentence), "{checked:?}");
+    let planned = site.rcdeploy(&["plan", "--format", "json", "--profile", "dev"], true);
+    let plan: Value = serde_json::from_str(&planned.stdout).expect("a plan");
+    assert_eq!(plan["components"].as_array().map(Vec::len), Some(MANY));
+    assert_eq!(plan["waves"][0].as_array().map(Vec::len), Some(MANY));
+}
