@@ -7,6 +7,7 @@ use crate::generate;
 use crate::interface_crate::{Definitions, Error, InterfaceCrate};
 use crate::load::FileLoader;
 use crate::project::Project;
+use crate::rust::print::FIRST_TEST;
 use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
 use rc_syntax::Loader;
@@ -44,6 +45,10 @@ impl Component {
         let is_library = !lacks_library(&folder);
         if !is_library {
             files.remove(Path::new(LIBRARY));
+        }
+        // Whoever has a worker has tests, or wants none.
+        if folder.join("src").exists() {
+            files.remove(Path::new(FIRST_TEST));
         }
         let (definitions, more) = Definitions::of(&project.component.library, &project.origins)?;
         found.extend(more);

@@ -13,6 +13,7 @@ pub mod names;
 mod operation_names;
 mod parameters;
 pub(crate) mod print;
+mod testing;
 mod types;
 pub mod worker;
 

@@ -33,6 +33,7 @@ mod proposal;
 mod ros_arguments;
 mod settings;
 mod status;
+pub mod testing;
 mod time;
 mod waker;
 
@@ -49,6 +50,18 @@ pub use rc_management::component::{Role, State};
 pub use rc_middleware as middleware;
 pub use time::{Order, TimeError, TimeSource};
 pub use tracing;
+
+/// How to write and test a worker: two pages of the book.
+// A test of the book compiles their code, which needs a generated crate.
+#[cfg_attr(not(doctest), doc = include_str!("../../docs/worker-guide.md"))]
+#[allow(
+    clippy::test_attr_in_doctest,
+    reason = "the page shows tests of workers"
+)]
+pub mod guide {
+    #[cfg_attr(not(doctest), doc = include_str!("../../docs/testing.md"))]
+    pub mod testing {}
+}
 
 /// The types of the network's time, which generated crates re-export under this name.
 pub mod network_time {

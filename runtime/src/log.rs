@@ -9,19 +9,21 @@ use std::time::SystemTime;
 use tracing::field::{Field, Visit};
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::Layer;
-use tracing_subscriber::filter::LevelFilter;
+use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::{Context, SubscriberExt};
 use tracing_subscriber::util::SubscriberInitExt;
 
 /// Sends the log, with messages of this level and above, to standard error if it `prints`, and to
 /// the queue that it returns. `None` for a second component of one process, as in tests: it uses
-/// the log of the first.
-pub(crate) fn start(level: &str, prints: bool) -> Result<Option<Arc<LogQueue>>, StartError> {
-    let level: Level = level.parse().map_err(|_| {
-        StartError::Usage(format!(
-            "`{level}` is not a log level; there are error, warn, info, debug and trace"
-        ))
-    })?;
+/// the log of the first. Without a level, `RUST_LOG` holds.
+pub(crate) fn start(
+    level: Option<&str>,
+    prints: bool,
+) -> Result<Option<Arc<LogQueue>>, StartError> {
+    let filter = match level {
+        Some(level) => Targets::new().with_default(parse(level)?),
+        None => environment(),
+    };
     let printed = prints.then(|| {
         tracing_subscriber::fmt::layer()
             .with_target(false)
@@ -32,7 +34,7 @@ pub(crate) fn start(level: &str, prints: bool) -> Result<Option<Arc<LogQueue>>, 
     });
     let queue = Arc::new(LogQueue::default());
     let subscriber = tracing_subscriber::registry()
-        .with(LevelFilter::from_level(level))
+        .with(filter)
         .with(printed)
         .with(ToQueue(Arc::clone(&queue)));
     Ok(subscriber.try_init().is_ok().then_some(queue))
@@ -77,6 +79,27 @@ impl Visit for Text {
             "message" => write!(self.0, "{blank}{value:?}"),
             name => write!(self.0, "{blank}{name}={value:?}"),
         };
+    }
+}
+
+fn parse(level: &str) -> Result<Level, StartError> {
+    level.parse().map_err(|_| {
+        StartError::Usage(format!(
+            "`{level}` is not a log level; there are error, warn, info, debug and trace"
+        ))
+    })
+}
+
+/// What `RUST_LOG` sets: a level, or one for each of some modules. A text that is meant for other programs stops none.
+fn environment() -> Targets {
+    let default = Targets::new().with_default(Level::INFO);
+    match std::env::var("RUST_LOG") {
+        Ok(text) if !text.trim().is_empty() => text.parse().unwrap_or_else(|_| {
+            let expected = "expected a level (debug), or levels of modules (guard=debug,info)";
+            print_error(&format!("warning: RUST_LOG has no effect: {expected}\n"));
+            default
+        }),
+        _ => default,
     }
 }
 

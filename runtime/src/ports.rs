@@ -63,17 +63,44 @@ impl Ports {
         for (name, connect) in description.backends {
             backends.push((*name, connect(environment)?));
         }
-        Ok(Self {
+        let ports = Self::over(
             description,
             backends,
             addresses,
+            &environment.network,
+            clock,
+        );
+        Ok(Self {
             settings: environment.settings.clone(),
+            ..ports
+        })
+    }
+
+    /// The connections over these middlewares, with the default settings.
+    pub(crate) fn over(
+        description: &'static Description,
+        backends: Vec<(&'static str, Box<dyn Backend>)>,
+        addresses: Vec<Address>,
+        network: &str,
+        clock: ClockKind,
+    ) -> Self {
+        Self {
+            description,
+            backends,
+            addresses,
+            settings: Settings::default(),
             sent: RefCell::default(),
             queues: RefCell::default(),
-            network: environment.network.clone(),
+            network: network.to_owned(),
             clock,
             source: None,
-        })
+        }
+    }
+
+    /// Lets the worker set `clock` as a source of time that nobody follows.
+    pub(crate) fn simulate_time(&mut self, clock: &Arc<SimulatedClock>) {
+        let state = SourceState::new(Arc::clone(clock), &[]);
+        self.source = Some(Rc::new(RefCell::new(state)));
     }
 
     /// Joins the time of the network. `followers` are those that a source expects; `middleware` is the one over which

@@ -194,7 +194,7 @@ fn run_component<C: Component>(
     let loaded = configuration::load(description, arguments)?;
     let configuration = &loaded.configuration;
     let level = loaded.ros.log.or(arguments.log.as_deref());
-    let level = level.or(configuration.log.as_deref()).unwrap_or("info");
+    let level = level.or(configuration.log.as_deref());
     let log = log::start(level, arguments.ros.prints_log.unwrap_or(true))?;
     let bindings = configuration::bindings(description, arguments, configuration)?;
     let mut settings = settings(description, arguments, &loaded, &bindings)?;

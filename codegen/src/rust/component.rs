@@ -6,7 +6,7 @@ use super::machine::{self, Machine, TRAIT};
 use super::names;
 use super::operation_names::{answer_name, error_name};
 use super::worker;
-use super::{parameters, types};
+use super::{parameters, testing, types};
 use crate::view;
 use crate::view::component::{Qos, Time};
 use crate::view::library::Interface;
@@ -46,6 +46,7 @@ pub(crate) struct Component<'a> {
     /// What the user's worker file imports.
     pub(crate) imports: Vec<String>,
     worker: &'static str,
+    testing: testing::Testing,
     /// Whether a slot calls or publishes, implements, subscribes.
     sends: bool,
     implements: bool,
@@ -206,6 +207,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         reexports: reexports(view, &traits),
         imports: imports(view, &slots, &traits),
         worker: WORKER,
+        testing: testing::of(view),
         sends: slots.iter().any(|slot| slot.sends),
         implements: has("implements"),
         subscribes: has("subscribesTo"),

@@ -55,6 +55,16 @@ fn generate(workspace: &Path, name: &str, middleware: &str) {
     run(Command::new(RCGEN)
         .arg(component.join(format!("{name}.cdsl")))
         .args(["--middleware", middleware]));
+    let configuration = component.join("config.toml");
+    if configuration.exists() {
+        std::fs::rename(configuration, component.join("etc/config.toml")).expect("to move");
+    }
+    for test in ["checks.rs", "fakes.rs"] {
+        if component.join(test).exists() {
+            let tests = component.join("tests").join(test);
+            std::fs::rename(component.join(test), tests).expect("to move");
+        }
+    }
 }
 
 /// A generated component whose interface is then extended, with the output of `rcgen stubs` pasted
@@ -161,7 +171,7 @@ fn share(workspace: &Path) {
     let manifest = workspace.join("components/viewer/Cargo.toml");
     let text = std::fs::read_to_string(&manifest).expect("a manifest");
     let text = text
-        + "\n[dev-dependencies]\nscanner = { path = \"../scanner\" }\n\
+        + "scanner = { path = \"../scanner\" }\n\
            scanner_generated = { path = \"../scanner/generated\" }\nscans = { path = \"../../scans\" }\n";
     std::fs::write(manifest, text).expect("to write");
 }
@@ -198,34 +208,20 @@ fn every_construct_compiles() {
     let mut fmt = vec!["fmt", "--check"];
     fmt.extend(packages);
     cargo(&workspace, &fmt);
+    let manifest = workspace.join("components/placed/Cargo.toml");
+    let text = std::fs::read_to_string(&manifest).expect("a manifest");
+    let text = text + "rc-runtime.workspace = true\n";
+    std::fs::write(manifest, text).expect("to write");
+    let tests = ["worker", "checks", "fakes", "shared"];
+    let tests = tests.iter().flat_map(|name| ["--test", name]);
     let mut clippy = vec!["clippy", "--workspace", "--offline", "-q", "-j1", "--lib"];
     clippy.extend(programs);
+    clippy.extend(tests.clone());
     clippy.extend(["--", "-D", "warnings"]);
     cargo(&workspace, &clippy);
-    // The code for in-place values and that for state machines are also executed.
-    let [placed, walker] = ["placed", "walker"].map(|name| workspace.join("components").join(name));
-    for component in [&placed, &walker] {
-        std::fs::create_dir(component.join("tests")).expect("a folder");
-        std::fs::rename(
-            component.join("checks.rs"),
-            component.join("tests/checks.rs"),
-        )
-        .expect("to move");
-    }
-    let manifest = placed.join("Cargo.toml");
-    let text = std::fs::read_to_string(&manifest).expect("a manifest");
-    let text = text + "\n[dev-dependencies]\nrc-runtime.workspace = true\n";
-    std::fs::write(manifest, text).expect("to write");
-    let test = [
-        "test",
-        "--workspace",
-        "--offline",
-        "-q",
-        "--test",
-        "checks",
-        "--test",
-        "shared",
-    ];
+    // Generated code is also executed.
+    let mut test = vec!["test", "--workspace", "--offline", "-q"];
+    test.extend(tests);
     cargo(&workspace, &test);
 }
 

@@ -1,8 +1,10 @@
 //! Conversions of all kinds of values to in-place form and back; run by `tests/compile.rs`.
 
+use placed_generated::testing::{PicturesSample, TestContext, in_place};
 use placed_generated::{
-    CallError, Cloud, CloudInPlace, Context, Dot, InPlace, Names, NamesInPlace, NamesInPlace_, NamesInPlaceRowsItem,
-    NamesInPlaceRowsItem_, NamesInPlaceRowsItem2, NamesRowsItem, Picture, PictureInPlace, SendError, Shade,
+    CallError, Camera, Cloud, CloudInPlace, Context, Dot, InPlace, Names, NamesInPlace,
+    NamesInPlace_, NamesInPlaceRowsItem, NamesInPlaceRowsItem_, NamesInPlaceRowsItem2,
+    NamesRowsItem, One, Picture, PictureInPlace, PicturePub, SendError, Shade, Worker, WorkerError,
 };
 use rc_runtime::middleware::in_place::{IntoBytes, boxed};
 use rc_runtime::middleware::{DecodeError, Encoding, Reader};
@@ -25,7 +27,13 @@ fn picture(note: Option<&str>) -> Picture {
 
 fn cloud() -> Cloud {
     Cloud {
-        points: vec![Dot { ring: 63, ..Dot::default() }; 3],
+        points: vec![
+            Dot {
+                ring: 63,
+                ..Dot::default()
+            };
+            3
+        ],
         labels: vec!["a".to_owned(), String::new()],
         rows: vec![vec![1.0, 2.0], vec![]],
         corners: std::array::from_fn(|at| format!("corner {at}")),
@@ -75,9 +83,26 @@ fn what_was_there_before_does_not_shine_through() {
     let mut place = boxed::<CloudInPlace>().expect("memory");
     place.set(&cloud()).expect("to fit");
     place.reset();
-    assert!(place.resize_labels(2).expect("to fit").iter().all(|label| label.items() == Ok("")));
-    assert!(place.resize_rows(2).expect("to fit").iter().all(|row| row.items().is_empty()));
-    assert!(place.views.iter().all(|view| view.note().is_empty() && view.data().is_empty()));
+    assert!(
+        place
+            .resize_labels(2)
+            .expect("to fit")
+            .iter()
+            .all(|label| label.items() == Ok(""))
+    );
+    assert!(
+        place
+            .resize_rows(2)
+            .expect("to fit")
+            .iter()
+            .all(|row| row.items().is_empty())
+    );
+    assert!(
+        place
+            .views
+            .iter()
+            .all(|view| view.note().is_empty() && view.data().is_empty())
+    );
 }
 
 #[test]
@@ -90,12 +115,17 @@ fn any_bytes_are_read_or_refused() {
             let bytes = room.as_mut_bytes();
             bytes[..head].fill(0);
             bytes[at..head.min(at + 9)].fill(pattern);
-            let Ok(picture) = Reader::of(bytes, Encoding::Image).in_place::<PictureInPlace>() else {
+            let Ok(picture) = Reader::of(bytes, Encoding::Image).in_place::<PictureInPlace>()
+            else {
                 continue;
             };
             assert!(picture.name().is_err() || picture.name().is_ok_and(|name| name.len() <= 20));
             assert!(picture.exposure().len() <= 1 && picture.note().len() <= 1);
-            let _ = (picture.kind.get(), picture.valid.get(), picture.flags[2].get());
+            let _ = (
+                picture.kind.get(),
+                picture.valid.get(),
+                picture.flags[2].get(),
+            );
         }
     }
 }
@@ -114,7 +144,10 @@ fn names_of_the_interface_come_first() {
     let mut place = boxed::<NamesInPlace>().expect("memory");
     place.set(&value).expect("to fit");
     assert_eq!((place.name(), place.set_name()), (Ok("a"), Ok("b")));
-    assert_eq!((place.data(), place.data_mut(), place.resize_data()), (&[1][..], &[2][..], &[3][..]));
+    assert_eq!(
+        (place.data(), place.data_mut(), place.resize_data()),
+        (&[1][..], &[2][..], &[3][..])
+    );
     place.set_name_("c").expect("to fit");
     place.set_set_name("d").expect("to fit");
     place.data_mut_()[0] = 5;
@@ -136,14 +169,53 @@ fn operations_in_place_make_room() {
         ctx.names_pub.loan_some(&NamesInPlace_::default())?;
         ctx.names_pub.loan_loan_some(&NamesRowsItem::default())?;
         ctx.names_pub.loan_some_()?.set(&Names::default())?;
-        ctx.names_pub.loan_loan_some_()?.set(&NamesInPlace_::default())?;
-        ctx.names_pub.loan_loan_loan_some()?.set(&NamesRowsItem::default())?;
+        ctx.names_pub
+            .loan_loan_some_()?
+            .set(&NamesInPlace_::default())?;
+        ctx.names_pub
+            .loan_loan_loan_some()?
+            .set(&NamesRowsItem::default())?;
         Ok(())
     }
     fn _calls(ctx: &mut Context) -> Result<(), CallError> {
         let _: Names = ctx.names.all()?;
         let _: NamesInPlaceRowsItem_ = ctx.names.all_in_place()?;
-        ctx.names.all_in_place_(|place: &NamesInPlace| place.data().len())?;
+        ctx.names
+            .all_in_place_(|place: &NamesInPlace| place.data().len())?;
         Ok(())
     }
+}
+
+/// Fakes have no shared memory: what is in place is copied.
+#[test]
+fn fakes_take_and_give_values_in_place() -> Result<(), WorkerError> {
+    let mut test = TestContext::configured()?;
+    let mut worker = placed::SpecificWorker::initialize(&mut test)?;
+    let mut taken = in_place::<PictureInPlace>()?;
+    Camera::take(&mut worker, &mut test, 1, &mut taken);
+    PicturePub::new_picture(&mut worker, &mut test, &taken);
+    test.other.on_take(|number| Picture {
+        width: number,
+        ..picture(Some("left"))
+    });
+    let ctx: &mut Context = &mut test;
+    assert_eq!(ctx.other.take(5)?.width, 5);
+    let width = ctx
+        .other
+        .take_in_place(6, |picture| (picture.width, picture.data().len()))?;
+    assert_eq!(width, (6, 3));
+    let mut sample = ctx.pictures.loan_new_picture()?;
+    sample.set(&picture(None))?;
+    sample.send()?;
+    ctx.pictures.move_(&One { x: vec![1] })?;
+    let published = [
+        PicturesSample::NewPicture {
+            picture: picture(None),
+        },
+        PicturesSample::Move {
+            one: One { x: vec![1] },
+        },
+    ];
+    assert_eq!(test.pictures.samples(), published);
+    Ok(())
 }

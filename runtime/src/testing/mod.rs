@@ -1,0 +1,160 @@
+//! What the generated context for tests stands on: fake peers, virtual time, no process and no middleware.
+//!
+//! A worker under test has its real [`Core`], clients and publishers. Their ports end in this module: a call goes to
+//! a [`FakeServer`], a sample to a [`FakeSubscriber`]. All of it stays on the thread of the test.
+
+mod backend;
+mod server;
+mod subscriber;
+
+pub use rc_middleware::in_place::boxed as in_place;
+pub use server::{FakeServer, Fault, unknown};
+pub use subscriber::FakeSubscriber;
+
+use crate::arguments::Arguments;
+use crate::clock::{Clock, SimulatedClock, Time};
+use crate::configuration;
+use crate::context::Core;
+use crate::description::Description;
+use crate::error::StartError;
+use crate::ports::Ports;
+use crate::ros_arguments::RosArguments;
+use crate::status::{NetworkTime, Shared};
+use crate::time::ClockChoice;
+use backend::{FakeBackend, Hub};
+use rc_configuration::Values;
+use rc_management::component::{ClockKind, State};
+use rc_middleware::{Address, Backend, OpenError, Settings, WakeEvent};
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The network of a component under test, which messages name.
+const NETWORK: &str = "test";
+
+/// The shortest period, as in a running component.
+const SHORTEST_PERIOD: Duration = Duration::from_micros(100);
+
+/// The peers, the clock and the state of a component under test.
+pub struct TestBed {
+    description: &'static Description,
+    clock: Arc<SimulatedClock>,
+    shared: Arc<Shared>,
+    hub: Rc<Hub>,
+}
+
+/// A component under test before its context is made.
+pub struct Parts {
+    /// Controls the test.
+    pub bed: TestBed,
+    /// For the context.
+    pub core: Core,
+    /// For the clients and publishers of the context.
+    pub ports: Ports,
+}
+
+/// The values of a configuration, and the period that it sets.
+pub struct Configured {
+    /// The values of the parameters.
+    pub values: Values,
+    /// The period, where it differs from that of the `.cdsl`.
+    pub period: Option<Duration>,
+}
+
+/// Reads and checks `etc/config.toml` as the component does when it starts.
+pub fn configured(description: &'static Description) -> Result<Configured, StartError> {
+    let arguments = Arguments {
+        network: NETWORK.to_owned(),
+        name: description.name.to_owned(),
+        config: None,
+        bindings: BTreeMap::new(),
+        log: None,
+        settings: Settings::default(),
+        parameters: Vec::new(),
+        ros: RosArguments::default(),
+        clock: ClockChoice::Own,
+        followers: Vec::new(),
+    };
+    let loaded = configuration::load(description, &arguments)?;
+    Ok(Configured {
+        values: loaded.configuration.parameters,
+        period: loaded.configuration.period,
+    })
+}
+
+impl TestBed {
+    /// The parts of a component under test. Its time begins at zero, its state is `Running`.
+    pub fn parts(description: &'static Description) -> Result<Parts, StartError> {
+        let wake_event = WakeEvent::new().map_err(|e| StartError::cannot_create("an event", &e))?;
+        let clock = Arc::new(SimulatedClock::default());
+        let kind = if description.simulates_time {
+            ClockKind::Source
+        } else {
+            ClockKind::Simulated
+        };
+        let shared = Arc::new(Shared::new(
+            wake_event.clone(),
+            description.period,
+            description.slots.len(),
+            NetworkTime::new(kind, clock.clone()),
+        ));
+        shared.status().state = State::Running;
+        let hub = Rc::new(Hub::new(wake_event));
+        let mut backends: Vec<(&'static str, Box<dyn Backend>)> = Vec::new();
+        for (name, _) in description.backends {
+            backends.push((*name, Box::new(FakeBackend::new(name, Rc::clone(&hub)))));
+        }
+        let addresses = (0..description.slots.len()).map(|slot| address(description, slot));
+        let addresses = addresses.collect::<Result<Vec<Address>, OpenError>>()?;
+        let mut ports = Ports::over(description, backends, addresses, NETWORK, kind);
+        if description.simulates_time {
+            ports.simulate_time(&clock);
+        }
+        let core = Core::new(description.name, NETWORK, Arc::clone(&shared));
+        let bed = Self {
+            description,
+            clock,
+            shared,
+            hub,
+        };
+        Ok(Parts { bed, core, ports })
+    }
+
+    /// Sets the time, possibly to an earlier one.
+    pub fn set_time(&self, time: Time) {
+        self.clock.set(time);
+    }
+
+    /// Moves time forward.
+    pub fn advance(&self, step: Duration) {
+        self.clock.set(self.clock.now() + step);
+    }
+
+    /// Sets what `ctx.state()` returns.
+    pub fn set_state(&self, state: State) {
+        self.shared.status().state = state;
+    }
+
+    /// Moves time by a period, or by what is `left` if that is less, and takes it from there. The worker of a source of
+    /// time moves time itself.
+    pub fn end_period(&self, core: &mut Core, left: &mut Duration) {
+        if let Some(period) = core.new_period.take() {
+            self.shared.status().period = period.max(SHORTEST_PERIOD);
+        }
+        let step = core.period().min(*left);
+        *left -= step;
+        if !self.description.simulates_time {
+            self.advance(step);
+        }
+    }
+}
+
+/// The address of a slot: its own name, since two slots may have one interface.
+fn address(description: &Description, slot: usize) -> Result<Address, OpenError> {
+    let text = format!("{NETWORK}/{}", description.slots[slot].name);
+    Address::parse(&text).map_err(|reason| OpenError::Backend {
+        address: text,
+        reason,
+    })
+}

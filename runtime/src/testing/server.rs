@@ -1,0 +1,238 @@
+//! Fake servers: they answer the calls of a worker under test, and keep them.
+
+use super::{TestBed, address};
+use rc_middleware::typed::{HandlerError, Operation, Request};
+use rc_middleware::{CallError, Client, DecodeError, Header, Reader, WakeEvent};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::time::Duration;
+
+/// How calls of a worker under test fail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// There is no server: `CallError::NoServer`, and `is_connected` is false.
+    NoServer,
+    /// The server takes calls and does not reply: a query ends with `CallError::Deadline`, a command is queued. The
+    /// clock of the test stands meanwhile.
+    Timeout,
+    /// The server dies while it holds a query, `CallError::ServerDied`. For a command there is no server any more.
+    ServerDied,
+    /// The server does not take its queue: `CallError::QueueFull`.
+    QueueFull,
+}
+
+type Answer = Box<dyn FnMut(&mut Request<'_>) -> Result<(), HandlerError>>;
+
+/// The server at one address.
+pub(super) struct Calls {
+    address: String,
+    operations: &'static [Operation],
+    answers: BTreeMap<i32, Answer>,
+    /// Keeps a call.
+    record: Option<Answer>,
+    /// The fault of the next call, and whether it is that of all later ones.
+    fault: Option<(Fault, bool)>,
+}
+
+impl Calls {
+    pub(super) fn new(address: &str) -> Self {
+        Self {
+            address: address.to_owned(),
+            operations: &[],
+            answers: BTreeMap::new(),
+            record: None,
+            fault: None,
+        }
+    }
+
+    fn take_fault(&mut self) -> Option<Fault> {
+        let (fault, stays) = self.fault?;
+        if !stays {
+            self.fault = None;
+        }
+        Some(fault)
+    }
+}
+
+/// Refuses a request of an operation that the interface does not have.
+#[doc(hidden)]
+pub fn unknown(request: &mut Request<'_>) -> HandlerError {
+    let refused = request.unknown().err();
+    refused.unwrap_or_else(|| HandlerError("there is no such operation".to_owned()))
+}
+
+/// A fake server for one slot of a worker under test. Its clones are the same server.
+#[derive(Clone)]
+pub struct FakeServer<T> {
+    state: Rc<RefCell<Calls>>,
+    calls: Rc<RefCell<Vec<T>>>,
+}
+
+impl<T: Clone + 'static> FakeServer<T> {
+    /// The server of a slot, by the slot's number. `read` reads a call.
+    #[doc(hidden)]
+    pub fn new(
+        bed: &TestBed,
+        slot: usize,
+        read: fn(&mut Request<'_>) -> Result<T, HandlerError>,
+    ) -> Self {
+        let calls: Rc<RefCell<Vec<T>>> = Rc::default();
+        let kept = Rc::clone(&calls);
+        // The slots of a description have addresses, or there would be no test bed.
+        let address =
+            address(bed.description, slot).map_or_else(|e| e.to_string(), |a| a.to_string());
+        let state = bed.hub.server(&address);
+        {
+            let mut state = state.borrow_mut();
+            state.operations = bed.description.slots[slot].operations;
+            state.record = Some(Box::new(move |request| {
+                let call = read(request)?;
+                kept.borrow_mut().push(call);
+                Ok(())
+            }));
+        }
+        Self { state, calls }
+    }
+
+    /// Answers an operation from now on: `read` reads its parameters, `answer` gets them and replies.
+    #[doc(hidden)]
+    pub fn answer<A: 'static>(
+        &self,
+        operation: &'static Operation,
+        read: fn(&mut Reader<'_>) -> Result<A, DecodeError>,
+        mut answer: impl FnMut(A, &mut Request<'_>) -> Result<(), HandlerError> + 'static,
+    ) {
+        let answer = move |request: &mut Request<'_>| {
+            let arguments = request.arguments(operation, read)?;
+            answer(arguments, request)
+        };
+        let mut state = self.state.borrow_mut();
+        state.answers.insert(operation.id, Box::new(answer));
+    }
+
+    /// Answers an operation that has no answer yet.
+    #[doc(hidden)]
+    pub fn or_default(
+        &self,
+        operation: &Operation,
+        answer: fn(&mut Request<'_>) -> Result<(), HandlerError>,
+    ) {
+        let mut state = self.state.borrow_mut();
+        let entry = state.answers.entry(operation.id);
+        entry.or_insert_with(|| Box::new(answer));
+    }
+
+    /// The calls that have reached the server, in their order, commands included.
+    pub fn calls(&self) -> Vec<T> {
+        self.calls.borrow().clone()
+    }
+
+    /// The same, and forgets them. A long test takes them now and then, since all are kept until then.
+    pub fn take_calls(&self) -> Vec<T> {
+        self.calls.take()
+    }
+
+    /// Lets all calls fail from now on.
+    pub fn fail(&self, fault: Fault) {
+        self.state.borrow_mut().fault = Some((fault, true));
+    }
+
+    /// Lets the next call fail.
+    pub fn fail_once(&self, fault: Fault) {
+        self.state.borrow_mut().fault = Some((fault, false));
+    }
+
+    /// Ends a fault.
+    pub fn recover(&self) {
+        self.state.borrow_mut().fault = None;
+    }
+}
+
+/// The client of the worker.
+pub(super) struct Port {
+    pub(super) calls: Rc<RefCell<Calls>>,
+    pub(super) wake_event: WakeEvent,
+}
+
+impl Port {
+    /// Keeps a request and answers it. Gives the reply, which is empty for a command.
+    fn serve(&self, header: Header, body: &[u8]) -> Result<Vec<u8>, CallError> {
+        let operation = Request::open(header, body, &mut Vec::new())?.operation;
+        // Neither runs while the state is borrowed: an answer may use the fake itself.
+        let record = self.calls.borrow_mut().record.take();
+        if let Some(mut record) = record {
+            let recorded = record(&mut Request::open(header, body, &mut Vec::new())?);
+            self.calls.borrow_mut().record = Some(record);
+            recorded.map_err(|error| CallError::Refused(error.0))?;
+        }
+        let answer = self.calls.borrow_mut().answers.remove(&operation);
+        let mut reply = Vec::new();
+        let mut request = Request::open(header, body, &mut reply)?;
+        if let Some(mut answer) = answer {
+            // What went wrong is in the reply.
+            let _ = answer(&mut request);
+            let mut calls = self.calls.borrow_mut();
+            calls.answers.entry(operation).or_insert(answer);
+        } else {
+            let calls = self.calls.borrow();
+            let known = calls.operations.iter().find(|o| o.id == operation);
+            let name = known.map_or("this operation", |o| o.name);
+            let _ = request.fail(&format!(
+                "the test does not answer `{name}` of {}; set an answer with its `on_…`, or call `answer_defaults`",
+                calls.address
+            ));
+        }
+        request.close();
+        Ok(reply)
+    }
+}
+
+impl Client for Port {
+    fn guid(&self) -> [u8; 16] {
+        [1; 16]
+    }
+
+    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
+        let fault = self.calls.borrow_mut().take_fault();
+        let address = self.calls.borrow().address.clone();
+        match fault {
+            Some(Fault::NoServer | Fault::ServerDied) => Err(CallError::NoServer(address)),
+            Some(Fault::QueueFull) => Err(CallError::QueueFull(address)),
+            Some(Fault::Timeout) | None => self.serve(header, request).map(drop),
+        }
+    }
+
+    fn call(
+        &mut self,
+        header: Header,
+        request: &[u8],
+        limit: Duration,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        if self.wake_event.is_stopping() {
+            return Err(CallError::Stopping);
+        }
+        let fault = self.calls.borrow_mut().take_fault();
+        let address = self.calls.borrow().address.clone();
+        match fault {
+            Some(Fault::NoServer) => return Err(CallError::NoServer(address)),
+            Some(Fault::QueueFull) => return Err(CallError::QueueFull(address)),
+            _ => {}
+        }
+        let reply = self.serve(header, request)?;
+        match fault {
+            Some(Fault::Timeout) => Err(CallError::Deadline { address, limit }),
+            Some(Fault::ServerDied) => Err(CallError::ServerDied(address)),
+            _ => {
+                take(header, &reply);
+                Ok(())
+            }
+        }
+    }
+
+    fn peers(&self) -> usize {
+        let fault = self.calls.borrow().fault;
+        usize::from(!matches!(fault, Some((Fault::NoServer, _))))
+    }
+}

@@ -1,0 +1,124 @@
+//! Fake subscribers: they keep what a worker under test publishes.
+
+use super::{TestBed, address};
+use rc_middleware::{DecodeError, Header, Publisher, Reader, SendError};
+use std::cell::RefCell;
+use std::rc::Rc;
+
+type Record = Box<dyn FnMut(&mut Reader<'_>) -> Result<(), DecodeError>>;
+
+/// One topic.
+pub(super) struct Topic {
+    address: String,
+    /// Keeps a sample.
+    record: Option<Record>,
+    fault: Option<String>,
+    subscribers: usize,
+}
+
+impl Topic {
+    pub(super) fn new(address: &str) -> Self {
+        Self {
+            address: address.to_owned(),
+            record: None,
+            fault: None,
+            subscribers: 1,
+        }
+    }
+}
+
+/// The subscriber of all topics of one slot of a worker under test. Its clones are the same subscriber.
+#[derive(Clone)]
+pub struct FakeSubscriber<T> {
+    topics: Vec<Rc<RefCell<Topic>>>,
+    samples: Rc<RefCell<Vec<T>>>,
+}
+
+impl<T: Clone + 'static> FakeSubscriber<T> {
+    /// The subscriber of a slot, by the slot's number. `read` reads a sample of an operation, by its number.
+    #[doc(hidden)]
+    pub fn new(
+        bed: &TestBed,
+        slot: usize,
+        read: fn(usize, &mut Reader<'_>) -> Result<T, DecodeError>,
+    ) -> Self {
+        let samples: Rc<RefCell<Vec<T>>> = Rc::default();
+        let operations = bed.description.slots[slot].operations.iter().enumerate();
+        let topics = operations.map(|(at, operation)| {
+            // The slots of a description have addresses, or there would be no test bed.
+            let address = address(bed.description, slot)
+                .map_or_else(|e| e.to_string(), |a| a.join(operation.name).to_string());
+            let topic = bed.hub.topic(&address);
+            let kept = Rc::clone(&samples);
+            topic.borrow_mut().record = Some(Box::new(move |reader| {
+                let sample = read(at, reader)?;
+                kept.borrow_mut().push(sample);
+                Ok(())
+            }));
+            topic
+        });
+        let topics = topics.collect();
+        Self { topics, samples }
+    }
+
+    /// The published samples, in their order.
+    pub fn samples(&self) -> Vec<T> {
+        self.samples.borrow().clone()
+    }
+
+    /// The same, and forgets them. A long test takes them now and then, since all are kept until then.
+    pub fn take_samples(&self) -> Vec<T> {
+        self.samples.take()
+    }
+
+    /// Lets publishing fail from now on, with `SendError::Backend` and this reason.
+    pub fn fail(&self, reason: &str) {
+        self.each(|topic| topic.fault = Some(reason.to_owned()));
+    }
+
+    /// Ends a fault.
+    pub fn recover(&self) {
+        self.each(|topic| topic.fault = None);
+    }
+
+    /// Sets the number of subscribers that the worker sees; there is one.
+    pub fn set_subscribers(&self, count: usize) {
+        self.each(|topic| topic.subscribers = count);
+    }
+
+    fn each(&self, change: impl Fn(&mut Topic)) {
+        self.topics
+            .iter()
+            .for_each(|topic| change(&mut topic.borrow_mut()));
+    }
+}
+
+/// The publisher of the worker.
+pub(super) struct Port(pub(super) Rc<RefCell<Topic>>);
+
+impl Publisher for Port {
+    fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
+        let mut topic = self.0.borrow_mut();
+        let Topic {
+            address,
+            record,
+            fault,
+            ..
+        } = &mut *topic;
+        let failed = |reason: String| SendError::Backend {
+            address: address.clone(),
+            reason,
+        };
+        if let Some(reason) = fault {
+            return Err(failed(reason.clone()));
+        }
+        let recorded = record.as_mut().map_or(Ok(()), |record| {
+            record(&mut Reader::of(body, header.encoding))
+        });
+        recorded.map_err(|error| failed(error.to_string()))
+    }
+
+    fn peers(&self) -> usize {
+        self.0.borrow().subscribers
+    }
+}
