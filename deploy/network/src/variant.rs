@@ -342,6 +342,8 @@ fn user_manifest(folder: &Path, package: &str, middleware: Backend) -> Result<Do
     let mut manifest = read(&folder.join("Cargo.toml"))?;
     // Where the component is the root of its workspace, the variant is not.
     manifest.retain(|key, _| !SHARED.contains(&key));
+    // Only programs are built. A test's dependency on `generated` would be a second place of it.
+    manifest.remove("dev-dependencies");
     absolute_in(&mut manifest, folder);
     let mut path = InlineTable::new();
     path.insert("path", GENERATED.into());
@@ -448,6 +450,7 @@ mod tests {
         let folder = folder(
             "[package]\nname = \"lidar\"\ndefault-run = \"lidar\"\nworkspace = \"../..\"\n\n[dependencies]\n\
              lidar_generated.workspace = true\nnear = { path = \"../near\" }\nfar = \"1\"\n\n\
+             [dev-dependencies]\nlidar_generated = { path = \"generated\", features = [\"testing\"] }\n\n\
              [target.'cfg(unix)'.dependencies]\nunix = { path = \"../unix\" }\n\n\
              [[bin]]\nname = \"tool\"\npath = \"src/tool.rs\"\n\n[[bin]]\nname = \"lidar\"\npath = \"src/lidar.rs\"\n",
         );
