@@ -115,13 +115,13 @@ mod tests {
             "name": "clock", "executable": "clock", "directory": PathBuf::from("/"),
         }))
         .expect("a component");
-        let gone = BTreeSet::from(["arm-monitor".to_owned(), "b".to_owned()]);
+        let gone = BTreeSet::from(["arm.monitor".to_owned(), "b".to_owned()]);
         let mut args = |text: &str| {
             source.args = text.split(' ').map(str::to_owned).collect();
             without_followers(&source, &gone).args.join(" ")
         };
         assert_eq!(
-            args("--clock source --followers a,arm-monitor,b,c --name x"),
+            args("--clock source --followers a,arm.monitor,b,c --name x"),
             "--clock source --followers a,c --name x"
         );
         assert_eq!(
