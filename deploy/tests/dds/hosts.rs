@@ -7,7 +7,7 @@ use crate::{await_errors, await_well, computed, place};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// What a command says that fails.
+/// Runs a command. The error is what the command printed.
 pub(crate) fn run(program: &str, args: &[&str]) -> Result<(), String> {
     let mut command = Command::new(program);
     let output = command.args(args).stdin(Stdio::null()).output();
@@ -24,13 +24,13 @@ fn ip(args: &[&str]) -> Result<(), String> {
     run("ip", args)
 }
 
-/// Two hosts and the cable between them; all of it goes with this.
+/// Two hosts and the cable between them. Dropping it removes all three.
 pub(crate) struct Cable {
     names: [String; 2],
 }
 
 impl Cable {
-    /// Lays one, or says why that cannot be done here.
+    /// Connects two hosts. The error says why this machine cannot.
     pub(crate) fn lay() -> Result<Self, String> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         if !rustix::process::geteuid().is_root() {
@@ -70,7 +70,7 @@ impl Cable {
         ip(&["-n", name, "link", "set", name, state]).expect("to set the link");
     }
 
-    /// A place on a host, in the network of `network`.
+    /// A site on a host, in the network `network`.
     fn host(&self, side: usize, network: &str, domain: u32) -> Site {
         let mut site = place(self.name(side), domain, PATROL);
         network.clone_into(&mut site.network);
@@ -88,13 +88,13 @@ impl Drop for Cable {
     }
 }
 
-/// A cable, or a line that says which test needs one.
+/// A cable; `None` if the test is skipped, after a line with the reason.
 pub(crate) fn cable(test: &str) -> Option<Cable> {
     let cable = Cable::lay();
     cable.map_err(|reason| skipped(test, &reason)).ok()
 }
 
-/// The two hosts with what runs there. The components end first, the hosts afterwards, the cable last.
+/// The two hosts and their components. The components end first, then the hosts, then the cable.
 struct Patrol {
     monitor: Running,
     _avoider: Running,
@@ -104,12 +104,12 @@ struct Patrol {
     cable: Cable,
 }
 
-/// How the two ends of the cable find each other.
+/// How the two hosts discover each other.
 #[derive(Clone, Copy, PartialEq)]
 enum By {
     Multicast,
     Addresses,
-    /// Multicast is there, and does not get through.
+    /// By addresses: multicast is enabled, and the cable drops it.
     AddressesBeside,
 }
 
@@ -132,7 +132,7 @@ impl Patrol {
         let network = format!("hosts_{}_{domain}", std::process::id());
         let [mut robot, mut desk] = [0, 1].map(|side| cable.host(side, &network, domain));
         for (side, site) in [&mut robot, &mut desk].into_iter().enumerate() {
-            // The library gives addresses up after half a minute without an answer; here it does so at once.
+            // The library gives up an address after half a minute without an answer; in this test at once.
             let patience = "<InitialLocatorPruneDelay>100ms</InitialLocatorPruneDelay><DiscoveredLocatorPruneDelay>100ms</DiscoveredLocatorPruneDelay>";
             let group = match by {
                 By::Multicast | By::Addresses => String::new(),
@@ -149,7 +149,7 @@ impl Patrol {
         let (robot, desk) = (robot, desk);
         let start = |site: &Site, side, name: &str, more: &[&str]| {
             let mut args = settings(&cable, side, domain, by);
-            // Its own configuration, and what it names there.
+            // Its own configuration, and the files that the configuration names.
             let config = Site::components().join(name).join("etc/config.toml");
             if !more.contains(&"--config") {
                 args.extend(["--config".to_owned(), config.display().to_string()]);
@@ -186,20 +186,20 @@ impl Patrol {
         slot["handlers"]["count"].as_u64().expect("a count")
     }
 
-    /// Calls and poses go over the cable.
+    /// Waits until calls and poses go over the cable.
     fn await_well(&self) {
         await_well(&self.desk, "avoider");
         let before = self.poses();
         Site::until("poses come", || self.poses() > before);
     }
 
-    /// Takes the cable out at one end until both hosts have noticed it, and puts it in again.
+    /// Unplugs the cable at one end until both hosts have noticed it, then plugs it in.
     fn interrupt(&self, side: usize) {
         self.cable.set(side, "down");
         let status = await_errors(&self.desk, "avoider");
         assert_eq!(status["state"], "running", "{status}");
         let error = status["last_error"].as_str().unwrap_or_default();
-        // The lease is shorter than the deadline of a call: nobody waits for an answer that cannot come.
+        // The lease is shorter than the deadline of a call, so no call waits for its deadline.
         assert!(
             error.contains("no server at") || error.contains("died"),
             "{status}"
@@ -216,7 +216,7 @@ impl Patrol {
         self.await_well();
     }
 
-    /// Ends all; gives the poses that were heard, in their order.
+    /// Ends all components; gives the received poses in their order.
     fn end(self) -> Vec<String> {
         let signal = rustix::process::Signal::TERM;
         rustix::process::kill_process(self.monitor.pid(), signal).expect("to stop it");
@@ -228,7 +228,7 @@ impl Patrol {
     }
 }
 
-/// The robot does not go back to where it was: a pose that was heard before was heard twice.
+/// The robot never returns to a pose, so an equal pose was received twice.
 fn assert_each_once(poses: &[String]) {
     let mut seen = std::collections::HashSet::new();
     let mut last = None;
@@ -239,8 +239,8 @@ fn assert_each_once(poses: &[String]) {
 }
 
 #[test]
-fn two_hosts_find_each_other_by_multicast() {
-    let Some(cable) = cable("two_hosts_find_each_other_by_multicast") else {
+fn two_hosts_discover_each_other_by_multicast() {
+    let Some(cable) = cable("two_hosts_discover_each_other_by_multicast") else {
         return;
     };
     let patrol = Patrol::start(cable, 174, By::Multicast);
@@ -251,8 +251,8 @@ fn two_hosts_find_each_other_by_multicast() {
 }
 
 #[test]
-fn two_hosts_find_each_other_by_their_addresses() {
-    let Some(cable) = cable("two_hosts_find_each_other_by_their_addresses") else {
+fn two_hosts_discover_each_other_by_address() {
+    let Some(cable) = cable("two_hosts_discover_each_other_by_address") else {
         return;
     };
     let patrol = Patrol::start(cable, 175, By::Addresses);
@@ -262,8 +262,9 @@ fn two_hosts_find_each_other_by_their_addresses() {
 }
 
 #[test]
-fn addresses_count_where_multicast_does_not_get_through() {
-    let Some(cable) = cable("addresses_count_where_multicast_does_not_get_through") else {
+fn two_hosts_discover_each_other_by_address_where_multicast_is_dropped() {
+    let Some(cable) = cable("two_hosts_discover_each_other_by_address_where_multicast_is_dropped")
+    else {
         return;
     };
     let patrol = Patrol::start(cable, 176, By::AddressesBeside);

@@ -1,8 +1,8 @@
-//! The components of this repository on other middlewares than they were generated for: their networks unchanged over ROS 2 and
-//! DDS, also on two hosts, and one that says so itself of one component.
+//! Components of this repository as variants for other middlewares: their unchanged networks over ROS 2 and
+//! DDS, also on two hosts, and a network that chooses another middleware for one component.
 //!
-//! They are built here, as a user has them built: a program of its own for these tests, so that none that has to do with
-//! time runs beside the compiler.
+//! The tests build them as a user does. They are a program of their own, so that no test with limits of time
+//! runs beside the compiler.
 
 #[allow(dead_code, reason = "each test program uses its own part")]
 #[path = "../all/network/site.rs"]
@@ -31,7 +31,7 @@ fn place(name: &str, domain: u32, network: &str) -> Site {
     unbuilt(name, domain, network)
 }
 
-/// Returns when all that tests start is built; while the compiler runs, none of them does.
+/// Builds everything that the tests start, once. Meanwhile no test runs.
 fn built() {
     static BUILT: OnceLock<()> = OnceLock::new();
     BUILT.get_or_init(|| {
@@ -42,7 +42,7 @@ fn built() {
 
 fn unbuilt(name: &str, domain: u32, network: &str) -> Site {
     let site = Site::new(name);
-    // What the network names lies beside it, as in the repository.
+    // The files that the network names lie beside it, as in the repository.
     for part in ["simulator", "avoider", "pose_monitor", "clock"] {
         let there = Site::components().join(part);
         std::os::unix::fs::symlink(there, site.path(part)).expect("a link");
@@ -74,14 +74,14 @@ fn build() {
     site.assert_nothing_left();
 }
 
-/// How often a component has computed, and how often that was an error.
+/// The number of runs of `compute()`, and how many of them failed.
 fn computed(site: &Site, name: &str) -> (u64, u64) {
     let compute = &site.ask(name, "status")["compute"];
     let number = |key: &str| compute[key].as_u64().expect("a count");
     (number("count"), number("errors"))
 }
 
-/// Waits until a component has computed five times in a row without an error.
+/// Waits until five runs of `compute()` in a row succeed.
 fn await_well(site: &Site, name: &str) {
     let since = std::cell::Cell::new(computed(site, name));
     Site::until(&format!("{name} computes"), || {
@@ -93,7 +93,7 @@ fn await_well(site: &Site, name: &str) {
     });
 }
 
-/// Waits until a component has failed to compute twice more, the second time at once; gives what it says.
+/// Waits until `compute()` fails twice more, the second time without delay; gives the status.
 fn await_errors(site: &Site, name: &str) -> Value {
     let (_, before) = computed(site, name);
     Site::until(&format!("{name} is told of errors"), || {

@@ -1,5 +1,5 @@
-//! Two middlewares in one network, in one component, and of one component: `patrol_mixed.ddsl`, as its file is. And
-//! `patrol.ddsl`, all of it in ROS 2.
+//! Two middlewares in one network and in one component: the unchanged `patrol_mixed.ddsl`. And the unchanged
+//! `patrol.ddsl` over ROS 2.
 
 use crate::patrol::of_user;
 use crate::site::{PATROL, Ran, Site};
@@ -32,7 +32,7 @@ fn up(site: &Site, more: &[&str]) -> Ran {
     let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
     command.args(["up", "--build", "--detach", "--profile", "dev"]);
     command.args(more).arg(site.ddsl());
-    // What an environment of ROS 2 has.
+    // The variables of an environment of ROS 2.
     command.envs([("ROS_DOMAIN_ID", DOMAIN), ("ROS_LOCALHOST_ONLY", "1")]);
     command.env("CARGO_NET_OFFLINE", "true");
     site.run(command)
@@ -44,7 +44,7 @@ fn down(site: &Site) {
     site.assert_nothing_left();
 }
 
-/// Builds what the networks need.
+/// Builds the components of the networks.
 pub(crate) fn build() {
     for (site, more) in [
         (place("mixed_build"), &[][..]),
@@ -60,7 +60,7 @@ pub(crate) fn build() {
 const DOMAIN: &str = "38";
 const IN_ROS: [&str; 2] = ["--middleware", "ros2"];
 
-/// How many poses a component says that it has heard.
+/// The number of poses that a component has received, by its log.
 fn poses(site: &Site, name: &str) -> u64 {
     let log = site.log(name);
     let mut counts = log.lines().filter_map(|line| line.rsplit_once("poses="));
@@ -69,13 +69,13 @@ fn poses(site: &Site, name: &str) -> u64 {
 }
 
 #[test]
-fn poses_go_from_shared_memory_to_ros_2_and_one_component_hears_them_in_both() {
+fn one_component_receives_poses_over_shared_memory_and_over_ros_2() {
     crate::built();
     let before = of_user(&COMPONENTS);
     let site = place("mixed");
     let up = up(&site, &[]);
     assert_eq!(up.code, 0, "{up:?}");
-    // All is there, also what was built last for another network of this target folder.
+    // All programs are there, also those that were last built for another network.
     assert!(!up.stderr.contains("Compiling"), "{up:?}");
     for (name, middleware) in [("monitor", "iceoryx2"), ("watcher", "ros2")] {
         let status = site.ask(name, "status");
@@ -95,7 +95,7 @@ fn poses_go_from_shared_memory_to_ros_2_and_one_component_hears_them_in_both() {
             !slots.is_empty() && slots.iter().all(|slot| slot["peers"] == peers(slot))
         });
     }
-    // In its first second each has heard none or few; a robot says twenty in the next one.
+    // In its first second a monitor receives few poses or none; the robot publishes twenty a second.
     for component in ["monitor", "listener", "watcher"] {
         Site::until("poses come", || poses(&site, component) > 20);
     }
@@ -134,7 +134,7 @@ fn assert_transforms(site: &Site) {
 }
 
 #[test]
-fn patrol_runs_in_ros_2_and_nothing_of_it_changes() {
+fn the_patrol_runs_over_ros_2_and_its_files_do_not_change() {
     crate::built();
     let before = of_user(&COMPONENTS);
     let site = place_patrol("patrol_ros2");

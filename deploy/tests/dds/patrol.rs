@@ -1,4 +1,4 @@
-//! `rcdeploy up --build --middleware dds` with the network of the README, as its file is.
+//! `rcdeploy up --build --middleware dds` with the unchanged network of the README.
 
 use crate::site::{PATROL, Site};
 use crate::{await_errors, await_well, place, rcdeploy};
@@ -8,10 +8,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
-/// What the avoider says where its last command did not go out.
+/// The error of the avoider when its last command was not sent.
 pub(crate) const END: &str = "could not be told to stop";
 
-/// An rcdeploy in the foreground. It is ended when the test ends.
+/// An rcdeploy in the foreground. Dropping it ends it.
 struct Up(Child);
 
 impl Up {
@@ -27,7 +27,7 @@ impl Up {
         up
     }
 
-    /// Ctrl-C; gives the exit code.
+    /// Sends SIGINT, as Ctrl-C does; gives the exit code.
     fn interrupt(mut self) -> Option<i32> {
         kill_process(Pid::from_child(&self.0), Signal::INT).expect("to stop it");
         self.0.wait().expect("a child").code()
@@ -41,7 +41,7 @@ impl Drop for Up {
     }
 }
 
-/// The components that run, and their processes.
+/// The running components with their process ids.
 fn running(status: &Value) -> BTreeMap<String, i64> {
     let components = status["components"].as_array().expect("a list");
     let running = components.iter().filter(|c| c["state"] == "running");
@@ -56,7 +56,7 @@ fn kill(site: &Site, name: &str) -> i64 {
     pid
 }
 
-/// Every file of a component, with what is in it.
+/// Every file of a component with its content.
 fn files(folder: &Path, all: &mut BTreeMap<PathBuf, Vec<u8>>) {
     for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
         let path = entry.path();
@@ -79,7 +79,7 @@ pub(crate) fn of_user(components: &[&str]) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 #[test]
-fn patrol_runs_on_dds_and_nothing_of_it_changes() {
+fn the_patrol_runs_over_dds_and_its_files_do_not_change() {
     let components = ["simulator", "avoider", "pose_monitor"];
     let before = of_user(&components);
     let site = place("patrol_dds", 171, PATROL);
@@ -96,7 +96,7 @@ fn patrol_runs_on_dds_and_nothing_of_it_changes() {
     assert_eq!(set.code, 0, "{set:?}");
     let got = params(&["get", &site.network, "avoider", "safe_distance"]);
     assert!(got.stdout.contains("650"), "{got:?}");
-    // The variant stands beside the component, and all of it is below the target folder.
+    // The variant has a folder of its own below the target folder.
     let variant = Site::target().join("rc/dds/avoider");
     assert!(variant.join("generated/src/backend.rs").exists());
     assert_eq!(up.interrupt(), Some(0));
@@ -112,9 +112,9 @@ fn patrol_runs_on_dds_and_nothing_of_it_changes() {
     );
 }
 
-/// Nothing starts it again: all that it leaves to the others are errors.
+/// A killed component without a restart policy: its peers go on and report errors.
 #[test]
-fn who_has_lost_its_peer_goes_on_with_errors() {
+fn a_component_whose_peer_was_killed_goes_on_with_errors() {
     let site = place("lost_dds", 172, PATROL);
     let up = Up::start(&site);
     await_well(&site, "avoider");
@@ -130,7 +130,7 @@ fn who_has_lost_its_peer_goes_on_with_errors() {
 }
 
 #[test]
-fn a_killed_simulator_comes_back_by_its_policy() {
+fn a_killed_simulator_is_restarted_by_its_policy() {
     let policy = "cdsl \"../simulator/simulator.cdsl\"; restart on_failure backoff 100ms;";
     let network = PATROL.replace("cdsl \"../simulator/simulator.cdsl\";", policy);
     let site = place("back_dds", 173, &network);
@@ -138,7 +138,7 @@ fn a_killed_simulator_comes_back_by_its_policy() {
     await_well(&site, "avoider");
     for _ in 0..2 {
         let pid = kill(&site, "simulator");
-        // One call may have been under way; whether it was, chance decides.
+        // One call may have been under way when the process was killed.
         site.await_component("simulator", |c| c["state"] == "running" && c["pid"] != pid);
         await_well(&site, "avoider");
         let heard = || site.ask("monitor", "status")["slots"][0]["handlers"]["count"].as_u64();

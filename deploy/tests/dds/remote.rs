@@ -11,17 +11,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-/// Debian's, where it is installed; it wants to be started by its whole path.
+/// The ssh server of Debian. It refuses to start without its absolute path.
 const SSHD: &str = "/usr/sbin/sshd";
 
-/// A host with an ssh server that lets one key in.
+/// A host with an ssh server that accepts one key.
 struct Robot {
     sshd: Child,
     folder: PathBuf,
 }
 
 impl Robot {
-    /// Starts the server on the second host, or says why that cannot be done here.
+    /// Starts the server on the second host. The error says why this machine cannot.
     fn start(site: &Site, cable: &Cable) -> Result<Self, String> {
         if !Path::new(SSHD).exists() {
             let install = [
@@ -33,7 +33,7 @@ impl Robot {
             ];
             run("apt-get", &install)?;
         }
-        // Where it puts itself before somebody has logged in.
+        // Its working directory before a login.
         fs::create_dir_all("/run/sshd").map_err(|e| format!("/run/sshd: {e}"))?;
         let folder = site.path("robot");
         for name in ["run", "state", "cache"] {
@@ -92,7 +92,7 @@ impl Robot {
         self.folder.join(name)
     }
 
-    /// What the client presents itself with.
+    /// Sets the key of the client.
     fn let_in(&self, key: &str) {
         let path = |name: &str| self.path(name).display().to_string();
         let config = format!(
@@ -123,7 +123,7 @@ impl Drop for Robot {
     }
 }
 
-/// The commands of processes whose programs are in a folder, or that have its name among their arguments.
+/// The command lines of processes whose program or arguments name a folder.
 fn processes(folder: &Path) -> Vec<String> {
     let folder = folder.display().to_string();
     let entries = fs::read_dir("/proc").expect("processes").flatten();
@@ -134,7 +134,7 @@ fn processes(folder: &Path) -> Vec<String> {
         .collect()
 }
 
-/// The patrol, whose simulator is on the robot, here with a folder for what it needs.
+/// The patrol with its simulator on the robot.
 fn patrol(
     name: &str,
     domain: u32,
@@ -222,7 +222,7 @@ fn poses(site: &Site) -> u64 {
     slot["handlers"]["count"].as_u64().expect("a count")
 }
 
-/// Calls and poses go over the cable.
+/// Waits until calls and poses go over the cable.
 fn await_patrol(site: &Site) {
     await_well(site, "avoider");
     let before = poses(site);
@@ -254,7 +254,7 @@ fn a_host_is_lost_and_comes_back() {
     );
     assert!(!site.log("simulator").is_empty());
     assert!(robot.run_directory(&site).is_dir());
-    // Its management is here, too.
+    // Its management socket is here, too.
     assert_eq!(site.ask("simulator", "status")["middleware"], "dds");
     let get = site.rcdeploy(
         &["params", "get", &site.network, "simulator", "seed"],
@@ -289,8 +289,8 @@ fn a_host_is_lost_and_comes_back() {
 }
 
 #[test]
-fn who_has_no_key_is_told_what_to_do() {
-    let test = "who_has_no_key_is_told_what_to_do";
+fn a_refused_login_says_what_to_do() {
+    let test = "a_refused_login_says_what_to_do";
     let Some(cable) = cable(test) else { return };
     let mut robot = None;
     let site = match patrol("no_key", 178, &cable, &mut robot) {

@@ -1,4 +1,4 @@
-//! The patrol in simulated time over DDS: ticks and acknowledgements travel there as over shared memory.
+//! The patrol in simulated time over DDS.
 
 use crate::site::Site;
 use crate::{place, rcdeploy};
@@ -24,7 +24,7 @@ fn run(name: &str, domain: u32) -> (Site, String) {
 }
 
 #[test]
-fn the_patrol_in_lockstep_repeats_and_its_killed_source_comes_back() {
+fn the_patrol_in_lockstep_repeats_and_its_killed_source_is_restarted() {
     let (site, first) = run("time_dds", 180);
     assert_eq!(first.lines().count(), POSES as usize);
     let clock = site.ask("clock", "status");

@@ -5,7 +5,7 @@ use rc_settings::Value;
 use std::net::UdpSocket;
 
 #[test]
-fn a_port_that_another_program_has_is_named() {
+fn an_occupied_port_is_named() {
     let network = format!("ports-{}", std::process::id());
     let environment = |domain: u32| {
         let mut settings = Settings::default();

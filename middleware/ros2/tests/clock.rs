@@ -1,4 +1,5 @@
-//! Time over ROS 2: a source and a follower of ours in lockstep, and a node with `use_sim_time` that hears `/clock`.
+//! Time over ROS 2: a source and a follower in lockstep, and a node with `use_sim_time` that subscribes to
+//! `/clock`.
 
 use rc_runtime::{
     Component, Core, Description, Embedded, Ports, StartError, Time, TimeSource, Values,
@@ -31,7 +32,7 @@ static NODE: Description = Description {
     ..SOURCE
 };
 
-/// The last time that each component has seen, and how often it has computed.
+/// The last time of each component, and the number of its runs of `compute()`.
 static SEEN: (Mutex<BTreeMap<String, (Time, u32)>>, Condvar) =
     (Mutex::new(BTreeMap::new()), Condvar::new());
 
@@ -93,10 +94,10 @@ fn start(description: &'static Description, network: &str, name: &str, more: &[&
 }
 
 #[test]
-fn ticks_travel_over_services_and_other_nodes_hear_the_clock() {
+fn ticks_travel_over_services_and_other_nodes_receive_the_clock() {
     let source = start(&SOURCE, "clock", "source", &["--followers", "follower"]);
     let follower = start(&NODE, "clock", "follower", &["--clock", "simulated"]);
-    // Another network: only the names of ROS are the same.
+    // A node of another network: only the names of ROS are the same.
     let node = start(
         &NODE,
         "other",

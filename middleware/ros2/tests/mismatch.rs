@@ -42,7 +42,7 @@ fn topic(name: &str, qos: Qos) -> Endpoint {
 }
 
 /// Waits for reports about mismatched endpoints.
-fn told(backend: &dyn Backend) -> Vec<String> {
+fn reports(backend: &dyn Backend) -> Vec<String> {
     let start = Instant::now();
     loop {
         let told = backend.mismatches();
@@ -54,9 +54,9 @@ fn told(backend: &dyn Backend) -> Vec<String> {
     }
 }
 
-/// The library matches endpoints by the name of the type, too, and tells nobody.
+/// The library also compares the names of types, and reports no difference.
 #[test]
-fn who_has_another_type_is_told_of_once_and_not_heard() {
+fn an_endpoint_of_another_type_is_reported_once_and_not_received() {
     let ((here, one), (there, other)) = (join("hears"), join("says"));
     let right = topic("pose", Qos::PUBLISHER);
     let mut subscriber = here.subscriber(&right).expect("an end");
@@ -67,7 +67,7 @@ fn who_has_another_type_is_told_of_once_and_not_heard() {
         "std_msgs/msg/String".clone_into(&mut external.type_name);
     }
     let mut wrong = there.publisher(&wrong).expect("an end");
-    let told = told(&*here);
+    let told = reports(&*here);
     for name in [
         "conformance_msgs::msg::dds_::any_",
         "std_msgs::msg::dds_::String_",
@@ -123,7 +123,7 @@ fn who_has_another_type_is_told_of_once_and_not_heard() {
 }
 
 #[test]
-fn what_a_late_publisher_does_not_offer_is_told() {
+fn a_late_publisher_that_offers_less_is_reported() {
     let ((here, one), (there, other)) = (join("here"), join("there"));
     let reliable = Qos {
         reliability: Reliability::Reliable,
@@ -136,7 +136,7 @@ fn what_a_late_publisher_does_not_offer_is_told() {
         ..Qos::PUBLISHER
     };
     let publisher = there.publisher(&topic("scan", careless)).expect("an end");
-    let told = told(&*here);
+    let told = reports(&*here);
     assert!(told[0].contains("receives no samples of"), "{told:?}");
     drop(publisher);
     for directory in [one, other] {

@@ -184,7 +184,7 @@ fn settings(domain: u32) -> Settings {
 }
 
 #[test]
-fn services_answer() {
+fn services_reply() {
     let network = format!("rosparam_{}", std::process::id());
     let domain = 20 + std::process::id() * 2 % 80;
     let set = format!("ros2.domain={domain}");
@@ -273,9 +273,9 @@ fn services_answer() {
     component.join().expect("a good end");
 }
 
-/// A component with an own interface for the ROS message is not refused, and receives the events.
+/// A component whose own interface describes the message of ROS receives the events.
 #[test]
-fn a_component_hears_of_parameters() {
+fn a_component_receives_parameter_events() {
     let network = format!("rosparam_heard_{}", std::process::id());
     let domain = 20 + (3 + std::process::id() * 2) % 80;
     let mut settings = settings(domain);
@@ -343,8 +343,8 @@ fn a_component_hears_of_parameters() {
 
 /// The replies of the six services to a node of ROS 2 on Cyclone DDS.
 #[test]
-fn a_stranger_lists_describes_gets_and_sets() {
-    let test = "a_stranger_lists_describes_gets_and_sets";
+fn a_node_on_cyclone_lists_describes_gets_and_sets_parameters() {
+    let test = "a_node_on_cyclone_lists_describes_gets_and_sets_parameters";
     let Some(python) = python::interpreter("cyclonedds==11.0.1", test) else {
         return;
     };

@@ -22,11 +22,13 @@ int rc_has_inline_qos (const struct ddsi_serdata *d);
 /* ---- Pacing ---- */
 
 /* Fast DDS takes the system's default for its socket, 212 kB on Linux: three packets of ours. What arrives while it has no
- * processor is lost, to a best-effort reader for good. At the slowest rate the socket holds what is sent in 5 ms; of images of
- * 1 MiB at 30 Hz, 150 of 150 arrived on a loaded machine, at 100 MB/s 140. A thread that has more to send gets a higher rate,
- * since the thread sleeps: a quarter above what it has sent in the time since its last sample began. The readers of Cyclone
- * DDS, to whom the library belongs, ask for a larger socket and need no pacing. */
-enum { BURST = 64 * 1024, SLOWEST = 40 * 1000 /* bytes in a millisecond */, CYCLONE = 0x0110 };
+ * processor is lost, to a best-effort reader for good. At the rate for these, the socket holds what is sent in 5 ms; of images of
+ * 1 MiB at 30 Hz, 150 of 150 arrived on a loaded machine, at the rate for reliable readers 140. A thread that has more to send
+ * gets a higher rate, since the thread sleeps: a quarter above what it has sent in the time since its last sample began. The
+ * readers of Cyclone DDS, to whom the library belongs, ask for a larger socket and need no pacing. */
+enum { BURST = 64 * 1024, CYCLONE = 0x0110 };
+/* Bytes in a millisecond. */
+enum { BEST_EFFORT = 40 * 1000, RELIABLE = 100 * 1000 };
 
 /* Of this thread: the bytes of fragments that were made and not handed on yet, and whether they are paced. Fragments are made
  * with the writer locked, where nobody may sleep, and handed on without. */
@@ -35,28 +37,33 @@ static _Thread_local bool rc_is_paced;
 /* When its last sample began, the size of that sample, and the present rate in bytes a millisecond. */
 static _Thread_local int64_t rc_begun;
 static _Thread_local uint32_t rc_size;
-static _Thread_local int64_t rc_rate = SLOWEST;
+static _Thread_local int64_t rc_rate = BEST_EFFORT;
 /* The time at which the bucket is full again. */
 static _Thread_local int64_t rc_full_at;
 
-static void rc_begin (const struct ddsi_serdata *d)
+static void rc_begin (const struct ddsi_serdata *d, int64_t slowest)
 {
   const int64_t now = ddsrt_time_monotonic ().v, elapsed = now - rc_begun;
   const int64_t demand = elapsed > 0 ? (int64_t) rc_size * 1000000 / elapsed : 0;
-  rc_rate = demand / 4 * 5 > SLOWEST ? demand / 4 * 5 : SLOWEST;
+  rc_rate = demand / 4 * 5 > slowest ? demand / 4 * 5 : slowest;
   rc_begun = now;
   rc_size = ddsi_serdata_size (d);
 }
 
-/* Whether there is a reader with a small socket. The first two bytes of a GUID name the vendor (RTPS 2.5, 9.3.1.5). */
-static bool rc_has_small_reader (const struct ddsi_writer *wr)
+/* The slowest rate for readers with a small socket; 0 if there are none. The first two bytes of a GUID name the vendor (RTPS
+ * 2.5, 9.3.1.5). */
+static int64_t rc_slowest (const struct ddsi_writer *wr)
 {
+  int64_t slowest = 0;
   ddsrt_avl_iter_t it;
   for (const struct ddsi_wr_prd_match *m = ddsrt_avl_iter_first (&ddsi_wr_readers_treedef, &wr->readers, &it); m != NULL; m = ddsrt_avl_iter_next (&it)) {
-    if (m->prd_guid.prefix.u[0] >> 16 != CYCLONE)
-      return true;
+    if (m->prd_guid.prefix.u[0] >> 16 == CYCLONE)
+      continue;
+    if (!m->is_reliable)
+      return BEST_EFFORT;
+    slowest = RELIABLE;
   }
-  return false;
+  return slowest;
 }
 
 static void rc_note (struct ddsi_xmsg *m, const struct ddsi_writer *wr, const struct ddsi_serdata *d, size_t offset, size_t size)
@@ -65,8 +72,10 @@ static void rc_note (struct ddsi_xmsg *m, const struct ddsi_writer *wr, const st
     return;
   if (offset == 0) {
     rc_made = 0;
-    rc_is_paced = rc_has_small_reader (wr);
-    rc_begin (d);
+    const int64_t slowest = rc_slowest (wr);
+    rc_is_paced = slowest != 0;
+    if (rc_is_paced)
+      rc_begin (d, slowest);
   }
   if (rc_is_paced)
     rc_made += (uint32_t) size;

@@ -81,7 +81,7 @@ fn receive(subscriber: &mut dyn Subscriber) -> Option<u64> {
 }
 
 #[test]
-fn what_has_outlived_its_lifespan_is_not_handed_on() {
+fn expired_samples_are_not_delivered() {
     const LIFESPAN: Duration = Duration::from_millis(300);
     let network = Network::new(10);
     let (here, there) = (network.join(), network.join());
@@ -117,14 +117,14 @@ fn what_has_outlived_its_lifespan_is_not_handed_on() {
         subscriber.acknowledge(true);
         came = receive(&mut *subscriber);
     }
-    // If the machine was busy for so long, the test proves nothing.
+    // On a machine that was busy for so long, the test proves nothing.
     if sent.elapsed() < LIFESPAN / 2 {
         assert_eq!(came, Some(2));
     }
 }
 
 #[test]
-fn what_is_too_large_is_refused_and_harms_nobody() {
+fn a_sample_that_is_too_large_is_refused() {
     let network = Network::new(11);
     let (here, there) = (network.join(), network.join());
     let mut subscriber = there.subscriber(&topic(Qos::SUBSCRIBER)).expect("an end");
@@ -145,7 +145,7 @@ fn what_is_too_large_is_refused_and_harms_nobody() {
 }
 
 #[test]
-fn a_wrong_interface_is_told_with_those_that_there_are() {
+fn an_unknown_network_interface_is_reported_with_the_existing_ones() {
     let mut network = Network::new(12);
     let wrong = Value::Texts(vec!["nosuch0".to_owned()]);
     network.environment.settings.set("dds", "interfaces", wrong);
@@ -193,7 +193,7 @@ fn await_log(log: &Mutex<String>, told: &[String]) {
 }
 
 #[test]
-fn a_second_server_on_another_machine_is_refused_or_told_on_both_sides() {
+fn a_second_server_on_another_machine_is_refused_or_reported_on_both_sides() {
     let log = log();
     let machines = ["", "other"].map(|machine| Network::beside(14, machine));
     let served = Endpoint {
@@ -224,7 +224,7 @@ fn a_second_server_on_another_machine_is_refused_or_told_on_both_sides() {
 }
 
 #[test]
-fn what_does_not_fit_is_told_on_both_sides() {
+fn mismatched_endpoints_are_reported_on_both_sides() {
     let log = log();
     let network = Network::new(13);
     let (here, there) = (network.join(), network.join());

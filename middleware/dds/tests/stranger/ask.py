@@ -1,4 +1,4 @@
-"""Asks the component everything: ask.py NETWORK DOMAIN."""
+"""Calls each operation of the component: ask.py NETWORK DOMAIN."""
 
 import sys
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from rpc import RequestHeader
 
 @final
 class Newer_Call(IdlUnion, discriminator=int32, typename="RcInterop.Interop_Call"):
-    """That of a component which can do more."""
+    """A request of an operation that the component does not have."""
 
     sing: case[77, Nothing]
 

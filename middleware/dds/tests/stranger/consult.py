@@ -1,4 +1,4 @@
-"""Has the component ask the oracle, once for each line `LIMIT QUESTION` of its input: consult.py NETWORK DOMAIN."""
+"""Makes the component call the oracle, once for each line `LIMIT QUESTION` of its input: consult.py NETWORK DOMAIN."""
 
 import sys
 

@@ -83,7 +83,7 @@ class Archive_keep(IdlStruct, typename="RcInterop.Archive_keep"):
 @dataclass
 @final
 class Nothing(IdlStruct, typename="RcInterop.Nothing"):
-    """What stands for parameters where there are none."""
+    """The member of a structure without parameters."""
 
     dummy: uint8 = 0
 

@@ -1,4 +1,4 @@
-"""Has ends that do not fit those of the component, until its input ends: misfit.py NETWORK DOMAIN."""
+"""Opens endpoints that do not match those of the component, until its input ends: misfit.py NETWORK DOMAIN."""
 
 import sys
 
@@ -9,7 +9,7 @@ network, domain = sys.argv[1:]
 here = Network(network, domain)
 careless = here.writer("Reports/report", Reports_report, qos(reliable=False))
 greedy = here.reader("Echoes/echo", Echoes_echo, qos(kept=True))
-# The right name with a wrong type, and a right one beside it.
+# The right topic with a wrong type, and a matching endpoint beside it.
 wrong = here.writer("Orders/order", Archive_keep, qos(kept=True))
 wrong.write(Archive_keep("never"))
 right = here.writer("Orders/order", Orders_order, qos(kept=True))

@@ -1,4 +1,4 @@
-"""The ends of a program in a domain, with the package `cyclonedds` 11.0.1 and nothing else."""
+"""The endpoints of a program in a domain, with the package `cyclonedds` 11.0.1 and nothing else."""
 
 import time
 
@@ -11,12 +11,12 @@ from cyclonedds.util import duration
 
 from rpc import EntityId_t, GUID_t, RequestHeader, SampleIdentity, SequenceNumber_t
 
-# For everything that a program waits for.
+# The longest wait for an event.
 LIMIT = 20.0
 
 
 def qos(reliable=True, kept=False, depth=None):
-    """XCDR1 and nothing else is read and written by components."""
+    """Components read and write XCDR1 alone."""
     history = Policy.History.KeepAll if depth is None else Policy.History.KeepLast(depth)
     policies = [
         Policy.Reliability.Reliable(duration(seconds=1)) if reliable else Policy.Reliability.BestEffort,
@@ -25,13 +25,13 @@ def qos(reliable=True, kept=False, depth=None):
         Policy.DataRepresentation(use_cdrv0_representation=True),
     ]
     if kept:
-        # What a writer keeps for who comes late has a history of its own, of a single value by default.
+        # Samples for late readers have a history of their own, of one sample by default.
         policies.append(Policy.DurabilityService(0, history, -1, -1, -1))
     return Qos(*policies)
 
 
 class Network:
-    """A member of a domain, and an address there."""
+    """A participant of a domain, and the prefix of its addresses."""
 
     def __init__(self, network, domain):
         self.network, self.member = network, DomainParticipant(int(domain))
@@ -43,7 +43,7 @@ class Network:
         return DataReader(self.member, Topic(self.member, f"{self.network}/{name}", kind), wanted or qos())
 
     def values(self, reader, seconds=LIMIT):
-        """Yields what comes within `seconds`."""
+        """Yields the values that arrive within `seconds`."""
         waiting = WaitSet(self.member)
         waiting.attach(ReadCondition(reader, SampleState.Any | ViewState.Any | InstanceState.Any))
         end = time.monotonic() + seconds
@@ -55,7 +55,7 @@ class Network:
 
 
 def until(what, so):
-    """Looks until something is so."""
+    """Waits until a condition holds."""
     end = time.monotonic() + LIMIT
     while not so():
         if time.monotonic() > end:
@@ -64,7 +64,7 @@ def until(what, so):
 
 
 def met(*ends):
-    """Waits until each of these ends has found another one."""
+    """Waits until each endpoint has a peer."""
     until("all ends are met", lambda: all(
         end.get_matched_subscriptions() if isinstance(end, DataWriter) else end.get_matched_publications()
         for end in ends
@@ -88,7 +88,7 @@ class Client:
         asked = SampleIdentity(self.guid, SequenceNumber_t(self.sequence >> 32, self.sequence & 0xFFFFFFFF))
         self.requests.write(self.type(RequestHeader(asked, ""), data))
         for reply in self.network.values(self.replies):
-            # Every client hears the replies to all.
+            # Every client receives the replies to all.
             if reply.header.relatedRequestId == asked:
                 return reply
         raise TimeoutError("no reply")

@@ -1,4 +1,4 @@
-"""Answers what the component asks until its input ends: oracle.py NETWORK DOMAIN."""
+"""Serves the calls of the component until its input ends: oracle.py NETWORK DOMAIN."""
 
 import sys
 import threading
@@ -33,7 +33,7 @@ def answer():
                     data = Oracle_Return(ask=Oracle_ask_Result(nonsense_ex=Nonsense("so it is", 9)))
                 case "refuse":
                     code = RemoteExceptionCode_t.REMOTE_EX_OUT_OF_RESOURCES
-                    # Whatever it is, nobody reads it; the package does not write the default branch of a union.
+                    # No client reads the value. The package does not write the default branch of a union.
                     data = Oracle_Return(tell=Oracle_tell_Result(result=Nothing()))
                 case _:
                     data = Oracle_Return(ask=Oracle_ask_Result(result=Oracle_ask_Out(Point(1.5, -2.5), 1 << 40)))

@@ -1,11 +1,11 @@
-"""Tells the component reports and looks whether they come back, whole and in order: repeat.py NETWORK DOMAIN COUNT."""
+"""Publishes reports, and checks that the component publishes them again, whole and in order: repeat.py NETWORK DOMAIN COUNT."""
 
 import sys
 
 from interop import Echoes_echo, Kind, Mark, Point, Report, Reports_report, Scores_entry
 from network import Network, met, qos
 
-# So many are under way at most: no end keeps more than it was told to.
+# The most reports under way: no endpoint keeps more than its depth.
 WINDOW = 500
 
 

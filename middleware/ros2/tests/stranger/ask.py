@@ -1,4 +1,4 @@
-"""Asks the component everything: ask.py NETWORK DOMAIN."""
+"""Calls each operation of the component: ask.py NETWORK DOMAIN."""
 
 import sys
 
@@ -13,7 +13,7 @@ network, domain = sys.argv[1:]
 here = Node(network, domain)
 marks = [Mark("a", Point(1.0, 2.0)), Mark("", Point(0.0, 0.0))]
 report = Report(1 << 40, "ä", [1, 255], [1.5], PERSON, Point(0.5, 0.25), marks, [ScoresEntry("b", -1.0)])
-# The first call of each of these is sent as soon as the ends are found.
+# The first call of each is sent as soon as the endpoints have matched.
 add = Client(here, "Interop/add", AddTwoInts_Request, AddTwoInts_Response)
 print(add.call(1 << 40, -2))
 shift = Client(here, "Interop/shift", InteropShift_Request, InteropShift_Response)

@@ -1,4 +1,4 @@
-"""Tells which ends there are in a domain beside its own, those of parameters aside, and then waits until they have gone:
+"""Prints the endpoints of other participants, without those of parameters, and then waits until they have left:
 ends.py NETWORK DOMAIN COUNT."""
 
 import sys
@@ -18,12 +18,12 @@ ends = {}
 
 
 def is_meant(topic):
-    """Whether it is one of this network's, and not one of the services that every node has."""
+    """Whether a topic is of this network, and not of a service that every node has."""
     return network in topic and "parameter" not in topic and "type_description" not in topic
 
 
 def look():
-    """Takes what has been discovered and what has gone."""
+    """Takes new and lost endpoints from discovery."""
     for does, reader in readers:
         for end in reader.take(N=100):
             key = str(end.key)

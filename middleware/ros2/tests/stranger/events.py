@@ -1,4 +1,4 @@
-"""Tells what a node tells of its parameters, and sets some on request: events.py NETWORK DOMAIN NODE.
+"""Prints the parameter events of a node, and sets parameters on request: events.py NETWORK DOMAIN NODE.
 
 Each line of its input is a command: `set`, `set_atomically`."""
 
@@ -14,7 +14,7 @@ from network import Network, qos
 
 network, domain, node = sys.argv[1:]
 here = Network(network, domain)
-# As `rclcpp` hears them.
+# The quality of service of `rclcpp`.
 events = DataReader(here.member, Topic(here.member, "rt/parameter_events", ParameterEvent), qos(depth=1000))
 
 
@@ -26,14 +26,14 @@ def shown(parameter):
 
 
 def say(*words):
-    """Prints a line at once: two threads do."""
+    """Prints a line at once, since two threads print."""
     sys.stdout.write(" ".join(map(str, words)) + "\n")
     sys.stdout.flush()
 
 
 def tell():
     for event in here.values(events, seconds=120):
-        # Others of this domain tell on the same topic.
+        # Other nodes of this domain publish on the same topic.
         if event.node != node:
             continue
         age = time.time() - event.stamp.sec - event.stamp.nanosec / 1e9

@@ -1,4 +1,4 @@
-"""Adds one, once each for so many new clients, and looks whether each is answered: first.py NETWORK DOMAIN COUNT."""
+"""Makes new clients, each of which calls once at once, and checks the replies: first.py NETWORK DOMAIN COUNT."""
 
 import sys
 

@@ -69,8 +69,8 @@ class ArchiveKeep(IdlStruct, typename="interop_msgs::msg::dds_::ArchiveKeep_"):
     text: str
 
 
-# In the Cyclone mapping `guid` and `seq` stand before what a request or a response holds: who asked, and its how manieth
-# request it was.
+# In the mapping of Cyclone DDS, `guid` and `seq` precede the fields of a request or a response: the client, and the
+# number of its request.
 
 
 @dataclass

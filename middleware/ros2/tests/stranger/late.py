@@ -1,4 +1,4 @@
-"""Reads what was kept, and orders something for who comes late, until its input ends: late.py NETWORK DOMAIN COUNT."""
+"""Reads kept samples, and publishes transient-local ones until its input ends: late.py NETWORK DOMAIN COUNT."""
 
 import sys
 

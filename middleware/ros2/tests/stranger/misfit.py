@@ -1,4 +1,4 @@
-"""Has ends that do not fit those of the component, until its input ends: misfit.py NETWORK DOMAIN."""
+"""Opens endpoints that do not match those of the component, until its input ends: misfit.py NETWORK DOMAIN."""
 
 import sys
 

@@ -1,10 +1,10 @@
-"""The ends of a node of ROS 2 on Cyclone DDS, with the package `cyclonedds` 11.0.1 and nothing else."""
+"""The endpoints of a node of ROS 2 on Cyclone DDS, with the package `cyclonedds` 11.0.1 and nothing else."""
 
 import random
 import sys
 from pathlib import Path
 
-# What programs over DDS use as well.
+# The programs over DDS use the same module.
 sys.path.append(str(Path(__file__).parents[3] / "dds/tests/stranger"))
 
 from cyclonedds.pub import DataWriter
@@ -16,7 +16,7 @@ from network import met, qos, until
 
 
 class Node(network.Network):
-    """A member of a domain, and a namespace there."""
+    """A participant of a domain, and its namespace."""
 
     def topic(self, prefix, name, kind):
         return Topic(self.member, f"{prefix}/{self.network}/{name}", kind)
@@ -43,14 +43,14 @@ class Client:
         self.sequence += 1
         self.requests.write(self.type(self.guid, self.sequence, *fields))
         for response in self.node.values(self.responses):
-            # Every client hears the responses to all.
+            # Every client receives the responses to all.
             if (response.guid, response.seq) == (self.guid, self.sequence):
                 return response
         raise TimeoutError("no response")
 
 
 class Server:
-    """Answers at a service."""
+    """Serves a service."""
 
     def __init__(self, node, name, request, response):
         self.node, self.type = node, response
@@ -58,7 +58,7 @@ class Server:
         self.requests = node.reader(f"{name}Request", request, prefix="rq")
 
     def serve(self, answer):
-        """Answers each request by what `answer` makes of it: the fields of the response, or `None` for no answer."""
+        """Replies to each request with the fields that `answer` returns, or not at all if it returns `None`."""
         for request in self.node.values(self.requests, seconds=60):
             if (fields := answer(request)) is not None:
                 self.responses.write(self.type(request.guid, request.seq, *fields))

@@ -1,4 +1,4 @@
-"""Answers what the component asks until its input ends: oracle.py NETWORK DOMAIN."""
+"""Serves the calls of the component until its input ends: oracle.py NETWORK DOMAIN."""
 
 import sys
 import threading

@@ -1,4 +1,4 @@
-"""Has ends of other types than the component has at the same topics, until its input ends: other_type.py NETWORK DOMAIN."""
+"""Opens endpoints at the topics of the component with other types, until its input ends: other_type.py NETWORK DOMAIN."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""What `rcl_interfaces` says about parameters, and a client of the services of another node.
+"""The messages of `rcl_interfaces` about parameters, and a client of the parameter services of another node.
 
 It is that of a node of ROS 2 on Cyclone DDS, with the package `cyclonedds` 11.0.1 and nothing else: in that mapping `guid` and `seq`
 stand before what a request or a response holds, who asked, and its how manieth request it was."""
@@ -8,7 +8,7 @@ import sys
 from dataclasses import dataclass, field, make_dataclass
 from pathlib import Path
 
-# What programs over DDS use as well.
+# The programs over DDS use the same module.
 sys.path.append(str(Path(__file__).parents[3] / "dds/tests/stranger"))
 
 from cyclonedds.idl import IdlStruct
@@ -134,7 +134,7 @@ class Service:
 
 
 def number(name, value):
-    """A parameter that is no whole number."""
+    """A parameter with a floating-point value."""
     return Parameter(name, ParameterValue(type=3, double_value=value))
 
 
@@ -144,7 +144,7 @@ def texts(name, *values):
 
 
 def setting(here, node):
-    """What sets parameters, each by itself or all together."""
+    """The clients that set parameters, one at a time and atomically."""
     given = {"parameters": sequence[Parameter]}
     return (
         Service(here, node, "set_parameters", "SetParameters", given, {"results": sequence[SetParametersResult]}),

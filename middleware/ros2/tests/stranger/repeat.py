@@ -1,4 +1,4 @@
-"""Tells the component reports and looks whether they come back, whole and in order: repeat.py NETWORK DOMAIN COUNT [BYTES …].
+"""Publishes reports, and checks that the component publishes them again, whole and in order: repeat.py NETWORK DOMAIN COUNT [BYTES …].
 
 With BYTES each report holds so many, in text and data, and one is under way at a time."""
 
@@ -8,7 +8,7 @@ from node import Node, met, qos
 
 from interop import DOOR, PERSON, WALL, Mark, Point, Report, ScoresEntry
 
-# So many are under way at most: no end keeps more than it was told to.
+# The most reports under way: no endpoint keeps more than its depth.
 WINDOW = 500
 
 
@@ -30,7 +30,7 @@ here = Node(network, domain)
 echoes = here.reader("Echoes/echo", Report, qos(depth=1000))
 reports = here.writer("Reports/report", Report, qos(depth=1000))
 met(echoes, reports)
-# A component of ROS 2 does not say when it has found an end.
+# A node of ROS 2 does not report when it has found an endpoint.
 print("met", flush=True)
 sys.stdin.readline()
 
