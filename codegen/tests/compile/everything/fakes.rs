@@ -8,7 +8,8 @@ use everything_generated::testing::{
 };
 use everything_generated::{
     Annotated, Bare, Bounded, Box_, BoxAnswer, Broken, CallError, Context, Everything, FailsError,
-    FarAway, Move, MoveError, Numbers, SendError, State, TryError, VeryBroken, Worker, WorkerError,
+    FarAway, Move, MoveError, Numbers, SendError, State, StateMachine, TryError, VeryBroken,
+    Worker, WorkerError,
 };
 use std::cell::Cell;
 use std::rc::Rc;
@@ -287,10 +288,12 @@ impl Worker for Counting {
     }
 }
 
+impl StateMachine for Counting {}
+
 #[test]
 fn time_is_virtual() -> Result<(), WorkerError> {
     let mut test = context();
-    let mut worker = Counting::initialize(&mut test)?;
+    let mut worker: Counting = test.start()?;
     let turned = Rc::clone(&worker.other);
     // An answer may use the fake itself.
     let fake = test.other.clone();
@@ -318,7 +321,7 @@ fn time_is_virtual() -> Result<(), WorkerError> {
     assert_eq!(test.now(), Time::from_nanos(1_000_000_000));
     // A failed call ends a run.
     let mut test = context();
-    let mut worker = Counting::initialize(&mut test)?;
+    let mut worker: Counting = test.start()?;
     test.other.fail(Fault::NoServer);
     let ended = test.run(&mut worker, Duration::from_secs(1));
     assert!(
