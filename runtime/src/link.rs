@@ -131,9 +131,9 @@ impl Link {
     }
 
     /// Sets whether parameters were restored, and why not.
-    pub(crate) fn set_restored(&mut self, refused: Option<String>) {
+    pub(crate) fn set_restored(&mut self, refused: Option<&str>) {
         // The reason is the worker's text, of any length.
-        let refused = refused.as_deref().map(foreign::clean);
+        let refused = refused.map(foreign::clean);
         self.waiting.restored = Some(ComponentMessage::Restored { refused });
         self.write();
     }
@@ -303,7 +303,7 @@ mod tests {
     fn a_reason_of_any_length_reaches_the_supervisor() {
         let (ours, theirs) = UnixStream::pair().expect("a pair");
         let mut link = Link::new(ours).expect("a link");
-        link.set_restored(Some("no ".repeat(LIMIT)));
+        link.set_restored(Some(&"no ".repeat(LIMIT)));
         let read = Lines::new(Overlong::Count).read(&theirs).0;
         let message = read[0].bytes().map(ComponentMessage::decode);
         let Some(Ok(ComponentMessage::Restored { refused })) = message else {

@@ -397,7 +397,7 @@ impl Server {
                 Requester::Supervisor => {
                     let refused = result.err().map(|error| error.message);
                     if let Some(link) = &mut self.link {
-                        link.set_restored(refused);
+                        link.set_restored(refused.as_deref());
                         link.set_ready();
                     }
                 }
