@@ -33,8 +33,9 @@ pub(crate) fn check(folder: &Path, fixtures: &Path, samples: &Path, ours: &Path)
         .args(["--middleware", "local"]));
     let manifest = component.join("Cargo.toml");
     let text = std::fs::read_to_string(&manifest).expect("a manifest");
-    let text =
-        text + "\n[dev-dependencies]\nrc-local.workspace = true\nrc-runtime.workspace = true\n";
+    // The last table of a new component is that of the dependencies of its tests.
+    assert!(text.contains("[dev-dependencies]"), "{text}");
+    let text = text + "rc-local.workspace = true\nrc-runtime.workspace = true\n";
     std::fs::write(manifest, text).expect("to write");
     // The target folder of this test run, so that nothing is built twice.
     let target = Path::new(RCGEN)

@@ -22,7 +22,8 @@ impl Up {
         let up = Self(command.spawn().expect("rcdeploy"));
         let directory = site.directory();
         Site::until("the network is up", || {
-            directory.path().join("rcdeploy.sock").exists() && running(&site.status()).len() == 3
+            directory.path().join("rcdeploy.sock").exists()
+                && site.status_if_up().is_some_and(|status| running(&status).len() == 3)
         });
         up
     }

@@ -33,7 +33,8 @@ fn user(site: &Site) -> PathBuf {
     let found = generation::generate(&project, hello.clone(), Backend::Dds, &mut sources);
     assert!(!found.expect("to write").has_errors());
     edit(&hello.join("Cargo.toml"), |text| {
-        text + "libm.workspace = true\nshared = { path = \"../../shared\" }\n"
+        let own = "[dependencies]\nlibm.workspace = true\nshared = { path = \"../../shared\" }\n";
+        text.replacen("[dependencies]\n", own, 1)
     });
     edit(&folder.join("Cargo.toml"), |text| {
         let crates = "[workspace.dependencies]\nlibm = \"0.2\"\n";
