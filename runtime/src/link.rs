@@ -22,7 +22,8 @@ use std::io;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 
-/// How many paths are listed of values that are too long for a line.
+/// How many paths of values, or names of components, are listed in place of what is too long for a
+/// line.
 const LISTED: usize = 16;
 /// How often the link is read at once.
 const READS: usize = 8;
@@ -215,7 +216,10 @@ fn heartbeat_line(mut heartbeat: Heartbeat) -> Vec<u8> {
     heartbeat.lost.clear();
     heartbeat.peers.clear();
     heartbeat.silent.clear();
-    heartbeat.clock = None;
+    if let Some(clock) = &mut heartbeat.clock {
+        clock.followers.truncate(LISTED);
+        clock.waiting_for.truncate(LISTED);
+    }
     heartbeat.mismatches = vec![format!(
         "the health of its slots takes {} bytes, a heartbeat has {LIMIT}; ask for `status`",
         line.len()
@@ -252,6 +256,7 @@ fn unsaved(changes: &[ParamChange]) -> UnsavedParameters {
 mod tests {
     use super::*;
     use rc_configuration::model::Value as Parameter;
+    use rc_management::component::{ClockKind, ClockStatus};
 
     fn change(path: &str, new: Parameter, secret: bool) -> ParamChange {
         ParamChange {
@@ -283,6 +288,14 @@ mod tests {
         let heartbeat = Heartbeat {
             age_ms: 7,
             peers: (0..4000).map(slot).collect(),
+            clock: Some(Box::new(ClockStatus {
+                kind: ClockKind::Simulated,
+                time_s: 1.0,
+                tick: 1,
+                lost_ms: Some(900),
+                followers: Vec::new(),
+                waiting_for: (0..4000).map(|at| format!("follower_{at}")).collect(),
+            })),
             ..Heartbeat::default()
         };
         link.send_heartbeat(heartbeat);
@@ -297,6 +310,12 @@ mod tests {
         };
         assert_eq!((heartbeat.age_ms, heartbeat.peers.len()), (7, 0));
         assert!(heartbeat.mismatches[0].contains("ask for `status`"));
+        // What is wrong with the time is still reported: its absence would mean that it is well again.
+        let clock = heartbeat.clock.expect("a clock");
+        assert_eq!(
+            (clock.lost_ms, clock.waiting_for.len()),
+            (Some(900), LISTED)
+        );
     }
 
     #[test]

@@ -26,8 +26,7 @@ const LEASES: RangeInclusive<Duration> = Duration::from_millis(100)..=LONGEST;
 const LEASE: Option<Value> = Some(Value::Duration(Duration::from_secs(1)));
 const QUEUES: RangeInclusive<i64> = 1..=65_536;
 const QUEUE: Option<Value> = Some(Value::Int(256));
-const QUEUE_DOC: &str =
-    "The most MiB of received samples that wait in each slot; further ones are dropped.";
+const QUEUE_DOC: &str = "The most MiB of received data that waits in each slot. A full topic drops its oldest samples; a full server refuses requests.";
 /// DDS computes its ports from the number of the domain. Domain 233 would need ports above 65535.
 const DOMAINS: RangeInclusive<i64> = 0..=232;
 

@@ -84,8 +84,8 @@ fn copy(built: &Path, root: &Path) -> Result<BTreeSet<PathBuf>, String> {
             written.insert(place);
         }
         let pages = root.join("share/man/man1");
-        let told = output(&root.join(&program), &["man".as_ref(), pages.as_os_str()])?;
-        for line in told.lines() {
+        let printed = output(&root.join(&program), &["man".as_ref(), pages.as_os_str()])?;
+        for line in printed.lines() {
             // `create PATH`, `update PATH` or `keep PATH`.
             let page = line.split_once(' ').map(|(_, path)| Path::new(path));
             let page = page.and_then(|page| page.strip_prefix(root).ok());
@@ -95,7 +95,7 @@ fn copy(built: &Path, root: &Path) -> Result<BTreeSet<PathBuf>, String> {
         written.insert(program);
     }
     for old in listed(root)?.difference(&written) {
-        remove_file(&root.join(old))?;
+        remove_file(root, &root.join(old))?;
     }
     let lines = written.iter().map(|path| format!("{}\n", path.display()));
     let lines = lines.collect::<String>();
@@ -139,15 +139,16 @@ fn listed(root: &Path) -> Result<BTreeSet<PathBuf>, String> {
 }
 
 /// Returns false if the file does not exist.
-fn remove_file(path: &Path) -> Result<bool, String> {
+fn remove_file(root: &Path, path: &Path) -> Result<bool, String> {
     let existed = match fs::remove_file(path) {
         Ok(()) => true,
         Err(error) if error.kind() == ErrorKind::NotFound => false,
         Err(error) => return Err(format!("{}: {error}", path.display())),
     };
-    // Only empty folders can be removed; `bin` and what lies above may be somebody else's.
+    // Only empty folders below `share` go; other programs use `bin` and what lies above.
+    let share = root.join("share");
     let folders = path.ancestors().skip(1);
-    let own = folders.take_while(|folder| folder.ancestors().any(|a| a.ends_with("share")));
+    let own = folders.take_while(|folder| folder.starts_with(&share));
     for folder in own {
         if fs::remove_dir(folder).is_err() {
             break;

@@ -90,6 +90,9 @@ pub(crate) fn run(args: &[&str]) -> Result<(), String> {
             return Ok(());
         }
     };
+    if args.last() == Some(&"--file") {
+        return Err("expected a glob after `--file`".into());
+    }
     let chosen: Vec<&str> = args
         .windows(2)
         .filter(|pair| pair[0] == "--file")

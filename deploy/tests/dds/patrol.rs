@@ -23,7 +23,7 @@ impl Up {
         let directory = site.directory();
         Site::until("the network is up", || {
             directory.path().join("rcdeploy.sock").exists()
-                && site.status_if_up().is_some_and(|status| running(&status).len() == 3)
+                && status_if_up(site).is_some_and(|status| running(&status).len() == 3)
         });
         up
     }
@@ -40,6 +40,12 @@ impl Drop for Up {
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
+}
+
+/// The status of a network that may still start: its socket exists a moment before it listens.
+fn status_if_up(site: &Site) -> Option<Value> {
+    let ran = site.rcdeploy(&["status", "--format", "json", &site.network], false);
+    (ran.code == 0).then(|| serde_json::from_str(&ran.stdout).expect("one JSON document"))
 }
 
 /// The running components with their process ids.

@@ -371,7 +371,7 @@ impl RosClient {
         let mut writer = Writer::over(std::mem::take(&mut self.buffer));
         if is_refusal {
             let reason = String::decode(&mut Reader::new(body));
-            let reason = reason.unwrap_or_else(|_| "no reason was told".to_owned());
+            let reason = reason.unwrap_or_else(|_| "no reason was given".to_owned());
             rpc::refuse(&mut writer, id, Outcome::UnknownException, &reason);
         } else {
             // Only a reply in the mapping of its request is here.

@@ -79,7 +79,7 @@ impl Events {
                 return;
             };
             if queue.try_send((stamp(0), event)).is_err() {
-                untold(&rate_limit, "too many wait");
+                not_published(&rate_limit, "too many wait");
             }
         }));
         Ok(Self {
@@ -101,10 +101,12 @@ impl Drop for Events {
 }
 
 /// Logs that a change was not published.
-fn untold(rate_limit: &RateLimit, reason: &str) {
+fn not_published(rate_limit: &RateLimit, reason: &str) {
     if let Some(passed) = rate_limit.allow() {
         let count = passed + 1;
-        tracing::warn!("a change of parameters is not told on `{TOPIC}` ({count} times): {reason}");
+        tracing::warn!(
+            "a change of parameters is not published on `{TOPIC}` ({count} times): {reason}"
+        );
     }
 }
 
@@ -130,7 +132,7 @@ impl Sender {
         // A node that ends during this time publishes its events at once.
         for (stamp, event) in held.into_iter().chain(events) {
             if let Err(reason) = self.send(stamp, &event) {
-                untold(&self.rate_limit, &reason);
+                not_published(&self.rate_limit, &reason);
             }
         }
     }

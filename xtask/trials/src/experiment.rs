@@ -10,7 +10,7 @@ mod tasks;
 #[path = "../../../codegen/tests/all/shared_builds.rs"]
 mod shared_builds;
 
-use crate::programs::{Failure, cargo, finish, target};
+use crate::programs::{Failure, cargo, finish, output, target};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -31,8 +31,15 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     }
     let folder = tempfile::tempdir()?;
     let name = format!("experiment_{}", std::process::id());
+    // Copies, since other builds replace the programs in the target folder meanwhile.
+    let tools = folder.path().join("bin");
+    fs::create_dir_all(&tools)?;
+    let built = target.join(if smoke { "debug" } else { "release" });
+    for tool in ["rcgen", "rcdeploy"] {
+        fs::copy(built.join(tool), tools.join(tool))?;
+    }
     let workspace = Workspace {
-        tools: target.join(if smoke { "debug" } else { "release" }),
+        tools,
         root: folder.path().join(&name),
         target: if smoke {
             target
@@ -138,13 +145,7 @@ impl Workspace {
             .env("XDG_RUNTIME_DIR", runtime)
             .env("XDG_STATE_HOME", self.root.with_file_name("state"))
             .stdin(Stdio::null());
-        let output = command.output()?;
-        if output.status.success() {
-            Ok(String::from_utf8(output.stdout)?)
-        } else {
-            let said = String::from_utf8_lossy(&output.stderr);
-            Err(format!("{words:?} failed:\n{said}").into())
-        }
+        output(command, LIMIT)
     }
 
     fn up(&self) -> Result<(), Failure> {

@@ -41,12 +41,29 @@ pub(crate) fn cargo(words: &[&str]) -> Result<Command, Failure> {
 }
 
 /// Runs a command to its end, at most for `limit`. Returns its duration and its output on stderr.
-pub(crate) fn finish(mut command: Command, limit: Duration) -> Result<(Duration, String), Failure> {
+pub(crate) fn finish(command: Command, limit: Duration) -> Result<(Duration, String), Failure> {
+    let ended = end_of(command, limit, Stdio::null())?;
+    Ok((ended.took, ended.errors))
+}
+
+/// The same, but returns its output on stdout.
+pub(crate) fn output(command: Command, limit: Duration) -> Result<String, Failure> {
+    let stdout = tempfile::tempfile()?;
+    end_of(command, limit, stdout.try_clone()?.into())?;
+    Ok(read_back(stdout)?)
+}
+
+struct Ended {
+    took: Duration,
+    errors: String,
+}
+
+fn end_of(mut command: Command, limit: Duration, stdout: Stdio) -> Result<Ended, Failure> {
     let what = format!("{command:?}");
     let stderr = tempfile::tempfile()?;
     command
         .stdin(Stdio::null())
-        .stdout(Stdio::null())
+        .stdout(stdout)
         .stderr(stderr.try_clone()?);
     let start = Instant::now();
     let mut running = Running(command.spawn()?);
@@ -65,11 +82,11 @@ pub(crate) fn finish(mut command: Command, limit: Duration) -> Result<(Duration,
     let Some((status, took)) = waited else {
         return Err(format!("{what} took longer than {limit:?}").into());
     };
-    let text = read_back(stderr)?;
+    let errors = read_back(stderr)?;
     if status?.success() {
-        Ok((took, text))
+        Ok(Ended { took, errors })
     } else {
-        Err(format!("{what} failed:\n{text}").into())
+        Err(format!("{what} failed:\n{errors}").into())
     }
 }
 

@@ -291,12 +291,6 @@ impl Site {
         serde_json::from_str(&ran.stdout).expect("one JSON document")
     }
 
-    /// The status of a network that may still start: its socket exists a moment before it listens.
-    pub(crate) fn status_if_up(&self) -> Option<Value> {
-        let ran = self.rcdeploy(&["status", "--format", "json", &self.network], false);
-        (ran.code == 0).then(|| serde_json::from_str(&ran.stdout).expect("one JSON document"))
-    }
-
     /// Sends one request to the management of a component.
     pub(crate) fn ask(&self, name: &str, method: &str) -> Value {
         self.tell(name, method, &Value::Null)

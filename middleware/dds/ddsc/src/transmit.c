@@ -23,7 +23,7 @@ int rc_has_inline_qos (const struct ddsi_serdata *d);
 
 /* Fast DDS takes the system's default for its socket, 212 kB on Linux: three packets of ours. What arrives while it has no
  * processor is lost, to a best-effort reader for good. At the rate for these, the socket holds what is sent in 5 ms; of images of
- * 1 MiB at 30 Hz, 150 of 150 arrived on a loaded machine, at the rate for reliable readers 140. A thread that has more to send
+ * 1 MiB at 30 Hz, 150 of 150 arrived on a loaded machine, at the rate for reliable readers 136 and 143. A thread that has more to send
  * gets a higher rate, since the thread sleeps: a quarter above what it has sent in the time since its last sample began. The
  * readers of Cyclone DDS, to whom the library belongs, ask for a larger socket and need no pacing. */
 enum { BURST = 64 * 1024, CYCLONE = 0x0110 };

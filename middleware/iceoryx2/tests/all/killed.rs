@@ -183,36 +183,31 @@ fn one_clean_up_serves_all_that_wait() {
     until("nobody cleans up", || {
         let before = rounds(&root);
         wait(&[], Duration::from_millis(400));
-        before.0 == before.1 && before == rounds(&root)
+        before[0] == before[1] && before == rounds(&root)
     });
+    let before = rounds(&root);
     killed.iter_mut().for_each(Process::kill);
-    let (before, _) = rounds(&root);
-    let removed = std::thread::scope(|scope| {
-        let cleaning: Vec<_> = holders
-            .iter()
-            .map(|holder| scope.spawn(|| holder.clean()))
-            .collect();
-        let counts = cleaning.into_iter().map(|thread| {
-            let count = thread.join();
-            count.expect("to clean up")
-        });
-        counts.max()
+    std::thread::scope(|scope| {
+        for holder in &holders {
+            scope.spawn(|| holder.clean());
+        }
     });
-    assert_eq!(removed, Some(DEAD));
     // One that the first begins, and one for those that came after it had begun.
-    let (after, completed) = rounds(&root);
-    assert!(after - before <= 3, "{} rounds", after - before);
-    assert_eq!(completed, after);
+    let [begun, completed, removed] = rounds(&root);
+    assert_eq!(removed - before[2], DEAD as u64);
+    assert!(begun - before[0] <= 3, "{} rounds", begun - before[0]);
+    assert_eq!(completed, begun);
 }
 
-/// How many clean-ups have begun and were completed: the first numbers of `cleaning.rounds`.
-fn rounds(root: &Path) -> (u64, u64) {
+/// How many clean-ups have begun, how many were completed, and how many nodes they removed: the
+/// numbers in `cleaning.rounds`.
+fn rounds(root: &Path) -> [u64; 3] {
     let bytes = std::fs::read(root.join("cleaning.rounds")).unwrap_or_default();
     let number = |at: usize| {
         let bytes = bytes.get(at..at + 8).map(TryInto::try_into);
         bytes.map_or(0, |bytes| u64::from_le_bytes(bytes.expect("eight bytes")))
     };
-    (number(0), number(8))
+    [number(0), number(8), number(16)]
 }
 
 /// The processes die with a loan that is written and not sent.

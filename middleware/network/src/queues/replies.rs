@@ -83,7 +83,12 @@ impl<K: Copy + Ord, S> ReplyQueue<K, S> {
 
     /// Removes a request that could not be sent.
     pub fn cancel(&self, request: K) {
-        lock(&self.calls).pending.remove(&request);
+        let mut calls = lock(&self.calls);
+        calls.pending.remove(&request);
+        // The next request may have the same number; its reply is not that of this call.
+        if calls.awaited == Some(request) {
+            calls.awaited = None;
+        }
     }
 
     /// Ends the waiting call. A reply that comes later only ends its request.
@@ -175,6 +180,16 @@ mod tests {
         assert_eq!((queue.gauge().bytes(), queue.gauge().dropped()), (10, 4));
         assert_eq!((queue.take(), queue.take()), (Some(Ok("right")), None));
         assert_eq!((queue.gauge().bytes(), queue.pending()), (0, 1));
+    }
+
+    #[test]
+    fn a_call_whose_request_was_not_sent_waits_for_no_reply() {
+        let queue = asked();
+        queue.begin(6, true);
+        queue.cancel(6);
+        queue.begin(6, false);
+        queue.put(6, Some(SERVER), 10, "to the command of the same number");
+        assert_eq!((queue.take(), queue.gauge().bytes()), (None, 0));
     }
 
     #[test]

@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 const ROBOTS: usize = 6;
 /// The pause between two kills of components.
 const BEAT: Duration = Duration::from_secs(1);
-/// The life time of one rcdeploy, in a run of more than three of them.
+/// The lifetime of one `rcdeploy` process; at most a third of the run.
 const LIFE: Duration = Duration::from_secs(30);
 /// A restarted component is ready within this time.
 const READY: Duration = Duration::from_secs(2);
