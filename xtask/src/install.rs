@@ -116,7 +116,7 @@ fn remove(root: &Path) -> Result<Vec<PathBuf>, String> {
     let mut removed = Vec::new();
     for path in all {
         let path = root.join(path);
-        if remove_file(&path)? {
+        if remove_file(root, &path)? {
             removed.push(path);
         }
     }
