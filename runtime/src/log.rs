@@ -90,7 +90,7 @@ fn parse(level: &str) -> Result<Level, StartError> {
     })
 }
 
-/// What `RUST_LOG` sets: a level, or one for each of some modules. A text that is meant for other programs stops none.
+/// What `RUST_LOG` sets: a level, or one for each of some modules. An invalid text is reported, and `info` holds.
 fn environment() -> Targets {
     let default = Targets::new().with_default(Level::INFO);
     match std::env::var("RUST_LOG") {

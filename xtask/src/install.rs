@@ -59,14 +59,33 @@ fn root(named: Option<&str>) -> Result<PathBuf, String> {
 }
 
 /// Copies the tools of the folder `built` below `root`, and lets them write what belongs to them.
-/// Returns the paths of all files, relative to `root`.
+/// Returns the paths of all files, relative to `root`. If it fails, the list holds what was written,
+/// so that it can be removed.
 fn copy(built: &Path, root: &Path) -> Result<BTreeSet<PathBuf>, String> {
     let mut written = BTreeSet::new();
+    let outcome = place(built, root, &mut written);
+    let before = listed(root)?;
+    if outcome.is_ok() {
+        for old in before.difference(&written) {
+            remove_file(root, &root.join(old))?;
+        }
+    } else {
+        written.extend(before);
+    }
+    let lines = written.iter().map(|path| format!("{}\n", path.display()));
+    let lines = lines.collect::<String>();
+    replace(root, Path::new(LIST), |new| fs::write(new, lines))?;
+    outcome.map(|()| written)
+}
+
+/// Writes the files, and adds each one to `written`.
+fn place(built: &Path, root: &Path, written: &mut BTreeSet<PathBuf>) -> Result<(), String> {
     for tool in TOOLS {
         let program = PathBuf::from("bin").join(tool);
         replace(root, &program, |new| {
             fs::copy(built.join(tool), new).map(drop)
         })?;
+        written.insert(program.clone());
         for (shell, place) in [
             ("bash", format!("share/bash-completion/completions/{tool}")),
             ("zsh", format!("share/zsh/site-functions/_{tool}")),
@@ -92,15 +111,8 @@ fn copy(built: &Path, root: &Path) -> Result<BTreeSet<PathBuf>, String> {
             let page = page.ok_or_else(|| format!("{tool} man printed `{line}`"))?;
             written.insert(page.to_path_buf());
         }
-        written.insert(program);
     }
-    for old in listed(root)?.difference(&written) {
-        remove_file(root, &root.join(old))?;
-    }
-    let lines = written.iter().map(|path| format!("{}\n", path.display()));
-    let lines = lines.collect::<String>();
-    replace(root, Path::new(LIST), |new| fs::write(new, lines))?;
-    Ok(written)
+    Ok(())
 }
 
 /// Removes the listed files, the list, and folders that are empty then.
@@ -273,6 +285,13 @@ mod tests {
         assert_eq!(files(&root), [Path::new("share/man/man1/mine.1")]);
         assert!(!root.join("share/fish").exists());
         assert!(remove(&root).is_err_and(|error| error.contains("nothing is installed")));
+
+        // What an installation that fails has written can be removed.
+        let broken = root.join("broken");
+        fs::create_dir_all(&broken).expect("a folder");
+        fs::copy("/bin/false", broken.join(TOOLS[0])).expect("a program that fails");
+        assert!(copy(&broken, &root).is_err());
+        assert_eq!(remove(&root).expect("to uninstall").len(), 2);
         fs::remove_dir_all(&root).expect("removed");
     }
 }
