@@ -174,3 +174,28 @@ fn machines_like_real_files_run_to_their_end() {
         assert!(run.host.session.has_ended(), "{text}: {entered:?}");
     }
 }
+
+#[test]
+fn a_default_of_a_history_state_runs_only_in_the_step_that_enters_its_parent() {
+    let text = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="m" initial="p">
+      <state id="p" initial="a">
+        <history id="h"><transition target="b"><log label="default"/></transition></history>
+        <state id="a"><transition event="inside" target="h"/></state>
+        <state id="b"/>
+        <transition event="leave" target="out"/>
+      </state>
+      <state id="out"><transition event="back" target="p"/></state>
+    </scxml>"#;
+    let mut run = run("m.scxml", text);
+    let chart = run.host.session.chart();
+    run.start().unwrap();
+    // `p` stays active in the first step, so that the default of `h` has no entry to run with.
+    for (event, active) in [("inside", "b"), ("leave", "out"), ("back", "a")] {
+        let number = chart.events.iter().position(|name| name == event).unwrap();
+        run.host.session.fire(number as u16).unwrap();
+        run.step().unwrap();
+        assert!(run.active().iter().any(|path| path.ends_with(active)));
+    }
+    let trace = run.host.trace.join(" ");
+    assert!(!trace.contains("default"), "{trace}");
+}

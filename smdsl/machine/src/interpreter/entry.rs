@@ -21,7 +21,7 @@ impl Interpreter {
             if self.default_entry.contains(state) {
                 self.run(chart.transition(it.initial).actions, host);
             }
-            let history = std::mem::replace(&mut self.default_history[usize::from(state)], NONE);
+            let history = self.default_history[usize::from(state)];
             if history != NONE {
                 self.run(chart.transition(history).actions, host);
             }
@@ -64,6 +64,7 @@ impl Interpreter {
     fn compute_entry_set(&mut self) {
         self.entry.clear();
         self.default_entry.clear();
+        self.default_history.fill(NONE);
         let chart = self.chart;
         for at in 0..self.filtered.len() {
             let transition = self.filtered[at].0;
