@@ -3,16 +3,17 @@
 //! Generated code has the tables ([`Chart`]) and implements [`Hooks`], which calls the functions of
 //! the worker. The worker sees a [`Machine`] as `ctx.machine`.
 
+mod record;
+
 use crate::clock::Time;
 use crate::component::WorkerError;
 use crate::context::Core;
 pub use rc_machine::{Action, Chart, Condition, Kind, NONE, Range, State, Transition, Trigger};
 use rc_machine::{Failed, Host, Interpreter, Session};
-use rc_management::component::{MachineStatus, TransitionStatus};
-use std::collections::VecDeque;
+pub(crate) use record::MachineRecord;
+use record::{Taken, record};
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The most events that are handled between two turns of the event loop.
@@ -20,59 +21,8 @@ const EVENTS_A_TURN: usize = 64;
 /// The most transitions that are logged at the level `info` in a second. Others are at `debug`.
 const LOGGED_A_SECOND: u32 = 10;
 
-/// The number of transitions that the status keeps.
-const KEPT: usize = 8;
-
-/// What the status tells of a machine, as numbers of its chart.
-#[derive(Debug)]
-pub(crate) struct MachineRecord {
-    chart: &'static Chart,
-    states: Vec<u16>,
-    taken: VecDeque<Taken>,
-}
-
-/// A transition that was taken.
-#[derive(Clone, Copy, Debug)]
-struct Taken {
-    transition: u16,
-    event: u16,
-    took: Duration,
-    /// Since the start of the component.
-    at: Duration,
-}
-
-impl MachineRecord {
-    fn new(chart: &'static Chart) -> Self {
-        Self {
-            chart,
-            states: Vec::with_capacity(chart.states.len()),
-            taken: VecDeque::with_capacity(KEPT),
-        }
-    }
-
-    pub(crate) fn status(&self) -> MachineStatus {
-        let path = |state: &u16| self.chart.state(*state).path.to_string();
-        MachineStatus {
-            states: self.states.iter().map(path).collect(),
-            transitions: self
-                .taken
-                .iter()
-                .map(|taken| {
-                    let transition = self.chart.transition(taken.transition);
-                    let event = self.chart.events.get(usize::from(taken.event));
-                    let targets = self.chart.list(transition.targets).iter();
-                    TransitionStatus {
-                        from: path(&transition.source),
-                        to: targets.map(path).collect(),
-                        event: event.map(ToString::to_string),
-                        took_us: taken.took.as_micros() as u64,
-                        at_s: taken.at.as_secs_f64(),
-                    }
-                })
-                .collect(),
-        }
-    }
-}
+/// The least time between two warnings.
+const WARNING_PAUSE: Duration = Duration::from_secs(1);
 
 /// A state or an event of generated code.
 pub trait Numbered: Copy {
@@ -97,6 +47,8 @@ pub struct Parts {
     no_during: bool,
     logged: u32,
     logged_since: Instant,
+    /// When the last warning was logged: of an event, an entry, an exit or an action.
+    warned: Option<Instant>,
 }
 
 impl<S: Numbered, E: Numbered> Machine<S, E> {
@@ -109,14 +61,16 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
                 no_during: false,
                 logged: 0,
                 logged_since: Instant::now(),
+                warned: None,
             },
             names: PhantomData,
         }
     }
 
-    /// Puts an event into the machine's queue. The machine handles it when the present function
-    /// of the worker has returned. An event after the end of the machine, or when 256 wait, is
-    /// dropped, which the log tells.
+    /// Puts an event into the machine's queue. The machine handles it after the handlers of a turn
+    /// (at most 64), or at the end of the period, after all `during` functions or `compute`. An
+    /// event after the end of the machine, or when 256 wait, is dropped, which the log tells at
+    /// most once a second.
     pub fn fire(&mut self, event: E) {
         let session = &mut self.parts.session;
         if let Err(reason) = session.fire(event.number()) {
@@ -125,7 +79,9 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
                 rc_machine::Refused::Ended => "the machine has ended",
                 rc_machine::Refused::Full => "too many events wait",
             };
-            tracing::warn!("the event {name} is dropped: {reason}");
+            if self.parts.may_warn() {
+                tracing::warn!("the event {name} is dropped: {reason}");
+            }
         }
     }
 
@@ -164,6 +120,17 @@ impl Parts {
         let states = self.session.active().map(|state| chart.state(state));
         let innermost = states.filter(|state| state.kind.is_atomic());
         innermost.map(|state| &*state.path)
+    }
+
+    /// Whether a warning may be logged now: at most one a second.
+    fn may_warn(&mut self) -> bool {
+        let may = self
+            .warned
+            .is_none_or(|last| last.elapsed() >= WARNING_PAUSE);
+        if may {
+            self.warned = Some(Instant::now());
+        }
+        may
     }
 
     /// When a delayed event is due.
@@ -316,37 +283,6 @@ fn step<H: Hooks>(
     failure.map_or(Ok(()), Err)
 }
 
-/// Notes the active states, and a transition that was taken, for the status.
-fn record<H: Hooks>(hooks: &mut H, taken: Option<Taken>) {
-    let shared = Arc::clone(&hooks.core().shared);
-    let session = &hooks.parts().session;
-    let chart = session.chart();
-    // The end is told by the component's own state.
-    let states = || {
-        session
-            .active()
-            .filter(|state| chart.state(*state).kind.is_atomic())
-    };
-    let mut status = shared.status();
-    let record = status
-        .machine
-        .get_or_insert_with(|| MachineRecord::new(chart));
-    if taken.is_none() && states().eq(record.states.iter().copied()) {
-        return;
-    }
-    record.states.clear();
-    record.states.extend(states());
-    if let Some(taken) = taken {
-        if record.taken.len() == KEPT {
-            record.taken.pop_front();
-        }
-        record.taken.push_back(Taken {
-            at: shared.uptime(),
-            ..taken
-        });
-    }
-}
-
 /// Calls the worker. If it panics, the log tells the state.
 fn guarded<H: Hooks, T>(
     hooks: &mut H,
@@ -390,7 +326,11 @@ impl<H: Hooks> Steps<'_, H> {
     fn result(&mut self, what: &str, result: Result<(), WorkerError>) -> Result<(), Failed> {
         let Err(error) = result else { return Ok(()) };
         match error {
-            WorkerError::Failed(message) => tracing::warn!("{what}: {message}"),
+            WorkerError::Failed(message) => {
+                if self.hooks.parts().may_warn() {
+                    tracing::warn!("{what}: {message}");
+                }
+            }
             other => {
                 let worse = matches!(other, WorkerError::Fatal(_))
                     && !matches!(self.failure, Some(WorkerError::Fatal(_)));
@@ -458,7 +398,9 @@ impl<H: Hooks> Host for Steps<'_, H> {
     fn begins(&mut self, event: u16, transitions: &[u16]) {
         self.since = Instant::now();
         self.event = event;
-        self.transition = transitions.first().copied();
+        let chart = self.hooks.parts().session.chart();
+        let mut transitions = transitions.iter().copied();
+        self.transition = transitions.find(|t| !chart.transition(*t).targets.is_empty());
     }
 
     fn ends(&mut self) {
@@ -469,9 +411,6 @@ impl<H: Hooks> Host for Steps<'_, H> {
         let event = self.event;
         let chart = self.hooks.parts().session.chart();
         let transition = chart.transition(number);
-        if transition.targets.is_empty() {
-            return;
-        }
         let taken = Taken {
             transition: number,
             event,
@@ -508,6 +447,7 @@ mod tests {
     use rc_management::component::ClockKind;
     use rc_middleware::WakeEvent;
     use std::borrow::Cow;
+    use std::sync::Arc;
 
     const fn range(start: u16, end: u16) -> Range {
         Range { start, end }

@@ -470,22 +470,26 @@ impl<'a> EventLoop<'a> {
 
     /// Lets the state machine handle the events that handlers fired, or that are due.
     fn react(&mut self) {
-        if self.fatal.is_none() && !self.shared.wake_event.is_stopping() {
+        if self.fatal.is_none() && !self.shared.wake_event.is_stopping() && !self.is_gated() {
             let result = self.component.react();
             self.apply(result);
         }
     }
 
-    /// The longest wait: until the next delayed event of the state machine is due.
+    /// The longest wait: `LONGEST_WAIT`, or until the next delayed event of the state machine is due.
     fn longest_wait(&mut self) -> Duration {
-        let now = self.component.core().now();
-        match self.component.machine() {
-            Some(machine) if machine.has_events() => Duration::ZERO,
-            Some(machine) => match machine.next_due() {
-                Some(due) if matches!(self.role, TimeRole::System) => (due - now).min(LONGEST_WAIT),
-                _ => LONGEST_WAIT,
-            },
-            None => LONGEST_WAIT,
+        let is_gated = self.is_gated();
+        let Some(machine) = self.component.machine() else {
+            return LONGEST_WAIT;
+        };
+        if machine.has_events() && !is_gated {
+            return Duration::ZERO;
+        }
+        match machine.next_due() {
+            Some(due) if matches!(self.role, TimeRole::System) => {
+                (due - self.component.core().now()).min(LONGEST_WAIT)
+            }
+            _ => LONGEST_WAIT,
         }
     }
 

@@ -1,0 +1,92 @@
+//! What the status tells of a state machine: its active states and its last transitions.
+
+use super::{Chart, Hooks};
+use rc_management::component::{MachineStatus, TransitionStatus};
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The number of transitions that the status keeps.
+const KEPT: usize = 8;
+
+/// What the status tells of a machine, as numbers of its chart.
+#[derive(Debug)]
+pub(crate) struct MachineRecord {
+    chart: &'static Chart,
+    states: Vec<u16>,
+    taken: VecDeque<Taken>,
+}
+
+/// A transition that was taken.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Taken {
+    pub(super) transition: u16,
+    pub(super) event: u16,
+    pub(super) took: Duration,
+    /// Since the start of the component.
+    pub(super) at: Duration,
+}
+
+impl MachineRecord {
+    fn new(chart: &'static Chart) -> Self {
+        Self {
+            chart,
+            states: Vec::with_capacity(chart.states.len()),
+            taken: VecDeque::with_capacity(KEPT),
+        }
+    }
+
+    pub(crate) fn status(&self) -> MachineStatus {
+        let path = |state: &u16| self.chart.state(*state).path.to_string();
+        MachineStatus {
+            states: self.states.iter().map(path).collect(),
+            transitions: self
+                .taken
+                .iter()
+                .map(|taken| {
+                    let transition = self.chart.transition(taken.transition);
+                    let event = self.chart.events.get(usize::from(taken.event));
+                    let targets = self.chart.list(transition.targets).iter();
+                    TransitionStatus {
+                        from: path(&transition.source),
+                        to: targets.map(path).collect(),
+                        event: event.map(ToString::to_string),
+                        took_us: taken.took.as_micros() as u64,
+                        at_s: taken.at.as_secs_f64(),
+                    }
+                })
+                .collect(),
+        }
+    }
+}
+
+/// Notes the active states, and a transition that was taken, for the status.
+pub(super) fn record<H: Hooks>(hooks: &mut H, taken: Option<Taken>) {
+    let shared = Arc::clone(&hooks.core().shared);
+    let session = &hooks.parts().session;
+    let chart = session.chart();
+    // The end is told by the component's own state.
+    let states = || {
+        session
+            .active()
+            .filter(|state| chart.state(*state).kind.is_atomic())
+    };
+    let mut status = shared.status();
+    let record = status
+        .machine
+        .get_or_insert_with(|| MachineRecord::new(chart));
+    if taken.is_none() && states().eq(record.states.iter().copied()) {
+        return;
+    }
+    record.states.clear();
+    record.states.extend(states());
+    if let Some(taken) = taken {
+        if record.taken.len() == KEPT {
+            record.taken.pop_front();
+        }
+        record.taken.push_back(Taken {
+            at: shared.uptime(),
+            ..taken
+        });
+    }
+}
