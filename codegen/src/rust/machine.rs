@@ -11,6 +11,17 @@ use serde::Serialize;
 /// The trait that the worker implements.
 pub(crate) const TRAIT: &str = "StateMachine";
 
+/// The functions of every worker. One of a machine cannot have their names: a call of it would be
+/// ambiguous.
+const WORKER: [&str; 6] = [
+    "initialize",
+    "compute",
+    "params_changed",
+    "emergency",
+    "restore",
+    "finalize",
+];
+
 /// A state machine as its template sees it.
 #[derive(Debug, Serialize)]
 pub(crate) struct Machine<'a> {
@@ -158,6 +169,13 @@ pub(crate) fn check(machine: &StateMachine, found: &mut Diagnostics) {
         .collect();
     for function in chart.guards.iter().chain(chart.functions.iter()) {
         let name = names::snake(function);
+        if WORKER.contains(&name.as_str()) {
+            let message =
+                format!("the function `{function}` has the name of a function of the worker");
+            let help = "give the function another name";
+            let place = machine.name.span;
+            found.push(Diagnostic::error("name-collision", place, message).help(help));
+        }
         if hooks.contains(&name) {
             let message =
                 format!("the function `{function}` has the name of a function of a state");

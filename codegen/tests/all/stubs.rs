@@ -450,3 +450,35 @@ fn names_of_states_that_become_one_in_rust_are_reported() {
     assert!(err.contains(states), "{err}");
     assert_eq!(err.lines().count(), 1, "{err}");
 }
+
+#[test]
+fn a_function_of_a_machine_with_a_name_of_the_worker_is_reported() {
+    for name in [
+        "initialize",
+        "compute",
+        "params_changed",
+        "emergency",
+        "restore",
+        "finalize",
+    ] {
+        let component = Component::new();
+        component.replace(
+            "c.cdsl",
+            "language rust",
+            "statemachine \"m.scxml\"; language rust",
+        );
+        component.write(
+            "m.scxml",
+            &format!(
+                "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" name=\"m\" initial=\"a\">\
+                 <state id=\"a\"><onentry><script>{name}</script></onentry></state></scxml>"
+            ),
+        );
+        let (code, _, err) = component.stubs();
+        assert_eq!(code, 1, "{err}");
+        let wanted = format!(
+            "error[name-collision]: the function `{name}` has the name of a function of the worker"
+        );
+        assert!(err.contains(&wanted), "{err}");
+    }
+}
