@@ -1,7 +1,9 @@
 //! A worker with a state machine, run to its end; run by `tests/compile.rs`.
 
 use std::sync::Mutex;
+use std::time::Duration;
 use walker_generated::machine::{Event, State};
+use walker_generated::testing::TestContext;
 use walker_generated::{Context, StateMachine, Worker, WorkerError};
 
 static LOG: Mutex<Vec<String>> = Mutex::new(Vec::new());
@@ -147,4 +149,71 @@ fn a_guard_that_panics_ends_the_component() {
     // The component may end before it is seen to run.
     let ended = walker_generated::embed::<Panicking>(&args).and_then(|walker| walker.join());
     assert!(ended.unwrap_err().to_string().contains("panicked"));
+}
+
+/// Writes down what runs in `idle`, and fails where it is told to.
+#[derive(Default)]
+struct Tested {
+    fails: bool,
+    idled: bool,
+}
+
+impl Worker for Tested {
+    fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
+        Ok(Self::default())
+    }
+}
+
+impl StateMachine for Tested {
+    fn is_ready(&mut self, _ctx: &mut Context) -> bool {
+        true
+    }
+
+    fn brake(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        Ok(())
+    }
+
+    fn fall(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        Ok(())
+    }
+
+    fn during_idle(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        self.idled = true;
+        if self.fails {
+            ctx.machine.fire(Event::Go);
+            return Err(WorkerError::Failed("it slipped".to_owned()));
+        }
+        Ok(())
+    }
+
+    fn entry_walking(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        if self.fails {
+            return Err(WorkerError::Fatal("it broke".to_owned()));
+        }
+        Ok(())
+    }
+}
+
+const MOMENT: Duration = Duration::from_nanos(1);
+
+#[test]
+fn a_run_handles_the_events_that_wait_before_the_first_period() {
+    for state in [walker_generated::State::Running, walker_generated::State::Emergency] {
+        let mut test = TestContext::new();
+        let mut worker: Tested = test.start().unwrap();
+        test.machine.fire(Event::Go);
+        test.set_state(state);
+        test.run(&mut worker, MOMENT).unwrap();
+        assert!(test.machine.is_in(State::Walking), "{state:?}");
+        assert!(!worker.idled);
+    }
+}
+
+#[test]
+fn a_fatal_error_of_an_entry_outweighs_a_failed_period() {
+    let mut test = TestContext::new();
+    let mut worker: Tested = test.start().unwrap();
+    worker.fails = true;
+    let result = test.run(&mut worker, MOMENT);
+    assert!(matches!(result, Err(WorkerError::Fatal(_))), "{result:?}");
 }
