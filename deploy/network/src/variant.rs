@@ -4,7 +4,7 @@
 //! `TARGET/rc/MIDDLEWARE` has a manifest with what the user's workspace says of dependencies,
 //! patches and profiles, and its lock file; `NAME` in it has the user's manifest with another
 //! program name, a `generated/` of its own, and links to all other files of the component. Cargo
-//! builds into the user's target folder, and a member `features` asks for the features that the
+//! builds into the user's target folder, and a member `variant-features` asks for the features that the
 //! user's workspace asks for, so that no library that both need is built twice.
 
 use crate::error::{Error, cannot, refused};
@@ -344,6 +344,13 @@ fn user_manifest(folder: &Path, package: &str, middleware: Backend) -> Result<Do
     manifest.retain(|key, _| !SHARED.contains(&key));
     // Only programs are built. A test's dependency on `generated` would be a second place of it.
     manifest.remove("dev-dependencies");
+    if let Some(targets) = table(manifest.as_table_mut(), "target") {
+        for (_, platform) in targets.iter_mut() {
+            if let Some(platform) = platform.as_table_like_mut() {
+                platform.remove("dev-dependencies");
+            }
+        }
+    }
     absolute_in(&mut manifest, folder);
     let mut path = InlineTable::new();
     path.insert("path", GENERATED.into());
@@ -452,6 +459,7 @@ mod tests {
              lidar_generated.workspace = true\nnear = { path = \"../near\" }\nfar = \"1\"\n\n\
              [dev-dependencies]\nlidar_generated = { path = \"generated\", features = [\"testing\"] }\n\n\
              [target.'cfg(unix)'.dependencies]\nunix = { path = \"../unix\" }\n\n\
+             [target.'cfg(unix)'.dev-dependencies]\nlidar_generated = { path = \"generated\" }\n\n\
              [[bin]]\nname = \"tool\"\npath = \"src/tool.rs\"\n\n[[bin]]\nname = \"lidar\"\npath = \"src/lidar.rs\"\n",
         );
         let path = folder.path();
