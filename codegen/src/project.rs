@@ -70,7 +70,7 @@ impl Project {
             .collect();
         // The order in which imports are written changes nothing.
         texts[1..].sort();
-        let machines = sources.ids().count();
+        let before_machine = sources.ids().count();
         let state_machine = component
             .state_machine
             .as_ref()
@@ -81,7 +81,7 @@ impl Project {
             rust::machine::check(machine, &mut found);
         }
         // SCXML has other comments, so its whole text counts.
-        texts.extend(sources.ids().skip(machines).map(|id| {
+        texts.extend(sources.ids().skip(before_machine).map(|id| {
             let text = sources.text(id);
             let ending = sources.path(id).extension();
             if ending.is_some_and(|ending| ending.eq_ignore_ascii_case("scxml")) {

@@ -1,4 +1,5 @@
-//! Names and types of Rust for the fakes of a component: what `templates/rust/testing.rs.tera` prints.
+//! Names and types of Rust for the fakes of a component: what `templates/rust/testing.rs.tera`
+//! prints.
 
 use super::exports;
 use super::library::operation_doc;

@@ -1,7 +1,9 @@
-//! What the generated context for tests stands on: fake peers, virtual time, no process and no middleware.
+//! What the generated context for tests stands on: fake peers, virtual time, no process and no
+//! middleware.
 //!
-//! A worker under test has its real [`Core`], clients and publishers. Their ports end in this module: a call goes to
-//! a [`FakeServer`], a sample to a [`FakeSubscriber`]. All of it stays on the thread of the test.
+//! A worker under test has its real [`Core`], clients and publishers. Their ports end in this
+//! module: a call goes to a [`FakeServer`], a sample to a [`FakeSubscriber`]. All of it stays on
+//! the thread of the test.
 
 mod backend;
 mod server;
@@ -136,8 +138,8 @@ impl TestBed {
         self.shared.status().state = state;
     }
 
-    /// Moves time by a period, or by what is `left` if that is less, and takes it from there. The worker of a source of
-    /// time moves time itself.
+    /// Moves time by a period, or by what is `left` if that is less, and takes it from there. The
+    /// worker of a source of time moves time itself.
     pub fn end_period(&self, core: &mut Core, left: &mut Duration) {
         if let Some(period) = core.new_period.take() {
             self.shared.status().period = period.max(SHORTEST_PERIOD);

@@ -13,10 +13,11 @@ use std::time::Duration;
 pub enum Fault {
     /// There is no server: `CallError::NoServer`, and `is_connected` is false.
     NoServer,
-    /// The server takes calls and does not reply: a query ends with `CallError::Deadline`, a command is queued. The
-    /// clock of the test stands meanwhile.
+    /// The server takes calls and does not reply: a query ends with `CallError::Deadline`, a
+    /// command is queued. The clock of the test stands meanwhile.
     Timeout,
-    /// The server dies while it holds a query, `CallError::ServerDied`. For a command there is no server any more.
+    /// The server dies while it holds a query, `CallError::ServerDied`. For a command there is no
+    /// server any more.
     ServerDied,
     /// The server does not take its queue: `CallError::QueueFull`.
     QueueFull,
@@ -95,7 +96,8 @@ impl<T: Clone + 'static> FakeServer<T> {
         Self { state, calls }
     }
 
-    /// Answers an operation from now on: `read` reads its parameters, `answer` gets them and replies.
+    /// Answers an operation from now on: `read` reads its parameters, `answer` gets them and
+    /// replies.
     #[doc(hidden)]
     pub fn answer<A: 'static>(
         &self,
@@ -128,7 +130,8 @@ impl<T: Clone + 'static> FakeServer<T> {
         self.calls.borrow().clone()
     }
 
-    /// The same, and forgets them. A long test takes them now and then, since all are kept until then.
+    /// The same, and forgets them. A long test takes them now and then, since all are kept until
+    /// then.
     pub fn take_calls(&self) -> Vec<T> {
         self.calls.take()
     }

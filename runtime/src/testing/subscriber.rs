@@ -27,7 +27,8 @@ impl Topic {
     }
 }
 
-/// The subscriber of all topics of one slot of a worker under test. Its clones are the same subscriber.
+/// The subscriber of all topics of one slot of a worker under test. Its clones are the same
+/// subscriber.
 #[derive(Clone)]
 pub struct FakeSubscriber<T> {
     topics: Vec<Rc<RefCell<Topic>>>,
@@ -35,7 +36,8 @@ pub struct FakeSubscriber<T> {
 }
 
 impl<T: Clone + 'static> FakeSubscriber<T> {
-    /// The subscriber of a slot, by the slot's number. `read` reads a sample of an operation, by its number.
+    /// The subscriber of a slot, by the slot's number. `read` reads a sample of an operation, by
+    /// its number.
     #[doc(hidden)]
     pub fn new(
         bed: &TestBed,
@@ -66,7 +68,8 @@ impl<T: Clone + 'static> FakeSubscriber<T> {
         self.samples.borrow().clone()
     }
 
-    /// The same, and forgets them. A long test takes them now and then, since all are kept until then.
+    /// The same, and forgets them. A long test takes them now and then, since all are kept until
+    /// then.
     pub fn take_samples(&self) -> Vec<T> {
         self.samples.take()
     }
