@@ -198,7 +198,10 @@ const MOMENT: Duration = Duration::from_nanos(1);
 
 #[test]
 fn a_run_handles_the_events_that_wait_before_the_first_period() {
-    for state in [walker_generated::State::Running, walker_generated::State::Emergency] {
+    for state in [
+        walker_generated::State::Running,
+        walker_generated::State::Emergency,
+    ] {
         let mut test = TestContext::new();
         let mut worker: Tested = test.start().unwrap();
         test.machine.fire(Event::Go);
