@@ -1,0 +1,199 @@
+//! The steps of a machine in a component: its status and its log.
+
+use super::*;
+use crate::clock::SystemClock;
+use crate::status::{NetworkTime, Shared};
+use rc_management::component::ClockKind;
+use rc_middleware::WakeEvent;
+use std::borrow::Cow;
+use std::sync::Arc;
+
+const fn range(start: u16, end: u16) -> Range {
+    Range { start, end }
+}
+
+const fn state(name: &'static str, kind: Kind, parent: u16, end: u16) -> State {
+    State {
+        name: Cow::Borrowed(name),
+        path: Cow::Borrowed(name),
+        kind,
+        parent,
+        end,
+        initial: NONE,
+        transitions: range(0, 0),
+        histories: range(0, 0),
+        history: NONE,
+        entry: range(0, 0),
+        exit: range(0, 0),
+        done: NONE,
+    }
+}
+
+const fn transition(source: u16, targets: Range, trigger: Trigger, domain: u16) -> Transition {
+    Transition {
+        source,
+        targets,
+        trigger,
+        condition: Condition::Always,
+        domain,
+        through_history: false,
+        internal: false,
+        actions: range(0, 0),
+    }
+}
+
+/// `a => b` by `go`.
+fn chart() -> &'static Chart {
+    let root = State {
+        initial: 1,
+        ..state("m", Kind::Compound, NONE, 3)
+    };
+    let a = State {
+        transitions: range(0, 1),
+        ..state("a", Kind::Atomic, 0, 2)
+    };
+    let b = state("b", Kind::Atomic, 0, 3);
+    Box::leak(Box::new(Chart {
+        name: Cow::Borrowed("m"),
+        states: vec![root, a, b].into(),
+        transitions: vec![
+            transition(1, range(0, 1), Trigger::Events(range(1, 2)), 0),
+            transition(0, range(2, 3), Trigger::Eventless, NONE),
+        ]
+        .into(),
+        events: vec![Cow::Borrowed("go")].into(),
+        fireable: 1,
+        lists: vec![2, 0, 1].into(),
+        blocks: Cow::Borrowed(&[]),
+        actions: Cow::Borrowed(&[]),
+        texts: Cow::Borrowed(&[]),
+        guards: Cow::Borrowed(&[]),
+        functions: Cow::Borrowed(&[]),
+        execution_error: NONE,
+        communication_error: NONE,
+        histories: 0,
+    }))
+}
+
+#[derive(Clone, Copy)]
+struct Number(u16);
+
+impl Numbered for Number {
+    fn number(self) -> u16 {
+        self.0
+    }
+}
+
+struct Worker {
+    core: Core,
+    machine: Machine<Number, Number>,
+}
+
+impl Hooks for Worker {
+    fn parts(&mut self) -> &mut Parts {
+        self.machine.parts()
+    }
+
+    fn core(&mut self) -> &mut Core {
+        &mut self.core
+    }
+
+    fn guard(&mut self, _: u16) -> bool {
+        panic!("not at all");
+    }
+
+    fn action(&mut self, _: u16) -> Result<(), WorkerError> {
+        Ok(())
+    }
+
+    fn entry(&mut self, _: u16) -> Result<(), WorkerError> {
+        Ok(())
+    }
+
+    fn exit(&mut self, _: u16) -> Result<(), WorkerError> {
+        Ok(())
+    }
+
+    fn during(&mut self, _: u16) -> Result<(), WorkerError> {
+        Ok(())
+    }
+}
+
+fn worker(chart: &'static Chart) -> Worker {
+    let time = NetworkTime::new(ClockKind::System, Arc::new(SystemClock));
+    let wake = WakeEvent::new().expect("an event");
+    let shared = Arc::new(Shared::new(wake, Duration::from_millis(1), 0, time));
+    Worker {
+        core: Core::new("m", "n", shared),
+        machine: Machine::new(chart),
+    }
+}
+
+/// What `run` logs.
+fn logged(run: impl FnOnce()) -> String {
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    let writer = Arc::new(file.reopen().expect("to open it"));
+    let subscriber = tracing_subscriber::fmt()
+        .with_ansi(false)
+        .with_writer(writer)
+        .finish();
+    tracing::subscriber::with_default(subscriber, run);
+    std::fs::read_to_string(file.path()).expect("to read")
+}
+
+#[test]
+fn a_panic_is_logged_with_the_function_and_the_active_states() {
+    let mut chart = chart().clone();
+    chart.transitions.to_mut()[0].condition = Condition::Guard(0);
+    chart.guards = vec![Cow::Borrowed("is_ready")].into();
+    let mut worker = worker(Box::leak(Box::new(chart)));
+    let log = logged(|| {
+        start(&mut worker).expect("to rest");
+        worker.machine.fire(Number(0));
+        let result = catch_unwind(AssertUnwindSafe(|| react(&mut worker)));
+        assert!(result.is_err());
+    });
+    let wanted = "panic in the guard `is_ready`; the active states are: a";
+    assert!(log.contains(wanted), "{log}");
+}
+
+#[test]
+fn not_each_dropped_event_is_a_warning() {
+    let mut worker = worker(chart());
+    let log = logged(|| {
+        start(&mut worker).expect("to rest");
+        for _ in 0..rc_machine::MAX_EVENTS + 9 {
+            worker.machine.fire(Number(0));
+        }
+    });
+    let warnings = log.matches("the event go is dropped: too many events wait");
+    // A slow machine may have a second between two of the nine.
+    assert!((1..9).contains(&warnings.count()), "{log}");
+}
+
+#[test]
+fn the_status_tells_states_and_transitions() {
+    let mut worker = worker(chart());
+    let shared = Arc::clone(&worker.core.shared);
+    let status = || {
+        let status = shared.status();
+        status.machine.as_ref().map(MachineRecord::status)
+    };
+    assert_eq!(status(), None);
+    start(&mut worker).expect("to rest");
+    let first = status().expect("a machine");
+    assert_eq!(
+        (first.states, first.transitions),
+        (vec!["a".to_owned()], vec![])
+    );
+    worker.machine.fire(Number(0));
+    react(&mut worker).expect("to rest");
+    assert!(worker.machine.is_in(Number(2)));
+    let second = status().expect("a machine");
+    assert_eq!(second.states, ["b"]);
+    let [taken] = second.transitions.as_slice() else {
+        panic!("{:?}", second.transitions);
+    };
+    assert_eq!((&*taken.from, &*taken.to[0]), ("a", "b"));
+    assert_eq!(taken.event.as_deref(), Some("go"));
+}
