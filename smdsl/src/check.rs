@@ -1,6 +1,7 @@
 //! Checks of a state machine, independent of its source language.
 
 use crate::model::{Condition, StateId, StateKind, StateMachine, Transition};
+use crate::tables::{covers, stem};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use std::collections::HashMap;
 
@@ -146,20 +147,24 @@ fn duplicate_transitions(machine: &StateMachine, found: &mut Diagnostics) {
 
 /// Reports transitions behind one of the same state that needs no guard and takes their events.
 fn shadowed_transitions(machine: &StateMachine, found: &mut Diagnostics) {
-    let mut of_source: Vec<Vec<&Transition>> = vec![Vec::new(); machine.states.len()];
+    // Found by state and descriptor, so that the check is linear in the length of the file.
+    let mut unguarded: HashMap<(StateId, &str), Vec<&Transition>> = HashMap::new();
     for transition in &machine.transitions {
         let takes = |first: &&&Transition| {
             let covered = |event: &rc_syntax::Name| {
                 let mut descriptors = first.events.iter();
-                descriptors.any(|d| crate::tables::covers(&d.text, &event.text))
+                descriptors.any(|d| covers(&d.text, &event.text))
             };
             first.events.is_empty() == transition.events.is_empty()
                 && transition.events.iter().all(covered)
                 // A repeated one is a duplicate.
                 && (first.targets != transition.targets || transition.cond.is_some())
         };
-        let unguarded = &mut of_source[transition.source.0];
-        if let Some(first) = unguarded.iter().find(takes) {
+        let event = transition.events.first().map_or("", |e| stem(&e.text));
+        let ends = event.match_indices('.').map(|(at, _)| at);
+        let prefixes = ends.map(|at| &event[..at]).chain([event, "*"]);
+        let earlier = prefixes.filter_map(|key| unguarded.get(&(transition.source, key)));
+        if let Some(first) = earlier.flatten().find(takes) {
             let source = &machine.state(transition.source).name.text;
             let message = format!("this transition of `{source}` is never taken");
             found.push(
@@ -168,7 +173,12 @@ fn shadowed_transitions(machine: &StateMachine, found: &mut Diagnostics) {
             );
         }
         if transition.cond.is_none() {
-            unguarded.push(transition);
+            let keys = transition.events.iter().map(|event| stem(&event.text));
+            let eventless = transition.events.is_empty().then_some("");
+            for key in keys.chain(eventless) {
+                let of_key = unguarded.entry((transition.source, key)).or_default();
+                of_key.push(transition);
+            }
         }
     }
 }

@@ -30,7 +30,7 @@ pub(crate) fn covers(descriptor: &str, other: &str) -> bool {
 }
 
 /// A descriptor without the `.*` or `.` at its end, which mean nothing.
-fn stem(descriptor: &str) -> &str {
+pub(crate) fn stem(descriptor: &str) -> &str {
     let short = descriptor.strip_suffix(".*");
     short.or(descriptor.strip_suffix('.')).unwrap_or(descriptor)
 }
