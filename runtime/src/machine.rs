@@ -69,7 +69,7 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
 
     /// Puts an event into the machine's queue. The machine handles it after the handlers of a turn
     /// (at most 64), or at the end of the period, after all `during` functions or `compute`. An
-    /// event after the end of the machine, or when 256 wait, is dropped, which the log tells at
+    /// event after the end of the machine, or when 256 wait, is dropped, with a warning at
     /// most once a second.
     pub fn fire(&mut self, event: E) {
         let session = &mut self.parts.session;
@@ -283,7 +283,7 @@ fn step<H: Hooks>(
     failure.map_or(Ok(()), Err)
 }
 
-/// Calls the worker. If it panics, the log tells the state.
+/// Calls the worker. If it panics, the log names the active states.
 fn guarded<H: Hooks, T>(
     hooks: &mut H,
     what: &str,

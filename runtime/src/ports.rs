@@ -97,7 +97,7 @@ impl Ports {
         }
     }
 
-    /// Lets the worker set `clock` as a source of time that nobody follows.
+    /// Lets the worker set `clock` as a source of time without followers.
     pub(crate) fn simulate_time(&mut self, clock: &Arc<SimulatedClock>) {
         let state = SourceState::new(Arc::clone(clock), &[]);
         self.source = Some(Rc::new(RefCell::new(state)));

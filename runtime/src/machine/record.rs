@@ -1,4 +1,4 @@
-//! What the status tells of a state machine: its active states and its last transitions.
+//! The part of the status about a state machine: its active states and its last transitions.
 
 use super::{Chart, Hooks};
 use rc_management::component::{MachineStatus, TransitionStatus};
@@ -9,7 +9,7 @@ use std::time::Duration;
 /// The number of transitions that the status keeps.
 const KEPT: usize = 8;
 
-/// What the status tells of a machine, as numbers of its chart.
+/// The part of the status about a machine, as numbers of its chart.
 #[derive(Debug)]
 pub(crate) struct MachineRecord {
     chart: &'static Chart,
@@ -65,7 +65,7 @@ pub(super) fn record<H: Hooks>(hooks: &mut H, taken: Option<Taken>) {
     let shared = Arc::clone(&hooks.core().shared);
     let session = &hooks.parts().session;
     let chart = session.chart();
-    // The end is told by the component's own state.
+    // The component's own state shows the end.
     let states = || {
         session
             .active()
