@@ -2,7 +2,7 @@
 
 use crate::files::GENERATED;
 use crate::languages;
-use crate::load;
+use crate::paths::{absolute, normal, relative};
 use std::io;
 use std::path::{Path, PathBuf};
 use toml_edit::{Array, DocumentMut, InlineTable, Item, TableLike, Value};
@@ -67,7 +67,7 @@ impl Workspace {
     pub fn interfaces(&self) -> PathBuf {
         let path = ["workspace", "metadata", "robocomp", "interfaces"];
         let named = get(&self.manifest, &path).and_then(Item::as_str);
-        load::normal(&self.root.join(named.unwrap_or(INTERFACES)))
+        normal(&self.root.join(named.unwrap_or(INTERFACES)))
     }
 
     /// The folders that imports are searched in: that of its interfaces, and those of `include` in
@@ -81,7 +81,7 @@ impl Workspace {
         let path = ["workspace", "metadata", "robocomp", "include"];
         let named = get(&self.manifest, &path).and_then(Item::as_array);
         let named = named.into_iter().flatten().filter_map(Value::as_str);
-        let named = named.map(|folder| load::normal(&self.root.join(folder)));
+        let named = named.map(|folder| normal(&self.root.join(folder)));
         std::iter::once(self.interfaces()).chain(named).collect()
     }
 
@@ -114,7 +114,7 @@ impl Workspace {
             return Ok(None);
         }
         let path = self.root.join("Cargo.toml");
-        let text = load::read(&path)?;
+        let text = rc_files::read(&path)?;
         let faulty = |error: &dyn std::fmt::Display| {
             let message = format!("{}: {error}", path.display());
             io::Error::new(io::ErrorKind::InvalidInput, message)
@@ -176,7 +176,7 @@ impl Workspace {
         let Some(manifest) = manifest(&self.root)? else {
             return Ok(None);
         };
-        let text = load::read(&self.root.join("Cargo.toml"))?;
+        let text = rc_files::read(&self.root.join("Cargo.toml"))?;
         let new = self.add_middleware(manifest).map(|new| {
             if text.contains("\r\n") && !text.replace("\r\n", "").contains('\n') {
                 new.replace("\r\n", "\n").replace('\n', "\r\n")
@@ -222,7 +222,7 @@ impl Workspace {
     fn excludes(&self, folder: &Path) -> bool {
         let under = |paths: Option<&Array>| {
             let mut paths = paths.into_iter().flatten().filter_map(Value::as_str);
-            paths.any(|path| folder.starts_with(load::normal(&self.root.join(path))))
+            paths.any(|path| folder.starts_with(normal(&self.root.join(path))))
         };
         under(self.list("exclude")) && !under(self.list("members"))
     }
@@ -270,7 +270,7 @@ fn manifest(folder: &Path) -> io::Result<Option<DocumentMut>> {
     let named = |kind: io::ErrorKind, error: &dyn std::fmt::Display| {
         io::Error::new(kind, format!("{}: {error}", path.display()))
     };
-    match load::read(&path) {
+    match rc_files::read(&path) {
         Ok(text) => text
             .parse()
             .map(Some)
@@ -288,35 +288,6 @@ fn get<'a>(manifest: &'a DocumentMut, path: &[&str]) -> Option<&'a Item> {
         table = table.get(key)?.as_table_like()?;
     }
     table.get(last)
-}
-
-/// The path of a folder without links, also where its last parts do not exist yet.
-///
-/// # Errors
-/// There is no current folder.
-pub fn absolute(folder: &Path) -> io::Result<PathBuf> {
-    // The folder of a file without one is the current folder.
-    let folder = std::env::current_dir()?.join(folder);
-    let folder = load::normal(&folder);
-    for there in folder.ancestors() {
-        if let Ok(real) = there.canonicalize() {
-            let missing = folder.strip_prefix(there).unwrap_or(Path::new(""));
-            // To join an empty path would add a `/`.
-            return Ok(if missing.as_os_str().is_empty() {
-                real
-            } else {
-                real.join(missing)
-            });
-        }
-    }
-    Ok(folder)
-}
-
-/// The path that leads from the folder `from` to `to`; both are absolute.
-pub fn relative(from: &Path, to: &Path) -> PathBuf {
-    let shared = from.iter().zip(to).take_while(|(a, b)| a == b).count();
-    let up = from.iter().skip(shared).map(|_| "..".as_ref());
-    up.chain(to.iter().skip(shared)).collect()
 }
 
 #[cfg(test)]

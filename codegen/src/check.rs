@@ -3,7 +3,7 @@
 use crate::configuration;
 use crate::languages;
 use crate::project::Project;
-use crate::{dependencies, load, ros, stubs};
+use crate::{dependencies, paths, ros, stubs};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_idsl::Session;
 use rc_syntax::Loader;
@@ -70,7 +70,7 @@ pub fn file(
             let right = !more.has_errors();
             found.extend(more);
             if let Some(project) = project.as_ref().filter(|_| right) {
-                found.extend(dependencies::compare(project, project.folder()).1);
+                found.extend(dependencies::compare(&project.component, project.folder()).1);
                 let unreachable = stubs::unreachable(project, sources);
                 found.extend(unreachable.map_err(io::Error::other)?);
             }
@@ -84,7 +84,7 @@ pub fn file(
         }
         Some("idsl" | "pdsl" | "smdsl" | "scxml" | "toml") if was_read(path, sources) => {}
         Some("idsl") => {
-            let source = sources.add(path, load::read(path)?);
+            let source = sources.add(path, rc_files::read(path)?);
             let mut session = Session::new(sources, loader);
             session.load_source(source, path.to_path_buf(), Span::new(source, 0, 0));
             if !session.found.has_errors() {
@@ -93,19 +93,19 @@ pub fn file(
             found.extend(session.found);
         }
         Some("pdsl") => {
-            let source = sources.add(load::normal(path), load::read(path)?);
+            let source = sources.add(paths::normal(path), rc_files::read(path)?);
             found.extend(rc_pdsl::load(sources, loader, source).1);
         }
         Some("smdsl" | "scxml") => {
-            let source = sources.add(path, load::read(path)?);
+            let source = sources.add(path, rc_files::read(path)?);
             found.extend(rc_smdsl::load(sources, source).1);
         }
         Some("ddsl") => {
-            let source = sources.add(path, load::read(path)?);
+            let source = sources.add(path, rc_files::read(path)?);
             found.extend(rc_ddsl::load(sources, loader, source).1);
         }
         Some("toml") => {
-            let source = sources.add(path, load::read(path)?);
+            let source = sources.add(path, rc_files::read(path)?);
             let Some(cdsl) = configuration::component(path, source, found)? else {
                 return Ok(());
             };

@@ -51,7 +51,7 @@ pub(crate) fn read(
     sources: &mut SourceMap,
     found: &mut Diagnostics,
 ) -> io::Result<Option<String>> {
-    match load::read(path) {
+    match rc_files::read(path) {
         Ok(text) => Ok(Some(text)),
         Err(error) if error.kind() == io::ErrorKind::InvalidData => {
             let bytes = std::fs::read(path)?;
@@ -153,7 +153,7 @@ pub fn update(
     let (cdsl, path) = match path.extension().and_then(|e| e.to_str()) {
         Some("cdsl") => {
             let Some(own) = own(path) else {
-                let source = sources.add(path, load::read(path)?);
+                let source = sources.add(path, rc_files::read(path)?);
                 let message = "this component has no etc/config.toml yet: generate it first";
                 let span = Span::new(source, 0, 0);
                 found.push(Diagnostic::error("no-configuration", span, message));

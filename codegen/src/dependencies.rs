@@ -1,10 +1,8 @@
 //! Crates that the `dependencies` of a `.cdsl` name. They are the worker's own: rcgen writes them into
 //! its Cargo.toml once, and compares afterwards.
 
-use crate::cargo_workspace::{absolute, relative};
-use crate::load;
 use crate::names;
-use crate::project::Project;
+use crate::paths::{absolute, normal, relative};
 use rc_cdsl::Component;
 use rc_cdsl::model::Dependency;
 use rc_diagnostics::{Diagnostic, Diagnostics};
@@ -103,17 +101,17 @@ pub(crate) fn line(dependency: &Dependency) -> String {
     )
 }
 
-/// Lets paths, which lead from the folder of the `.cdsl`, lead from `folder`.
-pub fn lead_from(project: &mut Project, folder: &Path) -> std::io::Result<()> {
-    let (own, folder) = (absolute(project.folder())?, absolute(folder)?);
+/// Lets paths, which lead from `own`, the folder of the `.cdsl`, lead from `folder`.
+pub fn lead_from(component: &mut Component, own: &Path, folder: &Path) -> std::io::Result<()> {
+    let (own, folder) = (absolute(own)?, absolute(folder)?);
     if own == folder {
         return Ok(());
     }
-    for dependency in &mut project.component.dependencies {
+    for dependency in &mut component.dependencies {
         if let Some(path) = &mut dependency.path
             && !Path::new(&path.text).is_absolute()
         {
-            let there = load::normal(&own.join(&path.text));
+            let there = normal(&own.join(&path.text));
             path.text = relative(&folder, &there).to_string_lossy().into_owned();
         }
     }
@@ -124,12 +122,12 @@ pub fn lead_from(project: &mut Project, folder: &Path) -> std::io::Result<()> {
 /// others than the description has. Where there is no manifest yet, or one that is no TOML, there is
 /// nothing to compare.
 pub(crate) fn compare<'a>(
-    project: &'a Project,
+    component: &'a Component,
     folder: &Path,
 ) -> (Vec<&'a Dependency>, Diagnostics) {
     let (mut missing, mut found) = (Vec::new(), Diagnostics::new());
     let path = folder.join("Cargo.toml");
-    let text = load::read(&path).unwrap_or_default();
+    let text = rc_files::read(&path).unwrap_or_default();
     let Ok(manifest) = text.parse::<DocumentMut>() else {
         return (missing, found);
     };
@@ -138,7 +136,7 @@ pub(crate) fn compare<'a>(
     }
     let there = manifest.get("dependencies").and_then(Item::as_table_like);
     let path = path.display();
-    for dependency in &project.component.dependencies {
+    for dependency in &component.dependencies {
         let package = &dependency.package;
         let message = match there.and_then(|there| there.get(&package.text)) {
             None => {

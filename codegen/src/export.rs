@@ -15,7 +15,7 @@ pub(crate) use idl::plain;
 pub use ros2::ros2;
 
 use crate::files::{Change, Owner, Step};
-use crate::{Files, load};
+use crate::{Files, paths};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_idsl::model::{Module, ModuleId};
 use rc_idsl::{Library, Session};
@@ -40,8 +40,8 @@ pub fn load(
     sources: &mut SourceMap,
     loader: &dyn Loader,
 ) -> io::Result<(Library, Diagnostics)> {
-    let (path, text) = match load::read(file) {
-        Ok(text) => (load::normal(file), text),
+    let (path, text) = match rc_files::read(file) {
+        Ok(text) => (paths::normal(file), text),
         Err(error) => {
             let missing = error.kind() == io::ErrorKind::NotFound;
             let name = file.to_str().filter(|name| missing && !name.contains('/'));

@@ -24,7 +24,7 @@ pub fn file(
         found.push(Diagnostic::error("unknown-language", span, message));
         return Ok(false);
     };
-    let text = crate::load::read(path)?;
+    let text = rc_files::read(path)?;
     let source = sources.add(path, text.clone());
     match language.format(sources, source) {
         Err(more) => {

@@ -52,7 +52,7 @@ impl Component {
         }
         let (definitions, more) = Definitions::of(&project.component.library, &project.origins)?;
         found.extend(more);
-        found.extend(dependencies::compare(project, &folder).1);
+        found.extend(dependencies::compare(&project.component, &folder).1);
         let component = Self {
             folder,
             is_library,

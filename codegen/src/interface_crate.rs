@@ -9,13 +9,15 @@
 mod contents;
 mod definition;
 
-use crate::cargo_workspace::{self, Workspace};
+use crate::cargo_workspace::Workspace;
 use crate::files::{Files, GENERATED};
 use crate::generate::InterfaceModule;
 use crate::load;
+use crate::origin::{self, Origin};
+use crate::paths;
 use crate::templates::TemplateError;
 use contents::Entry;
-pub use definition::{Definition, Definitions, Origin};
+pub use definition::{Definition, Definitions};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_idsl::Session;
 use rc_syntax::Loader;
@@ -52,7 +54,7 @@ impl InterfaceCrate {
         Ok(if let Some(workspace) = Workspace::of(folder)? {
             Self::in_workspace(workspace)
         } else {
-            let root = cargo_workspace::absolute(folder)?;
+            let root = paths::absolute(folder)?;
             Self {
                 folder: root.join("interfaces"),
                 root,
@@ -88,15 +90,15 @@ impl InterfaceCrate {
     /// The path from the `generated/` of the component in `folder` to the crate, as its manifest
     /// names it.
     pub fn dependency(&self, folder: &Path) -> io::Result<String> {
-        let from = cargo_workspace::absolute(&folder.join(GENERATED))?;
-        let path = cargo_workspace::relative(&from, &self.folder.join(GENERATED));
+        let from = paths::absolute(&folder.join(GENERATED))?;
+        let path = paths::relative(&from, &self.folder.join(GENERATED));
         Ok(path.to_string_lossy().into_owned())
     }
 
     /// The path that leads from the folder of a component to another folder.
     pub fn from(&self, component: &Path, to: &Path) -> io::Result<PathBuf> {
-        let from = cargo_workspace::absolute(component)?;
-        Ok(cargo_workspace::relative(&from, to))
+        let from = paths::absolute(component)?;
+        Ok(paths::relative(&from, to))
     }
 
     /// Waits until no other generation changes the crate.
@@ -142,14 +144,14 @@ impl InterfaceCrate {
         files.retain(|path| path.extension().is_some_and(|e| e == "idsl"));
         files.sort();
         for path in files {
-            let text = match load::read(&path) {
+            let text = match rc_files::read(&path) {
                 Ok(text) => text,
                 Err(error) if error.kind() == io::ErrorKind::InvalidData => {
                     found.push(load::not_utf8(&path, &std::fs::read(&path)?, sources));
                     faulty = true;
                     continue;
                 }
-                Err(error) => return Err(load::named(&path, &error).into()),
+                Err(error) => return Err(paths::named(&path, &error).into()),
             };
             let source = sources.add(&path, text);
             let mut session = Session::new(sources, loader);
@@ -319,7 +321,10 @@ impl InterfaceCrate {
     ) -> Result<Vec<Definition>, Error> {
         let (path, text) = match load::shipped(Path::new(file)) {
             Some(text) => (PathBuf::from(file), Some(text.to_owned())),
-            None => (self.root.join(file), load::read(&self.root.join(file)).ok()),
+            None => (
+                self.root.join(file),
+                rc_files::read(&self.root.join(file)).ok(),
+            ),
         };
         let Some(text) = text else {
             return Ok(Vec::new());
@@ -373,10 +378,10 @@ impl InterfaceCrate {
             (PathBuf::from(&entry.file), text.to_owned())
         } else {
             let path = self.root.join(&entry.file);
-            let text = load::read(&path).ok()?;
+            let text = rc_files::read(&path).ok()?;
             (path, text)
         };
-        if definition::hash(&text) == definition.hash {
+        if origin::hash(&text) == definition.hash {
             return None;
         }
         let source = sources.add(path.clone(), text);
@@ -395,7 +400,7 @@ impl InterfaceCrate {
             return path.to_string_lossy().into_owned();
         }
         let real = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-        let path = cargo_workspace::relative(&self.root, &real);
+        let path = paths::relative(&self.root, &real);
         path.to_string_lossy().into_owned()
     }
 }

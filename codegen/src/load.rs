@@ -2,9 +2,10 @@
 //! folder `interfaces` of the workspace and those that its manifest adds, `RC_IDSL_PATH`, and the
 //! interfaces that come with this program.
 
-use crate::cargo_workspace::{self, Workspace};
+use crate::cargo_workspace::Workspace;
+use crate::paths::{normal, relative};
 use rc_diagnostics::{Diagnostic, SourceMap, Span};
-pub use rc_files::read;
+use rc_files::read;
 use rc_syntax::{ImportError, ImportedFile, Loader};
 use std::cell::RefCell;
 use std::io::ErrorKind;
@@ -95,7 +96,7 @@ impl FileLoader {
                 && let Ok(here) = std::env::current_dir()
             {
                 for dir in &mut folders {
-                    *dir = cargo_workspace::relative(&here, dir);
+                    *dir = relative(&here, dir);
                 }
             }
             *last = Some((folder.to_path_buf(), folders));
@@ -196,33 +197,10 @@ pub(crate) fn shipped(path: &Path) -> Option<&'static str> {
         .map(|(_, text)| *text)
 }
 
-/// An error with the path that it is about.
-pub(crate) fn named(path: &Path, error: &std::io::Error) -> std::io::Error {
-    std::io::Error::new(error.kind(), format!("{}: {error}", path.display()))
-}
-
 /// The finding that a file is no text, at its first byte that is not UTF-8.
 pub fn not_utf8(path: &Path, bytes: &[u8], sources: &mut SourceMap) -> Diagnostic {
     let valid = std::str::from_utf8(bytes).map_or_else(|e| e.valid_up_to(), str::len);
     let source = sources.add(path, String::from_utf8_lossy(bytes));
     let span = Span::new(source, valid, valid + 1);
     Diagnostic::error("not-utf8", span, "this file is not UTF-8")
-}
-
-/// `a/./b/../c` as `a/c`, so that one file has one path; links are left alone.
-pub fn normal(path: &Path) -> PathBuf {
-    use std::path::Component;
-    let mut out = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir
-                if matches!(out.components().next_back(), Some(Component::Normal(_))) =>
-            {
-                out.pop();
-            }
-            other => out.push(other),
-        }
-    }
-    out
 }

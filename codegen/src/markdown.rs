@@ -1,8 +1,10 @@
 //! Pages about a component in Markdown, for people: its operations and its parameters.
 
 use crate::templates::{self, TemplateError};
-use crate::view::library::{Interface, Member, Operation, Type};
+use crate::view::library::{Interface, Operation};
+use crate::view::members::Member;
 use crate::view::parameters::{Parameter, Parameters, Rule};
+use crate::view::types::Type;
 use crate::view::{Component, Slot};
 use serde::Serialize;
 use std::sync::OnceLock;

@@ -3,7 +3,7 @@
 use crate::cargo_workspace::Workspace;
 use crate::files::{Files, Owner};
 use crate::load::FileLoader;
-use crate::{load, names};
+use crate::{names, paths};
 use rc_cdsl::ast::Clause;
 use rc_cdsl::model::Role;
 use rc_diagnostics::{SourceMap, Span};
@@ -142,7 +142,7 @@ impl NewComponent {
             let message = "--from takes slots and period from the file; change them there";
             return Err(Error::Refused(message.to_owned()));
         }
-        let text = load::read(from).map_err(|error| load::named(from, &error))?;
+        let text = rc_files::read(from).map_err(|error| paths::named(from, &error))?;
         let mut sources = SourceMap::new();
         let source = sources.add(from, &text);
         let (file, _) = rc_cdsl::parse(&sources, source);
@@ -176,7 +176,7 @@ impl NewComponent {
             let is_beside = Path::new(file).components().count() == 1;
             let path = from.parent().unwrap_or(Path::new("")).join(file);
             if is_beside && path.is_file() {
-                let text = load::read(&path).map_err(|error| load::named(&path, &error))?;
+                let text = rc_files::read(&path).map_err(|error| paths::named(&path, &error))?;
                 files.add(self.folder().join(file), Owner::Specific, text);
             }
         }

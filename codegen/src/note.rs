@@ -5,7 +5,6 @@
 //! byte string.
 
 use crate::files::GENERATED;
-use crate::load;
 use memchr::memmem;
 use object::{Object, ObjectSection, ReadCache};
 use serde::{Deserialize, Serialize};
@@ -45,7 +44,7 @@ impl Note {
     /// # Errors
     /// The system cannot read the file. `NotFound` before the first generation.
     pub fn of_generated(folder: &Path) -> std::io::Result<Option<Self>> {
-        let text = load::read(&folder.join(GENERATED).join(SOURCE))?;
+        let text = rc_files::read(&folder.join(GENERATED).join(SOURCE))?;
         Ok(text.split(MAGIC_TEXT).skip(1).find_map(|rest| {
             let (json, _) = rest.split_once("\\0")?;
             serde_json::from_str(&json.replace("\\\"", "\"")).ok()

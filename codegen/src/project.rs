@@ -1,8 +1,8 @@
 //! One component with everything that its `.cdsl` names.
 
-use crate::interface_crate::Origin;
 use crate::note::Note;
-use crate::{dependencies, load, ros, rust};
+use crate::origin::Origin;
+use crate::{dependencies, paths, ros, rust};
 use rc_cdsl::Component;
 use rc_cdsl::model::Backend;
 use rc_configuration::model::Parameters;
@@ -38,7 +38,7 @@ impl Project {
         sources: &mut SourceMap,
         loader: &dyn Loader,
     ) -> Result<(Option<Self>, Diagnostics), std::io::Error> {
-        let text = load::read(path)?;
+        let text = rc_files::read(path)?;
         let first = sources.ids().count();
         let source = sources.add(path, text);
         let (component, mut found) = rc_cdsl::load(sources, loader, source);
@@ -57,7 +57,7 @@ impl Project {
         if let Some(file) = &component.parameters {
             let pdsl = beside(path, file);
             if let Some(text) = read(&pdsl, file, "parameters-not-found", &["pdsl"], &mut found) {
-                let source = sources.add(load::normal(&pdsl), text);
+                let source = sources.add(paths::normal(&pdsl), text);
                 let (loaded, more) = rc_pdsl::load(sources, loader, source);
                 parameters = loaded;
                 found.extend(more);
@@ -151,7 +151,7 @@ fn read(
     endings: &[&str],
     found: &mut Diagnostics,
 ) -> Option<String> {
-    let error = match load::read(path) {
+    let error = match rc_files::read(path) {
         Ok(text) => return Some(text),
         Err(error) => error,
     };

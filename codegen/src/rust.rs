@@ -3,6 +3,7 @@
 
 mod collisions;
 pub(crate) mod component;
+mod documentation;
 mod exports;
 mod handlers;
 mod in_place;

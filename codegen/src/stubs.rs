@@ -84,7 +84,7 @@ pub fn of(
     if found.has_errors() {
         return Ok((None, found));
     }
-    let (lacking, _) = dependencies::compare(project, folder);
+    let (lacking, _) = dependencies::compare(&project.component, folder);
     let component = rust::component::of(&view);
     let krate = format!("{}_generated", component.package);
     let code = source::read(&src, &krate, sources, &mut found)?;

@@ -6,7 +6,9 @@ pub mod component;
 pub(crate) mod in_place;
 pub mod library;
 pub mod machine;
+pub mod members;
 pub mod parameters;
+pub mod types;
 
 use rc_cdsl::model::Backend;
 

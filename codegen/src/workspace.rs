@@ -1,8 +1,8 @@
 //! A new workspace for components.
 
-use crate::cargo_workspace;
 use crate::files::{Files, Owner};
 use crate::interface_crate;
+use crate::paths;
 use semver::VersionReq;
 use std::path::{Path, PathBuf};
 
@@ -70,7 +70,7 @@ impl Framework {
                 if path.starts_with(root)
                     || repository(root).is_some_and(|there| path.starts_with(there)) =>
             {
-                Self::Path(cargo_workspace::relative(root, &path))
+                Self::Path(paths::relative(root, &path))
             }
             other => other,
         }

@@ -2,7 +2,7 @@
 
 use super::Error;
 use crate::files::{Files, GENERATED, Owner};
-use crate::{generate, load};
+use crate::{generate, paths};
 use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
@@ -38,10 +38,10 @@ pub(super) struct Entry {
 /// What the crate in `folder` holds, by the names of the modules in Rust.
 pub(super) fn read(folder: &Path) -> Result<BTreeMap<String, Entry>, Error> {
     let path = folder.join("Cargo.toml");
-    let text = match load::read(&path) {
+    let text = match rc_files::read(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(BTreeMap::new()),
-        Err(error) => return Err(load::named(&path, &error).into()),
+        Err(error) => return Err(paths::named(&path, &error).into()),
     };
     let manifest: DocumentMut = text.parse().map_err(|_| {
         let path = path.display();
@@ -57,7 +57,7 @@ pub(super) fn read(folder: &Path) -> Result<BTreeMap<String, Entry>, Error> {
     // A module without its file is generated anew with the components that use it.
     let entry = |(stem, item): (&str, &Item)| {
         let word = |key| item.get(key).and_then(Item::as_str).map(str::to_owned);
-        let text = load::read(&folder.join("src").join(format!("{stem}.rs"))).ok()?;
+        let text = rc_files::read(&folder.join("src").join(format!("{stem}.rs"))).ok()?;
         let entry = Entry {
             name: word("module")?,
             file: word("file")?,

@@ -3,11 +3,11 @@
 use super::contents::Entry;
 use crate::generate::{self, InterfaceModule};
 use crate::names;
+use crate::origin::Origin;
 use crate::templates::TemplateError;
-use rc_diagnostics::{Diagnostics, SourceMap, Span};
+use rc_diagnostics::{Diagnostics, Span};
 use rc_idsl::Library;
 use rc_idsl::model::ModuleId;
-use rc_syntax::Trivia;
 use std::path::PathBuf;
 
 /// A module as one component, or the folder of interfaces, defines it.
@@ -21,28 +21,6 @@ pub struct Definition {
     pub(super) file: String,
     pub(super) hash: String,
     pub(super) uses: Vec<String>,
-}
-
-/// The file of a module.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Origin {
-    /// Its path.
-    pub path: PathBuf,
-    /// The hash of its text without comments and white space.
-    pub hash: String,
-}
-
-impl Origin {
-    /// The files of the modules of a library, in their order.
-    pub fn all(library: &Library, sources: &SourceMap) -> Vec<Self> {
-        let modules = library.modules.iter().map(|module| module.source);
-        modules
-            .map(|source| Self {
-                path: sources.path(source).to_path_buf(),
-                hash: hash(sources.text(source)),
-            })
-            .collect()
-    }
 }
 
 /// The definitions of the modules of a library.
@@ -75,10 +53,4 @@ impl Definition {
     pub(super) fn is(&self, entry: &Entry) -> bool {
         self.hash == entry.hash && self.code.name == entry.name
     }
-}
-
-/// The hash of a definition: that of its text without comments and white space.
-pub(super) fn hash(text: &str) -> String {
-    let text = Trivia::new(text).significant();
-    format!("{:016x}", rc_idsl::canonical::hash(&text))
 }

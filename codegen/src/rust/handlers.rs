@@ -1,11 +1,13 @@
 //! Names and types of Rust for the handlers of a slot, in the trait and in the user's worker.
 
+use super::documentation::operation_doc;
 use super::exports::{self, Exports};
-use super::library::operation_doc;
 use super::operation_names::{answer_name, error_name, operation_constant, plain};
 use super::{in_place, names, types, worker};
 use crate::view;
-use crate::view::library::{Interface, Member, Operation, Type};
+use crate::view::library::{Interface, Operation};
+use crate::view::members::Member;
+use crate::view::types::Type;
 use serde::Serialize;
 use std::collections::BTreeSet;
 

@@ -1,8 +1,9 @@
 //! Names and types of Rust for structures in shared memory.
 
+use super::documentation::documentation;
 use super::names::{self, IN_PLACE};
 use super::operation_names::bare;
-use super::{library, types};
+use super::types;
 use crate::view::checks::Check;
 use crate::view::in_place::{Item, Part, Structure};
 use serde::Serialize;
@@ -133,10 +134,7 @@ fn place<'a>(home: &str, of: &'a Structure) -> Place<'a> {
                 name: name.clone(),
                 ty: item.clone(),
                 public: true,
-                doc: part
-                    .member
-                    .as_ref()
-                    .map_or_else(Vec::new, library::documentation),
+                doc: part.member.as_ref().map_or_else(Vec::new, documentation),
             });
         }
         let mut part = part_view(home, &owner, &of.path, part, name, length, item);
@@ -220,7 +218,7 @@ fn part_view<'a>(
             (None, _) => String::new(),
         },
         item,
-        doc: member.map_or_else(|| vec!["The elements.".to_owned()], library::documentation),
+        doc: member.map_or_else(|| vec!["The elements.".to_owned()], documentation),
         checks: &part.checks,
     }
 }

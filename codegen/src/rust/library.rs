@@ -1,5 +1,6 @@
 //! Names and types of Rust for IDSL modules: what `templates/rust/module.rs.tera` prints.
 
+use super::documentation::{documentation, operation_doc};
 use super::in_place::{self, Place};
 use super::names;
 use super::operation_names::{
@@ -8,6 +9,8 @@ use super::operation_names::{
 use super::types;
 use crate::view::checks::Check;
 use crate::view::library as view;
+use crate::view::members;
+use crate::view::types::Type;
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -135,11 +138,11 @@ pub(crate) fn module(module: &view::Module) -> Module<'_> {
         name: names::shout(&constant.name),
         doc: &constant.doc,
         ty: match constant.ty.resolved() {
-            view::Type::Text { .. } => "&str".to_owned(),
+            Type::Text { .. } => "&str".to_owned(),
             ty => types::owned(ty, &path),
         },
         value: match constant.ty.resolved() {
-            view::Type::Text { .. } => format!("{:?}", constant.value.text),
+            Type::Text { .. } => format!("{:?}", constant.value.text),
             _ => types::value(&constant.value, &path),
         },
     });
@@ -188,14 +191,14 @@ fn type_decl<'a>(home: &str, decl: &'a view::TypeDecl) -> TypeDecl<'a> {
                 .iter()
                 .any(|m| m.default.is_some() || is_long_array(&m.ty));
             out.checked = members.iter().any(|m| !m.checks.is_empty());
-            let one = |m: &'a view::Member| member(m, names::snake(&m.name), &path);
+            let one = |m: &'a members::Member| member(m, names::snake(&m.name), &path);
             out.members = members.iter().map(one).collect();
         }
     }
     out
 }
 
-fn member<'a>(of: &'a view::Member, name: String, path: types::Path) -> Member<'a> {
+fn member<'a>(of: &'a members::Member, name: String, path: types::Path) -> Member<'a> {
     let default = match &of.default {
         Some(value) if of.optional => format!("Some({})", types::value(value, path)),
         Some(value) => types::value(value, path),
@@ -214,8 +217,8 @@ fn member<'a>(of: &'a view::Member, name: String, path: types::Path) -> Member<'
         borrowed: types::borrowed(of, path),
         write: match of.ty.resolved() {
             _ if of.optional => "reference",
-            view::Type::Text { .. } => "text",
-            view::Type::Sequence { .. } => "sequence",
+            Type::Text { .. } => "text",
+            Type::Sequence { .. } => "sequence",
             ty if types::is_small(ty) => "value",
             _ => "reference",
         },
@@ -224,26 +227,11 @@ fn member<'a>(of: &'a view::Member, name: String, path: types::Path) -> Member<'
 }
 
 /// The standard library has defaults of arrays of at most 32 elements.
-fn is_long_array(ty: &view::Type) -> bool {
+fn is_long_array(ty: &Type) -> bool {
     match ty.resolved() {
-        view::Type::Array { element, length } => *length > 32 || is_long_array(element),
+        Type::Array { element, length } => *length > 32 || is_long_array(element),
         _ => false,
     }
-}
-
-/// The documentation of a member with its unit and its range.
-pub(super) fn documentation(member: &view::Member) -> Vec<String> {
-    let unit = member.unit.iter().map(|unit| format!("Unit: {unit}."));
-    let range = member.range.iter().map(|range| format!("Range: {range}."));
-    let facts: Vec<String> = unit.chain(range).collect();
-    let mut doc = member.doc.clone();
-    if !facts.is_empty() {
-        if !doc.is_empty() {
-            doc.push(String::new());
-        }
-        doc.push(facts.join(" "));
-    }
-    doc
 }
 
 fn interface(interface: &view::Interface) -> Interface<'_> {
@@ -281,9 +269,9 @@ fn constant(interface: &view::Interface, exception: &view::Exception) -> String 
     exception_constant(operations, type_name(&exception.ty))
 }
 
-fn type_name(ty: &view::Type) -> &str {
+fn type_name(ty: &Type) -> &str {
     match ty {
-        view::Type::Named { name, .. } => name,
+        Type::Named { name, .. } => name,
         _ => "",
     }
 }
@@ -295,7 +283,7 @@ fn operation<'a>(
     functions: &mut BTreeSet<String>,
 ) -> Operation<'a> {
     let path = types::in_interface(&interface.module);
-    let parameters = |members: &'a [view::Member]| -> Vec<Member<'a>> {
+    let parameters = |members: &'a [members::Member]| -> Vec<Member<'a>> {
         let members = members.iter();
         members
             .map(|m| member(m, names::local(&m.name), &path))
@@ -338,8 +326,8 @@ fn operation<'a>(
         of.result_in_place.is_some(),
         format!("{}_in_place", bare(&method)),
     );
-    let placed = |ty: &Option<view::Type>| match ty {
-        Some(view::Type::Named { module, name, .. }) => in_place::path(&path(module, name)),
+    let placed = |ty: &Option<Type>| match ty {
+        Some(Type::Named { module, name, .. }) => in_place::path(&path(module, name)),
         _ => String::new(),
     };
     let throws = of.throws.iter().map(|exception| Exception {
@@ -373,23 +361,4 @@ fn operation<'a>(
         result_in_place: placed(&of.result_in_place),
         method,
     }
-}
-
-/// The documentation of an operation with the units and ranges of its parameters.
-pub(crate) fn operation_doc(operation: &view::Operation) -> Vec<String> {
-    let mut doc = operation.doc.clone();
-    let mut facts = Vec::new();
-    for member in operation.inputs.iter().chain(&operation.outputs) {
-        let unit = member.unit.iter().map(|unit| format!("in {unit}"));
-        let about: Vec<String> = unit.chain(member.range.clone()).collect();
-        if !about.is_empty() {
-            let name = names::local(&member.name);
-            facts.push(format!("- `{name}`: {}", about.join(", ")));
-        }
-    }
-    if !facts.is_empty() && !doc.is_empty() {
-        doc.push(String::new());
-    }
-    doc.extend(facts);
-    doc
 }

@@ -1,8 +1,8 @@
 //! Names and types of Rust for the fakes of a component: what `templates/rust/testing.rs.tera`
 //! prints.
 
+use super::documentation::operation_doc;
 use super::exports;
-use super::library::operation_doc;
 use super::names;
 use super::operation_names::{answer_name, bare, error_name, operation_constant, plain};
 use super::types;

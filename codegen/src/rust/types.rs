@@ -1,7 +1,8 @@
 //! Types and values as Rust writes them.
 
 use super::names;
-use crate::view::library::{Member, Type, Value};
+use crate::view::members::{Member, Value};
+use crate::view::types::Type;
 
 /// How the path of a named type is written, from its module and its name in the IDSL.
 pub(crate) type Path<'a> = &'a dyn Fn(&str, &str) -> String;

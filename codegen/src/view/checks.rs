@@ -1,6 +1,6 @@
 //! Bounds and ranges that are checked where values are written and read.
 
-use super::library::primitive_word;
+use super::types::primitive_word;
 use rc_idsl::Library;
 use rc_idsl::model::{Member, Type};
 use rc_syntax::{Literal, LiteralKind};

@@ -2,7 +2,8 @@
 //! bytes here, so that a printed structure leaves no byte without a member.
 
 use super::checks::{self, Check};
-use super::library::{self, Type};
+use super::members::{self, member};
+use super::types::{Type, of_type, primitive_word};
 use rc_idsl::Library;
 use rc_idsl::image::{self, Image};
 use rc_idsl::in_place::LARGEST;
@@ -29,7 +30,7 @@ pub struct Structure {
 #[derive(Debug, Serialize)]
 pub struct Part {
     /// The member of the named type; none in a structure without a name.
-    pub member: Option<library::Member>,
+    pub member: Option<members::Member>,
     /// Bytes of the gap before it.
     pub gap: u64,
     /// For a sequence, a text and an optional member, which begin with their length as a uint32.
@@ -107,7 +108,7 @@ pub(crate) fn of(library: &Library, id: TypeId, known: &mut Known) -> Vec<Struct
         return Vec::new();
     }
     let path = vec![decl.name.text.clone()];
-    let value = library::of_type(library, &model::Type::Named(id));
+    let value = of_type(library, &model::Type::Named(id));
     match &decl.kind {
         TypeDeclKind::Struct(members) => {
             let parts: Vec<Source> = members
@@ -197,7 +198,7 @@ fn structure(
                 .member
                 .map(|member| checks::range(library, member))
                 .unwrap_or_default(),
-            member: source.member.map(|m| library::member(library, m)),
+            member: source.member.map(|m| member(library, m)),
             has_lengths: inside.lengths,
             has_ranges: inside.ranges,
         });
@@ -223,7 +224,7 @@ fn item(
     match library.resolved(ty) {
         model::Type::Primitive(model::Primitive::Bool) => Item::Bool,
         model::Type::Primitive(primitive) => Item::Number {
-            name: library::primitive_word(*primitive),
+            name: primitive_word(*primitive),
         },
         model::Type::Array(element, length) => Item::Array {
             element: Box::new(item(library, path, element, done, known)),
@@ -243,7 +244,7 @@ fn item(
                 ty,
                 optional: false,
             };
-            let value = library::of_type(library, ty);
+            let value = of_type(library, ty);
             let structure = structure(library, path.clone(), value, &[source], done, known);
             done.push(structure);
             Item::Unnamed { path }

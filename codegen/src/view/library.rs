@@ -2,9 +2,10 @@
 
 use super::checks::{self, Check};
 use super::in_place::{self, Structure};
+use super::members::{Member, Value, member, value};
+use super::types::{Type, named, of_type};
 use rc_idsl::Library;
-use rc_idsl::model::{self, InterfaceId, ModuleId, Pattern, Primitive, TypeDeclKind, TypeId};
-use rc_syntax::{Literal, LiteralKind};
+use rc_idsl::model::{self, InterfaceId, ModuleId, Pattern, TypeDeclKind, TypeId};
 use serde::Serialize;
 
 /// One IDSL module.
@@ -34,16 +35,6 @@ pub struct Constant {
     pub ty: Type,
     /// The value.
     pub value: Value,
-}
-
-/// The value of a constant, or a default.
-#[derive(Debug, Serialize)]
-pub struct Value {
-    /// The type behind aliases.
-    #[serde(rename = "type")]
-    pub ty: Type,
-    /// A number or a `bool` in decimal notation, a text without quotes, or the name of an enumerator.
-    pub text: String,
 }
 
 /// A type with a name.
@@ -96,76 +87,6 @@ pub struct Enumerator {
     pub doc: Vec<String>,
     /// The number on the wire.
     pub number: i32,
-}
-
-/// A member of a type, or a parameter of an operation.
-#[derive(Debug, Serialize)]
-pub struct Member {
-    /// The name in the IDSL.
-    pub name: String,
-    /// Lines of documentation.
-    pub doc: Vec<String>,
-    /// The type of the value, if there is one.
-    #[serde(rename = "type")]
-    pub ty: Type,
-    /// Whether the value may be missing.
-    pub optional: bool,
-    /// The unit of the number.
-    pub unit: Option<String>,
-    /// The allowed values, as documents print them: "0 to 100".
-    pub range: Option<String>,
-    /// The default value.
-    pub default: Option<Value>,
-    /// What a writer and a reader check.
-    pub checks: Vec<Check>,
-}
-
-/// A type where it is used.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "lowercase")]
-pub enum Type {
-    /// A number or a `bool`: `bool`, `int8`, `uint8` … `uint64`, `float32`, `float64`.
-    Primitive {
-        /// One of these words.
-        name: &'static str,
-    },
-    /// Text in UTF-8.
-    Text {
-        /// The largest number of bytes.
-        bound: Option<u32>,
-    },
-    /// Any number of elements.
-    Sequence {
-        /// Their type.
-        element: Box<Type>,
-        /// The largest number of elements.
-        bound: Option<u32>,
-    },
-    /// A fixed number of elements.
-    Array {
-        /// Their type.
-        element: Box<Type>,
-        /// The number of elements.
-        length: u32,
-    },
-    /// Pairs of key and value.
-    Dictionary {
-        /// The type of keys.
-        key: Box<Type>,
-        /// The type of values.
-        value: Box<Type>,
-    },
-    /// A type with a name.
-    Named {
-        /// Its module.
-        module: String,
-        /// Its name in the IDSL.
-        name: String,
-        /// `enum`, `struct`, `exception` or `alias`.
-        of: &'static str,
-        /// The type behind an alias.
-        target: Option<Box<Type>>,
-    },
 }
 
 /// An interface.
@@ -288,96 +209,6 @@ fn decl(library: &Library, id: TypeId, known: &mut in_place::Known) -> TypeDecl 
     }
 }
 
-/// A member or a parameter.
-pub(super) fn member(library: &Library, member: &model::Member) -> Member {
-    Member {
-        name: member.name.text.clone(),
-        doc: member.doc.clone(),
-        ty: of_type(library, &member.ty),
-        optional: member.optional,
-        unit: member.unit.clone(),
-        range: checks::range_text(member),
-        default: member
-            .default
-            .as_ref()
-            .map(|literal| value(library, &member.ty, literal)),
-        checks: checks::of(library, member),
-    }
-}
-
-/// A type where it is used.
-pub(super) fn of_type(library: &Library, ty: &model::Type) -> Type {
-    let boxed = |ty: &model::Type| Box::new(of_type(library, ty));
-    match ty {
-        model::Type::Primitive(primitive) => Type::Primitive {
-            name: primitive_word(*primitive),
-        },
-        model::Type::String(bound) => Type::Text { bound: *bound },
-        model::Type::Sequence(element, bound) => Type::Sequence {
-            element: boxed(element),
-            bound: *bound,
-        },
-        model::Type::Array(element, length) => Type::Array {
-            element: boxed(element),
-            length: *length,
-        },
-        model::Type::Dictionary(key, value) => Type::Dictionary {
-            key: boxed(key),
-            value: boxed(value),
-        },
-        model::Type::Named(id) => named(library, *id),
-    }
-}
-
-fn named(library: &Library, id: TypeId) -> Type {
-    let decl = library.ty(id);
-    let (of, target) = match &decl.kind {
-        TypeDeclKind::Enum(_) => ("enum", None),
-        TypeDeclKind::Struct(_) => ("struct", None),
-        TypeDeclKind::Exception(_) => ("exception", None),
-        TypeDeclKind::Alias(target) => ("alias", Some(Box::new(of_type(library, target)))),
-    };
-    Type::Named {
-        module: library.module(decl.module).name.text.clone(),
-        name: decl.name.text.clone(),
-        of,
-        target,
-    }
-}
-
-/// The word of a primitive type.
-pub(super) fn primitive_word(primitive: Primitive) -> &'static str {
-    match primitive {
-        Primitive::Bool => "bool",
-        Primitive::I8 => "int8",
-        Primitive::U8 => "uint8",
-        Primitive::I16 => "int16",
-        Primitive::U16 => "uint16",
-        Primitive::I32 => "int32",
-        Primitive::U32 => "uint32",
-        Primitive::I64 => "int64",
-        Primitive::U64 => "uint64",
-        Primitive::F32 => "float32",
-        Primitive::F64 => "float64",
-    }
-}
-
-fn value(library: &Library, ty: &model::Type, literal: &Literal) -> Value {
-    let ty = library.resolved(ty);
-    let float = matches!(ty, model::Type::Primitive(p) if p.is_float());
-    Value {
-        ty: of_type(library, ty),
-        text: match &literal.kind {
-            LiteralKind::Int(value) if float => format!("{value}.0"),
-            LiteralKind::Int(value) => value.to_string(),
-            LiteralKind::Float(value) => format!("{value:?}"),
-            LiteralKind::Bool(value) => value.to_string(),
-            LiteralKind::String(value) | LiteralKind::Name(value) => value.clone(),
-            LiteralKind::Duration(value) => value.to_string(),
-        },
-    }
-}
-
 fn interface(library: &Library, id: InterfaceId) -> Interface {
     let interface = library.interface(id);
     let mut operations = interface.operations.iter();
@@ -431,28 +262,5 @@ fn operation(library: &Library, id: InterfaceId, operation: &model::Operation) -
         throws: operation.throws.iter().map(exception).collect(),
         sample_in_place: sample.map(|id| named(library, id)),
         result_in_place: result.map(|id| named(library, id)),
-    }
-}
-
-impl Type {
-    /// The type behind aliases.
-    pub fn resolved(&self) -> &Self {
-        match self {
-            Self::Named {
-                target: Some(target),
-                ..
-            } => target.resolved(),
-            other => other,
-        }
-    }
-
-    /// The modules and names of the named types that stand in it.
-    pub fn named(&self) -> Vec<(&str, &str)> {
-        match self {
-            Self::Named { module, name, .. } => vec![(module, name)],
-            Self::Sequence { element, .. } | Self::Array { element, .. } => element.named(),
-            Self::Dictionary { key, value } => [key.named(), value.named()].concat(),
-            Self::Primitive { .. } | Self::Text { .. } => Vec::new(),
-        }
     }
 }

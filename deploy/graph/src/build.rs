@@ -2,7 +2,7 @@
 
 use crate::model::{Component, Finding, Graph, Group, Slot};
 use rc_cdsl::model::Role;
-use rc_codegen::load::normal;
+use rc_codegen::paths::normal;
 use rc_ddsl::Connection as Pair;
 use rc_ddsl::model::InstanceOrGroup;
 use rc_deploy_network::Network;

@@ -4,7 +4,7 @@
 use rc_cdsl::model::{Backend, Role, Slot};
 use rc_codegen::Project;
 use rc_codegen::configuration::unknown_slots;
-use rc_codegen::load::normal;
+use rc_codegen::paths::normal;
 use rc_configuration::model::{Kind, Parameter, Type};
 use rc_configuration::{Binding, Settings, Values};
 use rc_ddsl::model::{Deployment, Instance, Setting};
@@ -68,7 +68,7 @@ pub(crate) fn configurations(
         if let Some(known) = checked.get(&key) {
             return known.clone();
         }
-        let configured = match rc_codegen::load::read(&key.0) {
+        let configured = match rc_files::read(&key.0) {
             Ok(text) => {
                 let source = sources.add(&key.0, text);
                 let mode = std::fs::metadata(&key.0).map_or(0, |file| file.mode());

@@ -6,7 +6,7 @@ use crate::parameters::{given, overridden};
 use crate::programs::variants;
 use crate::workspaces::Workspaces;
 use rc_cdsl::model::Backend;
-use rc_codegen::load::normal;
+use rc_codegen::paths::normal;
 use rc_codegen::{FileLoader, Project};
 use rc_ddsl::model::Deployment;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
@@ -32,7 +32,7 @@ pub fn load(
     sources: &mut SourceMap,
     loader: &FileLoader,
 ) -> io::Result<(Option<Network>, Diagnostics)> {
-    let source = sources.add(path, rc_codegen::load::read(path)?);
+    let source = sources.add(path, rc_files::read(path)?);
     let (deployment, mut found) = rc_ddsl::load(sources, loader, source);
     let Some(mut deployment) = deployment else {
         return Ok((None, found));

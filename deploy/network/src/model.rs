@@ -1,6 +1,5 @@
 //! A network with everything that its `.ddsl` names.
 
-use crate::network_time::NetworkTime;
 use crate::parameters::OverriddenParameters;
 use crate::workspaces::Workspaces;
 use rc_cdsl::model::{Backend, Slot};
@@ -11,6 +10,16 @@ use rc_ddsl::{Endpoint, Network as Connections};
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 use std::rc::Rc;
+
+/// The component that publishes the time of a network, and those that follow it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NetworkTime {
+    /// The source: an index into the instances.
+    pub source: usize,
+    /// The followers in the order of their turns, that of the file, each with the middleware over
+    /// which it hears the source.
+    pub followers: Vec<(usize, Backend)>,
+}
 
 /// A network, as far as it could be parsed.
 #[derive(Debug)]

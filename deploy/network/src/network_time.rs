@@ -1,7 +1,7 @@
 //! The time of a network: which component publishes it, who follows, and over which middleware.
 
-use crate::addresses::process_name;
-use crate::model::Network;
+use crate::model::{Network, NetworkTime};
+use crate::process_name::process_name;
 use rc_cdsl::model::Backend;
 use rc_ddsl::model::{Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics};
@@ -9,16 +9,6 @@ use rc_middleware::qos::MAX_READERS;
 use rc_settings::Value;
 use serde::Serialize;
 use std::fmt;
-
-/// The component that publishes the time of a network, and those that follow it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NetworkTime {
-    /// The source: an index into the instances.
-    pub source: usize,
-    /// The followers in the order of their turns, that of the file, each with the middleware over
-    /// which it hears the source.
-    pub followers: Vec<(usize, Backend)>,
-}
 
 /// The clock of a component.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

@@ -1,12 +1,12 @@
 //! Makes the plan of a network: processes with all their arguments.
 
-use crate::addresses::process_name;
 use crate::configuration::{config, named_files};
 use crate::error::{Error, refused};
 use crate::model::{Network, Profile};
 use crate::plan::{self, Component, Plan, Policy, Restart};
+use crate::process_name::process_name;
 use rc_cdsl::model::Slot;
-use rc_codegen::load::normal;
+use rc_codegen::paths::normal;
 use rc_ddsl::Endpoint;
 use rc_ddsl::model::Setting;
 use std::collections::BTreeSet;

@@ -1,10 +1,10 @@
 //! What `rcdeploy plan` prints: everything that `rcdeploy up` would do.
 
-use crate::addresses::process_name;
 use crate::error::{Error, refused};
 use crate::model::{Network, Profile};
 use crate::network_time::ClockPlan;
 use crate::plan;
+use crate::process_name::process_name;
 use crate::topology::{Connection, End, Host, Kind};
 use rc_ddsl::model::{Policy, Restart};
 use rc_middleware::RunDirectory;

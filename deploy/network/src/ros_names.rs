@@ -4,8 +4,8 @@
 //!
 //! Names are made here as the components make them, by `rc_settings::ros`.
 
-use crate::addresses::process_name;
 use crate::model::Network;
+use crate::process_name::process_name;
 use rc_cdsl::model::{Backend, Role, Slot};
 use rc_codegen::Project;
 use rc_ddsl::model::{Instance, Setting};

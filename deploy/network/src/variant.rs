@@ -194,7 +194,7 @@ fn write(files: &Files, folder: &Path) -> Result<(), Error> {
 }
 
 fn read(path: &Path) -> Result<DocumentMut, Error> {
-    let text = rc_codegen::load::read(path).map_err(cannot(format!("read {}", path.display())))?;
+    let text = rc_files::read(path).map_err(cannot(format!("read {}", path.display())))?;
     text.parse()
         .map_err(|error| Error::Workspace(format!("{}: {error}", path.display())))
 }
@@ -424,7 +424,7 @@ fn link(folder: &Path, staged: &Path) -> io::Result<()> {
 /// What only the variants need is added by cargo, and stays until then.
 fn lock(root: &Path, folder: &Path, members: &[String]) -> Result<(), Error> {
     let there = root.join("Cargo.lock");
-    let text = match rc_codegen::load::read(&there) {
+    let text = match rc_files::read(&there) {
         Ok(text) => text,
         // Nothing has been built yet.
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
@@ -433,7 +433,7 @@ fn lock(root: &Path, folder: &Path, members: &[String]) -> Result<(), Error> {
     let of = Path::new("Cargo.lock.of-workspace");
     let wanted = format!("# {}\n{text}", members.join(", "));
     let locked = folder.join("Cargo.lock").exists();
-    if locked && rc_codegen::load::read(&folder.join(of)).is_ok_and(|before| before == wanted) {
+    if locked && rc_files::read(&folder.join(of)).is_ok_and(|before| before == wanted) {
         return Ok(());
     }
     let mut files = Files::default();

@@ -9,7 +9,7 @@ use crate::supervisor::health::{self, HealthMonitor};
 use crate::supervisor::parameter_changes::Changes;
 use crate::supervisor::process_handle::ProcessHandle;
 use crate::supervisor::restart::{Next, Restarts};
-use crate::supervisor::starts::without_followers;
+use crate::supervisor::start_order::without_followers;
 use rc_deploy_client::connection::KILL_LIMIT;
 use rc_deploy_network::plan::{Component, Policy};
 use rc_management::agent::Exit;

@@ -4,13 +4,13 @@ use crate::command_line::{Cli, Generate};
 use crate::reports::{Failure, print_line, report, system, tell, try_load};
 use clap::CommandFactory;
 use rc_cdsl::model::Backend;
-use rc_codegen::cargo_workspace::{self, Workspace};
+use rc_codegen::cargo_workspace::Workspace;
 use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::generation::{self, Component, Part};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
 use rc_codegen::view::BACKENDS;
-use rc_codegen::{FileLoader, Project, dependencies, languages, parallel, stubs};
+use rc_codegen::{FileLoader, Project, dependencies, languages, parallel, paths, stubs};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -72,14 +72,14 @@ pub(crate) fn here_or(paths: Vec<PathBuf>) -> Result<Vec<PathBuf>, Failure> {
     if !paths.is_empty() {
         return Ok(paths);
     }
-    let here = cargo_workspace::absolute(Path::new(".")).map_err(system)?;
+    let here = paths::absolute(Path::new(".")).map_err(system)?;
     let Some(workspace) = Workspace::of(&here).map_err(manifest)? else {
         return Err(Failure::Usage(
             "this folder is in no workspace; name a .cdsl file or a folder, or make a workspace with `rcgen init FOLDER`"
                 .to_owned(),
         ));
     };
-    let root = cargo_workspace::relative(&here, workspace.root());
+    let root = paths::relative(&here, workspace.root());
     let is_here = root.as_os_str().is_empty();
     Ok(vec![if is_here { PathBuf::from(".") } else { root }])
 }
@@ -223,7 +223,7 @@ impl Group {
     /// # Errors
     /// Two components, or a component and the interfaces, would be generated into one folder.
     fn one_component_a_folder(&mut self, args: &Generate) -> Result<(), Failure> {
-        let absolute = |path: &Path| cargo_workspace::absolute(path).map_err(system);
+        let absolute = |path: &Path| paths::absolute(path).map_err(system);
         let interfaces = absolute(self.interfaces.folder())?;
         let mut kept: BTreeMap<PathBuf, (PathBuf, PathBuf)> = BTreeMap::new();
         let mut files = Vec::new();
@@ -391,7 +391,8 @@ impl Group {
             project.component.language.text.clone_from(language);
         }
         let folder = folder_of(file, args);
-        dependencies::lead_from(project, &folder)?;
+        let own = project.folder().to_path_buf();
+        dependencies::lead_from(&mut project.component, &own, &folder)?;
         let before = || {
             let note = Note::of_generated(&folder).ok().flatten()?;
             BACKENDS.into_iter().find(|b| b.word() == note.middleware)
@@ -455,7 +456,7 @@ pub(crate) fn shown(path: &Path) -> PathBuf {
     let here = std::env::current_dir().unwrap_or_default();
     let shared = here.iter().zip(path).take_while(|(a, b)| a == b).count();
     if shared > 2 || path.starts_with(&here) {
-        cargo_workspace::relative(&here, path)
+        paths::relative(&here, path)
     } else {
         path.to_path_buf()
     }

@@ -4,9 +4,9 @@ use crate::command_line::{Common, Generate, New};
 use crate::generation;
 use crate::reports::{Failure, print_line, system, tell};
 use rc_cdsl::model::Role;
-use rc_codegen::cargo_workspace::{absolute, relative};
 use rc_codegen::files::Change;
 use rc_codegen::new_component::{self, NewComponent};
+use rc_codegen::paths::{absolute, relative};
 use rc_codegen::{FileLoader, Files, names, workspace};
 use std::path::Path;
 

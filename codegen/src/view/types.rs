@@ -1,0 +1,133 @@
+//! Types where they are used, neutral of the language that they are printed in.
+
+use rc_idsl::Library;
+use rc_idsl::model::{self, Primitive, TypeDeclKind, TypeId};
+use serde::Serialize;
+
+/// A type where it is used.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub enum Type {
+    /// A number or a `bool`: `bool`, `int8`, `uint8` … `uint64`, `float32`, `float64`.
+    Primitive {
+        /// One of these words.
+        name: &'static str,
+    },
+    /// Text in UTF-8.
+    Text {
+        /// The largest number of bytes.
+        bound: Option<u32>,
+    },
+    /// Any number of elements.
+    Sequence {
+        /// Their type.
+        element: Box<Type>,
+        /// The largest number of elements.
+        bound: Option<u32>,
+    },
+    /// A fixed number of elements.
+    Array {
+        /// Their type.
+        element: Box<Type>,
+        /// The number of elements.
+        length: u32,
+    },
+    /// Pairs of key and value.
+    Dictionary {
+        /// The type of keys.
+        key: Box<Type>,
+        /// The type of values.
+        value: Box<Type>,
+    },
+    /// A type with a name.
+    Named {
+        /// Its module.
+        module: String,
+        /// Its name in the IDSL.
+        name: String,
+        /// `enum`, `struct`, `exception` or `alias`.
+        of: &'static str,
+        /// The type behind an alias.
+        target: Option<Box<Type>>,
+    },
+}
+
+impl Type {
+    /// The type behind aliases.
+    pub fn resolved(&self) -> &Self {
+        match self {
+            Self::Named {
+                target: Some(target),
+                ..
+            } => target.resolved(),
+            other => other,
+        }
+    }
+
+    /// The modules and names of the named types that stand in it.
+    pub fn named(&self) -> Vec<(&str, &str)> {
+        match self {
+            Self::Named { module, name, .. } => vec![(module, name)],
+            Self::Sequence { element, .. } | Self::Array { element, .. } => element.named(),
+            Self::Dictionary { key, value } => [key.named(), value.named()].concat(),
+            Self::Primitive { .. } | Self::Text { .. } => Vec::new(),
+        }
+    }
+}
+
+/// A type where it is used.
+pub(super) fn of_type(library: &Library, ty: &model::Type) -> Type {
+    let boxed = |ty: &model::Type| Box::new(of_type(library, ty));
+    match ty {
+        model::Type::Primitive(primitive) => Type::Primitive {
+            name: primitive_word(*primitive),
+        },
+        model::Type::String(bound) => Type::Text { bound: *bound },
+        model::Type::Sequence(element, bound) => Type::Sequence {
+            element: boxed(element),
+            bound: *bound,
+        },
+        model::Type::Array(element, length) => Type::Array {
+            element: boxed(element),
+            length: *length,
+        },
+        model::Type::Dictionary(key, value) => Type::Dictionary {
+            key: boxed(key),
+            value: boxed(value),
+        },
+        model::Type::Named(id) => named(library, *id),
+    }
+}
+
+pub(super) fn named(library: &Library, id: TypeId) -> Type {
+    let decl = library.ty(id);
+    let (of, target) = match &decl.kind {
+        TypeDeclKind::Enum(_) => ("enum", None),
+        TypeDeclKind::Struct(_) => ("struct", None),
+        TypeDeclKind::Exception(_) => ("exception", None),
+        TypeDeclKind::Alias(target) => ("alias", Some(Box::new(of_type(library, target)))),
+    };
+    Type::Named {
+        module: library.module(decl.module).name.text.clone(),
+        name: decl.name.text.clone(),
+        of,
+        target,
+    }
+}
+
+/// The word of a primitive type.
+pub(super) fn primitive_word(primitive: Primitive) -> &'static str {
+    match primitive {
+        Primitive::Bool => "bool",
+        Primitive::I8 => "int8",
+        Primitive::U8 => "uint8",
+        Primitive::I16 => "int16",
+        Primitive::U16 => "uint16",
+        Primitive::I32 => "int32",
+        Primitive::U32 => "uint32",
+        Primitive::I64 => "int64",
+        Primitive::U64 => "uint64",
+        Primitive::F32 => "float32",
+        Primitive::F64 => "float64",
+    }
+}
