@@ -14,7 +14,7 @@ pub enum Owner {
     Generic,
     /// The user: written where there is none, and never touched again.
     Specific,
-    /// Whoever exports: rewritten at every export; what lies beside it is not looked at.
+    /// The export: rewritten at every export; what lies beside it is not looked at.
     Exported,
     /// The user: a few lines are added, and everything else of the file stays.
     Edited,

@@ -46,7 +46,7 @@ impl Component {
         if !is_library {
             files.remove(Path::new(LIBRARY));
         }
-        // Whoever has a worker has tests, or wants none.
+        // A component with a worker has tests, or needs none.
         if folder.join("src").exists() {
             files.remove(Path::new(FIRST_TEST));
         }

@@ -55,7 +55,7 @@ impl Framework {
     }
 
     /// The same for a workspace in `root`, which is absolute: a path that both share with
-    /// everybody who gets the workspace is relative. That is one inside the workspace, or in the
+    /// every user of the workspace is relative. That is one inside the workspace, or in the
     /// same git repository.
     #[must_use]
     pub fn seen_from(self, root: &Path) -> Self {

@@ -415,7 +415,7 @@ impl<'a> Connector<'a> {
             Some(help) => diagnostic.help(help),
             None if slot.optional || hidden.is_some() => diagnostic,
             None => diagnostic.help(format!(
-                "if somebody outside the network {offers} it, write `external {};`{}",
+                "if a peer outside the network {offers} it, write `external {};`{}",
                 self.name_beside(consumer, consumer),
                 self.in_group(consumer)
             )),

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 /// The settings of middlewares, by the name of the middleware and the key.
 ///
-/// Whoever reads text converts it by the table of `rc_settings`, so a backend finds values that
+/// Text is converted where it is read, by the table of `rc_settings`, so a backend finds values that
 /// are valid. If a key is not set, the methods give the default of that table.
 ///
 /// ```

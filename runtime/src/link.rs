@@ -190,7 +190,7 @@ impl Link {
                     None => self.garbage += line.size(),
                 }
             }
-            // Somebody who sends only garbage is no supervisor.
+            // A peer that sends only garbage is no supervisor.
             if closed || self.garbage > MOST_GARBAGE {
                 input.closed = true;
                 break;

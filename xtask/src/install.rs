@@ -249,7 +249,7 @@ mod tests {
         let root = std::env::temp_dir().join(format!("rc-install-{}", std::process::id()));
         let mine = root.join("share/man/man1/mine.1");
         fs::create_dir_all(mine.parent().expect("a folder")).expect("a folder");
-        fs::write(&mine, "").expect("a page of somebody else");
+        fs::write(&mine, "").expect("a page of another program");
 
         let written = copy(built, &root).expect("to install");
         for file in [

@@ -54,7 +54,7 @@ impl Sample for SpecificWorker {
             return;
         }
         if let Err(error) = report(&self.times) {
-            error!("nobody listens: {error}");
+            error!("standard output is closed: {error}");
         }
         self.times.clear();
     }

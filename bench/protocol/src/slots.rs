@@ -58,7 +58,7 @@ pub fn hold(mut exchange: impl FnMut() -> Result<(), Failure>) -> Result<(), Fai
     crate::ready()?;
     for line in io::stdin().lock().lines() {
         if line? != "go" {
-            return Err("only `go` can be told".into());
+            return Err("the only command is `go`".into());
         }
         exchange()?;
         crate::print_line("done\n")?;

@@ -33,7 +33,7 @@ impl Worker for SpecificWorker {
 
     fn finalize(&mut self, _ctx: &mut Context) {
         if let Err(error) = self.print_counts() {
-            warn!("nobody listens: {error}");
+            warn!("standard output is closed: {error}");
         }
     }
 }
@@ -52,7 +52,7 @@ impl SpecificWorker {
             ("spoilt", self.spoilt),
             ("answered", self.answered),
         ]);
-        printed.map_err(|error| WorkerError::Fatal(format!("nobody listens: {error}")))
+        printed.map_err(|error| WorkerError::Fatal(format!("standard output is closed: {error}")))
     }
 }
 

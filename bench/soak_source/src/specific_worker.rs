@@ -85,7 +85,7 @@ impl Worker for SpecificWorker {
 
     fn finalize(&mut self, _ctx: &mut Context) {
         if let Err(error) = self.print_counts() {
-            warn!("nobody listens: {error}");
+            warn!("standard output is closed: {error}");
         }
     }
 }
@@ -147,6 +147,6 @@ impl SpecificWorker {
             ("failed", self.failed),
             ("skipped", self.skipped),
         ]);
-        printed.map_err(|error| WorkerError::Fatal(format!("nobody listens: {error}")))
+        printed.map_err(|error| WorkerError::Fatal(format!("standard output is closed: {error}")))
     }
 }

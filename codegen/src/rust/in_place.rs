@@ -30,7 +30,7 @@ pub(crate) struct Place<'a> {
 struct Field {
     name: String,
     ty: String,
-    /// The documentation, of a member that everybody may reach.
+    /// The documentation, of a public member.
     doc: Vec<String>,
     public: bool,
 }

@@ -279,7 +279,11 @@ fn a_component_in_no_workspace_has_the_crate_in_its_folder() {
             .replace("Scan.", "Base."),
     );
     succeeds(folder, &["lone.cdsl"]);
-    assert_eq!(modules(folder), ["base"], "nobody else uses the other one");
+    assert_eq!(
+        modules(folder),
+        ["base"],
+        "no other component uses the other one"
+    );
 }
 
 #[test]

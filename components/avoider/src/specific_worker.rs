@@ -44,7 +44,7 @@ impl Worker for SpecificWorker {
 
     fn finalize(&mut self, ctx: &mut Context) {
         if let Err(error) = ctx.differential_robot.stop_base() {
-            warn!("the base could not be told to stop: {error}");
+            warn!("the base could not be stopped: {error}");
         }
     }
 }

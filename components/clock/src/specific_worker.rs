@@ -25,7 +25,7 @@ impl Worker for SpecificWorker {
     }
 
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
-        // While somebody is missing, the runtime goes on waiting.
+        // While a follower is missing, the runtime goes on waiting.
         if !ctx.params.paused && !is_over(ctx) && ctx.time.missing().is_empty() {
             ctx.time.advance(ctx.params.step)?;
         }

@@ -110,8 +110,8 @@ fn missing_and_ambiguous_providers_are_reported() {
         &[("a", "requires Laser; subscribesTo Pub;")],
         "",
         &expect![[r#"
-            n.ddsl:3:11: error[no-provider]: `a.Laser` requires `L::Laser`, but no component implements it; required here at a.cdsl:2:41 (if somebody outside the network implements it, write `external a.Laser;`)
-            n.ddsl:3:11: warning[no-publisher]: `a.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at a.cdsl:2:61 (if somebody outside the network publishes it, write `external a.Pub;`)
+            n.ddsl:3:11: error[no-provider]: `a.Laser` requires `L::Laser`, but no component implements it; required here at a.cdsl:2:41 (if a peer outside the network implements it, write `external a.Laser;`)
+            n.ddsl:3:11: warning[no-publisher]: `a.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at a.cdsl:2:61 (if a peer outside the network publishes it, write `external a.Pub;`)
         "#]],
     );
     connect(
@@ -413,7 +413,7 @@ fn peers_that_are_not_part_of_the_network() {
         "external user.Laser, user.Pub at \"robot/Pub\";",
         &expect![[""]],
     );
-    // It connects to nobody here, although somebody is here.
+    // It connects to no component here, although one fits.
     let all = [user, ("lidar", "implements Laser; publishes Pub;")];
     let connections = connect(&all, "external user.Laser;", &expect![[""]]);
     assert_eq!(connections, ["user.Pub -> lidar.Pub"]);
@@ -432,8 +432,8 @@ fn peers_that_are_not_part_of_the_network() {
         "external user.Lasr;",
         &expect![[r#"
         n.ddsl:2:15: error[unknown-slot]: `user` has no slot `Lasr`; its component at user.cdsl:2:11 (did you mean `Laser`?)
-        n.ddsl:3:11: error[no-provider]: `user.Laser` requires `L::Laser`, but no component implements it; required here at user.cdsl:2:44 (if somebody outside the network implements it, write `external user.Laser;`)
-        n.ddsl:3:11: warning[no-publisher]: `user.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at user.cdsl:2:64 (if somebody outside the network publishes it, write `external user.Pub;`)
+        n.ddsl:3:11: error[no-provider]: `user.Laser` requires `L::Laser`, but no component implements it; required here at user.cdsl:2:44 (if a peer outside the network implements it, write `external user.Laser;`)
+        n.ddsl:3:11: warning[no-publisher]: `user.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at user.cdsl:2:64 (if a peer outside the network publishes it, write `external user.Pub;`)
     "#]],
     );
 }

@@ -1,4 +1,4 @@
-//! Components of a network that somebody has started by hand: they have a management socket in the
+//! Components of a network that were started by hand: they have a management socket in the
 //! run directory, and the supervisor, if there is one, does not know them.
 
 use crate::connection::{Connection, is_listening};
@@ -18,7 +18,7 @@ const LEAST: Duration = Duration::from_millis(50);
 const HUNG_MS: u64 = 2000;
 
 /// The names of the component sockets in a run directory without those of `supervised`, sorted.
-/// Nobody may listen at a socket: a component that was killed leaves its own.
+/// A socket may have no listener: a component that was killed leaves its own.
 pub fn sockets<'s>(
     directory: &RunDirectory,
     supervised: impl IntoIterator<Item = &'s str>,
@@ -53,7 +53,7 @@ pub(crate) fn components<'s>(
             let peer = format!("component {name} of network {network}");
             let path = directory.socket(&name);
             let connection = Connection::to(&path, peer, limit.max(LEAST)).ok()?;
-            // The next component of this name removes a socket that nobody listens at.
+            // The next component of this name removes a socket without a listener.
             let report = connection?.request::<component::Status>(&Request::Status);
             Some(report.map_or_else(|_| silent(&name), |report| status(&report)))
         })

@@ -115,7 +115,7 @@ impl Connection {
         })
     }
 
-    /// Connects to a socket. Each reply may take `limit`. The result is none if nobody listens.
+    /// Connects to a socket. Each reply may take `limit`. The result is none if no process listens.
     pub(crate) fn to(path: &Path, peer: String, limit: Duration) -> Result<Option<Self>, Error> {
         match Client::connect(path, limit) {
             Ok(client) => Ok(Some(Self {

@@ -144,7 +144,7 @@ fn check(
             let message = format!("`{path}` is secret: a network cannot set it");
             let error = Diagnostic::error("secret-override", span, message);
             found.push(error.help(
-                "write it into the configuration of the component: everybody can read command lines",
+                "write it into the configuration of the component: every user of the machine can read command lines",
             ));
         } else {
             open.push((path, value, span));

@@ -1,6 +1,6 @@
-//! Where two nodes, or ends that nobody connects, become the same name in ROS 2, and where ends
+//! Where two nodes, or ends that no connection joins, become the same name in ROS 2, and where ends
 //! that are connected become two: before anything starts, and not as calls that two components
-//! execute or values that nobody hears.
+//! execute or values that none receives.
 //!
 //! Names are made here as the components make them, by `rc_settings::ros`.
 
@@ -239,7 +239,7 @@ fn setting<'a>(instance: &'a Instance, key: &str) -> Option<&'a Setting> {
     instance.setting(Backend::Ros2, key)
 }
 
-/// Two ends at one name that must not be there together. Ends of one type that somebody has renamed
+/// Two ends at one name that must not be there together. Ends of one type that a file renames
 /// so are meant to meet.
 fn pair<'a>(ends: &[&'a End<'a>]) -> Option<(&'a End<'a>, &'a End<'a>)> {
     let first = *ends.first().filter(|_| ends.len() > 1)?;
@@ -307,7 +307,7 @@ fn one_name(one: &End<'_>, other: &End<'_>) -> Diagnostic {
     } else if one.types() != other.types() {
         "their types differ, so they cannot meet there"
     } else {
-        "they would meet, though nobody connects them"
+        "they would meet, though no connection joins them"
     };
     let message = format!("{ends} are one {kind} in ROS 2, `{name}`: {effect}");
     let span = other.node.instance.name.span;

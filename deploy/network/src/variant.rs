@@ -39,7 +39,7 @@ pub(crate) fn program(package: &str, middleware: Backend) -> String {
     format!("{package}-{}", middleware.word())
 }
 
-/// Variants that are there to be built. As long as this lives, nobody else changes which they are.
+/// Variants that are there to be built. As long as this lives, no other process changes which they are.
 #[derive(Debug)]
 pub(crate) struct Staged {
     folder: PathBuf,
@@ -170,7 +170,7 @@ fn lock_folder(folder: &Path, patience: Duration) -> Result<File, Error> {
             Err(Errno::WOULDBLOCK) if Instant::now() < deadline => {
                 if !std::mem::replace(&mut reported, true) {
                     let folder = folder.display();
-                    // Whoever closed standard error does not want to know.
+                    // If standard error is closed, the message is not wanted.
                     let _ = writeln!(
                         io::stderr(),
                         "rcdeploy: waiting for another build in {folder}"

@@ -43,7 +43,7 @@ pub(crate) struct Guard {
     /// How many services it was asked to hold.
     services: usize,
     progress: Progress,
-    /// After how many deaths it was told to clean up, and after how many it has.
+    /// After how many deaths it should clean up, and after how many it has.
     deaths: u64,
     cleaned: u64,
     /// The components after whose last process it has cleaned up, until the custody takes them.

@@ -60,7 +60,7 @@ pub(crate) enum Report {
     Started(RegisteredProcess),
     /// One has ended, with its process group.
     Ended { pid: i32 },
-    /// Clean up after everybody who has died; so many have until now.
+    /// Clean up after all dead processes; so many have died until now.
     CleanUp { deaths: u64 },
     /// All components have ended: no service is needed any more.
     Release,

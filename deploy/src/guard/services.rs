@@ -55,7 +55,7 @@ pub fn hold(network: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgr
     }
 }
 
-/// Cleans up after everybody who has died, unless the tasks end.
+/// Cleans up after all dead processes, unless the tasks end.
 fn clean_up(holder: &Holder, tasks: &mut Tasks<'_>, report: &dyn Fn(HoldProgress)) {
     let end = Instant::now() + CLEAN_LIMIT;
     let mut told = Instant::now();

@@ -222,7 +222,7 @@ fn connections(model: &Model, component: &Component, lines: &[Rect], buf: &mut B
         return say("It does not answer.", lines, buf);
     };
     if report.slots.is_empty() {
-        return say("It talks to nobody.", lines, buf);
+        return say("It has no slots.", lines, buf);
     }
     let rates = component
         .rates

@@ -49,7 +49,7 @@ fn exported(network: &str, engine: Engine) -> (Export, PathBuf) {
 }
 
 /// All files in one text, with paths that are the same on every machine. The picture that the patrol
-/// writes is data for the image where somebody has run the patrol; its lines are left out.
+/// writes is data for the image where the patrol has run; its lines are left out.
 fn text(export: &Export, target: &Path) -> String {
     let files = export.files.iter();
     let all = files.map(|(path, _, text)| format!("==> {} <==\n{text}\n", path.display()));

@@ -66,7 +66,7 @@ fn an_up_waits_for_the_guard_of_a_killed_one() {
     bench.assert_nothing_left();
 }
 
-/// Nobody else can clean up, so the next `up` says what to do, and works as soon as it is done.
+/// No other process can clean up, so the next `up` says what to do, and works as soon as it is done.
 #[test]
 fn an_up_names_the_stopped_guard_of_a_killed_supervisor() {
     let bench = Bench::new();

@@ -180,7 +180,7 @@ fn names_that_ros_cannot_distinguish_are_reported_once_per_component() {
             "middleware ros2;\nComponent s__1 {{ cdsl \"scans.cdsl\"; }};\nComponent s_1 {{ cdsl \"scans.cdsl\"; {first} }};\nComponent x {{ cdsl \"reader.cdsl\"; }};\nComponent y {{ cdsl \"reader.cdsl\"; }};\nbind x.LaserPub -> s__1.LaserPub;\nbind y.LaserPub -> s_1.LaserPub;\n"
         )
     };
-    let expected = "robot.ddsl:4:11: error[ros-same-topic]: `s__1.LaserPub/pushLaserData` and `s_1.LaserPub/pushLaserData` are one topic in ROS 2, `/robot/s_1/LaserPub/pushLaserData`: they would meet, though nobody connects them; the other one at robot.ddsl:3:11";
+    let expected = "robot.ddsl:4:11: error[ros-same-topic]: `s__1.LaserPub/pushLaserData` and `s_1.LaserPub/pushLaserData` are one topic in ROS 2, `/robot/s_1/LaserPub/pushLaserData`: they would meet, though no connection joins them; the other one at robot.ddsl:3:11";
     assert_eq!(reported(&two("")), [expected]);
     assert_eq!(
         reported(&two("middleware ros2 { node \"other\"; };")),

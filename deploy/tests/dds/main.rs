@@ -96,7 +96,7 @@ fn await_well(site: &Site, name: &str) {
 /// Waits until `compute()` fails twice more, the second time without delay; gives the status.
 fn await_errors(site: &Site, name: &str) -> Value {
     let (_, before) = computed(site, name);
-    Site::until(&format!("{name} is told of errors"), || {
+    Site::until(&format!("{name} receives errors"), || {
         computed(site, name).1 >= before + 2
     });
     site.ask(name, "status")

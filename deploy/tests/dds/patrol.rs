@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
 /// The error of the avoider when its last command was not sent.
-pub(crate) const END: &str = "could not be told to stop";
+pub(crate) const END: &str = "could not be stopped";
 
 /// An rcdeploy in the foreground. Dropping it ends it.
 struct Up(Child);

@@ -125,7 +125,7 @@ fn main() {
     let library = shared_library(&source).unwrap_or_else(|error| {
         panic!("the compiled Cyclone DDS cannot be kept in the target folder: {error}")
     });
-    // Somebody may empty a target folder in part.
+    // A target folder may be emptied in part.
     println!("cargo:rerun-if-changed={}", library.display());
     println!("cargo:rustc-link-search=native={}", library.display());
     println!("cargo:rustc-link-lib=static={LIBRARY}");

@@ -117,7 +117,7 @@ mod tests {
         let (mut first, mut second, mut third) = (new(), new(), new());
         assert!(first.is_leader() && !second.is_leader() && !third.is_leader());
         assert!(first.is_leader());
-        // The leader is stopped. The clock, which somebody sets meanwhile, does not matter.
+        // The leader is stopped. A clock that is set meanwhile does not matter.
         let file = File::options().write(true).open(&path).expect("the lock");
         let future = SystemTime::now() + Duration::from_hours(1);
         file.set_modified(future).expect("a time");

@@ -117,7 +117,7 @@ impl Configuration {
         self
     }
 
-    /// Discovers nobody, and is discovered by nobody.
+    /// Discovers no participant, and no participant discovers it.
     #[must_use]
     pub fn without_discovery(mut self) -> Self {
         self.peers.clear();

@@ -8,7 +8,7 @@ use std::fmt;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
-/// The first word, which tells it from the user data of other programs.
+/// The first word, which distinguishes it from the user data of other programs.
 const BEGIN: &str = "robocomp/1";
 /// The key of the text among other labels. ROS 2 allows letters and digits in a key.
 const LABEL: &str = "endpoint=";

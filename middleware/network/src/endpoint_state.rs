@@ -7,7 +7,7 @@ use rc_middleware::WakeEvent;
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 
-/// What an endpoint received and nobody took yet.
+/// What an endpoint received and what was not taken yet.
 pub trait Backlog: Send + Sync {
     /// Whether something in it waits for a change of the peers.
     fn awaits_peers(&self) -> bool {

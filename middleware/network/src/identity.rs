@@ -29,7 +29,7 @@ pub struct Identity {
     pub topic: String,
     /// Writer or reader.
     pub kind: EndpointKind,
-    /// What it tells of itself.
+    /// Its announcement.
     pub info: EndpointInfo,
     /// The quality of service that it offers or requests.
     pub contract: QosContract,

@@ -3,7 +3,7 @@
 //!
 //! - [`Session`], [`Joining`], [`Configuration`]: the participant of a component, and its thread of
 //!   discovery.
-//! - [`EndpointInfo`], [`QosContract`]: what an endpoint tells of itself, and whether two endpoints
+//! - [`EndpointInfo`], [`QosContract`]: the announcement of an endpoint, and whether two endpoints
 //!   match.
 //! - [`LocalRegistry`]: the endpoints on this machine, which need no discovery.
 //! - [`EndpointState`], [`Peer`]: an endpoint of this component and the peers that it has found.

@@ -36,7 +36,7 @@ pub struct LocalRegistry {
 pub struct Registration {
     /// The identity of the endpoint.
     pub guid: Guid,
-    /// What it tells of itself.
+    /// Its announcement.
     pub info: EndpointInfo,
     /// The quality of service that it offers or requests.
     pub contract: QosContract,
@@ -62,7 +62,7 @@ pub struct OpenLock {
     directory: PathBuf,
 }
 
-/// Removes the folder if nobody has registered in it.
+/// Removes the folder if no endpoint is registered in it.
 impl Drop for OpenLock {
     fn drop(&mut self) {
         remove_if_empty(&self.directory, &self.file);
@@ -214,7 +214,7 @@ impl RegistrationGuard {
 impl Drop for RegistrationGuard {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.path);
-        // Whoever has the lock looks after the folder.
+        // The holder of the lock maintains the folder.
         if let Some(directory) = self.path.parent()
             && let Ok(Some(file)) = lock(&directory.join(LOCK), false)
         {
@@ -361,13 +361,13 @@ mod tests {
         assert_eq!(writers("a/b").len(), 1);
         drop(second);
         assert!(!folder.exists(), "the last one removes the folder");
-        // Somebody who has opened the registry before makes it again.
+        // A registry that was opened before creates the folder again.
         let lock = registry.open_lock().expect("the lock");
         let third = registry.register(&[4; 16], &endpoint).expect("to register");
         drop(lock);
         assert_eq!(writers("a/b").len(), 1);
         drop(third);
         drop(registry.open_lock().expect("the lock"));
-        assert!(!folder.exists(), "nobody has registered");
+        assert!(!folder.exists(), "no endpoint is registered");
     }
 }

@@ -65,7 +65,7 @@ impl Opener {
         &self.host
     }
 
-    /// What an endpoint of this component tells of itself.
+    /// The announcement of an endpoint of this component.
     pub(crate) fn info(&self, role: Role, types: TypeIdentity) -> EndpointInfo {
         EndpointInfo {
             role,
@@ -83,7 +83,7 @@ impl Opener {
         let lock = lock.map_err(|error| failed(address, &error))?;
         Ok(Opening {
             opener: self,
-            // Nobody else registers while the lock is held.
+            // No other endpoint registers while the lock is held.
             listing: self.registry.listing(),
             lock,
             address: address.to_owned(),

@@ -33,7 +33,7 @@ pub enum Presence {
 pub struct Peer {
     /// Its identity.
     pub guid: Guid,
-    /// What it tells of itself; `None` for an endpoint of another program.
+    /// Its announcement; `None` for an endpoint of another program.
     pub info: Option<EndpointInfo>,
     /// Whether its types match, as far as it tells.
     pub matches: bool,

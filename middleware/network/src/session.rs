@@ -96,7 +96,7 @@ impl Session {
         })
     }
 
-    /// What the endpoints of other participants at `topic` tell of themselves.
+    /// The announcements of other participants' endpoints at `topic`.
     pub(crate) fn endpoints_at(&self, topic: &str) -> Vec<EndpointInfo> {
         self.discovered.endpoints_at(topic, self.guid())
     }
@@ -118,7 +118,7 @@ impl Session {
         self.participant.guid().unwrap_or_default()
     }
 
-    /// Opens a writer that no component of this network reads, so nobody is introduced to it.
+    /// Opens a writer that no component of this network reads, so it is announced to none.
     pub fn writer(
         &self,
         (topic, type_name): (&str, &str),

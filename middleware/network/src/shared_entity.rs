@@ -49,7 +49,7 @@ impl<E> SharedEntity<E> {
         self.changed.notify_all();
     }
 
-    /// Lends the endpoint to nobody any more, and waits until the threads that use it have let go,
+    /// Lends the endpoint no more, and waits until the threads that use it have let go,
     /// at most `limit`. Says whether they have.
     pub(crate) fn close(&self, limit: Duration) -> bool {
         let mut state = lock(&self.state);
@@ -62,7 +62,7 @@ impl<E> SharedEntity<E> {
         state.users == 0
     }
 
-    /// Whether the endpoint is closed, so that whoever uses it lets go soon.
+    /// Whether the endpoint is closed, so that its users release it soon.
     pub(crate) fn is_closed(&self) -> bool {
         matches!(lock(&self.state).phase, Phase::Closed)
     }
@@ -88,7 +88,7 @@ impl<E> SharedEntity<E> {
 
     fn lend<R>(&self, entity: Arc<E>, using: impl FnOnce(&E) -> R) -> R {
         let result = using(&entity);
-        // Before the count falls: whoever closes the endpoint has the last reference then.
+        // Before the count falls: the thread that closes the endpoint has the last reference then.
         drop(entity);
         lock(&self.state).users -= 1;
         self.changed.notify_all();
@@ -133,7 +133,7 @@ mod tests {
             let begin = Instant::now();
             assert!(!shared.close(limit));
             assert!(begin.elapsed() >= limit);
-            // Nobody else gets it.
+            // No other thread gets it.
             assert!(shared.with(|()| ()).is_none() && shared.with_opened(|()| ()).is_none());
             leave.send(()).expect("a user");
             assert!(shared.close(Duration::from_secs(10)));

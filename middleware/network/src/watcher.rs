@@ -40,7 +40,7 @@ impl Discovered {
         }
     }
 
-    /// What the endpoints at `topic` that are not of the participant `own` tell of themselves.
+    /// The announcements of the endpoints at `topic` that are not of the participant `own`.
     pub(crate) fn endpoints_at(&self, topic: &str, own: Guid) -> Vec<EndpointInfo> {
         let mut infos = Vec::new();
         for endpoints in [&self.readers, &self.writers] {

@@ -20,7 +20,7 @@ use std::os::fd::AsFd;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-/// Longest wait before the client looks for a stop: somebody else may have cleared the wake event.
+/// Longest wait before the client looks for a stop: another thread may have cleared the wake event.
 const CYCLE: Duration = Duration::from_millis(50);
 /// Longest wait for room in a full queue: replies to requests that the server has taken are on
 /// their way. And for the requests of another operation to arrive.

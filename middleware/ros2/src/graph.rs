@@ -99,7 +99,7 @@ impl Graph {
 impl Drop for Graph {
     fn drop(&mut self) {
         self.tell(false);
-        // Whoever does not confirm in time learns it when the participant leaves.
+        // A peer that does not confirm in time learns it when the participant leaves.
         let _ = self.writer.wait_for_acks(GOODBYE);
     }
 }

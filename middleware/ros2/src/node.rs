@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// What the endpoints of a node share.
 pub(crate) struct Node {
     pub(crate) name: NodeName,
-    /// Other names that somebody has chosen.
+    /// Names that replace others (remapping).
     pub(crate) rules: Vec<ResolvedRemapping>,
     // The graph goes before the session.
     pub(crate) graph: Rc<Graph>,

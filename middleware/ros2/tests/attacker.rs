@@ -258,7 +258,7 @@ fn a_client_believes_its_server_of_another_program_alone() {
     directory.remove().expect("to remove it");
 }
 
-/// A stranger that names the client of somebody else in a request gets no reply for that client.
+/// A stranger that names another participant's client in a request gets no reply for that client.
 #[test]
 fn a_server_replies_to_no_client_that_only_a_stranger_names() {
     const DOMAIN: u32 = 107;

@@ -49,7 +49,7 @@ fn reports(backend: &dyn Backend) -> Vec<String> {
         if !told.is_empty() {
             return told;
         }
-        assert!(start.elapsed() < LIMIT, "nothing was told");
+        assert!(start.elapsed() < LIMIT, "nothing was reported");
         std::thread::sleep(Duration::from_millis(10));
     }
 }

@@ -317,7 +317,7 @@ fn a_component_receives_parameter_events() {
         let begin = std::time::Instant::now();
         let mut told = None;
         while told.is_none() {
-            assert!(begin.elapsed() < LIMIT, "nothing is told");
+            assert!(begin.elapsed() < LIMIT, "nothing was reported");
             std::thread::sleep(Duration::from_millis(5));
             let mut take = |_: Header, body: &[u8]| {
                 let mut reader = Reader::new(body);
@@ -332,7 +332,7 @@ fn a_component_receives_parameter_events() {
             };
             events.receive(&mut take).expect("no error");
         }
-        told.expect("it was told")
+        told.expect("it was reported")
     };
     assert_eq!(next(), (3, None));
     assert_eq!(asker.set("speed", 3, 2.5), (true, String::new()));

@@ -14,7 +14,7 @@ use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike};
 pub enum SaveError {
     /// The file, or the new text, does not pass the check.
     Invalid(SourceMap, Diagnostics),
-    /// Somebody else changed the file. One line for each conflict.
+    /// Another program changed the file. One line for each conflict.
     Conflicts(Vec<String>),
 }
 
@@ -50,7 +50,7 @@ impl LiveParameters {
         if text.contains("\r\n") && !text.replace("\r\n", "").contains('\n') {
             new = new.replace("\r\n", "\n").replace('\n', "\r\n");
         }
-        // An edit of somebody else may violate a rule together with the new values.
+        // Another program's edit may violate a rule together with the new values.
         self.read(path, &new)?;
         Ok(new)
     }

@@ -331,7 +331,7 @@ impl<T> ServedClient<T> {
         }
     }
 
-    /// Nobody reads its answers. Requests that it sent before still count.
+    /// It reads no more replies. Requests that it sent before still count.
     fn expects_nothing(&mut self) {
         self.output.clear();
         self.deferred = 0;

@@ -194,7 +194,7 @@ fn the_client_that_was_idle_the_longest_gives_way() {
     assert_eq!(bench.clients(), MAX_CLIENTS);
     assert_eq!(clients[2].read(&mut [0]).expect("its end"), 0);
     assert_eq!(line(&clients[1])["id"], 7);
-    // Where nobody is idle, the oldest one gives way: somebody always does.
+    // If no client is idle, the oldest one gives way, so one always does.
     for client in &mut clients {
         let _ = client.write_all(request(8).as_bytes());
     }
@@ -266,7 +266,7 @@ fn notifications_have_a_bound_and_no_deadline() {
         assert_eq!(bench.clients(), 2);
     }
     slow(&mut bench);
-    assert_eq!(bench.clients(), 1, "it is dropped, and nobody else");
+    assert_eq!(bench.clients(), 1, "only this client is dropped");
 }
 
 #[test]

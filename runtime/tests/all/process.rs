@@ -299,7 +299,7 @@ fn a_supervisor_that_did_not_read_learns_what_is_so() {
 }
 
 #[test]
-fn somebody_who_sends_only_garbage_is_no_supervisor() {
+fn a_peer_that_sends_only_garbage_is_no_supervisor() {
     for piece in [&[b'x'; 4096][..], b"{\"method\":\"dance\"}\n"] {
         let mut supervised = Supervised::ready();
         let link = supervised.link.try_clone().expect("a socket");

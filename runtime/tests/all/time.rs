@@ -160,7 +160,7 @@ impl Component for Source {
         let before = self.core.now();
         self.time.advance(STEP)?;
         assert_eq!(self.core.now(), before + STEP);
-        // A second tick has to wait for the first one, where somebody follows.
+        // A second tick has to wait for the first one, if there is a follower.
         if self.core.name() == "brief"
             && let Err(error) = self.time.advance(STEP)
         {
@@ -365,7 +365,7 @@ fn a_follower_that_hangs_is_named_and_time_goes_on_when_it_is_back() {
         s["clock"]["waiting_for"] == json!(["b"])
     });
     assert_eq!(status["clock"]["tick"], 1);
-    // Time stands for all, and whoever is alive stays so.
+    // Time stands for all, and every living component stays alive.
     assert_eq!(self::status(&network, "a")["clock"]["time_s"], 0.01);
     let refused = script(&network, |script| script.refused.take());
     let waiting = TimeError::Waiting {

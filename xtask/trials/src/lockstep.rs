@@ -80,7 +80,7 @@ fn ticks(followers: usize, at_once: bool, time: Duration) -> Result<f64, Failure
     let (start, first) = (Instant::now(), tick(&network)?);
     std::thread::sleep(time);
     let (elapsed, last) = (start.elapsed(), tick(&network)?);
-    // The source ends last: nobody waits for it.
+    // The source ends last: no component waits for it.
     running.reverse();
     Ok((last - first) as f64 / elapsed.as_secs_f64())
 }

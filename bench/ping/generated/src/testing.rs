@@ -151,7 +151,7 @@ fn read_echo(request: &mut Request<'_>) -> Result<EchoCall, HandlerError> {
     Err(testing::unknown(request))
 }
 
-/// A server of `Echo` for tests: it answers as it is told, keeps the calls, and fails on demand. An
+/// A server of `Echo` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
 pub struct EchoFake(FakeServer<EchoCall>);
@@ -204,7 +204,7 @@ fn read_awake(request: &mut Request<'_>) -> Result<AwakeCall, HandlerError> {
     Err(testing::unknown(request))
 }
 
-/// A server of `Echo` for tests: it answers as it is told, keeps the calls, and fails on demand. An
+/// A server of `Echo` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
 pub struct AwakeFake(FakeServer<AwakeCall>);

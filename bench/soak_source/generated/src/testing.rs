@@ -147,7 +147,7 @@ fn read_echo(request: &mut Request<'_>) -> Result<EchoCall, HandlerError> {
     Err(testing::unknown(request))
 }
 
-/// A server of `Echo` for tests: it answers as it is told, keeps the calls, and fails on demand. An
+/// A server of `Echo` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
 pub struct EchoFake(FakeServer<EchoCall>);

@@ -151,7 +151,7 @@ fn a_guard_that_panics_ends_the_component() {
     assert!(ended.unwrap_err().to_string().contains("panicked"));
 }
 
-/// Writes down what runs in `idle`, and fails where it is told to.
+/// Writes down what runs in `idle`, and fails where the test wants it.
 #[derive(Default)]
 struct Tested {
     fails: bool,

@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"avoider","parameters":[{"name":"safe_distance","doc":["Nothing ahead may come nearer."],"kind":{"scalar":{"type":"float"}},"default":{"float":700.0},"range":{"min":{"float":150.0},"max":{"float":3000.0}},"unit":"mm","editable":true},{"name":"speed","kind":{"scalar":{"type":"float"}},"default":{"float":400.0},"range":{"min":{"float":0.0},"max":{"float":1500.0}},"unit":"mm/s","editable":true},{"name":"turn_speed","kind":{"scalar":{"type":"float"}},"default":{"float":0.8},"range":{"min":{"float":0.1},"max":{"float":3.0}},"unit":"rad/s","editable":true},{"name":"lockstep","doc":["Takes a scan only when the base has done what it was told last. With the simulator's lockstep a run is then the","same on every machine."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false}}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"avoider","parameters":[{"name":"safe_distance","doc":["Nothing ahead may come nearer."],"kind":{"scalar":{"type":"float"}},"default":{"float":700.0},"range":{"min":{"float":150.0},"max":{"float":3000.0}},"unit":"mm","editable":true},{"name":"speed","kind":{"scalar":{"type":"float"}},"default":{"float":400.0},"range":{"min":{"float":0.0},"max":{"float":1500.0}},"unit":"mm/s","editable":true},{"name":"turn_speed","kind":{"scalar":{"type":"float"}},"default":{"float":0.8},"range":{"min":{"float":0.1},"max":{"float":3.0}},"unit":"rad/s","editable":true},{"name":"lockstep","doc":["Takes a scan only when the base has carried out the last command. With the simulator's lockstep a run is then the","same on every machine."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false}}]}"###;
 
 /// The parameters `avoider`.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Params {
     pub speed: f32,
     /// Allowed: a number of 32 bits, from 0.1 to 3, in rad/s.
     pub turn_speed: f32,
-    /// Takes a scan only when the base has done what it was told last. With the simulator's lockstep a run is then the
+    /// Takes a scan only when the base has carried out the last command. With the simulator's lockstep a run is then the
     /// same on every machine.
     ///
     /// Allowed: `true` or `false`.

@@ -170,7 +170,7 @@ fn read_laser(request: &mut Request<'_>) -> Result<LaserCall, HandlerError> {
     Err(testing::unknown(request))
 }
 
-/// A server of `Laser` for tests: it answers as it is told, keeps the calls, and fails on demand. An
+/// A server of `Laser` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
 pub struct LaserFake(FakeServer<LaserCall>);
@@ -374,7 +374,7 @@ fn read_differential_robot(
     Err(testing::unknown(request))
 }
 
-/// A server of `DifferentialRobot` for tests: it answers as it is told, keeps the calls, and fails on demand. An
+/// A server of `DifferentialRobot` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
 pub struct DifferentialRobotFake(FakeServer<DifferentialRobotCall>);

@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"clock","parameters":[{"name":"step","doc":["Simulated time that passes in one tick."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":10000000},"editable":true},{"name":"rate","doc":["Simulated seconds in a second of the world. 0: as fast as the followers are."],"kind":{"scalar":{"type":"double"}},"default":{"float":1.0},"range":{"min":{"float":0.0},"max":{"float":1000.0}},"editable":true},{"name":"paused","doc":["Time stands."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false},"editable":true},{"name":"wait","doc":["Each tick waits until all followers have done the one before."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":true},"editable":true},{"name":"limit","doc":["How long a tick waits before the missing followers are told. It goes on waiting."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":5000000000},"editable":true},{"name":"at_once","doc":["Followers do a tick all at the same time, not one after the other. A run is then quicker and does not repeat","exactly."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false},"editable":true},{"name":"end","doc":["Time stands when it is this long; 0s: never."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":0},"editable":true}],"rules":[{"condition":[{"parameter":{"path":["step"]}},{"value":{"duration":0}},{"compare":">"}],"text":"step > 0s","message":"step has to be longer than 0s"}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"clock","parameters":[{"name":"step","doc":["Simulated time that passes in one tick."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":10000000},"editable":true},{"name":"rate","doc":["Simulated seconds in a second of the world. 0: as fast as the followers are."],"kind":{"scalar":{"type":"double"}},"default":{"float":1.0},"range":{"min":{"float":0.0},"max":{"float":1000.0}},"editable":true},{"name":"paused","doc":["Time stands."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false},"editable":true},{"name":"wait","doc":["Each tick waits until all followers have done the one before."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":true},"editable":true},{"name":"limit","doc":["How long a tick waits before it reports the missing followers. It goes on waiting."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":5000000000},"editable":true},{"name":"at_once","doc":["Followers do a tick all at the same time, not one after the other. A run is then quicker and does not repeat","exactly."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false},"editable":true},{"name":"end","doc":["Time stands when it is this long; 0s: never."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":0},"editable":true}],"rules":[{"condition":[{"parameter":{"path":["step"]}},{"value":{"duration":0}},{"compare":">"}],"text":"step > 0s","message":"step has to be longer than 0s"}]}"###;
 
 /// The parameters `clock`.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub struct Params {
     ///
     /// Allowed: `true` or `false`.
     pub wait: bool,
-    /// How long a tick waits before the missing followers are told. It goes on waiting.
+    /// How long a tick waits before it reports the missing followers. It goes on waiting.
     ///
     /// Allowed: a duration such as "50ms", or a number of milliseconds.
     pub limit: std::time::Duration,

@@ -143,7 +143,7 @@ fn read_camera(request: &mut Request<'_>) -> Result<CameraCall, HandlerError> {
     Err(testing::unknown(request))
 }
 
-/// A server of `Camera` for tests: it answers as it is told, keeps the calls, and fails on demand. An
+/// A server of `Camera` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
 pub struct CameraFake(FakeServer<CameraCall>);

@@ -75,7 +75,7 @@ impl rc_middleware::in_place::InPlace for PixelFormatInPlace {
 /// One picture, row by row from the top, each from the left.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {
-    /// On the clock of whoever took it.
+    /// On the clock of the camera.
     ///
     /// Unit: ns.
     pub captured: i64,
@@ -136,7 +136,7 @@ impl Cdr for Image {
 #[zerocopy(crate = "rc_middleware::in_place::zerocopy")]
 #[repr(C)]
 pub struct ImageInPlace {
-    /// On the clock of whoever took it.
+    /// On the clock of the camera.
     ///
     /// Unit: ns.
     pub captured: i64,
@@ -517,7 +517,7 @@ pub mod camera {
 
 /// The interface `CameraPub`.
 ///
-/// A camera that tells what it sees to whoever looks.
+/// A camera that publishes its images.
 pub mod camera_pub {
     use rc_middleware::typed::Operation;
     use rc_middleware::{CallError, DecodeError, OpenError, Reader, SendError};

@@ -28,7 +28,7 @@ impl std::fmt::Display for HardwareFailedException {
 
 impl std::error::Error for HardwareFailedException {}
 
-/// What is asked is beyond the limits of a motor. No operation here tells it apart from other failures.
+/// A request is beyond the limits of a motor. No operation here distinguishes it from other failures.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OutOfRangeException {
     pub what: String,

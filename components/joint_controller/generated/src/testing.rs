@@ -270,7 +270,7 @@ fn read_joint_motor(request: &mut Request<'_>) -> Result<JointMotorCall, Handler
     Err(testing::unknown(request))
 }
 
-/// A server of `JointMotor` for tests: it answers as it is told, keeps the calls, and fails on demand. An
+/// A server of `JointMotor` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
 pub struct JointMotorFake(FakeServer<JointMotorCall>);

@@ -164,7 +164,7 @@ fn read_speech(request: &mut Request<'_>) -> Result<SpeechCall, HandlerError> {
     Err(testing::unknown(request))
 }
 
-/// A server of `Speech` for tests: it answers as it is told, keeps the calls, and fails on demand. An
+/// A server of `Speech` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
 pub struct SpeechFake(FakeServer<SpeechCall>);

@@ -134,7 +134,7 @@ struct EventSender(Mutex<Sender<Event>>);
 
 impl Listener for EventSender {
     fn event(&self, event: Event) {
-        let _ = self.0.lock().expect("nobody panics here").send(event);
+        let _ = self.0.lock().expect("no holder panics").send(event);
     }
 }
 

@@ -150,7 +150,7 @@ fn incompatible_policies_are_reported() {
             "durability: offered volatile, requested transient_local",
         ),
     ];
-    Site::until("both are told", || {
+    Site::until("both are reported", || {
         let log = component.log();
         told.iter().all(|(topic, values)| {
             log.lines()

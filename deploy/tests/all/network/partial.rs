@@ -122,13 +122,13 @@ fn wrong_values_are_found_where_they_stand() {
         n.ddsl:3:85: error[rule-broken]: `low` breaks a rule: low is below high (`low < high` does not hold: `low` is 3, `high` is 3)
     "#]].assert_eq(&check("low 3;", &[]));
     expect_test::expect![[r#"
-        n.ddsl:3:85: error[secret-override]: `token` is secret: a network cannot set it (write it into the configuration of the component: everybody can read command lines)
+        n.ddsl:3:85: error[secret-override]: `token` is secret: a network cannot set it (write it into the configuration of the component: every user of the machine can read command lines)
     "#]].assert_eq(&check("token \"hush\";", &[]));
     expect_test::expect![[r#"
         --set:1:6: error[out-of-range]: `speed` cannot be the number 9000 (allowed is a number of 32 bits, from 0 to 1500, in mm/s)
         --set:1:1: error[bad-override]: `user` is not a value of a parameter (write `COMPONENT.PATH=VALUE`, as in `avoider.speed=300`)
         --set:1:1: error[unknown-instance]: unknown component `usr` (did you mean `user`?)
-        --set:1:6: error[secret-override]: `token` is secret: a network cannot set it (write it into the configuration of the component: everybody can read command lines)
+        --set:1:6: error[secret-override]: `token` is secret: a network cannot set it (write it into the configuration of the component: every user of the machine can read command lines)
         --set:1:6: error[unknown-parameter]: unknown parameter `sped` (did you mean `speed`?)
     "#]].assert_eq(&check(
         "",
@@ -182,7 +182,7 @@ fn an_external_peer_is_drawn_outside() {
     assert!(svg.contains("stroke-dasharray=\"4 3\""), "{svg}");
 }
 
-/// The avoider alone: its robot is somebody else's.
+/// The avoider alone: its robot is not part of the network.
 const ALONE: &str = "Deployment patrol\n{\n    Component avoider { cdsl \"../avoider/avoider.cdsl\"; };\n    \
     external avoider.Laser, avoider.DifferentialRobot;\n};\n";
 
@@ -191,7 +191,7 @@ fn params(site: &Site, args: &[&str]) -> Ran {
 }
 
 #[test]
-fn a_network_runs_without_the_part_that_somebody_starts_by_hand() {
+fn a_network_runs_without_the_part_that_is_started_by_hand() {
     let site = Site::new("partial");
     site.write_ddsl(ALONE);
     let net = site.network.clone();
@@ -224,7 +224,7 @@ fn a_network_runs_without_the_part_that_somebody_starts_by_hand() {
     Site::until("a robot that drives", || {
         drives(&site.ask("avoider", "status"))
     });
-    // It belongs to the network as well, although nobody has planned it.
+    // It belongs to the network as well, although the file does not list it.
     site.await_component("simulator", |c| {
         c["by_hand"] == true && c["state"] == "running"
     });

@@ -1,4 +1,4 @@
-//! `/parameter_events`: a node publishes every change of its parameters, whoever requested it.
+//! `/parameter_events`: a node publishes every change of its parameters, by any requester.
 
 use crate::network::dds::{Domain, Over, python};
 

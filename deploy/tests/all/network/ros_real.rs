@@ -176,7 +176,7 @@ fn parameters_are_those_of_a_node_of_ros() {
         assert_eq!(ran.code, 0, "{ran:?}");
     };
     // The event is published once, and discovery of the subscriber takes a moment.
-    Site::until("a change by rcdeploy is told", || {
+    Site::until("a change by rcdeploy is published", || {
         set("4.25");
         set("4.75");
         echo.has_said("double_value: 4.75")

@@ -106,7 +106,7 @@ fn incompatible_policies_in_ros_are_reported() {
             "durability: offered volatile, requested transient_local",
         ),
     ];
-    Site::until("both are told", || {
+    Site::until("both are reported", || {
         let log = component.log();
         told.iter().all(|(topic, values)| {
             log.lines()
@@ -140,7 +140,7 @@ fn other_types_at_a_topic_of_ros_are_reported() {
         let about = |line: &&str| line.contains(topic) && both.iter().all(|ty| line.contains(ty));
         log.lines().filter(about).count()
     };
-    Site::until("both ends are told of", || {
+    Site::until("both ends are reported", || {
         told("Reports/report") > 0 && told("Echoes/echo") > 0
     });
     Site::until("the order came", || {

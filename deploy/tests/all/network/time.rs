@@ -108,7 +108,7 @@ fn who_hangs_is_named_time_may_be_paused_and_its_source_killed() {
     await_event(&site, "clock", "time-goes-on", "");
     await_ticks(&site);
 
-    // Time stands, and nobody hangs. The topic of the monitor is silent, but its deadline is a second of the network's time.
+    // Time stands, and no component hangs. The topic of the monitor is silent, but its deadline is a second of the network's time.
     let command = |verb: &str, component: &str| {
         let ran = site.rcdeploy(&[verb, &site.network, component], false);
         assert_eq!(ran.code, 0, "{ran:?}");
@@ -148,7 +148,7 @@ fn who_hangs_is_named_time_may_be_paused_and_its_source_killed() {
     assert!(ticks > 0);
     await_ticks(&site);
 
-    // A source that is stopped is missed; that ends nobody.
+    // A stopped source is reported; no component ends.
     command("stop", "clock");
     await_event(&site, "avoider", "time-lost", "its time stands");
     site.await_component("avoider", |c| c["state"] == "running");

@@ -548,7 +548,7 @@ fn trampoline<F: FnMut(Option<End>, Guid)>(each: &mut F) -> (EndFunction, *mut c
         end: *const raw::CEnd,
         alive: i32,
     ) {
-        // SAFETY: the argument is the closure beside this function, borrowed by nobody else while C
+        // SAFETY: the argument is the closure beside this function, borrowed only by C while it
         // calls; `end` is valid during the call.
         let (each, end) = unsafe { (&mut *argument.cast::<F>(), &*end) };
         each((alive != 0).then(|| end.read()), end.guid);

@@ -163,7 +163,7 @@ fn log() -> &'static Mutex<String> {
     struct Lines;
     impl std::io::Write for Lines {
         fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-            let mut log = LOG.lock().expect("nobody panics here");
+            let mut log = LOG.lock().expect("no holder panics");
             log.push_str(&String::from_utf8_lossy(bytes));
             Ok(bytes.len())
         }

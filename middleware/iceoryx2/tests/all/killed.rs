@@ -180,7 +180,7 @@ fn one_clean_up_serves_all_that_wait() {
         .directory
         .middleware(rc_iceoryx2::NAME);
     // Each process cleans up some time after it has joined.
-    until("nobody cleans up", || {
+    until("no process cleans up", || {
         let before = rounds(&root);
         wait(&[], Duration::from_millis(400));
         before[0] == before[1] && before == rounds(&root)

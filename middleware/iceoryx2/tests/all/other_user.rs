@@ -53,7 +53,7 @@ fn nothing_is_open_to_others() {
     assert!(seen > 5, "{seen} files");
 }
 
-/// The prefix of a run that is over is known to whoever looked; the next run has another one.
+/// Another user may know the prefix of a run that is over; the next run has another one.
 #[test]
 fn files_in_the_way_of_one_run_are_not_in_that_of_the_next() {
     let network = Network::new("ow");

@@ -167,7 +167,7 @@ fn read_oracle(request: &mut Request<'_>) -> Result<OracleCall, HandlerError> {
     Err(testing::unknown(request))
 }
 
-/// A server of `Oracle` for tests: it answers as it is told, keeps the calls, and fails on demand. An
+/// A server of `Oracle` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
 pub struct OracleFake(FakeServer<OracleCall>);
@@ -258,7 +258,7 @@ fn read_camera_driver(
     Err(testing::unknown(request))
 }
 
-/// A server of `CameraDriver` for tests: it answers as it is told, keeps the calls, and fails on demand. An
+/// A server of `CameraDriver` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
 pub struct CameraDriverFake(FakeServer<CameraDriverCall>);

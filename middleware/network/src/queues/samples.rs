@@ -9,7 +9,7 @@ use std::sync::Mutex;
 /// Number of senders of a topic whose last sequence number is remembered.
 const MOST_SENDERS: usize = 256;
 
-/// The newest samples of a topic that nobody took yet.
+/// The newest samples of a topic that were not taken yet.
 #[derive(Debug)]
 pub struct SampleQueue<S> {
     /// Each with its number of bytes.

@@ -443,7 +443,7 @@ impl Seen {
         println!(
             "the machine itself let a thread that slept {NAP:?} wait for {longest} more, at the most"
         );
-        println!("chaos: nobody else ended, everything started again, nothing is left");
+        println!("chaos: no other component ended, all started again, nothing is left");
         if !met {
             eprintln!("xtask: a goal was missed");
         }

@@ -111,7 +111,7 @@ pub(super) fn run(
     Ok(took < first * STARTS && longest < (idle * ANSWERS).max(NOISE))
 }
 
-/// The events that tell of a failed start. Each component ends once, by the kill; one that ends again
+/// The events of a failed start. Each component ends once, by the kill; one that ends again
 /// before the network stops was started in vain.
 fn failures(events: impl Iterator<Item = Value>) -> Vec<Value> {
     let mut ended = BTreeSet::new();

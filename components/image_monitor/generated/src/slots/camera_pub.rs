@@ -6,7 +6,7 @@ use crate::types::robo_comp_camera;
 use rc_runtime::middleware::Reader;
 use rc_runtime::middleware::typed::HandlerError;
 
-/// A camera that tells what it sees to whoever looks.
+/// A camera that publishes its images.
 pub trait CameraPub {
     fn new_image(&mut self, ctx: &mut Context, image: &robo_comp_camera::ImageInPlace);
 
