@@ -9,6 +9,7 @@
 use crate::error::{CallError, OpenError, ReceiveError, SendError};
 use crate::log::LogQueue;
 use crate::parameters::ParameterService;
+use crate::request_body::RequestBody;
 use crate::{Address, Encoding, Header, Qos, QueueGauge};
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
@@ -122,8 +123,8 @@ pub trait Publisher {
         false
     }
 
-    /// Lends memory of `length` bytes, aligned to 16, for a sample that is written in place. Its
-    /// content is undefined. It fails where [`Publisher::can_loan`] is false.
+    /// Lends memory of `length` bytes for a sample that is written in place; it is aligned to 16 if
+    /// images can be lent. Its content is undefined but initialized. It fails where [`Publisher::can_loan`] is false.
     fn loan(&mut self, length: usize) -> Result<Box<dyn LoanedSample + '_>, SendError> {
         let reason = format!("this middleware lends no memory; {length} bytes were wanted");
         Err(SendError::Backend {
@@ -182,14 +183,20 @@ pub trait Client {
 
     /// Puts a command into the queue of a live server, or fails. A component that stops can still
     /// send commands.
-    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError>;
+    fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError>;
+
+    /// Whether requests are written into memory of the middleware, so that a second pass over large
+    /// arrays saves a copy.
+    fn can_loan(&self) -> bool {
+        false
+    }
 
     /// Sends a request and waits for its reply, at most `limit`. If the result is `Ok`, `take` got
     /// the reply, once.
     fn call(
         &mut self,
         header: Header,
-        request: &[u8],
+        request: &dyn RequestBody,
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError>;
@@ -244,8 +251,8 @@ pub trait Reply {
         false
     }
 
-    /// Memory of the middleware, `length` bytes, aligned to 16, for a reply of this encoding (an
-    /// image follows its envelope). Its content is undefined but initialized. `None` where
+    /// Memory of the middleware, `length` bytes, for a reply of this encoding. An image follows its
+    /// envelope, and is aligned to 16. Its content is undefined but initialized. `None` where
     /// [`Reply::can_loan`] is false or the middleware has no memory left.
     fn loan(&mut self, length: usize, encoding: Encoding) -> Option<&mut [u8]> {
         let _ = (length, encoding);

@@ -5,6 +5,7 @@
 //! - [`cdr`]: how a value becomes bytes (OMG CDR, XCDR1, little endian).
 //! - [`in_place`]: samples that are written and read in shared memory.
 //! - [`counter`]: the number of sent messages.
+//! - [`request_body`]: what a client sends, as bytes or written into the memory of a middleware.
 //! - [`rpc`]: the envelope of a call (after the basic mapping of OMG DDS-RPC 1.0).
 //! - [`typed`]: typed publishers and clients, which generated code uses.
 //! - [`gaps`]: the samples that a receiver lost.
@@ -30,6 +31,7 @@ pub mod network_time;
 pub mod parameters;
 pub mod qos;
 pub mod queue_gauge;
+pub mod request_body;
 pub mod rpc;
 pub mod settings;
 pub mod typed;
@@ -51,6 +53,7 @@ pub use in_place::InPlace;
 pub use log::{LogLevel, LogLine, LogQueue};
 pub use qos::{Durability, Qos, Reliability};
 pub use queue_gauge::QueueGauge;
+pub use request_body::RequestBody;
 pub use settings::Settings;
 pub use wait::wait;
 pub use wake_event::WakeEvent;

@@ -8,7 +8,7 @@ use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 
 /// Upper limit of waits for one reply.
-const WAITS: usize = 5;
+const WAITS: usize = 100;
 
 struct Ping {
     publisher: Publisher<Ipc, [u8], Stamp>,

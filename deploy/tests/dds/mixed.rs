@@ -28,12 +28,12 @@ fn place_patrol(name: &str) -> Site {
     site
 }
 
-fn up(site: &Site, more: &[&str]) -> Ran {
+fn up(site: &Site, domain: &str, more: &[&str]) -> Ran {
     let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
     command.args(["up", "--build", "--detach", "--profile", "dev"]);
     command.args(more).arg(site.ddsl());
     // The variables of an environment of ROS 2.
-    command.envs([("ROS_DOMAIN_ID", DOMAIN), ("ROS_LOCALHOST_ONLY", "1")]);
+    command.envs([("ROS_DOMAIN_ID", domain), ("ROS_LOCALHOST_ONLY", "1")]);
     command.env("CARGO_NET_OFFLINE", "true");
     site.run(command)
 }
@@ -50,7 +50,7 @@ pub(crate) fn build() {
         (place("mixed_build"), &[][..]),
         (place_patrol("patrol_ros2_build"), &IN_ROS[..]),
     ] {
-        let up = up(&site, more);
+        let up = up(&site, DOMAIN, more);
         assert_eq!(up.code, 0, "{up:?}");
         down(&site);
     }
@@ -58,6 +58,7 @@ pub(crate) fn build() {
 
 /// Of ROS 2.
 const DOMAIN: &str = "38";
+const SIMULATED_DOMAIN: &str = "39";
 const IN_ROS: [&str; 2] = ["--middleware", "ros2"];
 
 /// The number of poses that a component has received, by its log.
@@ -73,7 +74,7 @@ fn one_component_receives_poses_over_shared_memory_and_over_ros_2() {
     crate::built();
     let before = of_user(&COMPONENTS);
     let site = place("mixed");
-    let up = up(&site, &[]);
+    let up = up(&site, DOMAIN, &[]);
     assert_eq!(up.code, 0, "{up:?}");
     // All programs are there, also those that were last built for another network.
     assert!(!up.stderr.contains("Compiling"), "{up:?}");
@@ -99,7 +100,7 @@ fn one_component_receives_poses_over_shared_memory_and_over_ros_2() {
     for component in ["monitor", "listener", "watcher"] {
         Site::until("poses come", || poses(&site, component) > 20);
     }
-    assert_transforms(&site);
+    assert_transforms(&site, DOMAIN, None);
     down(&site);
     assert!(
         before == of_user(&COMPONENTS),
@@ -111,8 +112,29 @@ fn one_component_receives_poses_over_shared_memory_and_over_ros_2() {
     }
 }
 
-/// The pose is on `/tf`, in the frames of the parameters.
-fn assert_transforms(site: &Site) {
+/// The relay in simulated time.
+const SIMULATED: &str = "Deployment patrol\n{\n    time simulated by clock;\n\n    \
+    Component simulator { cdsl \"../simulator/simulator.cdsl\"; };\n    \
+    Component relay { cdsl \"../pose_relay/pose_relay.cdsl\"; };\n    \
+    Component clock { cdsl \"../clock/clock.cdsl\"; config \"clock.toml\"; };\n    \
+    bind relay.robot -> simulator.FullPoseEstimationPub;\n};\n";
+
+#[test]
+fn transforms_in_ros_2_have_the_simulated_time() {
+    crate::built();
+    let site = Site::new("mixed_time");
+    site.write_ddsl(SIMULATED);
+    let clock = "[parameters]\nstep = \"50ms\"\nrate = 1.0\n";
+    std::fs::write(site.path("networks/clock.toml"), clock).expect("to write");
+    let up = up(&site, SIMULATED_DOMAIN, &[]);
+    assert_eq!(up.code, 0, "{up:?}");
+    assert_transforms(&site, SIMULATED_DOMAIN, Some("50"));
+    down(&site);
+}
+
+/// The pose is on `/tf`, in the frames of the parameters. `step`: the time of the network is a
+/// multiple of so many milliseconds; else it is the system's.
+fn assert_transforms(site: &Site, domain: &str, step: Option<&str>) {
     let Some(python) = python::interpreter("cyclonedds==11.0.1", "poses are on /tf") else {
         return;
     };
@@ -122,7 +144,8 @@ fn assert_transforms(site: &Site) {
     );
     let loopback = "<General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces></General>";
     let output = Command::new(python)
-        .args(["-B", script, &site.network, DOMAIN])
+        .args(["-B", script, &site.network, domain])
+        .args(step)
         .env("CYCLONEDDS_URI", loopback)
         .output()
         .expect("Python");
@@ -138,7 +161,7 @@ fn the_patrol_runs_over_ros_2_and_its_files_do_not_change() {
     crate::built();
     let before = of_user(&COMPONENTS);
     let site = place_patrol("patrol_ros2");
-    let up = up(&site, &IN_ROS);
+    let up = up(&site, DOMAIN, &IN_ROS);
     assert_eq!(up.code, 0, "{up:?}");
     for name in ["simulator", "avoider", "monitor"] {
         assert_eq!(site.ask(name, "status")["middleware"], "ros2");

@@ -16,7 +16,7 @@ pub(crate) fn echo(_: Header, request: &[u8], reply: &mut Vec<u8>) {
 pub(crate) fn ask(client: &mut dyn Client, request: &[u8]) -> Vec<u8> {
     let mut reply = b"what was there before".to_vec();
     client
-        .call(header(1), request, LIMIT, &mut |_, body| {
+        .call(header(1), &request, LIMIT, &mut |_, body| {
             body.clone_into(&mut reply);
         })
         .expect("a reply");

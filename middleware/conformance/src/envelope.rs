@@ -1,5 +1,6 @@
 //! Messages of any bytes, for tests without envelopes: this backend adds the envelopes of calls.
 
+use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::rpc::{self, ReplyKind, RequestId};
 use rc_middleware::{
     Backend, CallError, Client, Endpoint, Header, OpenError, Publisher, Reader, ReceiveError,
@@ -51,7 +52,7 @@ struct Asking {
 }
 
 impl Asking {
-    fn envelope(&mut self, request: &[u8]) -> Vec<u8> {
+    fn envelope(&mut self, request: &dyn RequestBody) -> Vec<u8> {
         self.sequence += 1;
         let id = RequestId {
             writer: self.port.guid(),
@@ -60,7 +61,7 @@ impl Asking {
         let mut writer = Writer::default();
         rpc::begin_request(&mut writer, id, OPERATION);
         rpc::begin_body(&mut writer, self.port.profile());
-        writer.raw(request);
+        writer.raw(&buffer(request).expect("a request"));
         writer.into_bytes()
     }
 }
@@ -70,7 +71,7 @@ impl Client for Asking {
         self.port.guid()
     }
 
-    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
+    fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
         let request = self.envelope(request);
         self.port.send(header, &request)
     }
@@ -78,7 +79,7 @@ impl Client for Asking {
     fn call(
         &mut self,
         header: Header,
-        request: &[u8],
+        request: &dyn RequestBody,
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {

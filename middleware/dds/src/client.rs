@@ -2,9 +2,12 @@
 
 use crate::inbox::Replies;
 use crate::names;
+use rc_ddsc::BEFORE_BODY;
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::rpc;
-use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, QueueGauge, wait};
+use rc_middleware::{
+    CallError, Client, Endpoint, Header, OpenError, QueueGauge, RequestBody, wait,
+};
 use rc_network::{
     EndpointSpec, GuidPrefix, Opening, Peer, ReaderPort, Role, Session, WriterPort, body, call_qos,
     sample_header, signal, stamp,
@@ -114,7 +117,7 @@ impl DdsClient {
     fn submit(
         &mut self,
         header: Header,
-        request: &[u8],
+        request: &dyn RequestBody,
         is_awaited: bool,
     ) -> Result<GuidPrefix, CallError> {
         let no_server = || CallError::NoServer(self.address.clone());
@@ -136,11 +139,14 @@ impl DdsClient {
             }
             wait(&[self.requests.state().signal.as_fd()], left);
         }
-        let id = rpc::request_id(request);
+        let id = rpc::request_id(request.begin());
         let id = id.ok_or_else(|| self.failed("a request has no envelope".to_owned()))?;
-        queue.begin(id.sequence, is_awaited);
         let writer = &self.requests.writer;
-        let sent = writer.write(header.sequence, stamp(header.sent), request);
+        let loan = writer.loan(request.length());
+        let mut loan = loan.map_err(|error| self.failed(error.to_string()))?;
+        request.write_into(&mut loan.memory()[BEFORE_BODY..])?;
+        queue.begin(id.sequence, is_awaited);
+        let sent = writer.send(loan, (header.sequence, stamp(header.sent)), 0, None);
         sent.map_err(|error| {
             queue.cancel(id.sequence);
             if error.is_timeout() {
@@ -215,14 +221,18 @@ impl Client for DdsClient {
         self.requests.guid
     }
 
-    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
+    fn can_loan(&self) -> bool {
+        true
+    }
+
+    fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
         self.submit(header, request, false).map(drop)
     }
 
     fn call(
         &mut self,
         header: Header,
-        request: &[u8],
+        request: &dyn RequestBody,
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {

@@ -59,9 +59,15 @@ impl Inbox for Replies {
 /// Most requests without room that are kept for a refusal.
 const MOST_REFUSED: usize = 256;
 
+/// A request, and the participant that sent it, as far as it was known then.
+pub(crate) struct Received {
+    pub(crate) sample: Sample,
+    from: Option<GuidPrefix>,
+}
+
 /// The requests to a server. The library names clients by handles.
 pub(crate) struct Requests {
-    pub(crate) waiting: RequestQueues<u64, Sample>,
+    pub(crate) waiting: RequestQueues<u64, Received>,
     /// Requests that found no room; the server refuses them.
     refused: Mutex<BTreeSet<(Guid, u64)>>,
 }
@@ -90,15 +96,19 @@ impl Backlog for Requests {
 impl Inbox for Requests {
     fn put(&self, sample: Sample, from: Option<GuidPrefix>) {
         let (client, size) = (sample.writer(), sample.len());
-        let Err(sample) = self.waiting.put((client, 0), size, sample) else {
+        let received = Received { sample, from };
+        let without_room = self.waiting.put((client, 0), size, received);
+        if without_room.is_empty() {
             return;
-        };
+        }
         let mut refused = lock(&self.refused);
-        if refused.len() < MOST_REFUSED
-            && let Some(id) = body(&sample).ok().and_then(rpc::request_id)
-            && from == Some(prefix(&id.writer))
-        {
-            refused.insert((id.writer, id.sequence));
+        for Received { sample, from } in without_room {
+            if refused.len() < MOST_REFUSED
+                && let Some(id) = body(&sample).ok().and_then(rpc::request_id)
+                && from == Some(prefix(&id.writer))
+            {
+                refused.insert((id.writer, id.sequence));
+            }
         }
     }
 }

@@ -1,15 +1,15 @@
 //! The server: a reader of requests and a writer of replies.
 
-use crate::inbox::Requests;
+use crate::inbox::{Received, Requests};
 use crate::names;
-use rc_ddsc::Sample;
+use rc_ddsc::Loan;
 use rc_middleware::rpc::{self, Outcome};
 use rc_middleware::{
-    Endpoint, Header, OpenError, QueueGauge, Reader, ReceiveError, Reply, Server, Writer,
+    Endpoint, Header, OpenError, Profile, QueueGauge, Reader, ReceiveError, Reply, Server, Writer,
 };
 use rc_network::{
-    EndpointSpec, Opening, Peer, QueuedRequest, ReaderPort, Role, Session, WriterPort, body,
-    call_qos, prefix, sample_header, signal, stamp,
+    EndpointSpec, Opening, Peer, QueuedRequest, ReaderPort, ReplyMemory, Role, Session, WriterPort,
+    body, call_qos, prefix, sample_header, signal, stamp,
 };
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
@@ -62,8 +62,9 @@ pub(crate) struct DdsServer {
 impl DdsServer {
     /// Whether to serve a request now: its reply reaches the client, or the client has gone and
     /// gets none.
-    fn may_serve(&self, waiting: &QueuedRequest<Sample>) -> bool {
-        let client = self.requests.shared.peer(waiting.sample.writer());
+    fn may_serve(&self, waiting: &QueuedRequest<Received>) -> bool {
+        let writer = waiting.sample.sample.writer();
+        let client = self.requests.shared.peer(writer);
         let Some(client) = client else {
             return true;
         };
@@ -74,16 +75,25 @@ impl DdsServer {
         };
         let same = |peer: &Peer| peer.prefix() == client.prefix();
         self.replies.state().has(same)
-            || self.requests.shared.has_lost(waiting.sample.writer())
+            || self.requests.shared.has_lost(writer)
             || waiting.since.elapsed() >= hold
     }
 
     fn send_reply(&mut self, reply: &[u8]) -> Result<(), ReceiveError> {
         self.sent += 1;
-        self.replies
-            .writer
-            .write(self.sent, stamp(0), reply)
-            .map_err(|error| self.failed(format!("a reply cannot be sent: {error}")))
+        let sent = self.replies.writer.write(self.sent, stamp(0), reply);
+        self.sent_reply(sent)
+    }
+
+    fn send_lent(&mut self, reply: Loan) -> Result<(), ReceiveError> {
+        self.sent += 1;
+        let numbers = (self.sent, stamp(0));
+        let sent = self.replies.writer.send(reply, numbers, 0, None);
+        self.sent_reply(sent)
+    }
+
+    fn sent_reply(&self, sent: Result<(), rc_ddsc::Error>) -> Result<(), ReceiveError> {
+        sent.map_err(|error| self.failed(format!("a reply cannot be sent: {error}")))
     }
 
     fn failed(&self, reason: String) -> ReceiveError {
@@ -122,8 +132,11 @@ impl Server for DdsServer {
             self.refuse(id, Outcome::OutOfResources, rc_network::NO_ROOM)?;
             return Ok(true);
         }
-        let Some(QueuedRequest { sample, .. }) =
-            self.queue.waiting.next(|waiting| self.may_serve(waiting))
+        let next = self.queue.waiting.next(|waiting| self.may_serve(waiting));
+        let Some(QueuedRequest {
+            sample: Received { sample, .. },
+            ..
+        }) = next
         else {
             return Ok(false);
         };
@@ -142,11 +155,17 @@ impl Server for DdsServer {
             }
             return Ok(true);
         };
-        let mut reply = std::mem::take(&mut self.reply);
-        reply.clear();
+        let buffer = std::mem::take(&mut self.reply);
+        let mut reply = ReplyMemory::new(&self.replies.writer, Profile::Rpc, buffer);
         // The client tells the hash of the whole interface, which is equal. The runtime compares
         // hashes of operations.
         handler(sample_header(&sample, sender.id, 0), body, &mut reply);
+        let (mut reply, loan) = reply.finish();
+        if let Some(loan) = loan {
+            self.reply = reply;
+            let sent = client.map_or(Ok(()), |_| self.send_lent(loan));
+            return sent.map(|()| true);
+        }
         if reply.is_empty() {
             // A command. DDS-RPC replies to it as to an operation without a result, and the client
             // counts these replies.

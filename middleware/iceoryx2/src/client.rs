@@ -1,5 +1,6 @@
 //! The client of a connection.
 
+use crate::memory;
 use crate::message::RequestHeader;
 use crate::notifier::{Listener, Notifier};
 use crate::process_monitor::ProcessMonitor;
@@ -12,7 +13,7 @@ use iceoryx2::port::client::RequestSendError;
 use iceoryx2::port::{BackpressureAction, LoanError, SendError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression};
 use iceoryx2::service::port_factory::PortFactory as _;
-use rc_middleware::{CallError, Client, Endpoint, Header, OpenError};
+use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, RequestBody};
 use std::cell::{Cell, RefCell};
 use std::fmt::Debug;
 use std::os::fd::AsFd;
@@ -139,15 +140,20 @@ impl SharedClient {
     }
 
     /// Puts a request into the queue of the server and notifies it.
-    fn submit(&self, header: RequestHeader, request: &[u8]) -> Result<PendingResponse, CallError> {
+    fn submit(
+        &self,
+        header: RequestHeader,
+        request: &dyn RequestBody,
+    ) -> Result<PendingResponse, CallError> {
         let full = || CallError::QueueFull(self.address.clone());
-        let mut loan = match self.port.loan_slice_uninit(request.len()) {
-            Ok(loan) => loan,
+        let mut loan = match self.port.loan_slice_uninit(request.length()) {
+            Ok(loan) => memory::request(loan),
             Err(LoanError::ExceedsMaxLoans | LoanError::OutOfMemory) => return Err(full()),
             Err(error) => return Err(self.failed(&error)),
         };
+        request.write_into(loan.payload_mut())?;
         *loan.user_header_mut() = header;
-        match loan.write_from_slice(request).send() {
+        match loan.send() {
             Ok(pending) if pending.number_of_server_connections() == 0 => {
                 // The server has not connected to this client yet.
                 Err(match self.registered() {
@@ -234,7 +240,11 @@ impl Client for SharedClient {
         self.guid
     }
 
-    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
+    fn can_loan(&self) -> bool {
+        true
+    }
+
+    fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
         let header = RequestHeader::new(header, self.guid, true);
         if !self.has_server() {
             return Err(CallError::NoServer(self.address.clone()));
@@ -248,7 +258,7 @@ impl Client for SharedClient {
     fn call(
         &mut self,
         header: Header,
-        request: &[u8],
+        request: &dyn RequestBody,
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {

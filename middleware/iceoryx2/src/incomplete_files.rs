@@ -11,21 +11,27 @@
 use crate::leader::LeaderLock;
 use crate::names::Place;
 use crate::service_files::{self, MEMORY};
-use rustix::fs::{FlockOperation, flock};
+use rc_middleware::{WakeEvent, wait};
+use rustix::fs::{FlockOperation, flock, inotify};
 use std::collections::HashMap;
 use std::fs::{File, Metadata};
 use std::io;
+use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
 /// Time after which an incomplete file counts as abandoned.
 pub(crate) const CREATION: Duration = Duration::from_millis(500);
-/// Pause between two searches. If no file was created or removed since the last one, a search costs
-/// two system calls.
+/// Pause between two searches while files are created or removed.
 const INTERVAL: Duration = Duration::from_millis(250);
+/// The same while nothing happens: the kernel announces a new file. It is shorter than the lease of
+/// the leader, which a search renews.
+const RENEWAL: Duration = Duration::from_millis(500);
+/// Pause between two looks of a process that does not lead: longer than a renewal, which shows that
+/// the leader is alive.
+const CANDIDACY: Duration = Duration::from_millis(750);
 /// Permissions of an incomplete shared memory.
 const MEMORY_MODE: u32 = 0o200;
 /// Permissions of an incomplete service file.
@@ -35,23 +41,38 @@ const PERMISSIONS: u32 = 0o777;
 
 /// The thread that removes incomplete files. Ends when this value is dropped.
 pub(crate) struct IncompleteFileRemover {
-    stop: Option<Sender<()>>,
+    stop: WakeEvent,
     thread: Option<JoinHandle<()>>,
 }
 
 impl IncompleteFileRemover {
     /// Starts the thread for one network.
     pub(crate) fn start(place: &Place) -> io::Result<Self> {
-        let (stop, stopped) = channel();
+        let stop = WakeEvent::new()?;
         let mut files = Files::of(place);
         let thread = std::thread::Builder::new().name("iceoryx2-files".to_owned());
+        let stopped = stop.clone();
         let thread = thread.spawn(move || {
-            while stopped.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
-                files.sweep(Instant::now());
+            let mut pause = INTERVAL;
+            loop {
+                let is_changed = match &files.announcements {
+                    Some(announced) => wait(&[stopped.as_fd(), announced.as_fd()], pause) & 2 != 0,
+                    None => {
+                        wait(&[stopped.as_fd()], pause);
+                        false
+                    }
+                };
+                if stopped.is_stopping() {
+                    return;
+                }
+                if is_changed {
+                    files.announcements = None;
+                }
+                pause = files.sweep(Instant::now());
             }
         })?;
         Ok(Self {
-            stop: Some(stop),
+            stop,
             thread: Some(thread),
         })
     }
@@ -59,7 +80,7 @@ impl IncompleteFileRemover {
 
 impl Drop for IncompleteFileRemover {
     fn drop(&mut self) {
-        self.stop = None;
+        self.stop.stop();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -96,6 +117,21 @@ impl Identity {
 /// Modification times of the two folders.
 type Stamps = [Option<SystemTime>; 2];
 
+/// A descriptor that becomes readable when a file of iceoryx2 is created; `None` where the kernel has
+/// none left for this user.
+fn announcements(services: &Path) -> Option<OwnedFd> {
+    let flags = inotify::CreateFlags::CLOEXEC | inotify::CreateFlags::NONBLOCK;
+    let announced = inotify::init(flags).ok()?;
+    for folder in [Path::new(MEMORY), services] {
+        let flags = inotify::WatchFlags::CREATE
+            | inotify::WatchFlags::MOVED_TO
+            | inotify::WatchFlags::DELETE_SELF
+            | inotify::WatchFlags::ONLYDIR;
+        inotify::add_watch(&announced, folder, flags).ok()?;
+    }
+    Some(announced)
+}
+
 struct Files {
     prefix: String,
     root: PathBuf,
@@ -105,6 +141,8 @@ struct Files {
     leader: LeaderLock,
     /// Two searches have seen the same stamps, so that the clock's resolution hides no change.
     settled: bool,
+    /// Readable when a file was created since nothing was left to do; the leader alone has it.
+    announcements: Option<OwnedFd>,
 }
 
 impl Files {
@@ -118,19 +156,33 @@ impl Files {
             suspects: HashMap::new(),
             stamps: Stamps::default(),
             settled: false,
+            announcements: None,
         }
     }
 
-    /// Removes the files that have been incomplete for too long.
-    fn sweep(&mut self, now: Instant) {
-        if !self.leader.is_leader() {
-            return;
+    /// Removes the files that have been incomplete for too long. Returns the pause until the next
+    /// search.
+    fn sweep(&mut self, now: Instant) -> Duration {
+        if !self.leader.leads() && self.leader.was_renewed() {
+            return CANDIDACY;
         }
-        let stamps = [Path::new(MEMORY), &self.services]
-            .map(|folder| std::fs::metadata(folder).and_then(|m| m.modified()).ok());
+        if !self.leader.is_leader() {
+            self.announcements = None;
+            return CANDIDACY;
+        }
+        if self.announcements.is_some() {
+            return RENEWAL;
+        }
+        let stamps = self.stamps_now();
         let same = stamps == self.stamps;
         if same && self.settled && self.suspects.is_empty() {
-            return;
+            let announced = announcements(&self.services);
+            // A file that was created meanwhile is not announced.
+            if announced.is_none() || self.stamps_now() != stamps {
+                return INTERVAL;
+            }
+            (self.announcements, self.settled) = (announced, false);
+            return RENEWAL;
         }
         (self.stamps, self.settled) = (stamps, same);
         let mut suspects = HashMap::new();
@@ -144,6 +196,12 @@ impl Files {
             }
         }
         self.suspects = suspects;
+        INTERVAL
+    }
+
+    fn stamps_now(&self) -> Stamps {
+        [Path::new(MEMORY), &self.services]
+            .map(|folder| std::fs::metadata(folder).and_then(|m| m.modified()).ok())
     }
 
     fn incomplete(&self) -> Vec<(PathBuf, Identity)> {

@@ -69,6 +69,27 @@ impl LeaderLock {
         self.try_lead().unwrap_or(true)
     }
 
+    /// Whether this candidate led at its last [`LeaderLock::is_leader`].
+    pub(crate) fn leads(&self) -> bool {
+        self.held.is_some()
+    }
+
+    /// Whether the first seat was renewed since the last look at it, so that its holder is alive.
+    pub(crate) fn was_renewed(&mut self) -> bool {
+        let [first, ..] = &mut self.seats[..] else {
+            return false;
+        };
+        let modified = std::fs::metadata(&first.path).and_then(|file| file.modified());
+        let Ok(modified) = modified else {
+            return false;
+        };
+        let is_new = first.renewed.is_none_or(|(seen, _)| seen != modified);
+        if is_new {
+            first.renewed = Some((modified, Instant::now()));
+        }
+        is_new
+    }
+
     /// Lets another candidate lead.
     pub(crate) fn resign(&mut self) {
         self.held = None;

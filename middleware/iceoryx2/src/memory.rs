@@ -4,8 +4,9 @@
     reason = "iceoryx2 loans uninitialised memory, and initialising it costs a copy"
 )]
 
-use crate::message::MessageHeader;
-use crate::service::{Response, Sample, Service};
+use crate::message::{MessageHeader, RequestHeader};
+use crate::service::{Request, Response, Sample, Service};
+use iceoryx2::request_mut_uninit::RequestMutUninit;
 use iceoryx2::response_mut_uninit::ResponseMutUninit;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use std::mem::MaybeUninit;
@@ -24,6 +25,14 @@ pub(crate) fn sample(lent: SampleMutUninit<Service, [MaybeUninit<u8>], MessageHe
 pub(crate) fn response(
     lent: ResponseMutUninit<Service, [MaybeUninit<u8>], MessageHeader>,
 ) -> Response {
+    // SAFETY: as for a sample.
+    unsafe { lent.assume_init() }
+}
+
+/// The loan of a request, with its previous content.
+pub(crate) fn request(
+    lent: RequestMutUninit<Service, [MaybeUninit<u8>], RequestHeader, [u8], MessageHeader>,
+) -> Request {
     // SAFETY: as for a sample.
     unsafe { lent.assume_init() }
 }

@@ -30,6 +30,8 @@ pub(crate) type CallService =
     request_response::PortFactory<Service, [u8], RequestHeader, [u8], MessageHeader>;
 pub(crate) type ClientPort = client::Client<Service, [u8], RequestHeader, [u8], MessageHeader>;
 pub(crate) type ServerPort = server::Server<Service, [u8], RequestHeader, [u8], MessageHeader>;
+pub(crate) type Request =
+    iceoryx2::request_mut::RequestMut<Service, [u8], RequestHeader, [u8], MessageHeader>;
 pub(crate) type PendingResponse =
     iceoryx2::pending_response::PendingResponse<Service, [u8], RequestHeader, [u8], MessageHeader>;
 pub(crate) type Response = iceoryx2::response_mut::ResponseMut<Service, [u8], MessageHeader>;

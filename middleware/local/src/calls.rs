@@ -2,6 +2,7 @@
 
 use crate::hub::{self, Table, lock};
 use rc_middleware::qos::REQUEST_QUEUE;
+use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::{
     CallError, Client, Endpoint, Environment, Header, OpenError, ReceiveError, Reply, Server,
     WakeEvent, wait,
@@ -178,10 +179,10 @@ impl Client for LocalClient {
         guid
     }
 
-    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
+    fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
         let request = Request {
             header: self.signed(header),
-            body: request.to_vec(),
+            body: buffer(request)?,
             ticket: None,
         };
         self.submit(request).map(|_| ())
@@ -190,7 +191,7 @@ impl Client for LocalClient {
     fn call(
         &mut self,
         header: Header,
-        request: &[u8],
+        request: &dyn RequestBody,
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
@@ -201,7 +202,7 @@ impl Client for LocalClient {
         let slot = Arc::new(Mutex::new(ReplyState::default()));
         let asked = self.submit(Request {
             header: self.signed(header),
-            body: request.to_vec(),
+            body: buffer(request)?,
             ticket: Some(Ticket {
                 slot: Arc::clone(&slot),
                 signal: self.signal.clone(),

@@ -10,6 +10,7 @@
 //! - [`Opening`], [`WriterPort`], [`ReaderPort`]: opens endpoints and waits for their peers.
 //! - [`TopicPublisher`], [`TopicSubscriber`]: the ports of topics, which are the same everywhere.
 //! - [`SampleQueue`], [`RequestQueues`], [`ReplyQueue`]: what was received and not read yet.
+//! - [`ReplyMemory`]: where a server writes a reply.
 //! - [`Mismatches`], [`RateLimit`]: what the log says of endpoints that do not match.
 
 mod configuration;
@@ -27,6 +28,7 @@ mod qos;
 mod qos_contract;
 mod queues;
 mod rate_limit;
+mod reply;
 mod report;
 mod sample;
 mod session;
@@ -50,6 +52,7 @@ pub use qos::{call_qos, topic_qos};
 pub use qos_contract::{QosContract, differences};
 pub use queues::{DuplicateFilter, NO_ROOM, QueuedRequest, ReplyQueue, RequestQueues, SampleQueue};
 pub use rate_limit::RateLimit;
+pub use reply::ReplyMemory;
 pub use sample::{body, sample_header};
 pub use session::{Session, refused};
 pub use stamps::{age, header, stamp};

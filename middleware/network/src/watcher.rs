@@ -3,7 +3,8 @@
 
 use crate::entities::{ReaderState, Watched, WriterState, matched};
 use crate::{
-    EndpointInfo, EndpointKind, Guid, Identity, Mismatches, Peer, Role, differences, lock, qos,
+    EndpointInfo, EndpointKind, Guid, Identity, Mismatches, Peer, RateLimit, Role, differences,
+    lock, qos,
 };
 use rc_ddsc::{Discovery, End, Event, Listener};
 use rc_diagnostics::foreign::clean;
@@ -11,10 +12,55 @@ use std::collections::HashMap;
 use std::sync::mpsc::{Receiver, Sender};
 use std::sync::{Arc, Mutex, Weak};
 
+/// Most bytes of the endpoints of one kind that are remembered; strangers choose their texts.
+const MOST_BYTES: usize = 16 << 20;
+/// What an endpoint needs beside its texts, in bytes, counted generously.
+const OVERHEAD: usize = 512;
+
+/// The endpoints of one kind that are discovered, as many as have room.
+#[derive(Default)]
+struct Ends {
+    ends: HashMap<Guid, End>,
+    bytes: usize,
+}
+
+impl Ends {
+    /// Adds an endpoint, or what has changed of it. One without room is not compared with later
+    /// endpoints of this component, which only costs reports about mismatches.
+    fn insert(&mut self, guid: Guid, end: End) {
+        static RATE_LIMIT: RateLimit = RateLimit::new();
+        self.remove(&guid);
+        let bytes = size(&end);
+        if self.bytes + bytes <= MOST_BYTES {
+            self.bytes += bytes;
+            self.ends.insert(guid, end);
+        } else if RATE_LIMIT.allow().is_some() {
+            let count = self.ends.len();
+            tracing::warn!(
+                "the domain has too many endpoints: after {count}, with {MOST_BYTES} bytes, no more are remembered"
+            );
+        }
+    }
+
+    fn remove(&mut self, guid: &Guid) {
+        if let Some(end) = self.ends.remove(guid) {
+            self.bytes -= size(&end);
+        }
+    }
+
+    fn values(&self) -> impl Iterator<Item = &End> {
+        self.ends.values()
+    }
+}
+
+fn size(end: &End) -> usize {
+    OVERHEAD + end.topic.len() + end.type_name.len() + end.user_data.len()
+}
+
 /// What discovery knows of the domain.
 pub(crate) struct Discovered {
-    readers: Mutex<HashMap<Guid, End>>,
-    writers: Mutex<HashMap<Guid, End>>,
+    readers: Mutex<Ends>,
+    writers: Mutex<Ends>,
     /// The endpoints of this component, each with the name of its type.
     own: Mutex<Vec<(Weak<dyn Watched>, String)>>,
     pub(crate) mismatches: Mismatches,
@@ -33,7 +79,7 @@ impl Discovered {
         }
     }
 
-    fn endpoints(&self, kind: EndpointKind) -> &Mutex<HashMap<Guid, End>> {
+    fn endpoints(&self, kind: EndpointKind) -> &Mutex<Ends> {
         match kind {
             EndpointKind::Writer => &self.writers,
             EndpointKind::Reader => &self.readers,
@@ -274,5 +320,45 @@ impl Watcher {
             let mismatches = &self.discovered.mismatches;
             mismatches.qos_differs(identity, info.as_ref(), &end.guid, &differences);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn remembered_endpoints_have_a_bound_in_bytes() {
+        let end = |number: u32, length: usize| {
+            let mut guid = [0; 16];
+            guid[..4].copy_from_slice(&number.to_be_bytes());
+            End {
+                guid,
+                participant: guid,
+                topic: "t".repeat(length),
+                type_name: String::new(),
+                reliable: true,
+                transient_local: false,
+                deadline: None,
+                lifespan: None,
+                liveliness: None,
+                user_data: Vec::new(),
+            }
+        };
+        let mut ends = Ends::default();
+        for number in 0..100 {
+            let end = end(number, 1 << 20);
+            ends.insert(end.guid, end);
+        }
+        assert_eq!(ends.values().count(), 15);
+        assert!(ends.bytes <= MOST_BYTES);
+        // A change takes the place of what was known.
+        let changed = end(3, 10);
+        ends.insert(changed.guid, changed.clone());
+        assert_eq!(ends.ends[&changed.guid], changed);
+        for number in 0..100 {
+            ends.remove(&end(number, 0).guid);
+        }
+        assert_eq!((ends.values().count(), ends.bytes), (0, 0));
     }
 }

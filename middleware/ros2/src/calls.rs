@@ -8,7 +8,9 @@
 //! names it. A request of another vendor may have a header, too: it begins with the client's
 //! identity then. Components use the way of Fast DDS among each other, with numbers of their own.
 
-use rc_ddsc::{Identity, Sample};
+use rc_ddsc::{BEFORE_BODY, Identity, Sample};
+use rc_middleware::Writer;
+use rc_middleware::rpc::{self, ENVELOPE};
 use rc_network::{Guid, GuidPrefix, Peer, ReaderState, body, prefix};
 
 /// Where a peer has the identity of a request.
@@ -58,6 +60,35 @@ impl Mapping {
             Self::Before => HEADER,
         }
     }
+}
+
+// An envelope fits exactly before the body of a sample.
+const _: () = assert!(BEFORE_BODY == ENVELOPE);
+
+/// The body of a sample without its first `skipped` bytes, behind an envelope, which `envelope`
+/// writes. It stays where it is, unless somebody else in this process reads the sample, too: then
+/// `buffer` gets a copy.
+pub(crate) fn enveloped<'a>(
+    sample: &'a mut Sample,
+    skipped: usize,
+    buffer: &'a mut Vec<u8>,
+    envelope: impl FnOnce(&mut Writer<'_>),
+) -> Result<&'a [u8], String> {
+    let length = body(sample)?.len();
+    let skipped = skipped.min(length);
+    buffer.clear();
+    let mut writer = Writer::over(std::mem::take(buffer));
+    envelope(&mut writer);
+    rpc::begin_body(&mut writer, rc_middleware::Profile::Ros);
+    *buffer = writer.into_bytes();
+    if sample.unique().is_none() {
+        buffer.extend_from_slice(&body(sample)?[skipped..]);
+        return Ok(buffer);
+    }
+    let memory = sample.unique().ok_or("a sample has another reader")?;
+    let whole = &mut memory[skipped..BEFORE_BODY + length];
+    whole[..BEFORE_BODY].copy_from_slice(buffer);
+    Ok(whole)
 }
 
 /// The vendor of an endpoint, for people.

@@ -1,15 +1,16 @@
 //! The client: for each operation a service, with a writer of requests and a reader of replies.
 
-use crate::calls::{self, Mapping};
+use crate::calls::{self, HEADER, Mapping};
 use crate::graph::Listed;
 use crate::names;
 use crate::node::Node;
-use rc_ddsc::{Identity, Sample};
+use rc_ddsc::{BEFORE_BODY, Identity, Sample};
+use rc_diagnostics::foreign::clean;
 use rc_middleware::qos::REQUEST_QUEUE;
-use rc_middleware::rpc::{self, ENVELOPE, Outcome, RequestId};
+use rc_middleware::rpc::{self, ENVELOPE, RequestId};
 use rc_middleware::{
-    CallError, Cdr, Client, Endpoint, Header, OpenError, Profile, QueueGauge, Reader, WakeEvent,
-    Writer, wait,
+    CallError, Cdr, Client, Endpoint, Header, OpenError, Profile, QueueGauge, Reader, RequestBody,
+    WakeEvent, wait,
 };
 use rc_network::{
     Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, Peer, RateLimit, ReaderPort,
@@ -184,7 +185,7 @@ pub(crate) struct RosClient {
     has_advised: bool,
     /// The operation of the last request.
     last: usize,
-    /// A body with what stands before it.
+    /// The envelope of a reply.
     buffer: Vec<u8>,
 }
 
@@ -235,8 +236,8 @@ impl RosClient {
     }
 
     /// The operation of a request.
-    fn operation(&self, request: &[u8]) -> Result<(usize, RequestId), CallError> {
-        let (id, operation) = rpc::open_request(&mut Reader::new(request))?;
+    fn operation(&self, request: &dyn RequestBody) -> Result<(usize, RequestId), CallError> {
+        let (id, operation) = rpc::open_request(&mut Reader::new(request.begin()))?;
         let at = self
             .services
             .iter()
@@ -290,7 +291,7 @@ impl RosClient {
     fn submit(
         &mut self,
         header: Header,
-        request: &[u8],
+        request: &dyn RequestBody,
         is_awaited: bool,
     ) -> Result<(usize, RequestId, GuidPrefix), CallError> {
         let (at, id) = self.operation(request)?;
@@ -305,8 +306,12 @@ impl RosClient {
         if is_external {
             self.keep_order(server, at)?;
         }
-        let body = request.get(ENVELOPE..).unwrap_or_default();
-        let service = &mut self.services[at];
+        let failed = |error: rc_ddsc::Error| self.failed(error.to_string());
+        let service = &self.services[at];
+        let writer = &service.requests.writer;
+        let length = request.length().saturating_sub(ENVELOPE);
+        let mut loan = writer.loan(length).map_err(failed)?;
+        request.write_into(loan.memory())?;
         let sequence = service.sent + 1;
         let count = self.sent + 1;
         let number = match mapping {
@@ -317,7 +322,7 @@ impl RosClient {
         let key = (at, number, mapping);
         let queue = &self.received.queue;
         queue.begin(key, is_awaited);
-        let (writer, stamp) = (&service.requests.writer, stamp(header.sent));
+        let numbers = (sequence, stamp(header.sent));
         let sent = match mapping {
             Mapping::Beside => {
                 let related = Identity {
@@ -325,15 +330,13 @@ impl RosClient {
                     // Fast DDS counts samples by itself, and has nothing here.
                     number: if is_external { -1 << 32 } else { number },
                 };
-                writer.write_related(sequence, stamp, body, related)
+                writer.send(loan, numbers, 0, Some(related))
             }
             Mapping::Before => {
                 let guid = service.requests.guid;
-                self.buffer.clear();
                 let header = calls::header(Identity { guid, number });
-                self.buffer.extend_from_slice(&header);
-                self.buffer.extend_from_slice(body);
-                writer.write(sequence, stamp, &self.buffer)
+                loan.memory()[BEFORE_BODY - HEADER..BEFORE_BODY].copy_from_slice(&header);
+                writer.send(loan, numbers, HEADER, None)
             }
         };
         sent.map_err(|error| {
@@ -341,13 +344,10 @@ impl RosClient {
             if error.is_timeout() {
                 CallError::QueueFull(self.address.clone())
             } else {
-                CallError::Backend {
-                    address: self.address.clone(),
-                    reason: error.to_string(),
-                }
+                failed(error)
             }
         })?;
-        service.sent = sequence;
+        self.services[at].sent = sequence;
         self.sent = count;
         self.last = at;
         Ok((at, id, server))
@@ -359,34 +359,39 @@ impl RosClient {
         (at, id): (usize, RequestId),
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Option<Result<(), CallError>> {
-        let Received { is_refusal, sample } = match self.received.queue.take()? {
+        let received = match self.received.queue.take()? {
             Ok(received) => received,
             Err(reason) => return Some(Err(self.failed(reason))),
         };
-        let body = match body(&sample) {
-            Ok(body) => body,
-            Err(reason) => return Some(Err(self.failed(reason))),
-        };
-        self.buffer.clear();
-        let mut writer = Writer::over(std::mem::take(&mut self.buffer));
+        let (is_refusal, mut sample) = (received.is_refusal, received.sample);
+        let header = sample_header(&sample, sample.writer().into(), 0);
         if is_refusal {
-            let reason = String::decode(&mut Reader::new(body));
-            let reason = reason.unwrap_or_else(|_| "no reason was given".to_owned());
-            rpc::refuse(&mut writer, id, Outcome::UnknownException, &reason);
-        } else {
-            // Only a reply in the mapping of its request is here.
-            let skipped = match sample.related() {
-                Some(_) => Mapping::Beside.skipped(),
-                None => Mapping::Before.skipped(),
-            };
-            rpc::begin_reply(&mut writer, id, self.services[at].id, 0);
-            rpc::begin_body(&mut writer, Profile::Ros);
-            writer.raw(body.get(skipped..).unwrap_or_default());
+            let reason = body(&sample).and_then(|body| {
+                let reason = String::decode(&mut Reader::new(body));
+                reason.map_err(|_| "no reason was given".to_owned())
+            });
+            let reason = reason.unwrap_or_else(|reason| reason);
+            return Some(Err(CallError::Refused(clean(&reason))));
         }
-        self.buffer = writer.into_bytes();
-        let sender = sample.writer().into();
-        take(sample_header(&sample, sender, 0), &self.buffer);
-        Some(Ok(()))
+        // Only a reply in the mapping of its request is here.
+        let skipped = match sample.related() {
+            Some(_) => Mapping::Beside.skipped(),
+            None => Mapping::Before.skipped(),
+        };
+        let operation = self.services[at].id;
+        let mut buffer = std::mem::take(&mut self.buffer);
+        let whole = calls::enveloped(&mut sample, skipped, &mut buffer, |writer| {
+            rpc::begin_reply(writer, id, operation, 0);
+        });
+        let taken = match whole {
+            Ok(whole) => {
+                take(header, whole);
+                Ok(())
+            }
+            Err(reason) => Err(self.failed(reason)),
+        };
+        self.buffer = buffer;
+        Some(taken)
     }
 
     /// Waits for the reply of `server` to `request`, at most until `limit` has passed since `start`.
@@ -446,14 +451,18 @@ impl Client for RosClient {
         Profile::Ros
     }
 
-    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
+    fn can_loan(&self) -> bool {
+        true
+    }
+
+    fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
         self.submit(header, request, false).map(drop)
     }
 
     fn call(
         &mut self,
         header: Header,
-        request: &[u8],
+        request: &dyn RequestBody,
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {

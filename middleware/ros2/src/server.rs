@@ -4,7 +4,7 @@ use crate::calls::{self, HEADER, Mapping, Request};
 use crate::graph::Listed;
 use crate::names;
 use crate::node::Node;
-use rc_ddsc::{Identity, Sample};
+use rc_ddsc::{BEFORE_BODY, Identity, Loan, Sample};
 use rc_middleware::rpc::{self, ENVELOPE, ReplyKind, RequestId};
 use rc_middleware::{
     Endpoint, Header, OpenError, Profile, QueueGauge, Reader, ReceiveError, Reply, Server,
@@ -12,8 +12,8 @@ use rc_middleware::{
 };
 use rc_network::{
     Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, NO_ROOM, Opening, QueuedRequest, RateLimit,
-    ReaderPort, ReaderState, RequestQueues, Role, WriterPort, WriterState, body, call_qos, lock,
-    prefix, sample_header, signal, stamp,
+    ReaderPort, ReaderState, ReplyMemory, RequestQueues, Role, WriterPort, WriterState, body,
+    call_qos, lock, prefix, sample_header, signal, stamp,
 };
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::os::fd::{AsFd, BorrowedFd};
@@ -39,6 +39,8 @@ struct Received {
     /// Its operation.
     place: usize,
     sample: Sample,
+    /// The participant that sent it, as far as it was known then.
+    from: Option<GuidPrefix>,
     /// Its client and its place there.
     turn: (u128, u64),
 }
@@ -84,10 +86,15 @@ impl Inbox for OfOperation {
         let received = Received {
             place: self.place,
             sample,
+            from,
             turn,
         };
-        if let Err(received) = self.queue.requests.put(turn, size, received) {
-            let mut refused = lock(&self.queue.refused);
+        let without_room = self.queue.requests.put(turn, size, received);
+        if without_room.is_empty() {
+            return;
+        }
+        let mut refused = lock(&self.queue.refused);
+        for received in without_room {
             if refused.len() < MOST_REFUSED {
                 refused.push_back(Refused {
                     place: received.place,
@@ -95,8 +102,8 @@ impl Inbox for OfOperation {
                     id: received
                         .sample
                         .related()
-                        .filter(|id| from == Some(prefix(&id.guid))),
-                    turn,
+                        .filter(|id| received.from == Some(prefix(&id.guid))),
+                    turn: received.turn,
                 });
             }
         }
@@ -184,48 +191,40 @@ pub(crate) struct RosServer {
     rate_limit: RateLimit,
 }
 
-/// Takes the reply to a request, in the form of ROS.
-struct RosReply(Vec<u8>);
-
-impl Reply for RosReply {
-    fn body(&mut self) -> &mut Vec<u8> {
-        &mut self.0
-    }
-
-    fn profile(&self) -> Profile {
-        Profile::Ros
-    }
-}
-
 /// Whether the reply to a request reaches its client.
 pub(crate) fn is_reachable(sample: &Sample, requests: &ReaderState, replies: &WriterState) -> bool {
     let client = requests.participant(sample.writer());
     client.is_none_or(|client| replies.state.has(|peer| peer.prefix() == client))
 }
 
-/// Sends the reply `body` to `request`, with the number `sequence` among those of its writer. The
-/// body begins at [`ENVELOPE`] of `reply`, and what is before it may be overwritten.
+/// A reply with this body.
+pub(crate) fn lend(writer: &rc_ddsc::Writer, body: &[u8]) -> Result<Loan, String> {
+    let mut loan = writer.loan(body.len()).map_err(unsent)?;
+    loan.memory()[BEFORE_BODY..].copy_from_slice(body);
+    Ok(loan)
+}
+
+/// Sends the reply to `request`, with the number `sequence` among those of its writer.
 pub(crate) fn send_reply(
     writer: &rc_ddsc::Writer,
     sequence: u64,
     request: Request,
-    reply: &mut [u8],
+    mut reply: Loan,
 ) -> Result<(), String> {
+    let numbers = (sequence, stamp(0));
     let sent = match request.mapping {
-        Mapping::Beside => {
-            let body = reply.get(ENVELOPE..).unwrap_or_default();
-            writer.write_related(sequence, stamp(0), body, request.id)
-        }
+        Mapping::Beside => writer.send(reply, numbers, 0, Some(request.id)),
         Mapping::Before => {
-            let before = ENVELOPE - HEADER;
-            let whole = reply.get_mut(before..).unwrap_or_default();
-            if let Some(header) = whole.first_chunk_mut::<HEADER>() {
-                *header = calls::header(request.id);
-            }
-            writer.write(sequence, stamp(0), whole)
+            let header = calls::header(request.id);
+            reply.memory()[BEFORE_BODY - HEADER..BEFORE_BODY].copy_from_slice(&header);
+            writer.send(reply, numbers, HEADER, None)
         }
     };
-    sent.map_err(|error| format!("a reply cannot be sent: {error}"))
+    sent.map_err(unsent)
+}
+
+fn unsent(error: rc_ddsc::Error) -> String {
+    format!("a reply cannot be sent: {error}")
 }
 
 impl RosServer {
@@ -243,6 +242,7 @@ impl RosServer {
             place,
             sample,
             turn: (client, number),
+            ..
         } = &waiting.sample;
         let Some(service) = self.services.get(*place) else {
             return true;
@@ -273,13 +273,14 @@ impl RosServer {
         *last = number.max(*last);
     }
 
-    /// Sends a reply whose body begins at [`ENVELOPE`].
-    fn answer(
-        &mut self,
-        place: usize,
-        request: Request,
-        reply: &mut [u8],
-    ) -> Result<(), ReceiveError> {
+    /// Sends a reply with this body.
+    fn answer(&mut self, place: usize, request: Request, body: &[u8]) -> Result<(), ReceiveError> {
+        let lent = lend(&self.services[place].replies.writer, body);
+        let lent = lent.map_err(|reason| self.failed(reason))?;
+        self.send(place, request, lent)
+    }
+
+    fn send(&mut self, place: usize, request: Request, reply: Loan) -> Result<(), ReceiveError> {
         self.sent += 1;
         let writer = &self.services[place].replies.writer;
         let sent = send_reply(writer, self.sent, request, reply);
@@ -307,7 +308,6 @@ impl RosServer {
             return Ok(());
         };
         let mut writer = Writer::default();
-        writer.raw(&[0; ENVELOPE]);
         rc_middleware::cdr::text(&reason.replace('\0', " "), &mut writer);
         let refused = Request {
             id: Identity {
@@ -316,7 +316,7 @@ impl RosServer {
             },
             mapping: Mapping::Beside,
         };
-        self.answer(place, refused, &mut writer.into_bytes())
+        self.answer(place, refused, &writer.into_bytes())
     }
 
     /// Logs that a request cannot be served, once for each reason.
@@ -363,16 +363,18 @@ impl Server for RosServer {
         };
         let Received {
             place,
-            sample,
+            mut sample,
             turn,
+            ..
         } = received;
         self.has_been(turn);
         let service = &self.services[place];
         let (requests, operation) = (&service.requests.shared, service.id);
         let request = Request::read(&sample, requests).map_err(|reason| self.failed(reason))?;
-        let Some(sender) = requests.sender(sample.writer()) else {
+        let client = sample.writer();
+        let Some(sender) = requests.sender(client) else {
             let reason = "the types differ; regenerate and rebuild both ends";
-            let refused = self.refuse(place, sample.writer(), Some(request.id), reason);
+            let refused = self.refuse(place, client, Some(request.id), reason);
             return refused.map(|()| true);
         };
         let id = RequestId {
@@ -384,33 +386,32 @@ impl Server for RosServer {
             self.report_once(reason);
             return Ok(true);
         }
-        let mut whole = std::mem::take(&mut self.request);
-        whole.clear();
-        let mut writer = Writer::over(whole);
-        rpc::begin_request(&mut writer, id, operation);
-        rpc::begin_body(&mut writer, Profile::Ros);
-        writer.raw(body.get(request.skipped()..).unwrap_or_default());
-        let whole = writer.into_bytes();
-        let mut reply = RosReply(std::mem::take(&mut self.reply));
-        reply.0.clear();
         // The client tells the hash of the whole interface, which is equal. The runtime compares
         // hashes of operations.
-        answer(sample_header(&sample, sender.id, 0), &whole, &mut reply);
-        self.request = whole;
-        let RosReply(mut reply) = reply;
-        if reply.is_empty() {
+        let header = sample_header(&sample, sender.id, 0);
+        let mut buffer = std::mem::take(&mut self.request);
+        let skipped = request.skipped();
+        let whole = calls::enveloped(&mut sample, skipped, &mut buffer, |writer| {
+            rpc::begin_request(writer, id, operation);
+        });
+        let whole = whole.map_err(|reason| self.failed(reason))?;
+        let writer = &self.services[place].replies.writer;
+        let mut reply = ReplyMemory::new(writer, Profile::Ros, std::mem::take(&mut self.reply));
+        answer(header, whole, &mut reply);
+        let (reply, loan) = reply.finish();
+        self.request = buffer;
+        let done = match (loan, rpc::open_reply(&mut Reader::new(&reply), operation)) {
+            (Some(loan), _) => self.send(place, request, loan),
             // A command: its empty structure is one octet.
-            reply.resize(ENVELOPE + 1, 0);
-            let done = self.answer(place, request, &mut reply);
-            self.reply = reply;
-            return done.map(|()| true);
-        }
-        let done = match rpc::open_reply(&mut Reader::new(&reply), operation) {
-            Ok((_, ReplyKind::Case(_))) => self.answer(place, request, &mut reply),
-            Ok((_, ReplyKind::Refused(reason))) => {
-                self.refuse(place, sample.writer(), Some(request.id), &reason)
+            (None, _) if reply.is_empty() => self.answer(place, request, &[0]),
+            (None, Ok((_, ReplyKind::Case(_)))) => {
+                let body = reply.get(ENVELOPE..).unwrap_or_default();
+                self.answer(place, request, body)
             }
-            Err(error) => Err(self.failed(error.to_string())),
+            (None, Ok((_, ReplyKind::Refused(reason)))) => {
+                self.refuse(place, client, Some(request.id), &reason)
+            }
+            (None, Err(error)) => Err(self.failed(error.to_string())),
         };
         self.reply = reply;
         done.map(|()| true)

@@ -4,10 +4,9 @@ use crate::calls::Request;
 use crate::graph::Listed;
 use crate::names;
 use crate::node::Node;
-use crate::server::{is_reachable, send_reply};
+use crate::server::{is_reachable, lend, send_reply};
 use rc_ddsc::{Sample, Writer};
-use rc_middleware::rpc::ENVELOPE;
-use rc_middleware::{OpenError, TypeIdentity};
+use rc_middleware::{OpenError, QueueGauge, TypeIdentity};
 use rc_network::{
     Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, RateLimit, ReaderPort, ReaderState,
     Role, WriterPort, WriterState, body, call_qos, signal,
@@ -21,6 +20,8 @@ use std::time::{Duration, Instant};
 const MOST: usize = 64;
 /// Largest request; they hold names and values.
 const LARGEST: usize = 1 << 20;
+/// Most bytes of the requests that wait.
+const MOST_BYTES: u64 = 4 << 20;
 /// How long a request waits until its client can be reached.
 const HOLD: Duration = Duration::from_millis(200);
 /// Pause between two looks for the client.
@@ -29,6 +30,7 @@ const LOOK: Duration = Duration::from_millis(10);
 /// Hands requests from threads of the library to the thread of the services.
 struct OfService {
     place: usize,
+    gauge: QueueGauge,
     requests: SyncSender<(usize, Sample)>,
 }
 
@@ -37,7 +39,10 @@ impl Backlog for OfService {}
 impl Inbox for OfService {
     fn put(&self, sample: Sample, _from: Option<GuidPrefix>) {
         let size = sample.len();
-        if size > LARGEST || self.requests.try_send((self.place, sample)).is_err() {
+        if size > LARGEST || !self.gauge.add(size) {
+            tracing::debug!("a request of {size} bytes to a service of this node found no room");
+        } else if self.requests.try_send((self.place, sample)).is_err() {
+            self.gauge.remove(size);
             tracing::debug!("a request of {size} bytes to a service of this node found no place");
         }
     }
@@ -81,6 +86,7 @@ impl Services {
         let address = node.name.full();
         let signal = signal(&address)?;
         let (sender, requests) = sync_channel(MOST);
+        let gauge = QueueGauge::new(MOST_BYTES);
         let opening = Opening::begin(&node.session, &address)?;
         let mut ports = Vec::new();
         for (place, NodeService { name, type_name }) in services.iter().enumerate() {
@@ -101,6 +107,7 @@ impl Services {
             };
             let inbox = OfService {
                 place,
+                gauge: gauge.clone(),
                 requests: sender.clone(),
             };
             let replies = opening.writer(spec(reply), Arc::new(()))?;
@@ -124,7 +131,7 @@ impl Services {
             .collect();
         let thread = std::thread::Builder::new()
             .name(thread.to_owned())
-            .spawn(move || run(&requests, &served, &answer))
+            .spawn(move || run(&requests, &gauge, &served, &answer))
             .map_err(|error| OpenError::Backend {
                 address,
                 reason: format!("a thread cannot be started: {error}"),
@@ -147,9 +154,15 @@ impl Drop for Services {
     }
 }
 
-fn run(requests: &Receiver<(usize, Sample)>, served: &[Served], answer: &Answer) {
+fn run(
+    requests: &Receiver<(usize, Sample)>,
+    gauge: &QueueGauge,
+    served: &[Served],
+    answer: &Answer,
+) {
     let (rate_limit, mut sent) = (RateLimit::default(), 0);
     for (place, sample) in requests {
+        gauge.remove(sample.len());
         let to = &served[place];
         let Some(requests) = to.requests.upgrade() else {
             return;
@@ -179,8 +192,7 @@ impl Served {
         while !is_reachable(sample, requests, &self.replies) && begin.elapsed() < HOLD {
             self.replies.state.wait_for_change(LOOK);
         }
-        let mut reply = vec![0; ENVELOPE];
-        reply.extend_from_slice(&answer);
-        send_reply(&self.writer, sequence, request, &mut reply)
+        let reply = lend(&self.writer, &answer)?;
+        send_reply(&self.writer, sequence, request, reply)
     }
 }

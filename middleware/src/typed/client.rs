@@ -1,12 +1,13 @@
 //! Calls the operations of one interface.
 
-use super::{Operation, ReplyVariant, code};
+use super::{Operation, ReplyVariant, code, fill};
 use crate::backend::{Client, Profile};
 use crate::cdr::{DecodeError, Reader, Writer};
 use crate::counter::Counter;
 use crate::error::CallError;
 use crate::header::{Encoding, Header, now};
 use crate::in_place::BEHIND_ENVELOPE;
+use crate::request_body::{RequestBody, Written};
 use crate::rpc::{self, ReplyKind, RequestId};
 use std::time::Duration;
 
@@ -33,9 +34,6 @@ pub struct TypedClient {
     port: Box<dyn Client>,
     writer: Writer<'static>,
     id: RequestId,
-    operation: i32,
-    type_hash: u64,
-    replies: &'static [ReplyVariant],
     timeout: Duration,
     sent: Counter,
 }
@@ -52,9 +50,6 @@ impl TypedClient {
             port,
             writer: Writer::default(),
             id,
-            operation: 0,
-            type_hash: 0,
-            replies: &[],
             timeout,
             sent: Counter::default(),
         }
@@ -87,12 +82,14 @@ impl TypedClient {
         operation: &Operation,
         write: impl Fn(&mut Writer<'_>),
     ) -> Result<(), CallError> {
-        write(self.begin(operation));
-        let header = self.header();
-        self.port.send(header, self.writer.finish()?)
+        self.id.sequence = self.sent.next();
+        self.submit(operation, write, |port, header, request| {
+            port.send(header, request)
+        })
     }
 
-    /// Calls `operation`. `write` serializes the parameters. `read` gets 0 for a result or the hash
+    /// Calls `operation`. `write` serializes the parameters, as for a sample of
+    /// [`super::TypedPublisher::publish_with`]. `read` gets 0 for a result or the hash
     /// of an exception, and reads the reply in the memory of the middleware.
     pub fn call_with<T, E: From<CallError>>(
         &mut self,
@@ -100,50 +97,70 @@ impl TypedClient {
         write: impl Fn(&mut Writer<'_>),
         read: impl FnOnce(i32, &mut Reader<'_>) -> Result<T, E>,
     ) -> Result<T, E> {
-        write(self.begin(operation));
-        let (header, pending) = (self.header(), self.pending());
         let (mut read, mut outcome) = (Some(read), None);
-        let request = self.writer.finish().map_err(CallError::from)?;
-        self.port
-            .call(header, request, self.timeout, &mut |header, body| {
+        let timeout = self.timeout;
+        self.id.sequence = self.sent.next();
+        let pending = self.pending(operation);
+        self.submit(operation, write, |port, header, request| {
+            port.call(header, request, timeout, &mut |header, body| {
                 if let Some(read) = read.take() {
                     outcome = Some(match open(body, header, pending) {
                         Ok((case, mut reader)) => read(case, &mut reader),
                         Err(error) => Err(error.into()),
                     });
                 }
-            })?;
+            })
+        })?;
         outcome.unwrap_or_else(|| Err(CallError::from(DecodeError::Truncated(0)).into()))
     }
 
-    /// Begins a request of `operation`; its parameters follow in the writer.
-    fn begin(&mut self, operation: &Operation) -> &mut Writer<'static> {
-        self.id.sequence = self.sent.next();
-        self.writer.clear();
-        self.operation = operation.id;
-        self.type_hash = operation.type_hash;
-        self.replies = operation.replies;
-        rpc::begin_request(&mut self.writer, self.id, operation.id);
-        rpc::begin_body(&mut self.writer, self.port.profile());
-        &mut self.writer
-    }
-
-    fn pending(&self) -> PendingCall {
-        PendingCall {
-            id: self.id,
-            operation: self.operation,
-            type_hash: self.type_hash,
-            profile: self.port.profile(),
-            replies: self.replies,
+    /// Passes a request of `operation` to `send`. Where the middleware lends memory, large arrays are
+    /// written straight into it, which takes a second pass.
+    fn submit(
+        &mut self,
+        operation: &Operation,
+        write: impl Fn(&mut Writer<'_>),
+        send: impl FnOnce(&mut dyn Client, Header, &dyn RequestBody) -> Result<(), CallError>,
+    ) -> Result<(), CallError> {
+        let (id, profile) = (self.id, self.port.profile());
+        let whole = |writer: &mut Writer<'_>| {
+            rpc::begin_request(writer, id, operation.id);
+            rpc::begin_body(writer, profile);
+            write(writer);
+        };
+        if self.port.can_loan() {
+            self.writer.measure();
+        } else {
+            self.writer.clear();
         }
-    }
-
-    fn header(&self) -> Header {
-        Header {
-            type_hash: self.type_hash,
-            sequence: self.id.sequence,
+        whole(&mut self.writer);
+        let (is_complete, length) = (!self.writer.has_skipped(), self.writer.len());
+        let begin = self.writer.finish()?;
+        let header = Header {
+            type_hash: operation.type_hash,
+            sequence: id.sequence,
             sent: now(),
             ..Header::default()
+        };
+        if is_complete {
+            return send(&mut *self.port, header, &begin);
+        }
+        let write = |memory: &mut [u8]| fill(memory, whole);
+        let request = Written {
+            begin,
+            length,
+            write,
+        };
+        send(&mut *self.port, header, &request)
+    }
+
+    fn pending(&self, operation: &Operation) -> PendingCall {
+        PendingCall {
+            id: self.id,
+            operation: operation.id,
+            type_hash: operation.type_hash,
+            profile: self.port.profile(),
+            replies: operation.replies,
         }
     }
 }
@@ -231,18 +248,18 @@ mod tests {
             [7; 16]
         }
 
-        fn send(&mut self, _: Header, _: &[u8]) -> Result<(), CallError> {
+        fn send(&mut self, _: Header, _: &dyn RequestBody) -> Result<(), CallError> {
             Ok(())
         }
 
         fn call(
             &mut self,
             _: Header,
-            request: &[u8],
+            request: &dyn RequestBody,
             _: Duration,
             take: &mut dyn FnMut(Header, &[u8]),
         ) -> Result<(), CallError> {
-            let id = rpc::request_id(request).expect("an envelope");
+            let id = rpc::request_id(request.begin()).expect("an envelope");
             let (header, body) = (self.reply)(id);
             take(header, &body);
             Ok(())

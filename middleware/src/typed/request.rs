@@ -7,6 +7,47 @@ use crate::header::{Encoding, Header};
 use crate::in_place::{self, BEHIND_ENVELOPE, InPlace};
 use crate::rpc::{self, Outcome, RequestId};
 
+/// What stands before the variant `case` of a reply.
+#[derive(Clone, Copy)]
+struct Beginning {
+    id: RequestId,
+    operation: i32,
+    case: i32,
+    profile: Profile,
+    replies: &'static [ReplyVariant],
+}
+
+impl Beginning {
+    /// Writes the envelope, and in [`Profile::Ros`] the code and the variants before this one.
+    fn write(self, writer: &mut Writer<'_>) {
+        rpc::begin_reply(writer, self.id, self.operation, self.case);
+        if self.profile == Profile::Ros {
+            rpc::begin_body(writer, Profile::Ros);
+            if !self.replies.is_empty() {
+                writer.put(&code(self.replies, self.case));
+                let here = self.place().unwrap_or(self.replies.len());
+                for variant in &self.replies[..here] {
+                    (variant.put)(writer);
+                }
+            }
+        }
+    }
+
+    /// The variants that follow in [`Profile::Ros`].
+    fn rest(self) -> &'static [ReplyVariant] {
+        match self.place() {
+            Some(at) if self.profile == Profile::Ros && self.case != 0 => &self.replies[at + 1..],
+            _ => &[],
+        }
+    }
+
+    fn place(self) -> Option<usize> {
+        self.replies
+            .iter()
+            .position(|variant| variant.case == self.case)
+    }
+}
+
 /// A request that a server handles.
 pub struct Request<'a> {
     /// The hash of the name of the operation.
@@ -77,29 +118,20 @@ impl<'a> Request<'a> {
 
     /// Begins the reply; `case` is 0 for a result, else the hash of an exception.
     fn begin(&mut self, case: i32) -> &mut Writer<'static> {
+        let begin = self.beginning(case);
+        self.rest = begin.rest();
         self.writer.clear();
-        rpc::begin_reply(&mut self.writer, self.id, self.operation, case);
-        if self.reply.profile() == Profile::Ros {
-            self.begin_ros_reply(case);
-        }
+        begin.write(&mut self.writer);
         &mut self.writer
     }
 
-    /// Writes what precedes the variant `case` in [`Profile::Ros`].
-    fn begin_ros_reply(&mut self, case: i32) {
-        rpc::begin_body(&mut self.writer, Profile::Ros);
-        self.rest = &[];
-        let replies = self.replies;
-        if replies.is_empty() {
-            return;
-        }
-        self.writer.put(&code(replies, case));
-        let here = replies.iter().position(|variant| variant.case == case);
-        for variant in &replies[..here.unwrap_or(replies.len())] {
-            (variant.put)(&mut self.writer);
-        }
-        if let Some(at) = here.filter(|_| case != 0) {
-            self.rest = &replies[at + 1..];
+    fn beginning(&self, case: i32) -> Beginning {
+        Beginning {
+            id: self.id,
+            operation: self.operation,
+            case,
+            profile: self.reply.profile(),
+            replies: self.replies,
         }
     }
 
@@ -111,11 +143,14 @@ impl<'a> Request<'a> {
         case: i32,
         write: impl Fn(&mut Writer<'_>),
     ) -> Result<(), HandlerError> {
-        if self.reply.profile() == Profile::Rpc && self.reply.can_loan(Encoding::Cdr) {
-            let (id, operation) = (self.id, self.operation);
+        if self.reply.can_loan(Encoding::Cdr) {
+            let begin = self.beginning(case);
             let whole = |writer: &mut Writer<'_>| {
-                rpc::begin_reply(writer, id, operation, case);
+                begin.write(writer);
                 write(writer);
+                for variant in begin.rest() {
+                    (variant.put)(writer);
+                }
             };
             self.writer.measure();
             whole(&mut self.writer);

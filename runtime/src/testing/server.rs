@@ -1,6 +1,7 @@
 //! Fake servers: they answer the calls of a worker under test, and keep them.
 
 use super::{TestBed, address};
+use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::typed::{HandlerError, Operation, Request};
 use rc_middleware::{CallError, Client, DecodeError, Header, Reader, WakeEvent};
 use std::cell::RefCell;
@@ -196,20 +197,20 @@ impl Client for Port {
         [1; 16]
     }
 
-    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
+    fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
         let fault = self.calls.borrow_mut().take_fault();
         let address = self.calls.borrow().address.clone();
         match fault {
             Some(Fault::NoServer | Fault::ServerDied) => Err(CallError::NoServer(address)),
             Some(Fault::QueueFull) => Err(CallError::QueueFull(address)),
-            Some(Fault::Timeout) | None => self.serve(header, request).map(drop),
+            Some(Fault::Timeout) | None => self.serve(header, &buffer(request)?).map(drop),
         }
     }
 
     fn call(
         &mut self,
         header: Header,
-        request: &[u8],
+        request: &dyn RequestBody,
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
@@ -223,7 +224,7 @@ impl Client for Port {
             Some(Fault::QueueFull) => return Err(CallError::QueueFull(address)),
             _ => {}
         }
-        let reply = self.serve(header, request)?;
+        let reply = self.serve(header, &buffer(request)?)?;
         match fault {
             Some(Fault::Timeout) => Err(CallError::Deadline { address, limit }),
             Some(Fault::ServerDied) => Err(CallError::ServerDied(address)),

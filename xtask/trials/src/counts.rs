@@ -18,12 +18,15 @@ use std::time::{Duration, Instant};
 const CALLS_GOAL: f64 = 1.00;
 /// A generated endpoint may execute this many times the user instructions of the hand-written one.
 const INSTRUCTIONS_GOAL: f64 = 1.30;
-/// Rounding of a count that is almost an integer: polls of an idle loop belong to no message.
+/// Rounding of a count that is almost an integer.
 const TOLERANCE: f64 = 0.02;
 /// A tool may take this long to attach, to write its result, or to start a program.
 const TOOL: Duration = Duration::from_mins(1);
 /// A block may take this long under a tool.
 const BLOCK: Duration = Duration::from_mins(5);
+/// Both programs are counted for so long without a message: what they do in that time belongs to no
+/// message.
+const IDLE: Duration = Duration::from_secs(4);
 /// Kernel calls that belong to the benchmark and not to the message: the pause between two samples.
 const NOT_COUNTED: &str = "clock_nanosleep";
 
@@ -50,9 +53,38 @@ struct Counts {
 /// Counts of one row: those of the sender or client, and those of the receiver or server.
 type Ends = [Counts; 2];
 
+/// Counts in a time, of the sender or client and of the receiver or server.
+struct Counted {
+    counts: [f64; 2],
+    took: Duration,
+}
+
+impl Counted {
+    /// The counts of one message at each endpoint, without what an idle program does in that time.
+    fn each(&self, idle: &Self, messages: [usize; 2]) -> [f64; 2] {
+        let share = self.took.as_secs_f64() / idle.took.as_secs_f64();
+        [0, 1].map(|end| {
+            let own = self.counts[end] - idle.counts[end] * share;
+            own.max(0.0) / messages[end] as f64
+        })
+    }
+
+    /// The counts of a second at each endpoint.
+    fn a_second(&self) -> [f64; 2] {
+        self.counts.map(|count| count / self.took.as_secs_f64())
+    }
+}
+
+/// The counts of one pair of programs: of each row, and of an idle second.
+struct Side {
+    rows: Vec<Ends>,
+    idle: Ends,
+}
+
 /// Builds the programs, counts, and prints the tables. `smoke` counts a tenth of the messages.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
-    let words = "build --release -p ping -p pong -p bench_peer";
+    // The whole workspace is selected, so that features are those of the other benchmarks.
+    let words = "build --release --workspace --bin ping --bin pong --bin bench_peer";
     finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
     println!("{}\n", machine());
     let share = if smoke { 0.1 } else { 1.0 };
@@ -60,6 +92,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     let ours = side(&Pair::generated_under, share, &mut missing)?;
     let theirs = side(&Pair::by_hand_under, share, &mut missing)?;
     let met = table(&ours, &theirs);
+    idle_table(&ours.idle, &theirs.idle);
     missing.sort();
     missing.dedup();
     for reason in &missing {
@@ -74,37 +107,40 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
 type Start<'a> = &'a dyn Fn(&[String]) -> Result<Pair, Failure>;
 
 /// Counts all rows of one pair of programs.
-fn side(start: Start<'_>, share: f64, missing: &mut Vec<String>) -> Result<Vec<Ends>, Failure> {
-    let mut counts = vec![Ends::default(); ROWS.len()];
+fn side(start: Start<'_>, share: f64, missing: &mut Vec<String>) -> Result<Side, Failure> {
+    let mut side = Side {
+        rows: vec![Ends::default(); ROWS.len()],
+        idle: Ends::default(),
+    };
     let folder = tempfile::tempdir()?;
     {
         let mut pair = start(&slowly(&[]))?;
-        for (at, ends) in counts.iter_mut().enumerate() {
-            let (row, received) = row(at, share);
-            // The first block warms up.
-            pair.counted_block(&row, BLOCK)?;
-            let before = pair.pids().map(context_switches);
-            let messages = pair.counted_block(&row, BLOCK)?;
-            let after = pair.pids().map(context_switches);
-            for (end, (before, after)) in before.into_iter().zip(after).enumerate() {
-                let of = if end == 0 {
-                    row.count
-                } else {
-                    received(messages)
-                };
-                ends[end].switches = Some((after? - before?) as f64 / of as f64);
-            }
-        }
+        count(
+            &mut pair,
+            &mut side,
+            share,
+            |pair| switches(&pair),
+            |before, pair| {
+                let after = switches(&pair)?;
+                Ok([0, 1].map(|end| after[end] - before[end]))
+            },
+            |counts| &mut counts.switches,
+        )?;
         if is_installed("strace") {
-            for (at, ends) in counts.iter_mut().enumerate() {
-                let (row, received) = row(at, share);
-                let traces = pair.pids().map(|pid| Trace::start(pid, folder.path()));
-                let [sender, receiver] = traces;
-                let (sender, receiver) = (sender?, receiver?);
-                let messages = pair.counted_block(&row, BLOCK)?;
-                ends[0].calls = Some(sender.end()? / row.count as f64);
-                ends[1].calls = Some(receiver.end()? / received(messages) as f64);
-            }
+            let folder = folder.path();
+            count(
+                &mut pair,
+                &mut side,
+                share,
+                |[sender, receiver]| {
+                    Ok([
+                        Trace::start(sender, folder)?,
+                        Trace::start(receiver, folder)?,
+                    ])
+                },
+                |[sender, receiver], _| Ok([sender.end()?, receiver.end()?]),
+                |counts| &mut counts.calls,
+            )?;
         } else {
             missing.push("kernel calls, because `strace` is not installed".to_owned());
         }
@@ -113,21 +149,66 @@ fn side(start: Start<'_>, share: f64, missing: &mut Vec<String>) -> Result<Vec<E
         missing.push(
             "user instructions and copied bytes, because `valgrind` is not installed".to_owned(),
         );
-        return Ok(counts);
+        return Ok(side);
     }
-    if let Err(error) = instructions(start, share, folder.path(), &mut counts) {
+    if let Err(error) = instructions(start, share, folder.path(), &mut side) {
         missing.push(format!(
             "user instructions, because callgrind failed: {error}"
         ));
     }
-    for (at, ends) in counts.iter_mut().enumerate() {
+    for (at, ends) in side.rows.iter_mut().enumerate() {
         if ROWS[at].2 >= 1 << 20
             && let Err(error) = copied(start, at, share, folder.path(), ends)
         {
             missing.push(format!("copied bytes, because dhat failed: {error}"));
         }
     }
-    Ok(counts)
+    Ok(side)
+}
+
+fn switches(pids: &[u32; 2]) -> Result<[f64; 2], Failure> {
+    let [sender, receiver] = pids.map(context_switches);
+    Ok([sender? as f64, receiver? as f64])
+}
+
+/// Counts an idle time and all rows: `begin` begins to count both processes, `end` gives the counts,
+/// which go into the `field`.
+fn count<T>(
+    pair: &mut Pair,
+    side: &mut Side,
+    share: f64,
+    begin: impl Fn([u32; 2]) -> Result<T, Failure>,
+    end: impl Fn(T, [u32; 2]) -> Result<[f64; 2], Failure>,
+    field: impl Fn(&mut Counts) -> &mut Option<f64>,
+) -> Result<(), Failure> {
+    let pids = pair.pids();
+    let counted = |run: &mut dyn FnMut() -> Result<usize, Failure>| {
+        let begun = begin(pids)?;
+        let start = Instant::now();
+        let messages = run()?;
+        let took = start.elapsed();
+        let counts = end(begun, pids)?;
+        Ok::<_, Failure>((Counted { counts, took }, messages))
+    };
+    // The first block warms up.
+    pair.counted_block(&row(0, share).0, BLOCK)?;
+    let (idle, _) = counted(&mut || {
+        std::thread::sleep(IDLE);
+        Ok(0)
+    })?;
+    for (end, count) in side.idle.iter_mut().zip(idle.a_second()) {
+        *field(end) = Some(count);
+    }
+    for (at, ends) in side.rows.iter_mut().enumerate() {
+        let (row, received) = row(at, share);
+        pair.counted_block(&row, BLOCK)?;
+        let (counts, messages) = counted(&mut || pair.counted_block(&row, BLOCK))?;
+        let counts = counts.each(&idle, [row.count, received(messages)]);
+        for (end, count) in ends.iter_mut().zip(counts) {
+            *field(end) = Some(count);
+        }
+    }
+    Ok(())
 }
 
 /// The command line of a tool, with a pause between samples in which the receiver always falls asleep.
@@ -223,7 +304,7 @@ fn instructions(
     start: Start<'_>,
     share: f64,
     folder: &Path,
-    counts: &mut [Ends],
+    side: &mut Side,
 ) -> Result<(), Failure> {
     let out = folder.join("callgrind.%p");
     let tool = slowly(&[
@@ -233,33 +314,32 @@ fn instructions(
         &format!("--callgrind-out-file={}", out.display()),
     ]);
     let mut pair = start(&tool)?;
-    for (at, ends) in counts.iter_mut().enumerate() {
-        let (row, received) = row(at, share);
-        pair.counted_block(&row, BLOCK)?;
-        for pid in pair.pids() {
-            control("--zero", pid)?;
-        }
-        let messages = pair.counted_block(&row, BLOCK)?;
-        for (end, pid) in pair.pids().into_iter().enumerate() {
-            control("--dump", pid)?;
-            let dump = folder.join(format!("callgrind.{pid}.{}", at + 1));
-            let text = std::fs::read_to_string(&dump)?;
-            let mut total = text
-                .lines()
-                .filter_map(|line| line.strip_prefix("totals: "));
-            let total: f64 = total
-                .next_back()
-                .ok_or("callgrind wrote no total")?
-                .parse()?;
-            let of = if end == 0 {
-                row.count
-            } else {
-                received(messages)
-            };
-            ends[end].instructions = Some(total / of as f64);
-        }
-    }
-    Ok(())
+    let dumps = std::cell::Cell::new(0);
+    count(
+        &mut pair,
+        side,
+        share,
+        |pids| pids.into_iter().try_for_each(|pid| control("--zero", pid)),
+        |(), pids| {
+            dumps.set(dumps.get() + 1);
+            let [sender, receiver] = pids.map(|pid| {
+                control("--dump", pid)?;
+                let dump = folder.join(format!("callgrind.{pid}.{}", dumps.get()));
+                instructions_in(&std::fs::read_to_string(dump)?)
+            });
+            Ok([sender?, receiver?])
+        },
+        |counts| &mut counts.instructions,
+    )
+}
+
+/// The last total in a dump of callgrind.
+fn instructions_in(dump: &str) -> Result<f64, Failure> {
+    let mut totals = dump
+        .lines()
+        .filter_map(|line| line.strip_prefix("totals: "));
+    let total = totals.next_back().ok_or("callgrind wrote no total")?;
+    Ok(total.parse()?)
 }
 
 fn control(order: &str, pid: u32) -> Result<(), Failure> {
@@ -306,8 +386,31 @@ fn copied(
     Ok(())
 }
 
+/// Prints what both programs do in a second without a message.
+fn idle_table(ours: &Ends, theirs: &Ends) {
+    println!(
+        "| a second without a message | kernel calls: generated | by hand | instructions: generated | by hand | context switches: generated | by hand |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for (end, (a, b)) in ["publisher and client", "subscriber and server"]
+        .iter()
+        .zip(ours.iter().zip(theirs))
+    {
+        let pair = |count: fn(&Counts) -> Option<f64>| {
+            format!("{} | {}", number(count(a), 1), number(count(b), 1))
+        };
+        println!(
+            "| {end} | {} | {} | {} |",
+            pair(|counts| counts.calls),
+            pair(|counts| counts.instructions),
+            pair(|counts| counts.switches),
+        );
+    }
+    println!();
+}
+
 /// Prints the tables. Returns whether all goals are met.
-fn table(ours: &[Ends], theirs: &[Ends]) -> bool {
+fn table(ours: &Side, theirs: &Side) -> bool {
     println!(
         "| a message | endpoint | kernel calls: generated | by hand | ratio (goal ≤ {CALLS_GOAL:.2}) | \
          instructions: generated | by hand | ratio (goal ≤ {INSTRUCTIONS_GOAL:.2}) | \
@@ -316,7 +419,7 @@ fn table(ours: &[Ends], theirs: &[Ends]) -> bool {
     println!("|---|---|---|---|---|---|---|---|---|---|");
     let mut met = true;
     let mut copies = String::new();
-    for (at, (ours, theirs)) in ours.iter().zip(theirs).enumerate() {
+    for (at, (ours, theirs)) in ours.rows.iter().zip(&theirs.rows).enumerate() {
         let (name, kind, ..) = ROWS[at];
         let names = if kind == "query" {
             ["client", "server"]

@@ -5,11 +5,13 @@
 //! of the backend. Each block argues that what C gets lives at least as long as C uses it.
 
 mod raw;
+mod sample;
 
 use raw::{CIdentity, CListener, CQos, CSample};
+use sample::HEADROOM;
+pub use sample::{BEFORE_BODY, Loan, Sample};
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::fmt;
-use std::ops::Deref;
 use std::ptr;
 use std::time::Duration;
 
@@ -20,6 +22,8 @@ pub struct Error(i32);
 impl Error {
     /// An invalid argument (`DDS_RETCODE_BAD_PARAMETER`).
     pub const BAD_PARAMETER: Self = Self(-3);
+    /// No memory (`DDS_RETCODE_OUT_OF_RESOURCES`).
+    pub const OUT_OF_RESOURCES: Self = Self(-5);
 
     /// Whether a limit of time was reached (`DDS_RETCODE_TIMEOUT`).
     pub fn is_timeout(self) -> bool {
@@ -322,7 +326,10 @@ impl Writer {
     /// Sends a body in CDR, little endian. `sequence`: its number, from 1, for readers in this
     /// process; other readers count the samples of this writer. `stamp`: nanoseconds since 1970.
     pub fn write(&self, sequence: u64, stamp: i64, body: &[u8]) -> Result<(), Error> {
-        self.send(sequence, stamp, body, false, None)
+        let (data, size) = (body.as_ptr(), body.len());
+        // SAFETY: the bytes are copied before the function returns.
+        checked(unsafe { raw::rc_write(self.0.id(), sequence, stamp, data, size) })?;
+        Ok(())
     }
 
     /// The same, with an identity beside the body, in the inline quality of service.
@@ -333,28 +340,49 @@ impl Writer {
         body: &[u8],
         related: Identity,
     ) -> Result<(), Error> {
-        self.send(sequence, stamp, body, false, Some(related))
+        let mut loan = self.loan(body.len())?;
+        loan.memory()[BEFORE_BODY..].copy_from_slice(body);
+        self.send(loan, (sequence, stamp), 0, Some(related))
+    }
+
+    /// Lends the memory of a sample with a body of `size` bytes, which [`Writer::send`] sends.
+    pub fn loan(&self, size: usize) -> Result<Loan, Error> {
+        let mut body = ptr::null_mut();
+        // SAFETY: `body` may be written.
+        let data = unsafe { raw::rc_loan(self.0.id(), size, &raw mut body) };
+        if data.is_null() {
+            return Err(Error::OUT_OF_RESOURCES);
+        }
+        Ok(Loan::new(data, body, size))
+    }
+
+    /// Sends a lent sample, see [`Writer::write`]. The last `before` bytes in front of its body are a
+    /// part of it, a multiple of 8. `related`: an identity beside it, in the inline quality of
+    /// service.
+    pub fn send(
+        &self,
+        loan: Loan,
+        (sequence, stamp): (u64, i64),
+        before: usize,
+        related: Option<Identity>,
+    ) -> Result<(), Error> {
+        if before > HEADROOM || !before.is_multiple_of(8) {
+            return Err(Error::BAD_PARAMETER);
+        }
+        let related = related.map(CIdentity::from);
+        let related = related.as_ref().map_or(ptr::null(), ptr::from_ref);
+        let data = loan.into_data();
+        // SAFETY: `data` comes from `rc_loan`, and nobody else has it any more; the identity is
+        // copied.
+        checked(unsafe { raw::rc_send(self.0.id(), data, sequence, stamp, before, related) })?;
+        Ok(())
     }
 
     /// Sends these bytes, which begin with the encapsulation: for tests that send invalid samples.
     pub fn write_raw(&self, sequence: u64, stamp: i64, bytes: &[u8]) -> Result<(), Error> {
-        self.send(sequence, stamp, bytes, true, None)
-    }
-
-    fn send(
-        &self,
-        sequence: u64,
-        stamp: i64,
-        bytes: &[u8],
-        raw: bool,
-        related: Option<Identity>,
-    ) -> Result<(), Error> {
-        let (id, raw) = (self.0.id(), i32::from(raw));
         let (data, size) = (bytes.as_ptr(), bytes.len());
-        let related = related.map(CIdentity::from);
-        let related = related.as_ref().map_or(ptr::null(), ptr::from_ref);
-        // SAFETY: the bytes and the identity are copied before the function returns.
-        checked(unsafe { raw::rc_write(id, sequence, stamp, data, size, raw, related) })?;
+        // SAFETY: the bytes are copied before the function returns.
+        checked(unsafe { raw::rc_write_raw(self.0.id(), sequence, stamp, data, size) })?;
         Ok(())
     }
 
@@ -411,7 +439,7 @@ impl Reader {
         let count = unsafe { raw::rc_take(self.0.id(), samples.as_mut_ptr(), &raw mut more) };
         let count = checked(count)?.unsigned_abs() as usize;
         for sample in samples.into_iter().take(count) {
-            each(Sample(sample));
+            each(Sample::new(sample));
         }
         Ok(Batch {
             count,
@@ -440,62 +468,6 @@ pub struct Batch {
     pub count: usize,
     /// Whether more samples are there.
     pub more: bool,
-}
-
-/// A received sample with its encapsulation. It may be memory of the library, which gets it back
-/// when the sample is dropped.
-pub struct Sample(CSample);
-
-// SAFETY: the memory is counted atomically by the library and never written after the sample was
-// made.
-unsafe impl Send for Sample {}
-
-impl Sample {
-    /// Its number among the samples of its writer, from 1.
-    pub fn sequence(&self) -> u64 {
-        self.0.sequence
-    }
-
-    /// The handle of its writer.
-    pub fn writer(&self) -> u64 {
-        self.0.writer
-    }
-
-    /// Time of sending, in nanoseconds since 1970.
-    pub fn stamp(&self) -> i64 {
-        self.0.stamp
-    }
-
-    /// The identity beside it, in its inline quality of service.
-    pub fn related(&self) -> Option<Identity> {
-        if self.0.related.is_null() {
-            return None;
-        }
-        // SAFETY: not null, so it points into memory that lives until `rc_release`.
-        Some(unsafe { *self.0.related }.into())
-    }
-}
-
-impl Deref for Sample {
-    type Target = [u8];
-
-    fn deref(&self) -> &[u8] {
-        // SAFETY: `rc_take` gave the address and the size of memory that lives until `rc_release`.
-        unsafe { std::slice::from_raw_parts(self.0.bytes, self.0.size) }
-    }
-}
-
-impl fmt::Debug for Sample {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Sample {} of {} bytes", self.sequence(), self.len())
-    }
-}
-
-impl Drop for Sample {
-    fn drop(&mut self) {
-        // SAFETY: `rc_take` gave this reference to this sample alone, which returns it once.
-        unsafe { raw::rc_release(self.0.data) };
-    }
 }
 
 /// Discovers endpoints of the domain.

@@ -186,9 +186,24 @@ unsafe extern "C" {
         stamp: i64,
         body: *const u8,
         size: usize,
-        raw: i32,
+    ) -> i32;
+    pub(crate) fn rc_write_raw(
+        writer: i32,
+        sequence: u64,
+        stamp: i64,
+        bytes: *const u8,
+        size: usize,
+    ) -> i32;
+    pub(crate) fn rc_loan(writer: i32, size: usize, body: *mut *mut u8) -> *mut c_void;
+    pub(crate) fn rc_send(
+        writer: i32,
+        data: *mut c_void,
+        sequence: u64,
+        stamp: i64,
+        before: usize,
         related: *const CIdentity,
     ) -> i32;
+    pub(crate) fn rc_is_unique(data: *const c_void) -> i32;
     pub(crate) fn rc_take(reader: i32, samples: *mut CSample, more: *mut i32) -> i32;
     pub(crate) fn rc_release(data: *mut c_void);
     pub(crate) fn rc_wait_for_acks(writer: i32, nanoseconds: i64, reader: *const u8) -> i32;

@@ -102,10 +102,14 @@ struct blob {
   struct identity identity;
   size_t room;       /* of the region that it is in; 0: it is in the heap */
   uint32_t size;     /* of `bytes` */
-  uint8_t bytes[];
+  uint8_t padding;   /* at the end of a body of this process */
+  uint8_t *bytes;    /* in `memory` */
+  _Alignas (8) uint8_t memory[];
 };
 
-enum { ENCAPSULATION = 4 };
+/* Before `bytes` there is room in which this process may put what belongs before a body: with the encapsulation, 40 bytes. So a
+ * body can get an envelope without a copy. */
+enum { ENCAPSULATION = 4, HEADROOM = 36 };
 
 /* RTPS 2.5, 9.4.5.3 Data and 9.4.5.4 DataFrag begin alike: header (4), extra flags (2), distance to the inline QoS (2),
  * reader (4), writer (4), writer's sequence number: high (4), low (4). The library has turned the numbers into those of
@@ -114,10 +118,10 @@ enum { SEQUENCE_HIGH = 16, SEQUENCE_LOW = 20 };
 
 static struct blob *blob_new (const struct ddsi_sertype *type, enum ddsi_serdata_kind kind, size_t size)
 {
-  if (size > UINT32_MAX - sizeof (struct blob) - 3)
+  if (size > UINT32_MAX - sizeof (struct blob) - HEADROOM - 3)
     return NULL;
   const size_t padded = (size + 3) & ~(size_t) 3;
-  const size_t whole = sizeof (struct blob) + padded;
+  const size_t whole = sizeof (struct blob) + HEADROOM + padded;
   size_t room = 0;
   struct blob *d = whole < LARGE ? malloc (whole) : region_new (whole, &room);
   if (d == NULL)
@@ -128,6 +132,9 @@ static struct blob *blob_new (const struct ddsi_sertype *type, enum ddsi_serdata
   d->sequence = 0;
   d->is_related = false;
   d->size = (uint32_t) size;
+  d->padding = 0;
+  d->bytes = d->memory + HEADROOM;
+  memset (d->memory, 0, HEADROOM);
   memset (d->bytes + size, 0, padded - size);
   return d;
 }
@@ -603,36 +610,88 @@ int32_t rc_reader (int32_t participant, int32_t topic, const struct rc_qos *want
 
 /* ---- Data ---- */
 
-/* `sequence`: what readers in this process get; others get the writer's count, from 1. `stamp`: nanoseconds since 1970.
- * `raw`: the bytes begin with an encapsulation of their own, which tests use to send what is wrong. `related`: an identity, or
- * NULL. */
-int32_t rc_write (int32_t writer, uint64_t sequence, int64_t stamp, const uint8_t *body, size_t size, int32_t raw, const struct identity *related)
+/* A new sample with a body of `size` bytes, which the caller writes. NULL: no memory, or no writer. */
+static struct blob *blob_of_writer (int32_t writer, size_t size)
 {
   const struct ddsi_sertype *type;
-  const dds_return_t rc = dds_get_entity_sertype (writer, &type);
-  if (rc != DDS_RETCODE_OK)
-    return rc;
-  const size_t head = raw ? 0 : ENCAPSULATION;
-  const uint8_t padding = raw ? 0 : (uint8_t) (-size & 3);
-  struct blob *d = blob_new (type, SDK_DATA, head + size + padding);
+  if (size > UINT32_MAX - 2 * ENCAPSULATION || dds_get_entity_sertype (writer, &type) != DDS_RETCODE_OK)
+    return NULL;
+  const uint8_t padding = (uint8_t) (-size & 3);
+  struct blob *d = blob_new (type, SDK_DATA, ENCAPSULATION + size + padding);
   if (d == NULL)
-    return DDS_RETCODE_OUT_OF_RESOURCES;
+    return NULL;
+  d->padding = padding;
+  memset (d->bytes + ENCAPSULATION + size, 0, padding);
+  return d;
+}
+
+/* `sequence`: what readers in this process get; others get the writer's count, from 1. `stamp`: nanoseconds since 1970.
+ * `related`: an identity, or NULL. The library takes the sample in any case. */
+static int32_t send_blob (int32_t writer, struct blob *d, uint64_t sequence, int64_t stamp, const struct identity *related)
+{
   d->sequence = sequence;
   if (related != NULL) {
     d->is_related = true;
     d->identity = *related;
   }
-  if (!raw) {
-    /* CDR_LE, and how many bytes pad the body (RTPS 2.5, 10.2.1.2). */
-    const uint8_t encapsulation[ENCAPSULATION] = { 0, 1, 0, padding };
-    memcpy (d->bytes, encapsulation, sizeof (encapsulation));
-    memset (d->bytes + head + size, 0, padding);
-  }
-  if (size > 0)
-    memcpy (d->bytes + head, body, size);
   d->c.statusinfo = 0;
   d->c.timestamp.v = stamp;
   return dds_forwardcdr (writer, &d->c);
+}
+
+/* CDR_LE, and how many bytes pad the body (RTPS 2.5, 10.2.1.2). */
+static void encapsulate (struct blob *d)
+{
+  const uint8_t encapsulation[ENCAPSULATION] = { 0, 1, 0, d->padding };
+  memcpy (d->bytes, encapsulation, sizeof (encapsulation));
+}
+
+int32_t rc_write (int32_t writer, uint64_t sequence, int64_t stamp, const uint8_t *body, size_t size)
+{
+  struct blob *d = blob_of_writer (writer, size);
+  if (d == NULL)
+    return DDS_RETCODE_OUT_OF_RESOURCES;
+  encapsulate (d);
+  if (size > 0)
+    memcpy (d->bytes + ENCAPSULATION, body, size);
+  return send_blob (writer, d, sequence, stamp, NULL);
+}
+
+/* The bytes begin with an encapsulation of their own: tests send what is wrong. */
+int32_t rc_write_raw (int32_t writer, uint64_t sequence, int64_t stamp, const uint8_t *bytes, size_t size)
+{
+  struct blob *d = blob_of_writer (writer, size);
+  if (d == NULL)
+    return DDS_RETCODE_OUT_OF_RESOURCES;
+  d->bytes += ENCAPSULATION;
+  d->size = (uint32_t) size;
+  if (size > 0)
+    memcpy (d->bytes, bytes, size);
+  return send_blob (writer, d, sequence, stamp, NULL);
+}
+
+/* A sample that the caller writes: its body of `size` bytes is at `body`, and HEADROOM + ENCAPSULATION bytes before it may be
+ * written, too. All of it is initialised. It goes to rc_send or to rc_release. NULL: no memory, or no writer. */
+struct ddsi_serdata *rc_loan (int32_t writer, size_t size, uint8_t **body)
+{
+  struct blob *d = blob_of_writer (writer, size);
+  if (d == NULL)
+    return NULL;
+  /* A region has been written before, or was zero. */
+  if (d->room == 0)
+    memset (d->bytes, 0, ENCAPSULATION + size);
+  *body = d->bytes + ENCAPSULATION;
+  return &d->c;
+}
+
+/* Sends it. `before`: so many bytes before its body are a part of it, at most HEADROOM, and a multiple of 8. */
+int32_t rc_send (int32_t writer, struct ddsi_serdata *c, uint64_t sequence, int64_t stamp, size_t before, const struct identity *related)
+{
+  struct blob *d = (struct blob *) c;
+  d->bytes -= before;
+  d->size += (uint32_t) before;
+  encapsulate (d);
+  return send_blob (writer, d, sequence, stamp, related);
 }
 
 enum { RC_AT_ONCE = 64 };
@@ -679,6 +738,15 @@ int32_t rc_take (int32_t reader, struct rc_sample samples[RC_AT_ONCE], int32_t *
 void rc_release (struct ddsi_serdata *data)
 {
   ddsi_serdata_unref (data);
+}
+
+/* Whether the caller alone holds a sample of rc_take, so that it may write to it. */
+int32_t rc_is_unique (const struct ddsi_serdata *data)
+{
+  const bool is_unique = ddsrt_atomic_ld32 (&data->refc) == 1;
+  /* What others read before they let go of it was read before this. */
+  ddsrt_atomic_fence_acq ();
+  return is_unique;
 }
 
 /* `reader`: the only one that is waited for, or NULL for all. */
@@ -770,6 +838,23 @@ static bool is_taken (dds_entity_t reader, const dds_guid_t *writer, bool again)
   return taken;
 }
 
+/* How long to wait for a writer, in milliseconds; and of each thread, for all writers within a time: strangers that stay silent do
+ * not stop the thread. */
+enum { PATIENCE = 200, ALL_PATIENCE = 1000, PATIENCE_WINDOW = 10000 };
+
+static void await_taken (dds_entity_t reader, const dds_guid_t *writer, bool again)
+{
+  static _Thread_local int64_t window_begun;
+  static _Thread_local int waited_in_window;
+  const int64_t now = ddsrt_time_monotonic ().v;
+  if (window_begun == 0 || now - window_begun > DDS_MSECS (PATIENCE_WINDOW)) {
+    window_begun = now;
+    waited_in_window = 0;
+  }
+  for (int waited = 0; waited < PATIENCE && waited_in_window < ALL_PATIENCE && !is_taken (reader, writer, again); waited++, waited_in_window++)
+    dds_sleepfor (DDS_MSECS (1));
+}
+
 enum rc_kind { RC_WRITER = 0, RC_READER = 1, RC_RELIABLE_READER = 2 };
 
 /* Tells about the other end of `entity`, which is of this kind, with this handle; 0 where there is none any more. Of a
@@ -781,8 +866,8 @@ int32_t rc_matched (int32_t entity, uint64_t handle, int32_t kind, rc_end_callba
   if (found == NULL)
     return 0;
   const bool again = kind == RC_RELIABLE_READER;
-  for (int waited = 0; kind != RC_WRITER && waited < 200 && !is_taken (entity, &found->key, again); waited++)
-    dds_sleepfor (DDS_MSECS (1));
+  if (kind != RC_WRITER)
+    await_taken (entity, &found->key, again);
   tell_end (found, true, callback, argument);
   dds_builtintopic_free_endpoint (found);
   return 1;

@@ -143,7 +143,7 @@ fn memory_is_allocated_for_pending_messages_only() {
         let mut reply = Vec::new();
         for _ in 0..10 {
             for client in &mut clients {
-                let done = client.call(header(1), &body[..1000], LIMIT, &mut |_, body| {
+                let done = client.call(header(1), &&body[..1000], LIMIT, &mut |_, body| {
                     body.clone_into(&mut reply);
                 });
                 assert_eq!(done, Ok(()));

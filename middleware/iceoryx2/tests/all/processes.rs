@@ -293,7 +293,7 @@ pub(crate) fn play(role: &str, network: &Network) {
 pub(crate) fn ask(client: &mut dyn Client, request: &[u8]) -> Result<Vec<u8>, CallError> {
     let mut reply = Vec::new();
     client
-        .call(header(1), request, LIMIT, &mut |_, body| {
+        .call(header(1), &request, LIMIT, &mut |_, body| {
             body.clone_into(&mut reply);
         })
         .map(|()| reply)

@@ -72,7 +72,7 @@ pub(crate) fn play(role: &str, network: &Network) {
 
 fn ask(client: &mut dyn Client, request: &[u8], limit: Duration) -> Result<Vec<u8>, CallError> {
     let mut reply = Vec::new();
-    let answered = client.call(header(1), request, limit, &mut |_, body| {
+    let answered = client.call(header(1), &request, limit, &mut |_, body| {
         body.clone_into(&mut reply);
     });
     answered.map(|()| reply)

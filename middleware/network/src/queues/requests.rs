@@ -17,11 +17,21 @@ pub const NO_ROOM: &str = "the queue of the server has no room: too many request
 
 /// The requests to a server: one queue for each client `C`, in the order in which the server serves
 /// them.
+///
+/// Where there is no room in bytes, the client whose requests have the most bytes loses its newest
+/// ones. So a client that keeps below an equal share of the room always finds some.
 #[derive(Debug)]
 pub struct RequestQueues<C, S> {
-    queues: Mutex<VecDeque<(C, VecDeque<QueuedRequest<S>>)>>,
+    queues: Mutex<VecDeque<ClientQueue<C, S>>>,
     /// Counts the bytes of all waiting requests.
     gauge: QueueGauge,
+}
+
+#[derive(Debug)]
+struct ClientQueue<C, S> {
+    client: C,
+    waiting: VecDeque<QueuedRequest<S>>,
+    bytes: usize,
 }
 
 /// A request that waits.
@@ -55,44 +65,70 @@ impl<C: PartialEq, S> RequestQueues<C, S> {
         let mut queues = lock(&self.queues);
         let at = queues
             .iter()
-            .position(|(_, waiting)| waiting.front().is_some_and(&may))?;
-        let (client, mut waiting) = queues.remove(at)?;
-        let next = waiting.pop_front()?;
+            .position(|queue| queue.waiting.front().is_some_and(&may))?;
+        let mut queue = queues.remove(at)?;
+        let next = queue.waiting.pop_front()?;
+        queue.bytes -= next.size;
         self.gauge.remove(next.size);
-        if !waiting.is_empty() {
-            queues.push_back((client, waiting));
+        if !queue.waiting.is_empty() {
+            queues.push_back(queue);
         }
         Some(next)
     }
 
     /// Adds a request of `client` with a body of `size` bytes. It comes before the waiting requests
-    /// of this client with a higher `order`. Gives it back where there is no room.
-    pub fn put(&self, (client, order): (C, u64), size: usize, sample: S) -> Result<(), S> {
+    /// of this client with a higher `order`. Returns the requests that have no room: this one, or
+    /// those that gave way to it.
+    pub fn put(&self, (client, order): (C, u64), size: usize, sample: S) -> Vec<S> {
         let size = size.saturating_add(OVERHEAD);
         let mut queues = lock(&self.queues);
-        let at = queues.iter().position(|(c, _)| *c == client);
-        if at.is_some_and(|at| queues[at].1.len() >= MOST_REQUESTS) {
+        let own = queues.iter().find(|queue| queue.client == client);
+        let (number, bytes) = own.map_or((0, 0), |queue| (queue.waiting.len(), queue.bytes));
+        if number >= MOST_REQUESTS || size as u64 > self.gauge.limit() {
             self.gauge.drop_one();
-            return Err(sample);
+            return vec![sample];
         }
-        if !self.gauge.add(size) {
-            return Err(sample);
+        let mut removed = Vec::new();
+        while self.gauge.bytes() + size as u64 > self.gauge.limit() {
+            let largest = queues.iter_mut().max_by_key(|queue| queue.bytes);
+            // No other client has more than this one would have.
+            let largest = largest.filter(|queue| queue.bytes > bytes.saturating_add(size));
+            let last = largest.and_then(|queue| {
+                let last = queue.waiting.pop_back()?;
+                queue.bytes -= last.size;
+                Some(last)
+            });
+            let Some(last) = last else {
+                self.gauge.drop_one();
+                removed.push(sample);
+                return removed;
+            };
+            self.gauge.remove(last.size);
+            self.gauge.drop_one();
+            removed.push(last.sample);
         }
+        self.gauge.add(size);
+        queues.retain(|queue| !queue.waiting.is_empty());
+        let own = queues.iter_mut().find(|queue| queue.client == client);
         let waiting = QueuedRequest {
             sample,
             order,
             since: Instant::now(),
             size,
         };
-        match at {
-            Some(at) => {
-                let requests = &mut queues[at].1;
-                let place = requests.partition_point(|request| request.order <= order);
-                requests.insert(place, waiting);
-            }
-            None => queues.push_back((client, VecDeque::from([waiting]))),
+        if let Some(queue) = own {
+            let requests = &mut queue.waiting;
+            let place = requests.partition_point(|request| request.order <= order);
+            requests.insert(place, waiting);
+            queue.bytes += size;
+        } else {
+            queues.push_back(ClientQueue {
+                client,
+                waiting: VecDeque::from([waiting]),
+                bytes: size,
+            });
         }
-        Ok(())
+        removed
     }
 }
 
@@ -109,17 +145,51 @@ mod tests {
     #[test]
     fn requests_have_a_bound_in_bytes_and_one_in_number() {
         let queues = RequestQueues::new(1 << 20);
-        assert_eq!(queues.put((1, 0), 600_000, 'a'), Ok(()));
-        assert_eq!(queues.put((2, 0), 600_000, 'b'), Err('b'));
+        assert!(queues.put((1, 0), 600_000, 'a').is_empty());
+        assert_eq!(queues.put((2, 0), 600_000, 'b'), ['b']);
         assert_eq!(queues.gauge().dropped(), 1);
         for _ in 0..MOST_REQUESTS {
-            assert_eq!(queues.put((3, 0), 8, 'c'), Ok(()));
+            assert!(queues.put((3, 0), 8, 'c').is_empty());
         }
-        assert_eq!(queues.put((3, 0), 8, 'd'), Err('d'));
+        assert_eq!(queues.put((3, 0), 8, 'd'), ['d']);
+        assert_eq!(queues.put((4, 0), 2 << 20, 'e'), ['e']);
         // Requests of many clients without a body are not free.
-        let all = (4..100_000).filter(|client| queues.put((*client, 0), 0, 'e').is_ok());
-        assert!(all.count() < 1 << 10);
-        while queues.next(|_| true).is_some() {}
+        for client in 5..10_000 {
+            queues.put((client, 0), 0, 'f');
+        }
+        let mut left = 0;
+        while queues.next(|_| true).is_some() {
+            left += 1;
+        }
+        assert!(left <= (1 << 20) / OVERHEAD, "{left}");
+        assert_eq!(queues.gauge().bytes(), 0);
+    }
+
+    #[test]
+    fn a_client_cannot_take_the_room_of_others() {
+        let queues = RequestQueues::new(10 * 100_000);
+        let size = 100_000 - OVERHEAD;
+        for number in 0..10 {
+            assert!(queues.put((1, 0), size, number).is_empty());
+        }
+        assert_eq!(
+            queues.put((1, 0), size, 10),
+            [10],
+            "its own room is used up"
+        );
+        // The newest of the client with the most give way, until both have as much.
+        for number in 0..5 {
+            assert_eq!(queues.put((2, 0), size, 20 + number), [9 - number]);
+        }
+        assert_eq!(queues.put((2, 0), size, 25), [25]);
+        // A small request of a third client costs one of a large one.
+        assert_eq!(queues.put((3, 0), 0, 30).len(), 1);
+        let mut served = Vec::new();
+        while let Some(next) = queues.next(|_| true) {
+            served.push(next.sample);
+        }
+        assert_eq!(served.len(), 10);
+        assert!(served.contains(&0) && served.contains(&20) && served.contains(&30));
         assert_eq!(queues.gauge().bytes(), 0);
     }
 }

@@ -1,4 +1,6 @@
-"""Prints the frames of the first transform on /tf, of any network: transforms.py NETWORK DOMAIN"""
+"""Prints the frames of the transforms on /tf, of any network: transforms.py NETWORK DOMAIN [STEP]
+
+The stamps are of the system's clock, or, with a step in milliseconds, of a simulated one that begins at 0."""
 
 import sys
 import time
@@ -64,14 +66,23 @@ class TFMessage(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
     transforms: sequence[TransformStamped]
 
 
-here = Node(*sys.argv[1:])
+here = Node(*sys.argv[1:3])
+step = int(sys.argv[3]) if len(sys.argv) > 3 else None
+last = None
 reader = DataReader(here.member, Topic(here.member, "rt/tf", TFMessage), qos(depth=100))
 for message in here.values(reader):
     [one] = message.transforms
     rotation = one.transform.rotation
     length = rotation.x**2 + rotation.y**2 + rotation.z**2 + rotation.w**2
     assert abs(length - 1.0) < 1e-9, one
-    # The time of this network is the system's.
-    assert abs(time.time() - one.header.stamp.sec) < 60, one
-    print(one.header.frame_id, one.child_frame_id)
-    break
+    stamp = one.header.stamp.sec * 1000 + one.header.stamp.nanosec / 1e6
+    if step is None:
+        assert abs(time.time() - stamp / 1000) < 60, one
+        break
+    # No run of a test lasts for a day of simulated time.
+    assert 0 < stamp < 86_400_000 and stamp % step == 0, one
+    assert last is None or last < stamp, one
+    if last is not None and last + 3 * step < stamp:
+        break
+    last = last or stamp
+print(one.header.frame_id, one.child_frame_id)
