@@ -55,13 +55,9 @@ impl IncompleteFileRemover {
         let thread = thread.spawn(move || {
             let mut pause = INTERVAL;
             loop {
-                let is_changed = match &files.announcements {
-                    Some(announced) => wait(&[stopped.as_fd(), announced.as_fd()], pause) & 2 != 0,
-                    None => {
-                        wait(&[stopped.as_fd()], pause);
-                        false
-                    }
-                };
+                let mut descriptors = vec![stopped.as_fd()];
+                descriptors.extend(files.announcements.as_ref().map(AsFd::as_fd));
+                let is_changed = wait(&descriptors, pause) & 2 != 0;
                 if stopped.is_stopping() {
                     return;
                 }

@@ -119,9 +119,9 @@ fn side(start: Start<'_>, share: f64, missing: &mut Vec<String>) -> Result<Side,
             &mut pair,
             &mut side,
             share,
-            |pair| switches(&pair),
+            switches,
             |before, pair| {
-                let after = switches(&pair)?;
+                let after = switches(pair)?;
                 Ok([0, 1].map(|end| after[end] - before[end]))
             },
             |counts| &mut counts.switches,
@@ -166,7 +166,7 @@ fn side(start: Start<'_>, share: f64, missing: &mut Vec<String>) -> Result<Side,
     Ok(side)
 }
 
-fn switches(pids: &[u32; 2]) -> Result<[f64; 2], Failure> {
+fn switches(pids: [u32; 2]) -> Result<[f64; 2], Failure> {
     let [sender, receiver] = pids.map(context_switches);
     Ok([sender? as f64, receiver? as f64])
 }
