@@ -65,6 +65,8 @@ impl Qos {
 
 /// Most subscribers of a topic and most clients of a server.
 pub const MAX_READERS: usize = 64;
+/// Most tools that observe a topic. They have places of their own.
+pub const MAX_OBSERVERS: usize = 4;
 /// Most publishers of a topic.
 pub const MAX_PUBLISHERS: usize = 16;
 /// Most processes of one service.

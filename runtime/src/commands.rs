@@ -1,6 +1,7 @@
 //! Commands of the management thread to the worker thread.
 
 use crate::proposal::Proposal;
+use crate::tool_requests::ToolMessage;
 use rc_middleware::WakeEvent;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -14,10 +15,15 @@ pub(crate) enum Command {
     Emergency(bool),
     /// Put a change of parameters to the worker.
     Parameters(Arc<Proposal>),
+    /// Handle a message of a tool.
+    Message(Arc<ToolMessage>),
 }
 
-/// The commands that wait for the worker thread: at most one of each kind, the newest. A worker that hangs collects no
-/// others.
+/// The most messages of tools that wait.
+const MOST_MESSAGES: usize = 64;
+
+/// The commands that wait for the worker thread: at most one of each kind, the newest, and 64 messages of tools. A worker
+/// that hangs collects no others.
 #[derive(Debug)]
 pub(crate) struct CommandQueue {
     waiting: Mutex<Waiting>,
@@ -30,6 +36,7 @@ struct Waiting {
     emergency: Option<bool>,
     /// An earlier change has been withdrawn when the next one comes.
     parameters: Option<Arc<Proposal>>,
+    messages: Vec<Arc<ToolMessage>>,
 }
 
 impl CommandQueue {
@@ -40,16 +47,19 @@ impl CommandQueue {
         }
     }
 
-    /// Adds a command and wakes the worker thread.
-    pub(crate) fn push(&self, command: Command) {
+    /// Adds a command and wakes the worker thread; false if too many messages wait.
+    pub(crate) fn push(&self, command: Command) -> bool {
         let mut waiting = self.waiting();
         match command {
             Command::Period(period) => waiting.period = Some(period),
             Command::Emergency(active) => waiting.emergency = Some(active),
             Command::Parameters(proposal) => waiting.parameters = Some(proposal),
+            Command::Message(_) if waiting.messages.len() >= MOST_MESSAGES => return false,
+            Command::Message(message) => waiting.messages.push(message),
         }
         drop(waiting);
         self.wake_event.wake();
+        true
     }
 
     /// Takes the commands, an emergency first.
@@ -58,11 +68,14 @@ impl CommandQueue {
             period,
             emergency,
             parameters,
+            messages,
         } = std::mem::take(&mut *self.waiting());
         let emergency = emergency.map(Command::Emergency);
         let period = period.map(Command::Period);
         let parameters = parameters.map(Command::Parameters);
-        emergency.into_iter().chain(period).chain(parameters)
+        let messages = messages.into_iter().map(Command::Message);
+        let others = emergency.into_iter().chain(period).chain(parameters);
+        others.chain(messages)
     }
 
     fn waiting(&self) -> MutexGuard<'_, Waiting> {

@@ -1,11 +1,14 @@
 //! The status and the heartbeats of a component.
 
-use crate::description::Description;
+use crate::description::{Description, Slot};
 use crate::machine::MachineRecord;
+use crate::settings::topic_qos;
 use crate::status::{self, Shared};
+use crate::tool_requests::qos;
 use rc_management::component::{ClockKind, ClockStatus, Role, SlotStatus, Status};
 use rc_management::link::Heartbeat;
-use rc_middleware::Address;
+use rc_management::observation::{Described, OperationDescription, SlotDescription};
+use rc_middleware::{Address, Environment, Settings};
 use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 
@@ -14,16 +17,18 @@ pub(crate) struct ComponentInfo {
     description: &'static Description,
     pub(crate) name: String,
     network: String,
+    settings: Settings,
     /// The addresses of the slots; empty until they are open.
     addresses: Mutex<Vec<String>>,
 }
 
 impl ComponentInfo {
-    pub(crate) fn new(description: &'static Description, name: &str, network: &str) -> Self {
+    pub(crate) fn new(description: &'static Description, environment: &Environment) -> Self {
         Self {
             description,
-            name: name.to_owned(),
-            network: network.to_owned(),
+            name: environment.instance.clone(),
+            network: environment.network.clone(),
+            settings: environment.settings.clone(),
             addresses: Mutex::default(),
         }
     }
@@ -34,6 +39,62 @@ impl ComponentInfo {
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
         *known = addresses.iter().map(ToString::to_string).collect();
+    }
+
+    /// The connections with their types.
+    pub(crate) fn describe(&self) -> Described {
+        let addresses = self
+            .addresses
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let operations = |slot: &Slot| {
+            let operations = slot.operations.iter().enumerate();
+            let operations = operations.map(|(at, operation)| OperationDescription {
+                name: operation.name.to_owned(),
+                hash: format!("{:016x}", operation.type_hash),
+                qos: match slot.role {
+                    Role::Publishes | Role::SubscribesTo => {
+                        qos(&topic_qos(slot, at, &self.settings))
+                    }
+                    Role::Implements | Role::Requires => qos(&slot.qos),
+                },
+                external_type: slot.external_types.get(at).map(|ty| (*ty).to_owned()),
+            });
+            operations.collect()
+        };
+        let slots = self.description.slots.iter().enumerate();
+        let slots = slots.map(|(at, slot)| SlotDescription {
+            name: slot.name.to_owned(),
+            role: slot.role,
+            interface: slot.type_name.to_owned(),
+            middleware: slot.backend.to_owned(),
+            address: addresses.get(at).cloned(),
+            hash: format!("{:016x}", slot.type_hash),
+            operations: operations(slot),
+        });
+        let settings = |middleware: &str| {
+            let keys = rc_settings::keys(middleware).unwrap_or_default().iter();
+            let set = keys.filter_map(|key| {
+                let value = self.settings.value(middleware, key.name)?;
+                Some((key.name.to_owned(), value.to_string()))
+            });
+            set.collect()
+        };
+        let middlewares = self.description.backends.iter();
+        let types = self.description.types.iter();
+        Described {
+            component: self.description.name.to_owned(),
+            name: self.name.clone(),
+            network: self.network.clone(),
+            pid: std::process::id(),
+            middlewares: middlewares
+                .map(|(name, _)| ((*name).to_owned(), settings(name)))
+                .collect(),
+            slots: slots.collect(),
+            types: types
+                .filter_map(|text| serde_json::from_str(text).ok())
+                .collect(),
+        }
     }
 
     /// The health of the component, with what was noticed since the last heartbeat.

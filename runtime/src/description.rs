@@ -25,6 +25,8 @@ pub struct Description {
     pub folder: &'static str,
     /// The connections.
     pub slots: &'static [Slot],
+    /// The modules of the types of all connections, each as the JSON form of `rc_values::description::Module`.
+    pub types: &'static [&'static str],
     /// The middlewares of the connections.
     pub backends: &'static [(&'static str, Connect)],
     /// Whether the worker can advance the time of its network.

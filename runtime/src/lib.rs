@@ -33,8 +33,10 @@ mod proposal;
 mod ros_arguments;
 mod settings;
 mod status;
+mod tap;
 pub mod testing;
 mod time;
+mod tool_requests;
 mod waker;
 
 pub use clock::{Clock, SimulatedClock, SystemClock, Time};

@@ -16,6 +16,8 @@ use crate::name_lock::NameLock;
 use crate::parameter_server::{Answer, ParameterServer, Requester};
 use crate::parameter_service::{BackendRequests, RequestQueue};
 use crate::status::Shared;
+use crate::tap::Taps;
+use crate::tool_requests::ToolRequests;
 use crate::waker::{Waker, Wakeup, Wakeups, waker};
 use rc_management::component::{Done, Request, State};
 use rc_management::rpc::{self, Error};
@@ -26,6 +28,7 @@ use rc_middleware::{Address, Environment};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use serde_json::{Map, Value};
+use std::collections::BTreeSet;
 use std::io::{self, Read};
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
@@ -41,6 +44,7 @@ pub(crate) struct Management {
     info: Arc<ComponentInfo>,
     waker: Waker,
     queue: Arc<RequestQueue>,
+    taps: Arc<Taps>,
     thread: Option<std::thread::JoinHandle<()>>,
     /// Released after everything else.
     _name_lock: NameLock,
@@ -56,17 +60,15 @@ impl Management {
         loaded: &LoadedConfiguration,
         whole_process: bool,
     ) -> Result<Self, StartError> {
-        let Environment {
-            network, instance, ..
-        } = environment;
         let name_lock = NameLock::acquire(environment)?;
         // With the lock, a socket that is there belongs to a process that has ended.
         let _ = std::fs::remove_file(name_lock.socket());
         let socket = Socket::bind(name_lock.socket())
             .map_err(|e| StartError::cannot_create("the management socket", &e))?;
-        let info = Arc::new(ComponentInfo::new(description, instance, network));
+        let info = Arc::new(ComponentInfo::new(description, environment));
         let (waker, wakeups) =
             waker().map_err(|e| StartError::cannot_create("a socket pair", &e))?;
+        let taps = Arc::new(Taps::new(description.slots.len(), Some(waker.clone())));
         let queue = Arc::new(RequestQueue::new(waker.clone()));
         let LoadedConfiguration {
             parameters,
@@ -86,6 +88,7 @@ impl Management {
             shared: shared.clone(),
             commands: commands.clone(),
             backends: BackendRequests::new(queue.clone()),
+            tools: ToolRequests::new(description, taps.clone(), commands.clone(), waker.clone()),
             socket,
             wakeups,
             link: None,
@@ -105,6 +108,7 @@ impl Management {
             info,
             waker,
             queue,
+            taps,
             thread: Some(thread),
             _name_lock: name_lock,
         })
@@ -113,6 +117,11 @@ impl Management {
     /// Sets the addresses of the slots.
     pub(crate) fn set_addresses(&self, addresses: &[Address]) {
         self.info.set_addresses(addresses);
+    }
+
+    /// The taps of the slots.
+    pub(crate) fn taps(&self) -> Arc<Taps> {
+        self.taps.clone()
     }
 
     /// The parameters, for backends.
@@ -143,7 +152,9 @@ struct Server {
     info: Arc<ComponentInfo>,
     shared: Arc<Shared>,
     commands: Arc<CommandQueue>,
-    socket: Socket,
+    /// What a client has is the slots that it taps.
+    socket: Socket<BTreeSet<usize>>,
+    tools: ToolRequests,
     wakeups: Wakeups,
     parameters: ParameterServer,
     backends: BackendRequests,
@@ -168,7 +179,8 @@ enum Source {
 fn is_query(request: &Result<Request, Error>) -> bool {
     matches!(
         request,
-        Ok(Request::Status | Request::Parameters { .. }) | Err(_)
+        Ok(Request::Status | Request::Parameters { .. } | Request::Describe | Request::Tap { .. })
+            | Err(_)
     )
 }
 
@@ -246,6 +258,13 @@ impl Server {
                 link.set_unsaved(&self.parameters.unsaved());
             }
             self.answer(answers);
+            for (client, id, result) in self.tools.results() {
+                self.socket.settle(client);
+                if let Some(id) = id {
+                    self.socket.answer(client, &id, result);
+                }
+            }
+            self.tools.turn(&mut self.socket);
             self.socket.check(Instant::now());
         }
     }
@@ -271,7 +290,8 @@ impl Server {
             polled.push(PollFd::from_borrowed_fd(descriptor, flags));
         }
         let limit = deadline.map(|at| at.saturating_duration_since(Instant::now()));
-        let limit = limit.into_iter().chain(self.parameters.time_left()).min();
+        let limits = limit.into_iter().chain(self.parameters.time_left());
+        let limit = limits.chain(self.tools.time_left()).min();
         let limit = limit.and_then(|limit| Timespec::try_from(limit).ok());
         match poll(&mut polled, limit.as_ref()) {
             Ok(_) => {
@@ -373,6 +393,26 @@ impl Server {
                 self.parameters.save(requester);
                 return None;
             }
+            Ok(Request::Describe) => ToolRequests::describe(&self.info),
+            Ok(Request::Tap { slot, on }) => self.tools.tap(&mut self.socket, client, &slot, on),
+            Ok(Request::Call {
+                slot,
+                body,
+                timeout_ms,
+            }) => {
+                let limit = Duration::from_millis(timeout_ms);
+                let result = self.tools.call((client, id.cloned()), &slot, body, limit);
+                return self.deferred(client, result);
+            }
+            Ok(Request::Sample {
+                slot,
+                operation,
+                body,
+            }) => {
+                let requester = (client, id.cloned());
+                let result = self.tools.sample(requester, &slot, &operation, body);
+                return self.deferred(client, result);
+            }
             Ok(Request::Period { ms }) => {
                 let period = Duration::from_secs_f64(ms / 1e3);
                 self.commands.push(Command::Period(period));
@@ -388,6 +428,17 @@ impl Server {
             }
             Err(error) => Err(error),
         })
+    }
+
+    /// Notes that the answer to a request comes later, or gives the error.
+    fn deferred(&mut self, client: u64, result: Result<(), Error>) -> Option<Result<Value, Error>> {
+        match result {
+            Ok(()) => {
+                self.socket.defer(client);
+                None
+            }
+            Err(error) => Some(Err(error)),
+        }
     }
 
     /// Hands results of changes to their requesters, if they are still there.

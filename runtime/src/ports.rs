@@ -4,6 +4,7 @@ use crate::addresses::address;
 use crate::clock::SimulatedClock;
 use crate::description::{Description, Slot};
 use crate::settings::topic_qos;
+use crate::tap::{TappedClient, TappedPublisher, Taps};
 use crate::time::follower::Follower;
 use crate::time::source::{Source, State as SourceState};
 use crate::time::{TimeRole, TimeSource};
@@ -42,6 +43,7 @@ pub struct Ports {
     /// The receive queues, each with the index of its slot.
     queues: RefCell<Vec<(usize, QueueGauge)>>,
     network: String,
+    taps: Arc<Taps>,
     clock: ClockKind,
     /// Of a source of time: what its worker and the event loop share.
     source: Option<Rc<RefCell<SourceState>>>,
@@ -92,9 +94,20 @@ impl Ports {
             sent: RefCell::default(),
             queues: RefCell::default(),
             network: network.to_owned(),
+            taps: Arc::new(Taps::new(description.slots.len(), None)),
             clock,
             source: None,
         }
+    }
+
+    /// Lets tools tap the slots, before any of them is opened.
+    pub(crate) fn set_taps(&mut self, taps: Arc<Taps>) {
+        self.taps = taps;
+    }
+
+    /// The taps of the slots.
+    pub(crate) fn taps(&self) -> &Taps {
+        &self.taps
     }
 
     /// Lets the worker set `clock` as a source of time without followers.
@@ -161,6 +174,12 @@ impl Ports {
         let port = self
             .backend(slot)?
             .publisher(&self.topic_endpoint(slot, operation))?;
+        let port = Box::new(TappedPublisher {
+            port,
+            taps: Arc::clone(&self.taps),
+            slot,
+            operation,
+        });
         let topic = TypedPublisher::new(port, self.description.slots[slot].operations[operation]);
         self.count(slot, topic.sent());
         Ok(topic)
@@ -179,6 +198,8 @@ impl Ports {
     pub fn client(&self, slot: usize) -> Result<TypedClient, OpenError> {
         let port = self.backend(slot)?.client(&self.call_endpoint(slot))?;
         self.watch(slot, port.queue());
+        let taps = Arc::clone(&self.taps);
+        let port = Box::new(TappedClient { port, taps, slot });
         let client = TypedClient::new(port, self.description.slots[slot].qos.timeout);
         self.count(slot, client.sent());
         Ok(client)

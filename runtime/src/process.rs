@@ -230,6 +230,7 @@ fn run_component<C: Component>(
         matches!(hosting, Hosting::Process),
     )?;
     let mut ports = Ports::new(description, &environment, &bindings, kind)?;
+    ports.set_taps(management.taps());
     if let Some(log) = &log {
         ports.log(log)?;
     }

@@ -23,6 +23,8 @@ pub(crate) struct Module<'a> {
     constants: Vec<Constant<'a>>,
     types: Vec<TypeDecl<'a>>,
     interfaces: Vec<Interface<'a>>,
+    /// The description as a literal of Rust.
+    description: String,
     /// Whether a type has an encoding of its own, which an alias has not.
     encodes: bool,
 }
@@ -154,7 +156,17 @@ pub(crate) fn module(module: &view::Module) -> Module<'_> {
         encodes: types.iter().any(|decl| decl.kind != "alias"),
         types,
         interfaces: module.interfaces.iter().map(interface).collect(),
+        description: raw(&module.description),
     }
+}
+
+/// A text as a raw string of Rust.
+fn raw(text: &str) -> String {
+    let mut marks = "#".to_owned();
+    while text.contains(&format!("\"{marks}")) {
+        marks.push('#');
+    }
+    format!("r{marks}\"{text}\"{marks}")
 }
 
 fn type_decl<'a>(home: &str, decl: &'a view::TypeDecl) -> TypeDecl<'a> {

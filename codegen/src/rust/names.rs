@@ -126,7 +126,13 @@ pub fn ty(name: &str) -> String {
 
 /// A constant.
 pub fn shout(name: &str) -> String {
-    snake(name).trim_end_matches('_').to_uppercase()
+    let shout = snake(name).trim_end_matches('_').to_uppercase();
+    // Every module has its description under this name.
+    if shout == "RC_DESCRIPTION" {
+        shout + "_"
+    } else {
+        shout
+    }
 }
 
 /// `wanted`, with a `_` at the end as long as the name is taken. Takes it.

@@ -1,6 +1,7 @@
 //! The types and interfaces of IDSL modules, neutral of the language that they are printed in.
 
 use super::checks::{self, Check};
+use super::description;
 use super::in_place::{self, Structure};
 use super::members::{Member, Value, member, value};
 use super::types::{Type, named, of_type};
@@ -21,6 +22,8 @@ pub struct Module {
     pub types: Vec<TypeDecl>,
     /// The interfaces, in the order of the text.
     pub interfaces: Vec<Interface>,
+    /// What tools read from a running component: `rc_values::description` as JSON.
+    pub description: String,
 }
 
 /// A constant.
@@ -175,6 +178,7 @@ fn module(library: &Library, id: ModuleId, known: &mut in_place::Known) -> Modul
             .iter()
             .map(|id| interface(library, *id))
             .collect(),
+        description: description::of(library, id).text(),
     }
 }
 

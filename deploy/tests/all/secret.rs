@@ -23,6 +23,7 @@ static DESCRIPTION: Description = Description {
     folder: "/nowhere",
     slots: &[],
     backends: &[],
+    types: &[],
     simulates_time: false,
     note: b"",
 };

@@ -26,6 +26,14 @@ pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError>
     )?))))
 }
 
+/// Joins the domain as a tool: components do not count its endpoints as peers.
+pub fn observe(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
+    let joining = config::of(environment)?;
+    let session = Session::open(environment, &joining)?;
+    session.observe();
+    Ok(Box::new(Dds(Rc::new(session))))
+}
+
 /// The configuration of Cyclone DDS that `connect` makes from the settings: XML, and the content of
 /// `CYCLONEDDS_URI`.
 pub fn configuration(environment: &Environment) -> Result<String, OpenError> {

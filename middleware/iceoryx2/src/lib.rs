@@ -19,6 +19,7 @@ mod message;
 mod names;
 mod nodes;
 mod notifier;
+mod observer;
 mod open_lock;
 mod port_tags;
 mod process_monitor;
@@ -52,6 +53,13 @@ pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError>
     Ok(Box::new(Iceoryx2 {
         session: Session::open(environment)?,
     }))
+}
+
+/// Joins the network of `environment` as a tool: its subscribers and publishers are not counted as
+/// peers and take no place of a component. It blocks as [`connect`] does.
+pub fn observe(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
+    let session = Session::open(environment)?;
+    Ok(Box::new(observer::Observing::new(session)?))
 }
 
 /// One iceoryx2 node and the ports that it opens. [`bounded`] limits the time of each opening.

@@ -5,12 +5,13 @@ use crate::memory;
 use crate::message::MessageHeader;
 use crate::names;
 use crate::notifier::Notifier;
+use crate::observer;
 use crate::service::{
-    EventPorts, PublisherPort, Sample, TopicService, refusal, topic, transient_local_topic,
+    EventPorts, PublisherPort, Sample, Service, TopicService, refusal, topic, transient_local_topic,
 };
 use crate::session::Session;
 use iceoryx2::prelude::AllocationStrategy;
-use iceoryx2::service::port_factory::PortFactory as _;
+use iceoryx2::service::port_factory::publisher::PortFactoryPublisher;
 use rc_middleware::{
     Durability, Encoding, Endpoint, Header, LoanedSample, OpenError, Publisher, SendError,
 };
@@ -36,11 +37,7 @@ pub(crate) fn open(
     } else {
         topic(session, &name, types, depth)?
     };
-    let port = topic
-        .publisher_builder()
-        .initial_max_slice_len(INITIAL)
-        .allocation_strategy(AllocationStrategy::PowerOfTwo)
-        .max_loaned_samples(1)
+    let port = SharedPublisher::builder(&topic)
         .create()
         .map_err(|error| refusal(&name)(format!("{error:?}")))?;
     let port = Arc::new(port);
@@ -77,7 +74,33 @@ pub(crate) struct SharedPublisher {
     session: Arc<Session>,
 }
 
+type PublisherBuilder<'t> = PortFactoryPublisher<'t, Service, [u8], MessageHeader>;
+
 impl SharedPublisher {
+    /// The settings of a port.
+    pub(crate) fn builder(topic: &TopicService) -> PublisherBuilder<'_> {
+        topic
+            .publisher_builder()
+            .initial_max_slice_len(INITIAL)
+            .allocation_strategy(AllocationStrategy::PowerOfTwo)
+            .max_loaned_samples(1)
+    }
+
+    /// The publisher of a tool, which is not counted as a peer.
+    pub(crate) fn of_tool(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Self, OpenError> {
+        let (topic, port) = observer::publisher(session, endpoint)?;
+        let name = names::topic(&endpoint.address);
+        let notifier = Notifier::open(session, &name, EventPorts::Topic, Some(&endpoint.types))?;
+        Ok(Self {
+            address: endpoint.address.to_string(),
+            _late_joiners: None,
+            port: Arc::new(port),
+            topic,
+            notifier,
+            session: Arc::clone(session),
+        })
+    }
+
     fn failed(&self, error: &dyn Debug) -> SendError {
         SendError::Backend {
             address: self.address.clone(),
@@ -126,7 +149,7 @@ impl Publisher for SharedPublisher {
     }
 
     fn peers(&self) -> usize {
-        self.topic.dynamic_config().number_of_subscribers()
+        observer::subscribers(&self.topic)
     }
 }
 

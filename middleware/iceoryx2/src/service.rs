@@ -11,7 +11,7 @@ use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use iceoryx2::service::builder;
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
-use rc_middleware::qos::{MAX_NODES, MAX_PUBLISHERS, MAX_READERS, REQUEST_QUEUE};
+use rc_middleware::qos::{MAX_NODES, MAX_OBSERVERS, MAX_PUBLISHERS, MAX_READERS, REQUEST_QUEUE};
 use rc_middleware::{OpenError, Qos, TypeIdentity};
 use std::fmt::Debug;
 use std::time::{Duration, Instant};
@@ -70,7 +70,7 @@ impl EventPorts {
     fn limits(self) -> (usize, usize) {
         match self {
             // A transient-local publisher has two notifiers.
-            Self::Topic => (2 * MAX_PUBLISHERS, MAX_READERS),
+            Self::Topic => (2 * MAX_PUBLISHERS + MAX_OBSERVERS, MAX_READERS),
             Self::LateJoiners => (MAX_READERS, MAX_PUBLISHERS),
             Self::Server => (MAX_READERS, 4),
             Self::Client => (4, 1),
@@ -124,8 +124,8 @@ pub(crate) fn transient_local_topic(
     )
 }
 
-/// Opens the publish/subscribe service `name` of transient-local publishers, if it exists.
-pub(crate) fn existing_transient_local_topic(
+/// Opens the publish/subscribe service `name`, if it exists.
+pub(crate) fn existing_topic(
     session: &Session,
     name: &str,
     types: &TypeIdentity,
@@ -218,8 +218,8 @@ fn topic_builder(
         .user_header::<MessageHeader>()
         .enable_safe_overflow(true)
         .subscriber_max_borrowed_samples(1)
-        .max_publishers(MAX_PUBLISHERS)
-        .max_subscribers(MAX_READERS)
+        .max_publishers(MAX_PUBLISHERS + MAX_OBSERVERS)
+        .max_subscribers(MAX_READERS + MAX_OBSERVERS)
         .max_nodes(MAX_NODES)
 }
 

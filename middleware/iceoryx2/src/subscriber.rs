@@ -1,15 +1,20 @@
 //! The subscriber of a topic.
 
+use crate::message::MessageHeader;
 use crate::names;
 use crate::notifier::{Listener, Notifier, Wakeup};
+use crate::observer;
 use crate::service::{
-    EventPorts, SubscriberPort, TopicService, existing_transient_local_topic, refusal, topic,
+    EventPorts, Service, SubscriberPort, TopicService, existing_topic, refusal, topic,
 };
 use crate::session::Session;
 use iceoryx2::service::port_factory::PortFactory as _;
+use iceoryx2::service::port_factory::subscriber::PortFactorySubscriber;
 use rc_middleware::{Durability, Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
+
+type SubscriberBuilder<'t> = PortFactorySubscriber<'t, Service, [u8], MessageHeader>;
 
 /// Opens the subscriber of a topic.
 pub(crate) fn open(
@@ -57,9 +62,7 @@ impl SharedSubscriber {
     fn join_transient_local(&mut self, history: usize) -> Result<(), OpenError> {
         let address = &self.endpoint.address;
         let name = names::transient_local(address);
-        let Some(topic) =
-            existing_transient_local_topic(&self.session, &name, &self.endpoint.types)?
-        else {
+        let Some(topic) = existing_topic(&self.session, &name, &self.endpoint.types)? else {
             return Ok(());
         };
         self.transient_local = Some(Source::new(&self.endpoint, topic, history)?);
@@ -121,7 +124,7 @@ impl Subscriber for SharedSubscriber {
 }
 
 /// One publish/subscribe service.
-struct Source {
+pub(crate) struct Source {
     port: SubscriberPort,
     topic: TopicService,
     unread: Unread,
@@ -129,12 +132,32 @@ struct Source {
 
 impl Source {
     fn new(endpoint: &Endpoint, topic: TopicService, history: usize) -> Result<Self, OpenError> {
+        Self::with(endpoint, topic, history, |builder| builder)
+    }
+
+    /// The source of a tool, which is not counted as a peer.
+    pub(crate) fn of_tool(
+        endpoint: &Endpoint,
+        topic: TopicService,
+        history: usize,
+    ) -> Result<Self, OpenError> {
+        let name = observer::port_name();
+        Self::with(endpoint, topic, history, |builder| builder.name(&name))
+    }
+
+    fn with(
+        endpoint: &Endpoint,
+        topic: TopicService,
+        history: usize,
+        set: impl FnOnce(SubscriberBuilder<'_>) -> SubscriberBuilder<'_>,
+    ) -> Result<Self, OpenError> {
         let depth = depth(endpoint).min(topic.static_config().subscriber_max_buffer_size());
         let history = history.min(depth).min(topic.static_config().history_size());
-        let port = topic
+        let builder = topic
             .subscriber_builder()
             .buffer_size(depth)
-            .history_request(history)
+            .history_request(history);
+        let port = set(builder)
             .create()
             .map_err(|error| refusal(endpoint.address.as_str())(format!("{error:?}")))?;
         Ok(Self {
@@ -144,7 +167,13 @@ impl Source {
         })
     }
 
-    fn receive(
+    /// The service.
+    pub(crate) fn topic(&self) -> &TopicService {
+        &self.topic
+    }
+
+    /// Takes one sample.
+    pub(crate) fn receive(
         &mut self,
         address: &str,
         take: &mut dyn FnMut(Header, &[u8]),
@@ -170,8 +199,9 @@ impl Source {
         Ok(true)
     }
 
-    fn peers(&self) -> usize {
-        self.topic.dynamic_config().number_of_publishers()
+    /// The number of publishers.
+    pub(crate) fn peers(&self) -> usize {
+        observer::publishers(&self.topic)
     }
 }
 

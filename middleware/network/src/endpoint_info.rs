@@ -27,14 +27,17 @@ pub enum Role {
     Client,
     /// Receives requests, or sends replies.
     Server,
+    /// Receives or sends samples for a tool. Components do not count it as a peer.
+    Observer,
 }
 
 impl Role {
-    const ALL: [(Self, &str); 4] = [
+    const ALL: [(Self, &str); 5] = [
         (Self::Publisher, "publisher"),
         (Self::Subscriber, "subscriber"),
         (Self::Client, "client"),
         (Self::Server, "server"),
+        (Self::Observer, "observer"),
     ];
 
     /// Its name in messages.

@@ -37,6 +37,8 @@ pub(crate) struct Opener {
     wake_event: WakeEvent,
     started: Instant,
     remote_patience: Duration,
+    /// Whether it opens endpoints of a tool, for which no component waits.
+    observes: Cell<bool>,
     /// What is left of the patience with endpoints on this machine.
     patience: Cell<Duration>,
 }
@@ -56,8 +58,14 @@ impl Opener {
             wake_event: environment.wake_event.clone(),
             started: Instant::now(),
             remote_patience: patience.remote,
+            observes: Cell::new(false),
             patience: Cell::new(patience.local),
         })
+    }
+
+    /// Makes all endpoints from now on those of a tool.
+    pub(crate) fn observe(&self) {
+        self.observes.set(true);
     }
 
     /// This machine, see [`host`].
@@ -67,6 +75,11 @@ impl Opener {
 
     /// The announcement of an endpoint of this component.
     pub(crate) fn info(&self, role: Role, types: TypeIdentity) -> EndpointInfo {
+        let role = if self.observes.get() {
+            Role::Observer
+        } else {
+            role
+        };
         EndpointInfo {
             role,
             types,
@@ -183,6 +196,9 @@ impl Opening<'_> {
 
     /// Registers a new endpoint on this machine.
     pub(crate) fn register(&self, state: &EndpointState, guid: &Guid) -> Result<(), OpenError> {
+        if self.opener.observes.get() {
+            return Ok(());
+        }
         let registration = self.opener.registry.register(guid, &state.identity);
         state.register(registration.map_err(|error| self.failed(&error))?);
         Ok(())

@@ -1,6 +1,6 @@
 //! The peers of one endpoint: identity, liveliness, and whether their types match.
 
-use crate::{EndpointInfo, Guid, RegistrationGuard};
+use crate::{EndpointInfo, Guid, RegistrationGuard, Role};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
@@ -54,9 +54,15 @@ impl Peer {
         self.info.is_none()
     }
 
-    /// Whether it is present and its types match.
+    /// Whether it belongs to a tool, for which no component waits.
+    pub fn is_observer(&self) -> bool {
+        let role = self.info.as_ref().map(|info| info.role);
+        role == Some(Role::Observer)
+    }
+
+    /// Whether it is present, its types match, and it belongs to no tool.
     pub fn is_usable(&self) -> bool {
-        self.matches && self.presence == Presence::Present
+        self.matches && self.presence == Presence::Present && !self.is_observer()
     }
 }
 

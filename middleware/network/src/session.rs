@@ -96,6 +96,12 @@ impl Session {
         })
     }
 
+    /// Makes the endpoints that are opened from now on those of a tool, which components do not
+    /// count as peers.
+    pub fn observe(&self) {
+        self.opener.observe();
+    }
+
     /// The announcements of other participants' endpoints at `topic`.
     pub(crate) fn endpoints_at(&self, topic: &str) -> Vec<EndpointInfo> {
         self.discovered.endpoints_at(topic, self.guid())

@@ -140,6 +140,7 @@ mod tests {
         folder: "/nowhere",
         slots: &[],
         backends: &[(crate::NAME, record)],
+        types: &[],
         simulates_time: false,
         note: b"",
     };

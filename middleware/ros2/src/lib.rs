@@ -50,6 +50,19 @@ pub fn connect(
     }))
 }
 
+/// Joins the domain as a tool: components do not count its endpoints as peers. Its name should begin
+/// with `_`, which hides a node.
+pub fn observe(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
+    let node = Rc::new(Node::join(environment, &[])?);
+    node.session.observe();
+    Ok(Box::new(Ros2 {
+        parameters: RefCell::default(),
+        _type_descriptions: None,
+        log: RefCell::default(),
+        node,
+    }))
+}
+
 struct Ros2 {
     parameters: RefCell<Option<(Services, Events)>>,
     _type_descriptions: Option<Services>,

@@ -21,6 +21,7 @@ static SOURCE: Description = Description {
     folder: "/nowhere",
     slots: &[],
     backends: &[("ros2", |environment| rc_ros2::connect(environment, &[]))],
+    types: &[],
     simulates_time: true,
     note: b"",
 };
@@ -28,6 +29,7 @@ static SOURCE: Description = Description {
 static NODE: Description = Description {
     name: "node",
     period: STEP,
+    types: &[],
     simulates_time: false,
     ..SOURCE
 };

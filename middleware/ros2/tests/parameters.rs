@@ -36,6 +36,7 @@ static NODE: Description = Description {
     folder: "/nowhere",
     slots: &[],
     backends: &[("ros2", |environment| rc_ros2::connect(environment, &[]))],
+    types: &[],
     simulates_time: false,
     note: b"",
 };

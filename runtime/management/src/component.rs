@@ -1,7 +1,7 @@
 //! What tools ask of a component, on `NAME.sock` in the run directory of its network.
 
-use crate::foreign;
 use crate::rpc::{Call, Error};
+use crate::{foreign, observation};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::fmt;
@@ -38,11 +38,50 @@ pub enum Request {
     },
     /// Ends the component. Answered with [`Done`].
     Stop,
+    /// Answered with [`Described`](crate::observation::Described).
+    Describe,
+    /// Copies the messages of a slot to this client from now on, or no more: notifications
+    /// [`Tapped`](crate::observation::Tapped). The end of the connection ends it. Answered with
+    /// [`Done`].
+    Tap {
+        /// The name of the slot.
+        slot: String,
+        /// Whether to copy.
+        on: bool,
+    },
+    /// Handles a request to an implemented slot as if a client had sent it. Answered with
+    /// [`Called`](crate::observation::Called) when the worker has replied.
+    Call {
+        /// The name of the slot.
+        slot: String,
+        /// The request with its envelope, in CDR.
+        #[serde(
+            serialize_with = "observation::encode",
+            deserialize_with = "observation::decode"
+        )]
+        body: Vec<u8>,
+        /// How long the reply may take, in milliseconds.
+        timeout_ms: u64,
+    },
+    /// Handles a sample of a subscribed topic as if a publisher had sent it. Answered with [`Done`]
+    /// when the worker has handled it.
+    Sample {
+        /// The name of the slot.
+        slot: String,
+        /// The operation of the topic.
+        operation: String,
+        /// The sample, in CDR.
+        #[serde(
+            serialize_with = "observation::encode",
+            deserialize_with = "observation::decode"
+        )]
+        body: Vec<u8>,
+    },
 }
 
 impl Request {
     /// Each method with its parameters, for error messages.
-    const METHODS: [(&'static str, &'static str); 7] = [
+    const METHODS: [(&'static str, &'static str); 11] = [
         ("status", "{}"),
         ("parameters", r#"{} or {"paths": ["motors[0].max", …]}"#),
         (
@@ -53,6 +92,16 @@ impl Request {
         ("period", r#"{"ms": 0.1 … 3600000}"#),
         ("emergency", r#"{"active": true|false}"#),
         ("stop", "{}"),
+        ("describe", "{}"),
+        ("tap", r#"{"slot": "Laser", "on": true|false}"#),
+        (
+            "call",
+            r#"{"slot": "Laser", "body": BASE64, "timeout_ms": 1 … 600000}"#,
+        ),
+        (
+            "sample",
+            r#"{"slot": "LaserPub", "operation": "scan", "body": BASE64}"#,
+        ),
     ];
 
     /// Decodes a received request. The error is the answer to it.
@@ -60,6 +109,7 @@ impl Request {
         call.decode(&Self::METHODS, |request| match request {
             Self::ParametersSet { changes } => !changes.is_empty(),
             Self::Period { ms } => (0.1..=3.6e6).contains(ms),
+            Self::Call { timeout_ms, .. } => (1..=600_000).contains(timeout_ms),
             _ => true,
         })
     }

@@ -22,6 +22,7 @@ mod foreign;
 pub mod lines;
 pub mod link;
 mod listener;
+pub mod observation;
 mod output;
 pub mod rpc;
 pub mod server;

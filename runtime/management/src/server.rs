@@ -196,6 +196,11 @@ impl<T: Default> Server<T> {
         });
     }
 
+    /// The client with this number, if it is still there.
+    pub fn client_mut(&mut self, number: u64) -> Option<&mut ServedClient<T>> {
+        self.clients.iter_mut().find(|c| c.number == number)
+    }
+
     /// The clients.
     pub fn clients_mut(&mut self) -> impl Iterator<Item = &mut ServedClient<T>> {
         self.clients.iter_mut()

@@ -76,6 +76,59 @@ fn timing() -> component::Timing {
     }
 }
 
+fn of_observation(golden: &mut Golden) {
+    use rc_management::observation::{
+        Called, Described, Notification, OperationDescription, QosDescription, SlotDescription,
+        Tapped, TappedKind,
+    };
+    let settings = [(text("domain"), text("7"))];
+    golden.result(&Described {
+        component: text("simulator"),
+        name: text("sim"),
+        network: text("default"),
+        pid: 42,
+        middlewares: [(text("dds"), settings.into())].into(),
+        slots: vec![SlotDescription {
+            name: text("poses"),
+            role: component::Role::Publishes,
+            interface: text("RoboCompPosePub::PosePub"),
+            middleware: text("dds"),
+            address: Some(text("default/PosePub")),
+            hash: text("00000000000000ff"),
+            operations: vec![OperationDescription {
+                name: text("newPose"),
+                hash: text("00000000000000fe"),
+                qos: QosDescription {
+                    reliable: true,
+                    transient_local: false,
+                    depth: 10,
+                    deadline_ms: Some(1.5),
+                    lifespan_ms: None,
+                    liveliness_ms: None,
+                },
+                external_type: Some(text("geometry_msgs/msg/Pose")),
+            }],
+        }],
+        types: vec![json!({"module": "RoboCompPosePub"})],
+    });
+    golden.result(&Called {
+        body: vec![1, 2, 3],
+    });
+    golden.title("copies of messages for tools");
+    golden.message([Notification::Tapped(Box::new(Tapped {
+        slot: text("laser"),
+        kind: TappedKind::Request,
+        operation: None,
+        type_hash: 7,
+        sequence: 8,
+        sent: 9,
+        image: false,
+        ros: true,
+        dropped: 10,
+        body: vec![1, 2, 3],
+    }))]);
+}
+
 fn of_components(golden: &mut Golden) {
     use component::{Request, Role, State};
     golden.title("requests to a component");
@@ -90,6 +143,21 @@ fn of_components(golden: &mut Golden) {
         Request::Period { ms: 0.5 },
         Request::Emergency { active: true },
         Request::Stop,
+        Request::Describe,
+        Request::Tap {
+            slot: text("laser"),
+            on: true,
+        },
+        Request::Call {
+            slot: text("laser"),
+            body: vec![1, 2, 3],
+            timeout_ms: 1000,
+        },
+        Request::Sample {
+            slot: text("poses"),
+            operation: text("newPose"),
+            body: vec![1, 2, 3],
+        },
     ]);
     golden.title("a request with its number");
     golden.line(&rpc::request(3, &Request::Stop));
@@ -183,6 +251,7 @@ fn of_components(golden: &mut Golden) {
         saved: vec![change],
     });
     golden.result(&component::Done {});
+    of_observation(golden);
     golden.title("errors");
     for code in [
         rpc::Error::PARSE,
@@ -454,7 +523,7 @@ fn an_invalid_request_is_rejected_with_the_allowed_form() {
         (error.code, error.message)
     };
     assert_eq!(error("hello"), (-32700, text("this is not JSON")));
-    let unknown = "unknown method `dance`; there are `status`, `parameters`, `parameters_set`, `parameters_save`, `period`, `emergency`, `stop`";
+    let unknown = "unknown method `dance`; there are `status`, `parameters`, `parameters_set`, `parameters_save`, `period`, `emergency`, `stop`, `describe`, `tap`, `call`, `sample`";
     assert_eq!(error(r#"{"method":"dance"}"#), (-32601, text(unknown)));
     assert_eq!(error("[]").0, -32601);
     for (line, message) in [

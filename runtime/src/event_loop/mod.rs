@@ -12,11 +12,14 @@ use crate::description::Description;
 use crate::ports::{Ports, Receiver};
 use crate::status::{Activity, Shared};
 use crate::time::TimeRole;
+use crate::tool_requests::ToolMessage;
 use network_time::stamp;
 use port::{Handled, Port, answer};
 use rc_management::component::State;
-use rc_middleware::Reader;
+use rc_management::observation::TappedKind;
+use rc_middleware::backend::Profile;
 use rc_middleware::typed::HandlerError;
+use rc_middleware::{Header, Reader};
 use rustix::event::{Timespec, epoll};
 use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
@@ -280,6 +283,7 @@ impl<'a> EventLoop<'a> {
                     let result = proposal.put_to(self.component);
                     self.apply(result);
                 }
+                Command::Message(message) => self.handle(&message),
                 Command::Emergency(true) => self.enter_emergency("asked for by management"),
                 Command::Emergency(false) => {
                     if self.component.core().state() == State::Emergency {
@@ -289,6 +293,37 @@ impl<'a> EventLoop<'a> {
                 }
             }
         }
+    }
+
+    /// Handles a message of a tool as if a peer had sent it.
+    fn handle(&mut self, message: &ToolMessage) {
+        if !message.begin() {
+            return;
+        }
+        let (slot, body) = (message.slot, message.body.as_slice());
+        let header = Header {
+            sent: rc_middleware::now(),
+            ..Header::default()
+        };
+        let mut reply = Vec::new();
+        let connections = self.connections;
+        let taps = connections.taps();
+        let result = match message.operation {
+            Some(operation) => {
+                let kind = (TappedKind::Sample, Some(operation));
+                taps.copy(slot, kind, header, Profile::Rpc, body);
+                let reader = &mut Reader::new(body);
+                self.component.receive(slot, operation, reader)
+            }
+            None => taps.serve(slot, header, body, &mut reply, |reply| {
+                answer(self.component, slot, header, body, reply)
+            }),
+        };
+        // A refused query has a reply, which says why.
+        message.end(match result {
+            Err(error) if reply.is_empty() => Err(error.to_string()),
+            _ => Ok(reply),
+        });
     }
 
     fn enter_emergency(&mut self, reason: &str) {
@@ -329,8 +364,10 @@ impl<'a> EventLoop<'a> {
             component,
             ports,
             description,
+            connections,
             ..
         } = self;
+        let taps = connections.taps();
         let port = &mut ports[at];
         let slot = port.slot;
         let mut result: Result<(), HandlerError> = Ok(());
@@ -338,12 +375,16 @@ impl<'a> EventLoop<'a> {
         let gaps = &mut port.gaps;
         let taken = match &mut port.receiver {
             Receiver::Server(server) => server.serve(&mut |header, body, reply| {
-                result = answer(*component, slot, header, body, reply);
+                result = taps.serve(slot, header, body, reply, |reply| {
+                    answer(*component, slot, header, body, reply)
+                });
             }),
             Receiver::Subscriber {
                 port, operation, ..
             } => port.receive(&mut |header, body| {
                 lost = gaps.note(&header);
+                let kind = (TappedKind::Sample, Some(*operation));
+                taps.copy(slot, kind, header, Profile::Rpc, body);
                 let expected = description.slots[slot].operations[*operation].type_hash;
                 result = if header.type_hash == 0 || header.type_hash == expected {
                     component.receive(slot, *operation, &mut Reader::of(body, header.encoding))

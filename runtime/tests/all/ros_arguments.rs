@@ -62,6 +62,7 @@ static NODE: Description = Description {
         topic("base", Role::SubscribesTo, &[STATE], WANTED),
     ],
     backends: &[("ros2", connect)],
+    types: &[],
     simulates_time: false,
     note: b"",
 };
@@ -75,6 +76,7 @@ static OTHER: Description = Description {
     folder: "/nowhere",
     slots: &[],
     backends: &[("local", rc_local::connect)],
+    types: &[],
     simulates_time: false,
     note: b"",
 };

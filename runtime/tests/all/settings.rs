@@ -15,6 +15,7 @@ static DESCRIPTION: Description = Description {
     folder: "/nowhere",
     slots: &[],
     backends: &[("recorder", connect)],
+    types: &[],
     simulates_time: false,
     note: b"",
 };

@@ -47,6 +47,7 @@ static SOURCE: Description = Description {
     folder: "/nowhere",
     slots: &[],
     backends: &[("local", rc_local::connect)],
+    types: &[],
     simulates_time: true,
     note: b"",
 };
@@ -67,6 +68,7 @@ static FOLLOWER: Description = Description {
             },
         ),
     ],
+    types: &[],
     simulates_time: false,
     model_hash: 2,
     middleware: "local",

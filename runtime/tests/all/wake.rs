@@ -48,6 +48,7 @@ static DESCRIPTION: Description = Description {
         external_types: &[],
     }],
     backends: &[("local", rc_local::connect)],
+    types: &[],
     simulates_time: false,
     note: b"",
 };

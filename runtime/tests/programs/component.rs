@@ -95,6 +95,7 @@ fn main() -> ExitCode {
         folder: "/nowhere",
         slots: &[],
         backends: &[],
+        types: &[],
         simulates_time: false,
         note: b"",
     };

@@ -69,6 +69,7 @@ pub(crate) static DESCRIPTION: Description = Description {
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE, SLOT_PICTURES],
+    types: &[::interfaces::rc_bench::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
     note: backend::NOTE,

@@ -42,6 +42,11 @@ pub(crate) static DESCRIPTION: Description = Description {
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_LASER, SLOT_DIFFERENTIAL_ROBOT],
+    types: &[
+        ::interfaces::robo_comp_differential_robot::RC_DESCRIPTION,
+        ::interfaces::robo_comp_generic_base::RC_DESCRIPTION,
+        ::interfaces::robo_comp_laser::RC_DESCRIPTION,
+    ],
     backends: backend::BACKENDS,
     simulates_time: false,
     note: backend::NOTE,

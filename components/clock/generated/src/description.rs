@@ -15,6 +15,7 @@ pub(crate) static DESCRIPTION: Description = Description {
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[],
+    types: &[],
     backends: backend::BACKENDS,
     simulates_time: true,
     note: backend::NOTE,

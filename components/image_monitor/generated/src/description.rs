@@ -41,6 +41,7 @@ pub(crate) static DESCRIPTION: Description = Description {
     parameters: None,
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_CAMERA, SLOT_CAMERA_PUB],
+    types: &[::interfaces::robo_comp_camera::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
     note: backend::NOTE,

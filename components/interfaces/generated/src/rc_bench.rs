@@ -3,6 +3,21 @@
 
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
+/// The types and interfaces of this module for tools, see `rc_values::description`.
+pub const RC_DESCRIPTION: &str = r#"{"module":"RcBench","types":[
+{"name":"Picture","struct":[{"name":"sent","type":"int64"},{"name":"data","type":"sequence<uint8,1048576>"}]}
+],"interfaces":[
+{"name":"Echo","operations":[
+{"name":"echo","id":-669077045,"hash":"0dcda19f7bc6c682","pattern":"query","inputs":[{"name":"data","type":"sequence<uint8>"}],"result":"sequence<uint8>"}
+]},
+{"name":"Sample","operations":[
+{"name":"sample","id":-1074163874,"hash":"fd2cbc8cbf4fdcb5","pattern":"command","inputs":[{"name":"sent","type":"int64"},{"name":"data","type":"sequence<uint8>"}]}
+]},
+{"name":"Pictures","operations":[
+{"name":"picture","id":1425823316,"hash":"3c6e22ebb6bf2104","pattern":"command","inputs":[{"name":"picture","type":"RcBench::Picture"}]}
+]}
+]}"#;
+
 /// A value that travels in place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {

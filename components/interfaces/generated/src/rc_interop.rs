@@ -3,6 +3,60 @@
 
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
+/// The types and interfaces of this module for tools, see `rc_values::description`.
+pub const RC_DESCRIPTION: &str = r#"{"module":"RcInterop","types":[
+{"name":"Kind","enum":[["wall",0],["door",7],["person",8]]},
+{"name":"Point","struct":[{"name":"x","type":"float32"},{"name":"y","type":"float64"}]},
+{"name":"Mark","struct":[{"name":"name","type":"string"},{"name":"at","type":"RcInterop::Point"}]},
+{"name":"Scores","alias":"dictionary<string,float64>"},
+{"name":"Report","struct":[{"name":"number","type":"int64"},{"name":"text","type":"string"},{"name":"data","type":"sequence<uint8>"},{"name":"ranges","type":"sequence<float64>"},{"name":"kind","type":"RcInterop::Kind"},{"name":"origin","type":"RcInterop::Point"},{"name":"marks","type":"sequence<RcInterop::Mark>"},{"name":"scores","type":"dictionary<string,float64>"}]},
+{"name":"Nonsense","exception":[{"name":"what","type":"string"},{"name":"code","type":"int32"}]},
+{"name":"Time","struct":[{"name":"sec","type":"int32"},{"name":"nanosec","type":"uint32"}]},
+{"name":"Header","struct":[{"name":"stamp","type":"RcInterop::Time"},{"name":"frame_id","type":"string"}]},
+{"name":"RegionOfInterest","struct":[{"name":"x_offset","type":"uint32"},{"name":"y_offset","type":"uint32"},{"name":"height","type":"uint32"},{"name":"width","type":"uint32"},{"name":"do_rectify","type":"bool"}]},
+{"name":"CameraInfo","struct":[{"name":"header","type":"RcInterop::Header"},{"name":"height","type":"uint32"},{"name":"width","type":"uint32"},{"name":"distortion_model","type":"string"},{"name":"d","type":"sequence<float64>"},{"name":"k","type":"float64[9]"},{"name":"r","type":"float64[9]"},{"name":"p","type":"float64[12]"},{"name":"binning_x","type":"uint32"},{"name":"binning_y","type":"uint32"},{"name":"roi","type":"RcInterop::RegionOfInterest"}]},
+{"name":"Image","struct":[{"name":"header","type":"RcInterop::Header"},{"name":"height","type":"uint32"},{"name":"width","type":"uint32"},{"name":"encoding","type":"string"},{"name":"is_bigendian","type":"uint8"},{"name":"step","type":"uint32"},{"name":"data","type":"sequence<uint8>"}]}
+],"interfaces":[
+{"name":"Images","operations":[
+{"name":"image","id":576356472,"hash":"764905efc4f71d7e","pattern":"command","inputs":[{"name":"image","type":"RcInterop::Image"}]}
+]},
+{"name":"Camera","operations":[
+{"name":"setCameraInfo","id":1982589214,"hash":"d8fb589b72c0499f","pattern":"query","inputs":[{"name":"camera_info","type":"RcInterop::CameraInfo"}],"outputs":[{"name":"success","type":"bool"},{"name":"status_message","type":"string"}]}
+]},
+{"name":"CameraDriver","operations":[
+{"name":"setCameraInfo","id":1982589214,"hash":"2969e4c9d56ec5f1","pattern":"query","inputs":[{"name":"camera_info","type":"RcInterop::CameraInfo"}],"outputs":[{"name":"success","type":"bool"},{"name":"status_message","type":"string"}]}
+]},
+{"name":"Reports","operations":[
+{"name":"report","id":3116521,"hash":"0ac39ff93ebcbc96","pattern":"command","inputs":[{"name":"report","type":"RcInterop::Report"}]}
+]},
+{"name":"Echoes","operations":[
+{"name":"echo","id":-669077045,"hash":"7fc9382f0857c604","pattern":"command","inputs":[{"name":"report","type":"RcInterop::Report"}]}
+]},
+{"name":"Talk","operations":[
+{"name":"chatter","id":902822334,"hash":"b4352cc30d960136","pattern":"command","inputs":[{"name":"data","type":"string"}]}
+]},
+{"name":"Gossip","operations":[
+{"name":"chatter","id":902822334,"hash":"682ab473f5014f84","pattern":"command","inputs":[{"name":"data","type":"string"}]}
+]},
+{"name":"Orders","operations":[
+{"name":"order","id":-92298896,"hash":"626b37f58adae85e","pattern":"command","inputs":[{"name":"text","type":"string"}]}
+]},
+{"name":"Archive","operations":[
+{"name":"keep","id":502713368,"hash":"b3a68cf3c904fd7b","pattern":"command","inputs":[{"name":"text","type":"string"}]}
+]},
+{"name":"Interop","operations":[
+{"name":"shift","id":1313846826,"hash":"52ee5ac33be994ad","pattern":"query","inputs":[{"name":"report","type":"RcInterop::Report"},{"name":"by","type":"float64"}],"outputs":[{"name":"count","type":"int32"}],"result":"RcInterop::Report","throws":[["RcInterop::Nonsense",-1352687754]]},
+{"name":"note","id":-900475222,"hash":"4890dc323d3519f1","pattern":"command","inputs":[{"name":"text","type":"string"}]},
+{"name":"noted","id":1175885854,"hash":"f663fa419653b22f","pattern":"query","result":"sequence<string>"},
+{"name":"consult","id":3440400,"hash":"6db6d04a30b62d35","pattern":"query","inputs":[{"name":"question","type":"string"},{"name":"limit","type":"int32"}],"result":"string"},
+{"name":"add","id":-59184076,"hash":"cc3fb8ba571db8c6","pattern":"query","inputs":[{"name":"a","type":"int64"},{"name":"b","type":"int64"}],"result":"int64"}
+]},
+{"name":"Oracle","operations":[
+{"name":"ask","id":1883231070,"hash":"ada66a05a01d744a","pattern":"query","inputs":[{"name":"question","type":"string"}],"outputs":[{"name":"place","type":"RcInterop::Point"}],"result":"int64","throws":[["RcInterop::Nonsense",-1352687754]]},
+{"name":"tell","id":1022105598,"hash":"72d586dcf0c07bd0","pattern":"command","inputs":[{"name":"text","type":"string"}]}
+]}
+]}"#;
+
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Kind {
     #[default]

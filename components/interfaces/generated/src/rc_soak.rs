@@ -3,6 +3,18 @@
 
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
+/// The types and interfaces of this module for tools, see `rc_values::description`.
+pub const RC_DESCRIPTION: &str = r#"{"module":"RcSoak","types":[
+{"name":"Image","struct":[{"name":"number","type":"int64"},{"name":"width","type":"int32"},{"name":"height","type":"int32"},{"name":"data","type":"sequence<uint8,2100000>"}]}
+],"interfaces":[
+{"name":"Ticks","operations":[
+{"name":"tick","id":1975576037,"hash":"f1c309a1cab5850b","pattern":"command","inputs":[{"name":"number","type":"int64"}]}
+]},
+{"name":"Images","operations":[
+{"name":"image","id":576356472,"hash":"7e671b9871fa7944","pattern":"command","inputs":[{"name":"image","type":"RcSoak::Image"}]}
+]}
+]}"#;
+
 /// A picture of about a megabyte; it is bounded, so it can travel in place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {

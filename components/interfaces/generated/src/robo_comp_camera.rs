@@ -3,6 +3,22 @@
 
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
+/// The types and interfaces of this module for tools, see `rc_values::description`.
+pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompCamera","types":[
+{"name":"PixelFormat","enum":[["Grey",0],["Rgb",1]]},
+{"name":"Image","struct":[{"name":"captured","type":"int64","unit":"ns"},{"name":"number","type":"int64"},{"name":"width","type":"int32","unit":"px","range":[0.0,4096.0]},{"name":"height","type":"int32","unit":"px","range":[0.0,4096.0]},{"name":"format","type":"RoboCompCamera::PixelFormat"},{"name":"frame","type":"string<32>"},{"name":"data","type":"sequence<uint8,2100000>"}]},
+{"name":"CloudPoint","struct":[{"name":"x","type":"float32","unit":"mm"},{"name":"y","type":"float32","unit":"mm"},{"name":"z","type":"float32","unit":"mm"}]},
+{"name":"Cloud","struct":[{"name":"captured","type":"int64","unit":"ns"},{"name":"number","type":"int64"},{"name":"points","type":"sequence<RoboCompCamera::CloudPoint,100000>"}]}
+],"interfaces":[
+{"name":"Camera","operations":[
+{"name":"getImage","id":-1513590890,"hash":"1b233cf736c0ed21","pattern":"query","result":"RoboCompCamera::Image"}
+]},
+{"name":"CameraPub","operations":[
+{"name":"newImage","id":218034519,"hash":"db32c5ed51b4d351","pattern":"command","inputs":[{"name":"image","type":"RoboCompCamera::Image"}]},
+{"name":"newCloud","id":2024493359,"hash":"80293d921b1ebdf2","pattern":"command","inputs":[{"name":"cloud","type":"RoboCompCamera::Cloud"}]}
+]}
+]}"#;
+
 /// What one pixel is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum PixelFormat {

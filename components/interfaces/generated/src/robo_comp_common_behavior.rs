@@ -3,6 +3,24 @@
 
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
+/// The types and interfaces of this module for tools, see `rc_values::description`.
+pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompCommonBehavior","types":[
+{"name":"State","enum":[["Starting",0],["Running",1]]},
+{"name":"Parameter","struct":[{"name":"editable","type":"bool"},{"name":"value","type":"string"},{"name":"type","type":"string"}]},
+{"name":"ParameterList","alias":"dictionary<string,RoboCompCommonBehavior::Parameter>"}
+],"interfaces":[
+{"name":"CommonBehavior","operations":[
+{"name":"getPeriod","id":752206034,"hash":"440c02e342a1059c","pattern":"query","result":"int32"},
+{"name":"setPeriod","id":-1017690394,"hash":"57456af81ef8a03c","pattern":"command","inputs":[{"name":"period","type":"int32","unit":"ms"}]},
+{"name":"timeAwake","id":1432901152,"hash":"3ed9cd309bc24515","pattern":"query","result":"int32"},
+{"name":"killYourSelf","id":-192679036,"hash":"b216ea208a6ccbb2","pattern":"command"},
+{"name":"getParameterList","id":1883724158,"hash":"5cdb26dffcf5cebb","pattern":"query","result":"dictionary<string,RoboCompCommonBehavior::Parameter>"},
+{"name":"setParameterList","id":604014977,"hash":"be2c8125a432b463","pattern":"query","inputs":[{"name":"l","type":"dictionary<string,RoboCompCommonBehavior::Parameter>"}]},
+{"name":"reloadConfig","id":-409386258,"hash":"154cec6448a30f02","pattern":"query"},
+{"name":"getState","id":1961371937,"hash":"c6485475165d196a","pattern":"query","result":"RoboCompCommonBehavior::State"}
+]}
+]}"#;
+
 /// How far a component has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum State {

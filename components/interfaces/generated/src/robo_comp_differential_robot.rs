@@ -3,6 +3,23 @@
 
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
+/// The types and interfaces of this module for tools, see `rc_values::description`.
+pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompDifferentialRobot","types":[
+{"name":"TMechParams","struct":[{"name":"wheelRadius","type":"int32","unit":"mm"},{"name":"axisLength","type":"int32","unit":"mm"},{"name":"encoderSteps","type":"int32"},{"name":"gearRatio","type":"int32"},{"name":"temp","type":"float32","unit":"Celsius"},{"name":"device","type":"string"},{"name":"handler","type":"string"},{"name":"maxVelAdv","type":"float32","unit":"mm/s"},{"name":"maxVelRot","type":"float32","unit":"rad/s"}]}
+],"interfaces":[
+{"name":"DifferentialRobot","operations":[
+{"name":"getBaseState","id":1652238603,"hash":"7fb65cee8ac42b04","pattern":"query","outputs":[{"name":"state","type":"RoboCompGenericBase::TBaseState"}],"throws":[["RoboCompGenericBase::HardwareFailedException",1023798054]]},
+{"name":"getBasePose","id":1764853400,"hash":"22e81f5648ef3638","pattern":"query","outputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}],"throws":[["RoboCompGenericBase::HardwareFailedException",1023798054]]},
+{"name":"getMechParams","id":1094106188,"hash":"8b562d9b6ea758ed","pattern":"query","result":"RoboCompDifferentialRobot::TMechParams"},
+{"name":"setSpeedBase","id":813783100,"hash":"a402e8c2e63c6d3f","pattern":"command","inputs":[{"name":"adv","type":"float32","unit":"mm/s"},{"name":"rot","type":"float32","unit":"rad/s"}]},
+{"name":"stopBase","id":1982418655,"hash":"0cce038f4d7aee28","pattern":"command"},
+{"name":"resetOdometer","id":1723657111,"hash":"94826cdc9adc89d4","pattern":"command"},
+{"name":"setOdometer","id":-2082011004,"hash":"ecfa26b2d69af9f8","pattern":"command","inputs":[{"name":"state","type":"RoboCompGenericBase::TBaseState"}]},
+{"name":"setOdometerPose","id":-163556198,"hash":"59b1980be6f94abd","pattern":"command","inputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}]},
+{"name":"correctOdometer","id":-595828834,"hash":"390b47dab13646fd","pattern":"command","inputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}]}
+]}
+]}"#;
+
 /// How the base is built.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TMechParams {

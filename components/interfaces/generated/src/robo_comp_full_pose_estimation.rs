@@ -3,6 +3,16 @@
 
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
+/// The types and interfaces of this module for tools, see `rc_values::description`.
+pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompFullPoseEstimation","types":[
+{"name":"FullPoseEuler","struct":[{"name":"source","type":"string"},{"name":"x","type":"float32","unit":"mm"},{"name":"y","type":"float32","unit":"mm"},{"name":"z","type":"float32","unit":"mm"},{"name":"rx","type":"float32","unit":"rad"},{"name":"ry","type":"float32","unit":"rad"},{"name":"rz","type":"float32","unit":"rad"},{"name":"vx","type":"float32","unit":"mm/s"},{"name":"vy","type":"float32","unit":"mm/s"},{"name":"vz","type":"float32","unit":"mm/s"},{"name":"vrx","type":"float32","unit":"rad/s"},{"name":"vry","type":"float32","unit":"rad/s"},{"name":"vrz","type":"float32","unit":"rad/s"},{"name":"confidence","type":"int32","unit":"%","range":[0.0,100.0]}]}
+],"interfaces":[
+{"name":"FullPoseEstimation","operations":[
+{"name":"setInitialPose","id":2004514332,"hash":"e4d2a56e895a8dc0","pattern":"command","inputs":[{"name":"x","type":"float32","unit":"mm"},{"name":"y","type":"float32","unit":"mm"},{"name":"z","type":"float32","unit":"mm"},{"name":"rx","type":"float32","unit":"rad"},{"name":"ry","type":"float32","unit":"rad"},{"name":"rz","type":"float32","unit":"rad"}]},
+{"name":"getFullPoseEuler","id":1321065379,"hash":"809d5ee3a5ee897c","pattern":"query","result":"RoboCompFullPoseEstimation::FullPoseEuler"}
+]}
+]}"#;
+
 /// A pose and its rate of change. Axes are right-handed with z up; angles turn counter-clockwise about their axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FullPoseEuler {

@@ -3,6 +3,17 @@
 
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
+/// The types and interfaces of this module for tools, see `rc_values::description`.
+pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompGenericBase","types":[
+{"name":"HardwareFailedException","exception":[{"name":"what","type":"string"}]},
+{"name":"TBaseState","struct":[{"name":"x","type":"float32","unit":"mm"},{"name":"correctedX","type":"float32","unit":"mm"},{"name":"z","type":"float32","unit":"mm"},{"name":"correctedZ","type":"float32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"},{"name":"correctedAlpha","type":"float32","unit":"rad"},{"name":"advVx","type":"float32","unit":"mm/s"},{"name":"advVz","type":"float32","unit":"mm/s"},{"name":"rotV","type":"float32","unit":"rad/s"},{"name":"isMoving","type":"bool"}]}
+],"interfaces":[
+{"name":"GenericBase","operations":[
+{"name":"getBaseState","id":1652238603,"hash":"c99f6e5c029830b3","pattern":"query","outputs":[{"name":"state","type":"RoboCompGenericBase::TBaseState"}],"throws":[["RoboCompGenericBase::HardwareFailedException",1023798054]]},
+{"name":"getBasePose","id":1764853400,"hash":"384af5071b78f7fc","pattern":"query","outputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}],"throws":[["RoboCompGenericBase::HardwareFailedException",1023798054]]}
+]}
+]}"#;
+
 /// The hardware did not do what was asked of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HardwareFailedException {

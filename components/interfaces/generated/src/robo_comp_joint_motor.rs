@@ -3,6 +3,38 @@
 
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
+/// The types and interfaces of this module for tools, see `rc_values::description`.
+pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompJointMotor","types":[
+{"name":"HardwareFailedException","exception":[{"name":"what","type":"string"}]},
+{"name":"OutOfRangeException","exception":[{"name":"what","type":"string"}]},
+{"name":"UnknownMotorException","exception":[{"name":"what","type":"string"}]},
+{"name":"MotorState","struct":[{"name":"pos","type":"float32","unit":"rad"},{"name":"vel","type":"float32","unit":"rad/s"},{"name":"power","type":"float32","unit":"W"},{"name":"timeStamp","type":"string"},{"name":"p","type":"int32"},{"name":"v","type":"int32"},{"name":"isMoving","type":"bool"},{"name":"temperature","type":"int32","unit":"Celsius"}]},
+{"name":"MotorStateMap","alias":"dictionary<string,RoboCompJointMotor::MotorState>"},
+{"name":"MotorParams","struct":[{"name":"name","type":"string"},{"name":"busId","type":"uint8"},{"name":"minPos","type":"float32","unit":"rad"},{"name":"maxPos","type":"float32","unit":"rad"},{"name":"maxVelocity","type":"float32","unit":"rad/s"},{"name":"zeroPos","type":"float32","unit":"rad"},{"name":"stepsRange","type":"float32"},{"name":"maxDegrees","type":"float32","unit":"deg"},{"name":"invertedSign","type":"bool"}]},
+{"name":"MotorParamsList","alias":"sequence<RoboCompJointMotor::MotorParams>"},
+{"name":"BusParams","struct":[{"name":"handler","type":"string"},{"name":"device","type":"string"},{"name":"numMotors","type":"int32"},{"name":"baudRate","type":"int32","unit":"Bd"},{"name":"basicPeriod","type":"int32","unit":"ms"}]},
+{"name":"MotorGoalPosition","struct":[{"name":"name","type":"string"},{"name":"position","type":"float32","unit":"rad"},{"name":"maxSpeed","type":"float32","unit":"rad/s"}]},
+{"name":"MotorGoalPositionList","alias":"sequence<RoboCompJointMotor::MotorGoalPosition>"},
+{"name":"MotorGoalVelocity","struct":[{"name":"name","type":"string"},{"name":"velocity","type":"float32","unit":"rad/s"},{"name":"maxAcc","type":"float32","unit":"rad/s^2"}]},
+{"name":"MotorGoalVelocityList","alias":"sequence<RoboCompJointMotor::MotorGoalVelocity>"},
+{"name":"MotorList","alias":"sequence<string>"}
+],"interfaces":[
+{"name":"JointMotor","operations":[
+{"name":"setPosition","id":-800444418,"hash":"e09c460aa8a79918","pattern":"query","inputs":[{"name":"goal","type":"RoboCompJointMotor::MotorGoalPosition"}],"throws":[["RoboCompJointMotor::UnknownMotorException",-1549286698],["RoboCompJointMotor::HardwareFailedException",1023798054]]},
+{"name":"setVelocity","id":-1167115710,"hash":"50e98f1000de6e6a","pattern":"query","inputs":[{"name":"goal","type":"RoboCompJointMotor::MotorGoalVelocity"}],"throws":[["RoboCompJointMotor::UnknownMotorException",-1549286698],["RoboCompJointMotor::HardwareFailedException",1023798054]]},
+{"name":"setZeroPos","id":170082632,"hash":"ebdf8f10f7897494","pattern":"query","inputs":[{"name":"name","type":"string"}],"throws":[["RoboCompJointMotor::UnknownMotorException",-1549286698],["RoboCompJointMotor::HardwareFailedException",1023798054]]},
+{"name":"setSyncPosition","id":-676275672,"hash":"4b8558d20a917c8a","pattern":"query","inputs":[{"name":"listGoals","type":"sequence<RoboCompJointMotor::MotorGoalPosition>"}],"throws":[["RoboCompJointMotor::UnknownMotorException",-1549286698],["RoboCompJointMotor::HardwareFailedException",1023798054]]},
+{"name":"setSyncVelocity","id":-390934193,"hash":"ab995bcf6fc2e2c2","pattern":"query","inputs":[{"name":"listGoals","type":"sequence<RoboCompJointMotor::MotorGoalVelocity>"}],"throws":[["RoboCompJointMotor::UnknownMotorException",-1549286698],["RoboCompJointMotor::HardwareFailedException",1023798054]]},
+{"name":"setSyncZeroPos","id":1340080263,"hash":"d1cdef51753be283","pattern":"query","throws":[["RoboCompJointMotor::UnknownMotorException",-1549286698],["RoboCompJointMotor::HardwareFailedException",1023798054]]},
+{"name":"getMotorParams","id":-1266026689,"hash":"8b1333a0d502f92d","pattern":"query","inputs":[{"name":"motor","type":"string"}],"result":"RoboCompJointMotor::MotorParams","throws":[["RoboCompJointMotor::UnknownMotorException",-1549286698]]},
+{"name":"getMotorState","id":272966398,"hash":"663e2b8e510481cf","pattern":"query","inputs":[{"name":"motor","type":"string"}],"result":"RoboCompJointMotor::MotorState","throws":[["RoboCompJointMotor::UnknownMotorException",-1549286698]]},
+{"name":"getMotorStateMap","id":-1372387326,"hash":"3660e5db85dd2771","pattern":"query","inputs":[{"name":"mList","type":"sequence<string>"}],"result":"dictionary<string,RoboCompJointMotor::MotorState>","throws":[["RoboCompJointMotor::UnknownMotorException",-1549286698]]},
+{"name":"getAllMotorState","id":-1828834478,"hash":"9bbd0a55c471c9c8","pattern":"query","outputs":[{"name":"mstateMap","type":"dictionary<string,RoboCompJointMotor::MotorState>"}],"throws":[["RoboCompJointMotor::UnknownMotorException",-1549286698]]},
+{"name":"getAllMotorParams","id":1210762503,"hash":"5e89995c0581884a","pattern":"query","result":"sequence<RoboCompJointMotor::MotorParams>"},
+{"name":"getBusParams","id":2021444905,"hash":"d2acba91a96e27f2","pattern":"query","result":"RoboCompJointMotor::BusParams"}
+]}
+]}"#;
+
 /// A motor does not do what it is asked: the bus does not answer, or what is asked is beyond the motor's limits.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HardwareFailedException {

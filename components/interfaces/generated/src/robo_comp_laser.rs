@@ -3,6 +3,19 @@
 
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
+/// The types and interfaces of this module for tools, see `rc_values::description`.
+pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompLaser","types":[
+{"name":"LaserConfData","struct":[{"name":"driver","type":"string"},{"name":"device","type":"string"},{"name":"staticConf","type":"int32"},{"name":"maxMeasures","type":"int32"},{"name":"maxDegrees","type":"int32","unit":"deg"},{"name":"maxRange","type":"int32","unit":"mm"},{"name":"minRange","type":"int32","unit":"mm"},{"name":"iniRange","type":"int32"},{"name":"endRange","type":"int32"},{"name":"cluster","type":"int32"},{"name":"sampleRate","type":"int32","unit":"ms"},{"name":"angleRes","type":"float32","unit":"rad"},{"name":"angleIni","type":"float32","unit":"rad"}]},
+{"name":"TData","struct":[{"name":"angle","type":"float32","unit":"rad"},{"name":"dist","type":"float32","unit":"mm"}]},
+{"name":"TLaserData","alias":"sequence<RoboCompLaser::TData>"}
+],"interfaces":[
+{"name":"Laser","operations":[
+{"name":"getLaserData","id":-1813133903,"hash":"94aaf70d43c7deec","pattern":"query","result":"sequence<RoboCompLaser::TData>"},
+{"name":"getLaserAndBStateData","id":84382437,"hash":"6c4954ac5c18af2c","pattern":"query","outputs":[{"name":"bState","type":"RoboCompGenericBase::TBaseState"}],"result":"sequence<RoboCompLaser::TData>"},
+{"name":"getLaserConfData","id":1941542868,"hash":"33d972a9fa76c3fb","pattern":"query","result":"RoboCompLaser::LaserConfData"}
+]}
+]}"#;
+
 /// How the scanner is built and set.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LaserConfData {

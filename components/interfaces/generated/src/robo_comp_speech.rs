@@ -3,6 +3,19 @@
 
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
+/// The types and interfaces of this module for tools, see `rc_values::description`.
+pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompSpeech","types":[
+{"name":"Datasayin","struct":[{"name":"text","type":"string"},{"name":"overwrite","type":"bool"}]},
+{"name":"DataenableSynchronizationin","struct":[{"name":"enable","type":"bool"}]},
+{"name":"Dataresponse","struct":[{"name":"result","type":"bool"},{"name":"reason","type":"string"}]}
+],"interfaces":[
+{"name":"Speech","operations":[
+{"name":"say","id":1324760997,"hash":"789ba98f7c190330","pattern":"query","inputs":[{"name":"request","type":"RoboCompSpeech::Datasayin"}],"outputs":[{"name":"response","type":"RoboCompSpeech::Dataresponse"}]},
+{"name":"isBusy","id":-228285889,"hash":"8b94f2f5a52ee7d3","pattern":"query","outputs":[{"name":"response","type":"RoboCompSpeech::Dataresponse"}]},
+{"name":"enableSynchronization","id":1135797090,"hash":"e4bdfa3a6c4eb122","pattern":"command","inputs":[{"name":"request","type":"RoboCompSpeech::DataenableSynchronizationin"}]}
+]}
+]}"#;
+
 /// What to say.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Datasayin {

@@ -3,6 +3,20 @@
 
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
+/// The types and interfaces of this module for tools, see `rc_values::description`.
+pub const RC_DESCRIPTION: &str = r#"{"module":"Transforms","types":[
+{"name":"Time","struct":[{"name":"sec","type":"int32"},{"name":"nanosec","type":"uint32"}]},
+{"name":"Header","struct":[{"name":"stamp","type":"Transforms::Time"},{"name":"frame_id","type":"string"}]},
+{"name":"Vector3","struct":[{"name":"x","type":"float64","unit":"m"},{"name":"y","type":"float64","unit":"m"},{"name":"z","type":"float64","unit":"m"}]},
+{"name":"Quaternion","struct":[{"name":"x","type":"float64"},{"name":"y","type":"float64"},{"name":"z","type":"float64"},{"name":"w","type":"float64"}]},
+{"name":"Transform","struct":[{"name":"translation","type":"Transforms::Vector3"},{"name":"rotation","type":"Transforms::Quaternion"}]},
+{"name":"TransformStamped","struct":[{"name":"header","type":"Transforms::Header"},{"name":"child_frame_id","type":"string"},{"name":"transform","type":"Transforms::Transform"}]}
+],"interfaces":[
+{"name":"TransformPub","operations":[
+{"name":"transforms","id":1271285859,"hash":"d31ec2b03197b132","pattern":"publish","inputs":[{"name":"transforms","type":"sequence<Transforms::TransformStamped>"}]}
+]}
+]}"#;
+
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Time {
     pub sec: i32,

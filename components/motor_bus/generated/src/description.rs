@@ -30,6 +30,7 @@ pub(crate) static DESCRIPTION: Description = Description {
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_JOINT_MOTOR],
+    types: &[::interfaces::robo_comp_joint_motor::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
     note: backend::NOTE,

@@ -34,6 +34,10 @@ pub(crate) static DESCRIPTION: Description = Description {
     parameters: None,
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_ROS],
+    types: &[
+        ::interfaces::robo_comp_full_pose_estimation::RC_DESCRIPTION,
+        ::interfaces::robo_comp_full_pose_estimation_pub::RC_DESCRIPTION,
+    ],
     backends: backend::BACKENDS,
     simulates_time: false,
     note: backend::NOTE,

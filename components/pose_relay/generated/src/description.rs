@@ -67,6 +67,11 @@ pub(crate) static DESCRIPTION: Description = Description {
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_ROBOT, SLOT_ROS, SLOT_TF],
+    types: &[
+        ::interfaces::robo_comp_full_pose_estimation::RC_DESCRIPTION,
+        ::interfaces::robo_comp_full_pose_estimation_pub::RC_DESCRIPTION,
+        ::interfaces::transforms::RC_DESCRIPTION,
+    ],
     backends: backend::BACKENDS,
     simulates_time: false,
     note: backend::NOTE,

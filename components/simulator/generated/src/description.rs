@@ -60,6 +60,13 @@ pub(crate) static DESCRIPTION: Description = Description {
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_LASER, SLOT_DIFFERENTIAL_ROBOT, SLOT_FULL_POSE_ESTIMATION_PUB],
+    types: &[
+        ::interfaces::robo_comp_differential_robot::RC_DESCRIPTION,
+        ::interfaces::robo_comp_full_pose_estimation::RC_DESCRIPTION,
+        ::interfaces::robo_comp_full_pose_estimation_pub::RC_DESCRIPTION,
+        ::interfaces::robo_comp_generic_base::RC_DESCRIPTION,
+        ::interfaces::robo_comp_laser::RC_DESCRIPTION,
+    ],
     backends: backend::BACKENDS,
     simulates_time: false,
     note: backend::NOTE,

@@ -30,6 +30,7 @@ pub(crate) static DESCRIPTION: Description = Description {
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_SPEECH],
+    types: &[::interfaces::robo_comp_speech::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
     note: backend::NOTE,

@@ -184,6 +184,7 @@ pub(crate) static DESCRIPTION: Description = Description {
         SLOT_IMAGES,
         SLOT_ARCHIVE,
     ],
+    types: &[::interfaces::rc_interop::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
     note: backend::NOTE,

@@ -1,0 +1,253 @@
+//! Ports of tools that look at a running network. They open only what exists, have places of their
+//! own beside those of components, and are not counted as peers. A tool looks for samples each
+//! millisecond, so its samples cost a publisher no wake-up.
+
+use crate::names;
+use crate::publisher::SharedPublisher;
+use crate::service::{PublisherPort, TopicService, existing_topic, refusal};
+use crate::session::Session;
+use crate::subscriber::Source;
+use crate::{NAME, bounded};
+use iceoryx2::prelude::{CallbackProgression, PortName};
+use iceoryx2::service::port_factory::PortFactory as _;
+use rc_middleware::qos::MAX_OBSERVERS;
+use rc_middleware::{
+    Backend, Client, Durability, Endpoint, Header, OpenError, Publisher, ReceiveError, Server,
+    Subscriber,
+};
+use rustix::time::{
+    Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, Timespec, timerfd_create,
+    timerfd_settime,
+};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// The name of a port that is not counted as a peer.
+const PORT: &str = "rc-observer";
+/// How often an observer looks for samples.
+const LOOK_NS: i64 = 1_000_000;
+/// How often an observer looks for a service that does not exist yet.
+const RETRY: Duration = Duration::from_millis(250);
+
+/// The name of the ports of tools.
+pub(crate) fn port_name() -> PortName {
+    PortName::new(PORT).unwrap_or_else(|_| PortName::new_empty())
+}
+
+/// The subscribers of components.
+pub(crate) fn subscribers(topic: &TopicService) -> usize {
+    topic.dynamic_config().number_of_subscribers() - observers(topic)
+}
+
+/// The publishers of components.
+pub(crate) fn publishers(topic: &TopicService) -> usize {
+    let mut count = 0;
+    topic.dynamic_config().list_publishers(|details| {
+        count += usize::from(details.publisher_name.as_str() != PORT);
+        CallbackProgression::Continue
+    });
+    count
+}
+
+/// The subscribers of tools.
+fn observers(topic: &TopicService) -> usize {
+    let mut count = 0;
+    topic.dynamic_config().list_subscribers(|details| {
+        count += usize::from(details.subscriber_name.as_str() == PORT);
+        CallbackProgression::Continue
+    });
+    count
+}
+
+/// The backend of a tool.
+pub(crate) struct Observing {
+    session: Arc<Session>,
+    timer: Arc<OwnedFd>,
+}
+
+impl Observing {
+    pub(crate) fn new(session: Arc<Session>) -> Result<Self, OpenError> {
+        let failed = |error: rustix::io::Errno| OpenError::Backend {
+            address: session.environment.network.clone(),
+            reason: error.to_string(),
+        };
+        let flags = TimerfdFlags::CLOEXEC | TimerfdFlags::NONBLOCK;
+        let timer = timerfd_create(TimerfdClockId::Monotonic, flags).map_err(failed)?;
+        let look = Timespec {
+            tv_sec: 0,
+            tv_nsec: LOOK_NS,
+        };
+        let interval = Itimerspec {
+            it_interval: look,
+            it_value: look,
+        };
+        timerfd_settime(&timer, TimerfdTimerFlags::empty(), &interval).map_err(failed)?;
+        Ok(Self {
+            session,
+            timer: Arc::new(timer),
+        })
+    }
+}
+
+impl Backend for Observing {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
+        let port = bounded::open(&self.session, endpoint, SharedPublisher::of_tool)?;
+        Ok(Box::new(port))
+    }
+
+    fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
+        let (volatile, transient_local) = bounded::open(&self.session, endpoint, sources)?;
+        Ok(Box::new(Observer {
+            volatile,
+            transient_local,
+            endpoint: endpoint.clone(),
+            tried: Instant::now(),
+            timer: Arc::clone(&self.timer),
+            session: Arc::clone(&self.session),
+        }))
+    }
+
+    fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
+        Err(no_calls(endpoint))
+    }
+
+    fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
+        Err(no_calls(endpoint))
+    }
+
+    fn linger(&self, limit: Duration) {
+        self.session.linger(limit);
+    }
+}
+
+fn no_calls(endpoint: &Endpoint) -> OpenError {
+    OpenError::Backend {
+        address: endpoint.address.to_string(),
+        reason: "a tool calls over the management socket of the component".to_owned(),
+    }
+}
+
+/// The subscriber of a tool.
+struct Observer {
+    volatile: Option<Source>,
+    transient_local: Option<Source>,
+    endpoint: Endpoint,
+    /// When it last looked for a missing service.
+    tried: Instant,
+    timer: Arc<OwnedFd>,
+    /// Dropped after everything above.
+    session: Arc<Session>,
+}
+
+type Sources = (Option<Source>, Option<Source>);
+
+/// Subscribes to the services of a topic that exist.
+fn sources(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Sources, OpenError> {
+    let source = |topic: Option<TopicService>, history| match topic {
+        Some(topic) => open(endpoint, topic, history).map(Some),
+        None => Ok(None),
+    };
+    let (address, types) = (&endpoint.address, &endpoint.types);
+    let volatile = existing_topic(session, &names::topic(address), types)?;
+    let name = names::transient_local(address);
+    let transient_local = existing_topic(session, &name, types)?;
+    let wants_history = endpoint.qos.durability == Durability::TransientLocal;
+    let history = if wants_history { usize::MAX } else { 0 };
+    Ok((source(volatile, 0)?, source(transient_local, history)?))
+}
+
+fn open(endpoint: &Endpoint, topic: TopicService, history: usize) -> Result<Source, OpenError> {
+    let too_many = || OpenError::Backend {
+        address: endpoint.address.to_string(),
+        reason: format!("{MAX_OBSERVERS} tools observe it already; end one of them"),
+    };
+    if observers(&topic) >= MAX_OBSERVERS {
+        return Err(too_many());
+    }
+    let source = Source::of_tool(endpoint, topic, history)?;
+    // Two tools may have come at once.
+    if observers(source.topic()) > MAX_OBSERVERS {
+        return Err(too_many());
+    }
+    Ok(source)
+}
+
+impl Observer {
+    /// Subscribes to a service that has come into being since.
+    fn join(&mut self) -> Result<(), OpenError> {
+        let is_complete = self.volatile.is_some() && self.transient_local.is_some();
+        if is_complete || self.tried.elapsed() < RETRY {
+            return Ok(());
+        }
+        self.tried = Instant::now();
+        let (address, types) = (&self.endpoint.address, &self.endpoint.types);
+        if self.volatile.is_none()
+            && let Some(topic) = existing_topic(&self.session, &names::topic(address), types)?
+        {
+            self.volatile = Some(open(&self.endpoint, topic, 0)?);
+        }
+        let name = names::transient_local(address);
+        if self.transient_local.is_none()
+            && let Some(topic) = existing_topic(&self.session, &name, types)?
+        {
+            self.transient_local = Some(open(&self.endpoint, topic, 0)?);
+        }
+        Ok(())
+    }
+}
+
+impl Subscriber for Observer {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        self.timer.as_fd()
+    }
+
+    fn acknowledge(&mut self, _woken: bool) {
+        let mut expirations = [0_u8; 8];
+        // Another observer of this process may have read it.
+        let _ = rustix::io::read(&*self.timer, &mut expirations);
+    }
+
+    fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
+        let address = self.endpoint.address.to_string();
+        self.join().map_err(|error| ReceiveError {
+            address: address.clone(),
+            reason: error.to_string(),
+        })?;
+        for source in [&mut self.volatile, &mut self.transient_local] {
+            if let Some(source) = source
+                && source.receive(&address, take)?
+            {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    fn peers(&self) -> usize {
+        let sources = [&self.volatile, &self.transient_local];
+        sources.into_iter().flatten().map(Source::peers).sum()
+    }
+}
+
+/// The port of a publisher of a tool, for subscribers that exist.
+pub(crate) fn publisher(
+    session: &Session,
+    endpoint: &Endpoint,
+) -> Result<(TopicService, PublisherPort), OpenError> {
+    let name = names::topic(&endpoint.address);
+    let Some(topic) = existing_topic(session, &name, &endpoint.types)? else {
+        return Err(OpenError::Backend {
+            address: endpoint.address.to_string(),
+            reason: "no component subscribes to it".to_owned(),
+        });
+    };
+    let port = SharedPublisher::builder(&topic).name(&port_name());
+    let port = port.create();
+    let port = port.map_err(|error| refusal(&name)(format!("{error:?}")))?;
+    Ok((topic, port))
+}

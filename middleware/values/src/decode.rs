@@ -1,0 +1,165 @@
+//! From bytes of CDR to values.
+
+use crate::budget::Budget;
+use crate::error::ValueError;
+use crate::image::decode_image;
+use crate::numbers::Numbers;
+use crate::types::{Member, Primitive, Struct, Type};
+use crate::value::Value;
+use rc_middleware::{Encoding, Reader};
+use std::sync::Arc;
+
+/// Decodes a body: the parameters of an operation, or a structure.
+pub fn decode(ty: &Arc<Struct>, encoding: Encoding, body: &[u8]) -> Result<Value, ValueError> {
+    match encoding {
+        Encoding::Cdr => decode_from(ty, &mut Reader::new(body)),
+        Encoding::Image => decode_image(ty, body),
+    }
+}
+
+/// Decodes what follows in `reader`, for a body behind an envelope.
+pub fn decode_from(ty: &Arc<Struct>, reader: &mut Reader<'_>) -> Result<Value, ValueError> {
+    let mut budget = Budget::of(reader.rest().len());
+    structure(ty, reader, &mut budget)
+}
+
+fn structure(
+    ty: &Arc<Struct>,
+    reader: &mut Reader<'_>,
+    budget: &mut Budget,
+) -> Result<Value, ValueError> {
+    if ty.members.is_empty() {
+        // An empty structure holds one octet.
+        reader.get::<u8>()?;
+    }
+    budget.take_values(ty.members.len())?;
+    let mut values = Vec::with_capacity(ty.members.len());
+    for member in &ty.members {
+        let value = self::member(member, reader, budget);
+        values.push(value.map_err(|error| error.in_member(&member.name))?);
+    }
+    Ok(Value::Struct(Arc::clone(ty), values))
+}
+
+fn member(
+    member: &Member,
+    reader: &mut Reader<'_>,
+    budget: &mut Budget,
+) -> Result<Value, ValueError> {
+    if member.optional {
+        match reader.length()? {
+            0 => return Ok(Value::Missing),
+            1 => {}
+            many => {
+                let reason = format!("an optional value has {many} elements, it allows 1");
+                return Err(ValueError::new(reason));
+            }
+        }
+    }
+    let found = value(&member.ty, reader, budget)?;
+    check_range(member, &found)?;
+    Ok(found)
+}
+
+/// Fails if a number is outside the range of its member.
+pub(crate) fn check_range(member: &Member, value: &Value) -> Result<(), ValueError> {
+    let Some(range) = member.range else {
+        return Ok(());
+    };
+    match value.number() {
+        Some(number) if !range.contains(number) => {
+            let unit = member
+                .unit
+                .as_deref()
+                .map_or(String::new(), |u| format!(" {u}"));
+            Err(ValueError::new(format!(
+                "{number} is outside its range {range}{unit}"
+            )))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Fails if there are more elements than the type allows.
+pub(crate) fn check_bound(length: usize, bound: Option<u32>) -> Result<(), ValueError> {
+    match bound {
+        Some(bound) if length > bound as usize => Err(ValueError::new(format!(
+            "it has {length} elements, its type allows {bound}"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn value(ty: &Type, reader: &mut Reader<'_>, budget: &mut Budget) -> Result<Value, ValueError> {
+    Ok(match ty {
+        Type::Primitive(primitive) => number(*primitive, reader)?,
+        Type::Text { bound } => {
+            let text: String = reader.get()?;
+            check_bound(text.len(), *bound)?;
+            budget.take(text.len(), 1)?;
+            Value::Text(text)
+        }
+        Type::Sequence { element, bound } => {
+            let length = reader.length()?;
+            check_bound(length, *bound)?;
+            elements(element, length, reader, budget)?
+        }
+        Type::Array { element, length } => elements(element, *length as usize, reader, budget)?,
+        Type::Map { key, value: of } => {
+            let length = reader.length()?;
+            let mut pairs = Vec::new();
+            for at in 0..length {
+                budget.take_values(4)?;
+                let key = value(key, reader, budget).map_err(|error| error.in_element(at))?;
+                let value = value(of, reader, budget);
+                let value = value.map_err(|error| error.in_element(key.plain()))?;
+                pairs.push((key, value));
+            }
+            Value::Map(pairs)
+        }
+        Type::Enum(of) => {
+            let number: i32 = reader.get()?;
+            if of.name_of(number).is_none() {
+                let reason = format!("{number} is not a value of `{}`", of.name);
+                return Err(ValueError::new(reason));
+            }
+            Value::Enum(Arc::clone(of), number)
+        }
+        Type::Struct(of) => structure(of, reader, budget)?,
+    })
+}
+
+fn elements(
+    element: &Type,
+    count: usize,
+    reader: &mut Reader<'_>,
+    budget: &mut Budget,
+) -> Result<Value, ValueError> {
+    if let Type::Primitive(primitive) = element {
+        budget.take(count, primitive.size())?;
+        return Ok(Value::Numbers(Numbers::decode(*primitive, count, reader)?));
+    }
+    budget.take_values(count)?;
+    let mut items = Vec::with_capacity(count);
+    for at in 0..count {
+        let item = value(element, reader, budget);
+        items.push(item.map_err(|error| error.in_element(at))?);
+    }
+    Ok(Value::Sequence(items))
+}
+
+fn number(primitive: Primitive, reader: &mut Reader<'_>) -> Result<Value, ValueError> {
+    Ok(match primitive {
+        Primitive::Bool => Value::Bool(reader.get()?),
+        Primitive::I8 => Value::Int(reader.get::<i8>()?.into()),
+        Primitive::U8 => Value::Int(reader.get::<u8>()?.into()),
+        Primitive::I16 => Value::Int(reader.get::<i16>()?.into()),
+        Primitive::U16 => Value::Int(reader.get::<u16>()?.into()),
+        Primitive::I32 => Value::Int(reader.get::<i32>()?.into()),
+        Primitive::U32 => Value::Int(reader.get::<u32>()?.into()),
+        Primitive::I64 => Value::Int(reader.get()?),
+        Primitive::U64 => Value::Uint(reader.get()?),
+        Primitive::F32 => Value::F32(reader.get()?),
+        Primitive::F64 => Value::F64(reader.get()?),
+    })
+}

@@ -1,0 +1,302 @@
+//! Types with all names resolved.
+
+use crate::value::Value;
+use std::fmt;
+use std::sync::Arc;
+
+/// A type.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Type {
+    /// A number or a `bool`.
+    Primitive(Primitive),
+    /// Text in UTF-8.
+    Text {
+        /// The largest number of bytes.
+        bound: Option<u32>,
+    },
+    /// Any number of elements.
+    Sequence {
+        /// Their type.
+        element: Arc<Type>,
+        /// The largest number of elements.
+        bound: Option<u32>,
+    },
+    /// A fixed number of elements.
+    Array {
+        /// Their type.
+        element: Arc<Type>,
+        /// Their number.
+        length: u32,
+    },
+    /// Pairs of key and value.
+    Map {
+        /// The type of keys.
+        key: Arc<Type>,
+        /// The type of values.
+        value: Arc<Type>,
+    },
+    /// Numbers with names.
+    Enum(Arc<Enum>),
+    /// Members in order.
+    Struct(Arc<Struct>),
+}
+
+/// Booleans and numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Primitive {
+    Bool,
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+/// Numbers with names; an int32 on the wire.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Enum {
+    /// The name with its module, `RoboCompSpeech::Voice`.
+    pub name: String,
+    /// The names with their numbers. The first one is the default.
+    pub values: Vec<(String, i32)>,
+}
+
+/// A structure, an exception, or the parameters of an operation. Equal if the names are: the types
+/// of one catalog have different names.
+#[derive(Clone, Debug)]
+pub struct Struct {
+    /// The name with its module, `RoboCompLaser::TData`; for parameters, the name of the operation.
+    pub name: String,
+    /// The members, in their order.
+    pub members: Vec<Member>,
+    /// The memory image, if the type determines its size.
+    pub layout: Option<Layout>,
+    /// The levels of types inside it.
+    pub(crate) depth: u32,
+}
+
+/// A member of a structure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Member {
+    /// The name.
+    pub name: String,
+    /// The type.
+    pub ty: Type,
+    /// Whether the value may be missing.
+    pub optional: bool,
+    /// The unit.
+    pub unit: Option<String>,
+    /// The allowed numbers.
+    pub range: Option<Range>,
+    /// The default, where it is not that of the type.
+    pub default: Option<Value>,
+}
+
+/// The allowed values of a number, ends included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The smallest one.
+    pub min: Option<f64>,
+    /// The largest one.
+    pub max: Option<f64>,
+}
+
+/// Size and alignment of a value in memory, see `rc_middleware::in_place`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// In bytes, a multiple of the alignment.
+    pub size: usize,
+    /// In bytes, at most 8.
+    pub align: usize,
+}
+
+impl Primitive {
+    /// All primitive types with the words for them.
+    pub const ALL: [(&'static str, Self); 11] = [
+        ("bool", Self::Bool),
+        ("int8", Self::I8),
+        ("uint8", Self::U8),
+        ("int16", Self::I16),
+        ("uint16", Self::U16),
+        ("int32", Self::I32),
+        ("uint32", Self::U32),
+        ("int64", Self::I64),
+        ("uint64", Self::U64),
+        ("float32", Self::F32),
+        ("float64", Self::F64),
+    ];
+
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        let found = Self::ALL.iter().find(|(_, primitive)| *primitive == self);
+        found.map_or("", |(word, _)| word)
+    }
+
+    /// The size on the wire and in memory, in bytes.
+    pub fn size(self) -> usize {
+        match self {
+            Self::Bool | Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+
+    /// The smallest and the largest number of an integer type.
+    pub fn limits(self) -> Option<(i128, i128)> {
+        Some(match self {
+            Self::I8 => (i8::MIN.into(), i8::MAX.into()),
+            Self::U8 => (0, u8::MAX.into()),
+            Self::I16 => (i16::MIN.into(), i16::MAX.into()),
+            Self::U16 => (0, u16::MAX.into()),
+            Self::I32 => (i32::MIN.into(), i32::MAX.into()),
+            Self::U32 => (0, u32::MAX.into()),
+            Self::I64 => (i64::MIN.into(), i64::MAX.into()),
+            Self::U64 => (0, u64::MAX.into()),
+            Self::Bool | Self::F32 | Self::F64 => return None,
+        })
+    }
+}
+
+impl Range {
+    /// Whether it has this number; NaN is in no range.
+    pub fn contains(self, value: f64) -> bool {
+        let min = self.min.unwrap_or(f64::NEG_INFINITY);
+        let max = self.max.unwrap_or(f64::INFINITY);
+        (min..=max).contains(&value)
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.min, self.max) {
+            (Some(min), Some(max)) => write!(f, "{min} to {max}"),
+            (Some(min), None) => write!(f, "at least {min}"),
+            (None, Some(max)) => write!(f, "at most {max}"),
+            (None, None) => f.write_str("any number"),
+        }
+    }
+}
+
+impl Enum {
+    /// The name of a number.
+    pub fn name_of(&self, number: i32) -> Option<&str> {
+        let found = self.values.iter().find(|(_, value)| *value == number);
+        found.map(|(name, _)| name.as_str())
+    }
+
+    /// The number of a name.
+    pub fn number_of(&self, name: &str) -> Option<i32> {
+        let found = self.values.iter().find(|(known, _)| known == name);
+        found.map(|(_, number)| *number)
+    }
+}
+
+impl PartialEq for Struct {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl Struct {
+    /// A member and its index.
+    pub fn member(&self, name: &str) -> Option<(usize, &Member)> {
+        let mut members = self.members.iter().enumerate();
+        members.find(|(_, member)| member.name == name)
+    }
+}
+
+impl fmt::Display for Type {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Primitive(primitive) => f.write_str(primitive.word()),
+            Self::Text { bound: None } => f.write_str("string"),
+            Self::Text { bound: Some(bound) } => write!(f, "string<{bound}>"),
+            Self::Sequence {
+                element,
+                bound: None,
+            } => write!(f, "sequence<{element}>"),
+            Self::Sequence {
+                element,
+                bound: Some(bound),
+            } => write!(f, "sequence<{element},{bound}>"),
+            Self::Array { element, length } => write!(f, "{element}[{length}]"),
+            Self::Map { key, value } => write!(f, "dictionary<{key},{value}>"),
+            Self::Enum(of) => f.write_str(&of.name),
+            Self::Struct(of) => f.write_str(&of.name),
+        }
+    }
+}
+
+impl Type {
+    /// Its memory image, if the type determines its size.
+    pub fn layout(&self) -> Option<Layout> {
+        Some(match self {
+            Self::Primitive(primitive) => Layout::number(primitive.size()),
+            Self::Text { bound } => Layout::counted(Layout::number(1), (*bound)?)?,
+            Self::Sequence { element, bound } => Layout::counted(element.layout()?, (*bound)?)?,
+            Self::Array { element, length } => element.layout()?.times(*length)?,
+            Self::Map { .. } => return None,
+            Self::Enum(_) => Layout::number(4),
+            Self::Struct(of) => of.layout?,
+        })
+    }
+
+    /// The levels of types inside it.
+    pub(crate) fn depth(&self) -> u32 {
+        match self {
+            Self::Primitive(_) | Self::Text { .. } | Self::Enum(_) => 0,
+            Self::Sequence { element, .. } | Self::Array { element, .. } => 1 + element.depth(),
+            Self::Map { key, value } => 1 + key.depth().max(value.depth()),
+            Self::Struct(of) => 1 + of.depth,
+        }
+    }
+}
+
+/// The largest image, as in `rc_idsl::in_place`.
+const LARGEST: usize = 1 << 30;
+
+impl Layout {
+    fn number(size: usize) -> Self {
+        Self { size, align: size }
+    }
+
+    fn times(self, count: u32) -> Option<Self> {
+        let size = self.size.checked_mul(count as usize)?;
+        (size <= LARGEST).then_some(Self { size, ..self })
+    }
+
+    /// A length and space for as many elements as the bound allows.
+    pub(crate) fn counted(element: Self, bound: u32) -> Option<Self> {
+        Self::structure([Self::number(4), element.times(bound)?])
+    }
+
+    /// A structure with these members in order.
+    pub(crate) fn structure(parts: impl IntoIterator<Item = Self>) -> Option<Self> {
+        let (mut size, mut align) = (0_usize, 1);
+        for part in parts {
+            size = size.next_multiple_of(part.align).checked_add(part.size)?;
+            align = align.max(part.align);
+        }
+        size = size.next_multiple_of(align);
+        (size <= LARGEST).then_some(Self { size, align })
+    }
+}
+
+impl Member {
+    /// Its memory image: an optional value is a sequence of at most one.
+    pub fn layout(&self) -> Option<Layout> {
+        let value = self.ty.layout()?;
+        if self.optional {
+            Layout::counted(value, 1)
+        } else {
+            Some(value)
+        }
+    }
+}

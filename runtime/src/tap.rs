@@ -1,0 +1,345 @@
+//! Copies of the messages of a slot for tools, in a queue with a bound in bytes.
+
+use crate::waker::Waker;
+use rc_management::observation::TappedKind;
+use rc_middleware::backend::{Client, LoanedSample, Profile, Publisher, Reply};
+use rc_middleware::{
+    CallError, Encoding, Header, QueueGauge, RequestBody, SendError, now, request_body,
+};
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// The most bytes that wait for the management thread.
+const MOST: usize = 8 << 20;
+/// What a copy takes besides its body, about.
+const OVERHEAD: usize = 128;
+
+/// The taps of a component. Worker and management share them.
+#[derive(Debug)]
+pub(crate) struct Taps {
+    slots: Vec<Tap>,
+    queue: Mutex<Queue>,
+    management: Option<Waker>,
+}
+
+#[derive(Debug, Default)]
+struct Tap {
+    is_on: AtomicBool,
+    /// Messages that were not copied since the tap is on.
+    dropped: AtomicU64,
+}
+
+#[derive(Debug, Default)]
+struct Queue {
+    copies: VecDeque<Copied>,
+    bytes: usize,
+}
+
+/// The copy of a message.
+#[derive(Debug)]
+pub(crate) struct Copied {
+    pub(crate) slot: usize,
+    pub(crate) kind: TappedKind,
+    /// The operation of a sample.
+    pub(crate) operation: Option<usize>,
+    pub(crate) header: Header,
+    pub(crate) profile: Profile,
+    pub(crate) dropped: u64,
+    pub(crate) body: Vec<u8>,
+}
+
+impl Taps {
+    /// The taps of so many slots, all off.
+    pub(crate) fn new(slots: usize, management: Option<Waker>) -> Self {
+        Self {
+            slots: (0..slots).map(|_| Tap::default()).collect(),
+            queue: Mutex::default(),
+            management,
+        }
+    }
+
+    pub(crate) fn is_on(&self, slot: usize) -> bool {
+        let tap = self.slots.get(slot);
+        tap.is_some_and(|tap| tap.is_on.load(Ordering::Relaxed))
+    }
+
+    /// Switches a tap. Counting starts anew.
+    pub(crate) fn set(&self, slot: usize, on: bool) {
+        if let Some(tap) = self.slots.get(slot)
+            && tap.is_on.swap(on, Ordering::Relaxed) != on
+        {
+            tap.dropped.store(0, Ordering::Relaxed);
+        }
+    }
+
+    /// Counts a message that no client gets.
+    pub(crate) fn count_dropped(&self, slot: usize) {
+        if let Some(tap) = self.slots.get(slot) {
+            tap.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// The copies that wait.
+    pub(crate) fn take(&self) -> VecDeque<Copied> {
+        let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        queue.bytes = 0;
+        std::mem::take(&mut queue.copies)
+    }
+
+    /// Copies a message if its slot is tapped. It never waits.
+    pub(crate) fn copy(
+        &self,
+        slot: usize,
+        (kind, operation): (TappedKind, Option<usize>),
+        header: Header,
+        profile: Profile,
+        body: &[u8],
+    ) {
+        if !self.is_on(slot) {
+            return;
+        }
+        let dropped = self.slots[slot].dropped.load(Ordering::Relaxed);
+        let size = body.len() + OVERHEAD;
+        let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        if queue.bytes + size > MOST {
+            drop(queue);
+            return self.count_dropped(slot);
+        }
+        let was_empty = queue.copies.is_empty();
+        queue.bytes += size;
+        queue.copies.push_back(Copied {
+            slot,
+            kind,
+            operation,
+            header,
+            profile,
+            dropped,
+            body: body.to_vec(),
+        });
+        drop(queue);
+        // One wake-up for many copies: its socket must never be full.
+        if let Some(management) = self.management.as_ref().filter(|_| was_empty) {
+            management.wake();
+        }
+    }
+
+    /// Lets `answer` handle a request, and copies both messages if the slot is tapped.
+    pub(crate) fn serve<R>(
+        &self,
+        slot: usize,
+        header: Header,
+        body: &[u8],
+        reply: &mut dyn Reply,
+        answer: impl FnOnce(&mut dyn Reply) -> R,
+    ) -> R {
+        if !self.is_on(slot) {
+            return answer(reply);
+        }
+        let profile = reply.profile();
+        self.copy(slot, (TappedKind::Request, None), header, profile, body);
+        // Without lent memory, the reply can be read afterwards.
+        let mut kept = KeptReply(reply);
+        let result = answer(&mut kept);
+        let header = Header {
+            sent: now(),
+            encoding: Encoding::Cdr,
+            ..header
+        };
+        if !reply.body().is_empty() {
+            let kind = (TappedKind::Reply, None);
+            self.copy(slot, kind, header, profile, reply.body());
+        }
+        result
+    }
+}
+
+/// A reply that lends no memory.
+struct KeptReply<'r>(&'r mut dyn Reply);
+
+impl Reply for KeptReply<'_> {
+    fn body(&mut self) -> &mut Vec<u8> {
+        self.0.body()
+    }
+
+    fn profile(&self) -> Profile {
+        self.0.profile()
+    }
+}
+
+/// A publisher whose samples can be copied.
+pub(crate) struct TappedPublisher {
+    pub(crate) port: Box<dyn Publisher>,
+    pub(crate) taps: Arc<Taps>,
+    pub(crate) slot: usize,
+    pub(crate) operation: usize,
+}
+
+impl TappedPublisher {
+    const fn kind(operation: usize) -> (TappedKind, Option<usize>) {
+        (TappedKind::Sample, Some(operation))
+    }
+}
+
+impl Publisher for TappedPublisher {
+    fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
+        let kind = Self::kind(self.operation);
+        self.taps.copy(self.slot, kind, header, Profile::Rpc, body);
+        self.port.publish(header, body)
+    }
+
+    fn can_loan(&self, encoding: Encoding) -> bool {
+        self.port.can_loan(encoding)
+    }
+
+    fn loan(&mut self, length: usize) -> Result<Box<dyn LoanedSample + '_>, SendError> {
+        let loan = self.port.loan(length)?;
+        if !self.taps.is_on(self.slot) {
+            return Ok(loan);
+        }
+        Ok(Box::new(TappedLoan {
+            loan,
+            taps: &self.taps,
+            slot: self.slot,
+            operation: self.operation,
+        }))
+    }
+
+    fn peers(&self) -> usize {
+        self.port.peers()
+    }
+}
+
+struct TappedLoan<'p> {
+    loan: Box<dyn LoanedSample + 'p>,
+    taps: &'p Taps,
+    slot: usize,
+    operation: usize,
+}
+
+impl LoanedSample for TappedLoan<'_> {
+    fn memory(&self) -> &[u8] {
+        self.loan.memory()
+    }
+
+    fn memory_mut(&mut self) -> &mut [u8] {
+        self.loan.memory_mut()
+    }
+
+    fn send(self: Box<Self>, header: Header) -> Result<(), SendError> {
+        let kind = TappedPublisher::kind(self.operation);
+        let body = self.loan.memory();
+        self.taps.copy(self.slot, kind, header, Profile::Rpc, body);
+        self.loan.send(header)
+    }
+}
+
+/// A client whose calls can be copied.
+pub(crate) struct TappedClient {
+    pub(crate) port: Box<dyn Client>,
+    pub(crate) taps: Arc<Taps>,
+    pub(crate) slot: usize,
+}
+
+impl TappedClient {
+    fn copy_request(&self, header: Header, request: &dyn RequestBody) {
+        // A request that cannot be written fails when it is sent.
+        if self.taps.is_on(self.slot)
+            && let Ok(body) = request_body::buffer(request)
+        {
+            let profile = self.port.profile();
+            let kind = (TappedKind::Request, None);
+            self.taps.copy(self.slot, kind, header, profile, &body);
+        }
+    }
+}
+
+impl Client for TappedClient {
+    fn guid(&self) -> [u8; 16] {
+        self.port.guid()
+    }
+
+    fn profile(&self) -> Profile {
+        self.port.profile()
+    }
+
+    fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
+        self.copy_request(header, request);
+        self.port.send(header, request)
+    }
+
+    fn can_loan(&self) -> bool {
+        self.port.can_loan()
+    }
+
+    fn call(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        self.copy_request(header, request);
+        let (profile, taps, slot) = (self.port.profile(), &self.taps, self.slot);
+        self.port.call(header, request, limit, &mut |header, body| {
+            taps.copy(slot, (TappedKind::Reply, None), header, profile, body);
+            take(header, body);
+        })
+    }
+
+    fn peers(&self) -> usize {
+        self.port.peers()
+    }
+
+    fn queue(&self) -> Option<QueueGauge> {
+        self.port.queue()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn copies_are_bounded_and_drops_are_counted() {
+        let taps = Taps::new(2, None);
+        let copy = |slot, body: &[u8]| {
+            let kind = (TappedKind::Sample, Some(0));
+            taps.copy(slot, kind, Header::default(), Profile::Rpc, body);
+        };
+        copy(0, &[1; 10]);
+        assert!(taps.take().is_empty(), "the tap is off");
+        taps.set(1, true);
+        for _ in 0..20 {
+            copy(1, &vec![1; 1 << 20]);
+        }
+        let copies = taps.take();
+        assert_eq!(copies.len(), 7);
+        copy(1, &[1]);
+        assert_eq!(taps.take().front().map(|copied| copied.dropped), Some(13));
+        taps.set(1, false);
+        taps.set(1, true);
+        copy(1, &[1]);
+        assert_eq!(taps.take().front().map(|copied| copied.dropped), Some(0));
+    }
+
+    #[test]
+    fn a_request_and_its_reply_are_copied() {
+        let taps = Taps::new(1, None);
+        taps.set(0, true);
+        let mut reply = Vec::new();
+        let result = taps.serve(0, Header::default(), &[1], &mut reply, |reply| {
+            assert!(!reply.can_loan(Encoding::Cdr));
+            reply.body().extend([2, 3]);
+            7
+        });
+        assert_eq!((result, reply), (7, vec![2, 3]));
+        let copies: Vec<_> = taps.take().into_iter().map(|c| (c.kind, c.body)).collect();
+        let expected = [
+            (TappedKind::Request, vec![1]),
+            (TappedKind::Reply, vec![2, 3]),
+        ];
+        assert_eq!(copies, expected);
+    }
+}

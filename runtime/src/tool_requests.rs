@@ -1,0 +1,307 @@
+//! What tools ask of the connections of a component: their description, copies of their messages,
+//! and messages of tools, which the worker handles as if a peer had sent them.
+
+use crate::commands::{Command, CommandQueue};
+use crate::component_info::ComponentInfo;
+use crate::description::{Description, Slot};
+use crate::tap::{Copied, Taps};
+use crate::waker::Waker;
+use rc_diagnostics::foreign::clean;
+use rc_diagnostics::nearest;
+use rc_management::component::{Done, Role};
+use rc_management::observation::{Called, Notification, Tapped};
+use rc_management::rpc::{self, Error};
+use rc_management::{Server as Socket, observation};
+use rc_middleware::Encoding;
+use rc_middleware::backend::Profile;
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// The most bytes of copies that wait for one client. It has room for answers besides.
+const MOST_WAITING: usize = 3 << 20;
+/// How long the worker may take to handle a sample of a tool.
+const SAMPLE_LIMIT: Duration = Duration::from_secs(3);
+
+/// A message of a tool, which the worker handles.
+#[derive(Debug)]
+pub(crate) struct ToolMessage {
+    pub(crate) slot: usize,
+    /// The operation of a sample; none for a request.
+    pub(crate) operation: Option<usize>,
+    pub(crate) body: Vec<u8>,
+    deadline: Instant,
+    state: Mutex<MessageState>,
+    management: Waker,
+}
+
+#[derive(Debug)]
+enum MessageState {
+    Waits,
+    /// The worker has begun, or the client waits no more.
+    Taken,
+    Handled(Result<Vec<u8>, String>),
+}
+
+impl ToolMessage {
+    fn state(&self) -> MutexGuard<'_, MessageState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Begins to handle the message; false if its time has passed.
+    pub(crate) fn begin(&self) -> bool {
+        let mut state = self.state();
+        let waits = matches!(*state, MessageState::Waits) && Instant::now() < self.deadline;
+        *state = MessageState::Taken;
+        waits
+    }
+
+    /// Hands the reply to the client.
+    pub(crate) fn end(&self, result: Result<Vec<u8>, String>) {
+        *self.state() = MessageState::Handled(result);
+        self.management.wake();
+    }
+
+    /// The result, if there is one or the time has passed.
+    fn result(&self, now: Instant) -> Option<Result<Vec<u8>, Error>> {
+        let mut state = self.state();
+        match std::mem::replace(&mut *state, MessageState::Taken) {
+            MessageState::Handled(result) => {
+                Some(result.map_err(|reason| Error::new(Error::WORKER_REFUSES, reason)))
+            }
+            _ if now >= self.deadline => {
+                let message = "the component has not replied in time";
+                Some(Err(Error::new(Error::WORKER_TIMEOUT, message)))
+            }
+            other => {
+                *state = other;
+                None
+            }
+        }
+    }
+}
+
+/// The part of the management thread that serves tools.
+pub(crate) struct ToolRequests {
+    description: &'static Description,
+    taps: Arc<Taps>,
+    commands: Arc<CommandQueue>,
+    management: Waker,
+    pending: Vec<(u64, Option<Value>, Arc<ToolMessage>)>,
+}
+
+impl ToolRequests {
+    pub(crate) fn new(
+        description: &'static Description,
+        taps: Arc<Taps>,
+        commands: Arc<CommandQueue>,
+        management: Waker,
+    ) -> Self {
+        Self {
+            description,
+            taps,
+            commands,
+            management,
+            pending: Vec::new(),
+        }
+    }
+
+    /// The description of the component.
+    pub(crate) fn describe(info: &ComponentInfo) -> Result<Value, Error> {
+        rpc::result(&info.describe())
+    }
+
+    /// Switches the tap of a slot for a client.
+    pub(crate) fn tap(
+        &self,
+        socket: &mut Socket<BTreeSet<usize>>,
+        client: u64,
+        slot: &str,
+        on: bool,
+    ) -> Result<Value, Error> {
+        let (slot, _) = self.slot(slot)?;
+        if let Some(client) = socket.client_mut(client) {
+            if on {
+                client.state.insert(slot);
+            } else {
+                client.state.remove(&slot);
+            }
+        }
+        self.update(socket);
+        rpc::result(&Done {})
+    }
+
+    /// Gives a request to the worker.
+    pub(crate) fn call(
+        &mut self,
+        (client, id): (u64, Option<Value>),
+        slot: &str,
+        body: Vec<u8>,
+        limit: Duration,
+    ) -> Result<(), Error> {
+        let (slot, found) = self.slot(slot)?;
+        if found.role != Role::Implements {
+            return Err(wrong_role(found, "call", "implements"));
+        }
+        self.push((client, id), slot, None, body, limit)
+    }
+
+    /// Gives a sample to the worker.
+    pub(crate) fn sample(
+        &mut self,
+        (client, id): (u64, Option<Value>),
+        slot: &str,
+        operation: &str,
+        body: Vec<u8>,
+    ) -> Result<(), Error> {
+        let (slot, found) = self.slot(slot)?;
+        if found.role != Role::SubscribesTo {
+            return Err(wrong_role(found, "sample", "subscribesTo"));
+        }
+        let names = found.operations.iter().map(|operation| operation.name);
+        let at = names.clone().position(|name| name == operation);
+        let at = at.ok_or_else(|| unknown("operation", operation, names))?;
+        self.push((client, id), slot, Some(at), body, SAMPLE_LIMIT)
+    }
+
+    fn push(
+        &mut self,
+        (client, id): (u64, Option<Value>),
+        slot: usize,
+        operation: Option<usize>,
+        body: Vec<u8>,
+        limit: Duration,
+    ) -> Result<(), Error> {
+        let message = Arc::new(ToolMessage {
+            slot,
+            operation,
+            body,
+            deadline: Instant::now() + limit,
+            state: Mutex::new(MessageState::Waits),
+            management: self.management.clone(),
+        });
+        if !self.commands.push(Command::Message(Arc::clone(&message))) {
+            let message = "too many messages of tools wait for the component";
+            return Err(Error::new(Error::WORKER_TIMEOUT, message));
+        }
+        self.pending.push((client, id, message));
+        Ok(())
+    }
+
+    fn slot(&self, name: &str) -> Result<(usize, &'static Slot), Error> {
+        let mut slots = self.description.slots.iter().enumerate();
+        let found = slots.find(|(_, slot)| slot.name == name);
+        let names = self.description.slots.iter().map(|slot| slot.name);
+        found.ok_or_else(|| unknown("slot", name, names))
+    }
+
+    /// How long the next message may still take.
+    pub(crate) fn time_left(&self) -> Option<Duration> {
+        let deadlines = self.pending.iter().map(|(.., message)| message.deadline);
+        let next = deadlines.min()?;
+        Some(next.saturating_duration_since(Instant::now()))
+    }
+
+    /// The results that are due, each with its client and the identifier of its request.
+    pub(crate) fn results(&mut self) -> Vec<(u64, Option<Value>, Result<Value, Error>)> {
+        let now = Instant::now();
+        let mut results = Vec::new();
+        self.pending.retain_mut(|(client, id, message)| {
+            let Some(result) = message.result(now) else {
+                return true;
+            };
+            let result = result.and_then(|body| match message.operation {
+                None => rpc::result(&Called { body }),
+                Some(_) => rpc::result(&Done {}),
+            });
+            results.push((*client, id.take(), result));
+            false
+        });
+        results
+    }
+
+    /// Switches off the taps that no client has any more, and sends the copies that wait.
+    pub(crate) fn turn(&mut self, socket: &mut Socket<BTreeSet<usize>>) {
+        self.update(socket);
+        let copies = self.taps.take();
+        let any = !copies.is_empty();
+        for copied in copies {
+            self.send(socket, copied);
+        }
+        if any {
+            socket.flush();
+        }
+    }
+
+    fn update(&self, socket: &mut Socket<BTreeSet<usize>>) {
+        let wanted: BTreeSet<usize> = socket
+            .clients_mut()
+            .flat_map(|client| client.state.iter().copied())
+            .collect();
+        for slot in 0..self.description.slots.len() {
+            self.taps.set(slot, wanted.contains(&slot));
+        }
+    }
+
+    fn send(&self, socket: &mut Socket<BTreeSet<usize>>, copied: Copied) {
+        let number = copied.slot;
+        let slot = &self.description.slots[number];
+        let operation = copied.operation.and_then(|at| slot.operations.get(at));
+        let Copied { header, .. } = copied;
+        let line = rpc::notification(&Notification::Tapped(Box::new(Tapped {
+            slot: slot.name.to_owned(),
+            kind: copied.kind,
+            operation: operation.map(|operation| operation.name.to_owned()),
+            type_hash: header.type_hash,
+            sequence: header.sequence,
+            sent: header.sent,
+            image: header.encoding == Encoding::Image,
+            ros: copied.profile == Profile::Ros,
+            dropped: copied.dropped,
+            body: copied.body,
+        })));
+        for client in socket.clients_mut() {
+            if !client.state.contains(&number) {
+                continue;
+            }
+            if client.waiting() + line.len() > MOST_WAITING {
+                self.taps.count_dropped(number);
+            } else {
+                client.push(&line);
+            }
+        }
+    }
+}
+
+fn wrong_role(slot: &Slot, what: &str, role: &str) -> Error {
+    let (name, is) = (slot.name, slot.role.word());
+    let message = format!("`{what}` wants a slot that {role}; `{name}` {is}");
+    Error::new(Error::INVALID_PARAMS, message)
+}
+
+fn unknown<'a>(what: &str, name: &str, names: impl Iterator<Item = &'a str> + Clone) -> Error {
+    let near = nearest(name, names.clone());
+    let help = match near {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there are: {}", names.collect::<Vec<_>>().join(", ")),
+    };
+    let name = clean(name);
+    Error::new(
+        Error::INVALID_PARAMS,
+        format!("there is no {what} `{name}`; {help}"),
+    )
+}
+
+/// A quality of service as tools see it.
+pub(crate) fn qos(qos: &rc_middleware::Qos) -> observation::QosDescription {
+    let ms = |time: Option<Duration>| time.map(|time| time.as_secs_f64() * 1e3);
+    observation::QosDescription {
+        reliable: qos.reliability == rc_middleware::Reliability::Reliable,
+        transient_local: qos.durability == rc_middleware::Durability::TransientLocal,
+        depth: qos.depth,
+        deadline_ms: ms(qos.deadline),
+        lifespan_ms: ms(qos.lifespan),
+        liveliness_ms: ms(qos.liveliness),
+    }
+}
