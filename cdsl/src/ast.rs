@@ -34,8 +34,9 @@ pub enum Clause {
     Gui(Name, Option<Name>),
     /// `options dsr, agmagent;`
     Options(Vec<Name>),
-    /// `statemachine "file.smdsl" visual;`
-    StateMachine(Name, bool),
+    /// `statemachine "file.smdsl" visual { external go; }`: the file, whether `visual` is there, and
+    /// the `external` clauses, each with its keyword.
+    StateMachine(Name, bool, Vec<(Name, Vec<Name>)>),
     /// `parameters "file.pdsl";`
     Parameters(Name),
     /// `dependencies { rand "0.9"; }`
@@ -79,6 +80,8 @@ pub struct SlotDecl {
     pub optional: Option<Name>,
     /// `{ depth 5; }`
     pub qos: Vec<Setting>,
+    /// `{ available moving, holding; }`, each with its keyword.
+    pub available: Vec<(Name, Vec<Name>)>,
     /// The location of the whole declaration.
     pub span: Span,
 }

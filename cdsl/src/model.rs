@@ -46,13 +46,15 @@ pub struct Dependency {
     pub default_features: bool,
 }
 
-/// `statemachine "file.smdsl" visual;`
+/// `statemachine "file.smdsl" visual { external go; }`
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateMachine {
     /// The path of the `.smdsl` or `.scxml` file, as written.
     pub file: Name,
     /// Whether `visual` is after the path.
     pub visual: bool,
+    /// The events that may be fired from outside of the component.
+    pub external: Vec<Name>,
 }
 
 /// The period of a component without a `period` clause.
@@ -73,6 +75,8 @@ pub struct Slot {
     pub optional: bool,
     /// Deviations from the default quality of service.
     pub qos: Qos,
+    /// The states in which requests are served; in all states if there is none.
+    pub available: Vec<Name>,
     /// The location of its declaration.
     pub span: Span,
 }

@@ -104,18 +104,26 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
             r.texts(pair);
             Clause::Period(literal)
         }
+        Rule::statemachine => {
+            let (mut file, mut visual, mut external) = (None, false, Vec::new());
+            for part in pair.into_inner() {
+                match part.as_rule() {
+                    Rule::string => file = Some(r.string(&part)),
+                    Rule::kw_visual => visual = true,
+                    Rule::external => external.extend(keyword_and_names(r, part)),
+                    Rule::semicolon => r.semicolon(&part),
+                    _ => {}
+                }
+            }
+            Clause::StateMachine(file?, visual, external)
+        }
         _ => {
-            let visual = pair
-                .clone()
-                .into_inner()
-                .any(|p| p.as_rule() == Rule::kw_visual);
             let mut texts = r.texts(pair).into_iter();
             match rule {
                 Rule::language => Clause::Language(texts.next()?),
                 Rule::simulates => Clause::SimulatesTime,
                 Rule::gui => Clause::Gui(texts.next()?, texts.next()),
                 Rule::options => Clause::Options(texts.collect()),
-                Rule::statemachine => Clause::StateMachine(texts.next()?, visual),
                 _ => Clause::Parameters(texts.next()?),
             }
         }
@@ -142,14 +150,21 @@ fn communication(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Commu
 fn slot(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SlotDecl> {
     let span = r.span(&pair);
     let (mut interface, mut backend, mut name, mut qos) = (None, None, None, Vec::new());
-    let mut optional = None;
+    let (mut optional, mut available) = (None, Vec::new());
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => interface = Some(r.name(&part)),
             Rule::backend => backend = Some(r.name(&part)),
             Rule::slot_name => name = Some(r.name(&part)),
             Rule::kw_optional => optional = Some(r.name(&part)),
-            Rule::qos => qos = part.into_inner().filter_map(|p| setting(r, p)).collect(),
+            Rule::qos => {
+                for part in part.into_inner() {
+                    match part.as_rule() {
+                        Rule::available => available.extend(keyword_and_names(r, part)),
+                        _ => qos.extend(setting(r, part)),
+                    }
+                }
+            }
             _ => {}
         }
     }
@@ -160,8 +175,15 @@ fn slot(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SlotDecl> {
         name,
         optional,
         qos,
+        available,
         span: Span::new(r.source, span.start, trimmed),
     })
+}
+
+/// `external go, stop;` and `available moving, holding;`
+fn keyword_and_names(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Vec<Name>)> {
+    let keyword = pair.clone().into_inner().next().map(|p| r.name(&p))?;
+    Some((keyword, r.texts(pair)))
 }
 
 fn setting(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Setting> {
@@ -294,12 +316,13 @@ fn unknown_clause(first: &Name) -> Diagnostic {
     }
 }
 
-rc_syntax::language!("`Component NAME { … };`", words: [crate_name], {
+rc_syntax::language!("`Component NAME { … };`", words: [crate_name, dotted_name], {
     file | kw_component => "`Component`",
-    crate_name | slot | interface_name | backend | slot_name => "a name",
+    crate_name | dotted_name | slot | interface_name | backend | slot_name => "a name",
     duration | number => "a duration such as `50ms`",
     communication | kw_communication => "`implements`, `requires`, `publishes` or `subscribesTo`",
     clause => "a clause",
     kw_time => "`time`",
+    external => "`external`",
     communication_end => "`;`",
 });

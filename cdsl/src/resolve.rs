@@ -95,10 +95,11 @@ impl Resolver<'_> {
                 Clause::Language(name) => language = Some(self.language(name)),
                 Clause::Gui(kind, widget) => self.gui(word, kind, widget.as_ref()),
                 Clause::Options(names) => self.options(word, names),
-                Clause::StateMachine(file, visual) => {
+                Clause::StateMachine(file, visual, external) => {
                     state_machine = Some(StateMachine {
                         file: file.clone(),
                         visual: *visual,
+                        external: self.names(external, "event"),
                     });
                 }
                 Clause::Parameters(file) => parameters = Some(file.clone()),
@@ -116,6 +117,9 @@ impl Resolver<'_> {
                     }
                 }
             }
+        }
+        if state_machine.is_none() {
+            self.check_no_states(&slots, &seen);
         }
         // A clause that could not be parsed is not missing.
         let skipped = self.found.iter().any(|d| {
@@ -312,6 +316,7 @@ impl Resolver<'_> {
                 let backend = decl.backend.as_ref().and_then(|b| self.backend(b));
                 let qos = self.qos(*role, interface, &decl.qos);
                 let optional = self.optional(*role, decl);
+                let available = self.available(*role, decl);
                 slots.push(Slot {
                     name,
                     role: *role,
@@ -319,6 +324,7 @@ impl Resolver<'_> {
                     backend,
                     optional,
                     qos,
+                    available,
                     span: decl.span,
                 });
             }
@@ -343,6 +349,57 @@ impl Resolver<'_> {
             ));
         }
         consumes
+    }
+
+    /// The states of `available`. Reports it at a slot that serves no calls.
+    fn available(&mut self, role: Role, decl: &SlotDecl) -> Vec<Name> {
+        let states = self.names(&decl.available, "state");
+        let Some((word, _)) = decl.available.first() else {
+            return states;
+        };
+        if role == Role::Implements {
+            return states;
+        }
+        let message = format!("`{}` has no setting `{}`", role.word(), word.text);
+        let help = "`available` belongs to a slot under `implements`, whose calls it refuses in \
+                    other states";
+        self.found
+            .push(Diagnostic::error("unknown-qos", word.span, message).help(help));
+        Vec::new()
+    }
+
+    /// The names of clauses such as `external go, stop;`. Reports a second clause, and a second name.
+    fn names(&mut self, clauses: &[(Name, Vec<Name>)], what: &str) -> Vec<Name> {
+        let (mut keywords, mut seen) = (HashMap::new(), HashMap::new());
+        for (keyword, names) in clauses {
+            self.check_unique(&mut keywords, keyword, "clause");
+            for name in names {
+                self.check_unique(&mut seen, name, what);
+            }
+        }
+        let names = clauses.iter().flat_map(|(_, names)| names);
+        names.cloned().collect()
+    }
+
+    /// Reports states of slots in a component without a state machine.
+    fn check_no_states(&mut self, slots: &[Slot], clauses: &HashMap<String, Span>) {
+        // A clause that could not be parsed is not missing.
+        let skipped = self.found.iter().any(|d| d.code == "syntax-error");
+        if skipped || clauses.contains_key("statemachine") {
+            return;
+        }
+        for slot in slots {
+            let Some(state) = slot.available.first() else {
+                continue;
+            };
+            let message = format!(
+                "`{}` is a state, but the component has no state machine",
+                state.text
+            );
+            let help = "add `statemachine \"FILE.smdsl\";`, or remove `available`";
+            self.found
+                .push(Diagnostic::error("no-state-machine", state.span, message).help(help));
+        }
     }
 
     fn interface(&mut self, name: &Name) -> Option<InterfaceId> {

@@ -18,6 +18,7 @@ pub mod generation;
 pub mod interface_crate;
 pub mod languages;
 pub mod load;
+mod machine_names;
 mod markdown;
 pub mod new_component;
 pub mod note;

@@ -46,6 +46,8 @@ struct SlotPage<'a> {
     role: &'a str,
     interface: String,
     doc: &'a [String],
+    /// The states in which its requests are served.
+    available: Vec<String>,
     operations: Vec<OperationRow<'a>>,
 }
 
@@ -75,6 +77,7 @@ fn slot_page<'a>(slot: &'a Slot, interface: &'a Interface) -> SlotPage<'a> {
         role: slot.role,
         interface: code(&format!("{}::{}", interface.module, interface.name)),
         doc: &interface.doc,
+        available: slot.available.iter().map(|state| code(state)).collect(),
         operations: operations.collect(),
     }
 }

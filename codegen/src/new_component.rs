@@ -167,7 +167,7 @@ impl NewComponent {
             .clauses
             .iter()
             .filter_map(|(_, clause)| match clause {
-                Clause::Parameters(file) | Clause::StateMachine(file, _) => Some(&file.text),
+                Clause::Parameters(file) | Clause::StateMachine(file, ..) => Some(&file.text),
                 _ => None,
             });
         let imports = file.imports.iter().map(|import| &import.text);

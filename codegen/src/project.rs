@@ -2,7 +2,7 @@
 
 use crate::note::Note;
 use crate::origin::Origin;
-use crate::{dependencies, paths, ros, rust};
+use crate::{dependencies, machine_names, paths, ros, rust};
 use rc_cdsl::Component;
 use rc_cdsl::model::Backend;
 use rc_configuration::model::Parameters;
@@ -79,6 +79,7 @@ impl Project {
             && !found.has_errors()
         {
             rust::machine::check(machine, &mut found);
+            machine_names::check(&component, machine, &mut found);
         }
         // SCXML has other comments, so its whole text counts.
         texts.extend(sources.ids().skip(before_machine).map(|id| {

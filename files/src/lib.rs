@@ -1,5 +1,8 @@
 //! Reads and replaces users' files without blocking on pipes and without partial writes.
 
+mod output;
+
+pub use output::write;
 use rustix::fs::{FlockOperation, Gid, OFlags, Uid, fchown, flock};
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, ErrorKind, Read, Write};

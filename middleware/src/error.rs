@@ -29,6 +29,12 @@ pub enum CallError {
     /// The server refused the request, for this reason.
     #[error("the server refused: {0}")]
     Refused(String),
+    /// The server does not serve the operation in its present state.
+    #[error("the server does not serve this in its state `{state}`")]
+    Unavailable {
+        /// The active states of the server, or the state of its life cycle.
+        state: String,
+    },
     /// This component is stopping: it makes no more calls. It can still send commands.
     #[error("this component is stopping")]
     Stopping,

@@ -6,7 +6,8 @@
 //! exception } } }`. The hash of a name is the first four bytes of its MD5 sum, as a little-endian
 //! int32. `In` holds the input parameters. `Out` holds the output parameters and then the return
 //! value. An empty structure holds one octet. If the header of a reply says that nothing was
-//! executed, a text with the reason follows the (unknown) branch of the union.
+//! executed, a text with the reason follows the (unknown) branch of the union. If the server does
+//! not serve the operation in its present state, a second text names that state.
 //!
 //! Over ROS 2 ([`Profile::Ros`]) no envelope travels: the backend adds it to a received body, which
 //! then begins at [`ENVELOPE`], and removes it before it sends.
@@ -92,7 +93,40 @@ pub fn refuse(writer: &mut Writer<'_>, id: RequestId, outcome: Outcome, reason: 
     writer.put(&(outcome as i32));
     writer.put(&0_i32);
     writer.put(&0_u8);
-    crate::cdr::text(&reason.replace('\0', " "), writer);
+    put_reason(writer, reason, None);
+}
+
+/// Writes a whole reply which says that the server does not serve the operation in `state`.
+pub fn refuse_in(writer: &mut Writer<'_>, id: RequestId, state: &str) {
+    identity(writer, id);
+    writer.put(&(Outcome::Unsupported as i32));
+    writer.put(&0_i32);
+    writer.put(&0_u8);
+    put_reason(writer, &not_served_in(state), Some(state));
+}
+
+/// The reason of a refusal in a state.
+pub fn not_served_in(state: &str) -> String {
+    format!("not served in the state `{state}`")
+}
+
+/// Writes the reason of a refusal, and the state that refuses.
+pub fn put_reason(writer: &mut Writer<'_>, reason: &str, state: Option<&str>) {
+    for text in [Some(reason), state].into_iter().flatten() {
+        crate::cdr::text(&text.replace('\0', " "), writer);
+    }
+}
+
+/// Reads the reason of a refusal, and the state that refuses, if one does. The texts are cleaned.
+pub fn read_reason(reader: &mut Reader<'_>) -> (Option<String>, Option<String>) {
+    let mut next = || {
+        reader
+            .text()
+            .ok()
+            .map(clean)
+            .filter(|text| !text.is_empty())
+    };
+    (next(), next())
 }
 
 /// What a reply holds.
@@ -102,6 +136,8 @@ pub enum ReplyKind {
     Case(i32),
     /// Nothing was executed; the reason.
     Refused(String),
+    /// Nothing was executed, because the server does not serve the operation in this state.
+    Unavailable(String),
 }
 
 /// Reads the envelope of the reply to `operation`.
@@ -118,7 +154,13 @@ pub fn open_reply(
         }
         return Ok((id, ReplyKind::Case(reader.get()?)));
     }
-    let reason = reader.get::<u8>().and_then(|_| reader.text());
+    let (reason, state) = match reader.get::<u8>() {
+        Ok(_) => read_reason(reader),
+        Err(_) => (None, None),
+    };
+    if let Some(state) = state.filter(|_| outcome == Outcome::Unsupported as i32) {
+        return Ok((id, ReplyKind::Unavailable(state)));
+    }
     let known = match outcome {
         1 => "not supported",
         2 => "invalid argument",
@@ -126,7 +168,10 @@ pub fn open_reply(
         4 => "unknown operation",
         _ => "it failed",
     };
-    Ok((id, ReplyKind::Refused(clean(reason.unwrap_or(known)))))
+    Ok((
+        id,
+        ReplyKind::Refused(reason.unwrap_or_else(|| known.to_owned())),
+    ))
 }
 
 /// `dds::SampleIdentity`: a GUID and a sequence number in two halves, the high one first.
@@ -211,5 +256,12 @@ mod tests {
         let bytes = writer.into_bytes();
         let reply = open_reply(&mut Reader::new(&bytes), -9);
         assert_eq!(reply, Ok((id, ReplyKind::Refused("too fast".to_owned()))));
+        let mut writer = Writer::default();
+        refuse_in(&mut writer, id, "idle");
+        let bytes = writer.into_bytes();
+        let reply = open_reply(&mut Reader::new(&bytes), -9);
+        assert_eq!(reply, Ok((id, ReplyKind::Unavailable("idle".to_owned()))));
+        // A program that knows the mapping only reads the code.
+        assert_eq!(bytes[24..28], (Outcome::Unsupported as i32).to_le_bytes());
     }
 }

@@ -1,5 +1,6 @@
 //! Commands of the management thread to the worker thread.
 
+use crate::firing::FiredEvent;
 use crate::proposal::Proposal;
 use crate::tool_requests::ToolMessage;
 use rc_middleware::WakeEvent;
@@ -17,13 +18,15 @@ pub(crate) enum Command {
     Parameters(Arc<Proposal>),
     /// Handle a message of a tool.
     Message(Arc<ToolMessage>),
+    /// Give an event to the state machine.
+    Fire(Arc<FiredEvent>),
 }
 
 /// The most messages of tools that wait.
 const MOST_MESSAGES: usize = 64;
 
-/// The commands that wait for the worker thread: at most one of each kind, the newest, and 64 messages of tools. A worker
-/// that hangs collects no others.
+/// The commands that wait for the worker thread: at most one of each kind, the newest, 64 messages of tools, and the events
+/// whose clients still wait. A worker that hangs collects no others.
 #[derive(Debug)]
 pub(crate) struct CommandQueue {
     waiting: Mutex<Waiting>,
@@ -37,6 +40,7 @@ struct Waiting {
     /// An earlier change has been withdrawn when the next one comes.
     parameters: Option<Arc<Proposal>>,
     messages: Vec<Arc<ToolMessage>>,
+    fired: Vec<Arc<FiredEvent>>,
 }
 
 impl CommandQueue {
@@ -56,6 +60,10 @@ impl CommandQueue {
             Command::Parameters(proposal) => waiting.parameters = Some(proposal),
             Command::Message(_) if waiting.messages.len() >= MOST_MESSAGES => return false,
             Command::Message(message) => waiting.messages.push(message),
+            Command::Fire(fired) => {
+                waiting.fired.retain(|fired| fired.is_queued());
+                waiting.fired.push(fired);
+            }
         }
         drop(waiting);
         self.wake_event.wake();
@@ -69,13 +77,15 @@ impl CommandQueue {
             emergency,
             parameters,
             messages,
+            fired,
         } = std::mem::take(&mut *self.waiting());
         let emergency = emergency.map(Command::Emergency);
         let period = period.map(Command::Period);
         let parameters = parameters.map(Command::Parameters);
         let messages = messages.into_iter().map(Command::Message);
+        let fired = fired.into_iter().map(Command::Fire);
         let others = emergency.into_iter().chain(period).chain(parameters);
-        others.chain(messages)
+        others.chain(messages).chain(fired)
     }
 
     fn waiting(&self) -> MutexGuard<'_, Waiting> {

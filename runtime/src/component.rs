@@ -51,6 +51,13 @@ pub trait Component {
         let _ = peers;
     }
 
+    /// The state in which the component refuses all requests to an implemented slot; `None` if it serves
+    /// them. Asked before each request.
+    fn unavailable(&mut self, slot: usize) -> Option<String> {
+        let _ = slot;
+        None
+    }
+
     /// Answers a request to an implemented slot.
     fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
         let _ = slot;

@@ -118,6 +118,10 @@ impl ComponentInfo {
             mismatches: delta.mismatches(),
             clock: Some(Box::new(clock(shared, &status)))
                 .filter(|clock| clock.kind != ClockKind::System),
+            machine: status
+                .machine
+                .as_ref()
+                .map(|machine| Box::new(machine.status())),
             jumps: delta.jumps,
         }
     }
@@ -137,6 +141,7 @@ impl ComponentInfo {
             address: addresses.get(at).cloned(),
             peers: counters.peers,
             handlers: counters.handlers.timing(),
+            refused: counters.refused,
             sent: status.sent(at),
             lost: counters.lost,
             queue: status.queue(at),

@@ -17,6 +17,7 @@ mod context;
 mod description;
 mod error;
 mod event_loop;
+mod firing;
 mod link;
 mod log;
 pub mod machine;

@@ -220,6 +220,7 @@ fn heartbeat_line(mut heartbeat: Heartbeat) -> Vec<u8> {
         clock.followers.truncate(LISTED);
         clock.waiting_for.truncate(LISTED);
     }
+    heartbeat.machine = None;
     heartbeat.mismatches = vec![format!(
         "the health of its slots takes {} bytes, a heartbeat has {LIMIT}; ask for `status`",
         line.len()

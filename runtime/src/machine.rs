@@ -8,12 +8,15 @@ mod record;
 use crate::clock::Time;
 use crate::component::WorkerError;
 use crate::context::Core;
+use crate::firing::FiredEvent;
 pub use rc_machine::{Action, Chart, Condition, Kind, NONE, Range, State, Transition, Trigger};
 use rc_machine::{Failed, Host, Interpreter, Session};
 pub(crate) use record::MachineRecord;
 use record::{Taken, record};
+use std::collections::VecDeque;
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The most events that are handled between two turns of the event loop.
@@ -41,6 +44,10 @@ pub struct Machine<S, E> {
 #[derive(Debug)]
 pub struct Parts {
     session: Session,
+    /// The events that may be fired from outside.
+    external: &'static [u16],
+    /// Events that tools fire.
+    outside: VecDeque<Arc<FiredEvent>>,
     /// Absent while a step runs.
     interpreter: Option<Box<Interpreter>>,
     /// Whether the function that ran last was the empty `during` of the trait.
@@ -52,11 +59,13 @@ pub struct Parts {
 }
 
 impl<S: Numbered, E: Numbered> Machine<S, E> {
-    /// A machine that has not started.
-    pub fn new(chart: &'static Chart) -> Self {
+    /// A machine that has not started, and the events that may be fired from outside.
+    pub fn new(chart: &'static Chart, external: &'static [u16]) -> Self {
         Self {
             parts: Parts {
                 session: Session::new(chart),
+                external,
+                outside: VecDeque::new(),
                 interpreter: Some(Box::new(Interpreter::new(chart))),
                 no_during: false,
                 logged: 0,
@@ -101,6 +110,17 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
         self.parts.active().collect()
     }
 
+    /// The active states, if none of `states` is among them: then requests that these states serve are
+    /// refused.
+    #[doc(hidden)]
+    pub fn unavailable(&self, states: &[S]) -> Option<String> {
+        if states.iter().any(|state| self.is_in(*state)) {
+            return None;
+        }
+        let active: Vec<&str> = self.parts.active().collect();
+        Some(active.join(", "))
+    }
+
     /// What the generated code needs.
     #[doc(hidden)]
     pub fn parts(&mut self) -> &mut Parts {
@@ -142,7 +162,13 @@ impl Parts {
 
     /// Whether an event waits that is not delayed.
     pub(crate) fn has_events(&self) -> bool {
-        self.session.has_events()
+        self.session.has_events() || !self.outside.is_empty()
+    }
+
+    /// Adds an event that a tool fires. The machine handles it after the events that wait.
+    pub(crate) fn fire_from_outside(&mut self, fired: Arc<FiredEvent>) {
+        self.outside.retain(|fired| fired.is_queued());
+        self.outside.push_back(fired);
     }
 }
 
@@ -188,7 +214,8 @@ pub fn start(hooks: &mut impl Hooks) -> Result<(), WorkerError> {
     })
 }
 
-/// Handles the events that wait, as many as one turn of the event loop may.
+/// Handles the events that wait, as many as one turn of the event loop may, and then those that
+/// tools fire.
 ///
 /// # Errors
 /// A function of the worker demands it, or the machine does not come to rest.
@@ -196,11 +223,41 @@ pub fn react(hooks: &mut impl Hooks) -> Result<(), WorkerError> {
     step(hooks, |interpreter, host| {
         for _ in 0..EVENTS_A_TURN {
             if interpreter.step(host)?.is_none() {
-                break;
+                return take_from_outside(interpreter, host);
             }
         }
         Ok(())
     })
+}
+
+/// Handles the events that tools fire, and says what became of each.
+fn take_from_outside<H: Hooks>(
+    interpreter: &mut Interpreter,
+    host: &mut Steps<'_, H>,
+) -> Result<(), rc_machine::Error> {
+    while let Some(fired) = host.hooks.parts().outside.pop_front() {
+        if !fired.begin() {
+            continue;
+        }
+        if host.session().fire(fired.event).is_err() {
+            fired.end(Err("the machine has ended".to_owned()));
+            continue;
+        }
+        let stepped = interpreter.step(host);
+        let parts = host.hooks.parts();
+        let active = || parts.active().collect::<Vec<_>>();
+        fired.end(match &stepped {
+            Ok(Some(step)) if step.taken => Ok(active().into_iter().map(str::to_owned).collect()),
+            Ok(_) => {
+                let event = &parts.session.chart().events[usize::from(fired.event)];
+                let active = active().join("`, `");
+                Err(format!("no transition takes `{event}` in `{active}`"))
+            }
+            Err(error) => Err(error.to_string()),
+        });
+        stepped?;
+    }
+    Ok(())
 }
 
 /// Runs the `during` of the active states, parents first. Returns whether no state has one, so that

@@ -10,6 +10,7 @@ use crate::component_info::ComponentInfo;
 use crate::configuration::LoadedConfiguration;
 use crate::description::Description;
 use crate::error::StartError;
+use crate::firing::FireServer;
 use crate::link::Link;
 use crate::log::print_error;
 use crate::name_lock::NameLock;
@@ -87,6 +88,7 @@ impl Management {
             ),
             shared: shared.clone(),
             commands: commands.clone(),
+            firing: FireServer::new(commands.clone(), waker.clone()),
             backends: BackendRequests::new(queue.clone()),
             tools: ToolRequests::new(description, taps.clone(), commands.clone(), waker.clone()),
             socket,
@@ -157,6 +159,7 @@ struct Server {
     tools: ToolRequests,
     wakeups: Wakeups,
     parameters: ParameterServer,
+    firing: FireServer,
     backends: BackendRequests,
     link: Option<Link>,
     /// Parameters that an earlier run had not saved. They are set before the component reports readiness.
@@ -237,6 +240,7 @@ impl Server {
             if wakeup.end {
                 self.backends.end();
                 let mut answers = self.parameters.end();
+                answers.extend(self.firing.end());
                 answers.retain(|(requester, _)| !matches!(requester, Requester::Supervisor));
                 self.answer(answers);
                 self.report_state();
@@ -258,6 +262,8 @@ impl Server {
                 link.set_unsaved(&self.parameters.unsaved());
             }
             self.answer(answers);
+            let fired = self.firing.turn();
+            self.answer(fired);
             for (client, id, result) in self.tools.results() {
                 self.socket.settle(client);
                 if let Some(id) = id {
@@ -291,6 +297,7 @@ impl Server {
         }
         let limit = deadline.map(|at| at.saturating_duration_since(Instant::now()));
         let limits = limit.into_iter().chain(self.parameters.time_left());
+        let limits = limits.chain(self.firing.time_left());
         let limit = limits.chain(self.tools.time_left()).min();
         let limit = limit.and_then(|limit| Timespec::try_from(limit).ok());
         match poll(&mut polled, limit.as_ref()) {
@@ -421,6 +428,15 @@ impl Server {
             Ok(Request::Emergency { active }) => {
                 self.commands.push(Command::Emergency(active));
                 rpc::result(&Done {})
+            }
+            Ok(Request::Fire { event }) => {
+                match self.firing.fire(requester, &event, &self.shared) {
+                    Ok(()) => {
+                        self.socket.defer(client);
+                        return None;
+                    }
+                    Err(error) => Err(error),
+                }
             }
             Ok(Request::Stop) => {
                 self.shared.wake_event.stop();

@@ -216,6 +216,8 @@ impl HeartbeatDelta {
 pub(crate) struct SlotCounters {
     pub(crate) peers: usize,
     pub(crate) handlers: TimingRecorder,
+    /// Requests that the state of the component refused.
+    pub(crate) refused: u64,
     /// Samples that never arrived because newer ones took their place.
     pub(crate) lost: u64,
 }
@@ -235,6 +237,7 @@ impl Status {
             .map(|_| SlotCounters {
                 peers: 0,
                 handlers: TimingRecorder::new(),
+                refused: 0,
                 lost: 0,
             })
             .collect();

@@ -305,6 +305,51 @@ fn syntax_errors_in_clauses() {
 }
 
 #[test]
+fn states_and_events_are_checked() {
+    let machine = "language rust; statemachine \"m.scxml\" { external motor.stopped, go-on; }";
+    check(
+        "implements Laser { available moving, at-rest; timeout 1s; };",
+        machine,
+        &expect![[r#"
+            c.cdsl:1:29: warning[unused-import]: unused import of `RoboCompPub`
+        "#]],
+    );
+    check(
+        "implements Laser { available moving, Moving; available two; };",
+        "language rust; statemachine \"m.smdsl\" visual { external A; external a; };",
+        &expect![[r#"
+            c.cdsl:3:38: error[repeated-clause]: duplicate state `Moving`; first used here at c.cdsl:3:30
+            c.cdsl:3:46: error[repeated-clause]: duplicate clause `available`; first used here at c.cdsl:3:20
+            c.cdsl:5:60: error[repeated-clause]: duplicate clause `external`; first used here at c.cdsl:5:48
+            c.cdsl:5:69: error[repeated-clause]: duplicate event `a`; first used here at c.cdsl:5:57
+        "#]],
+    );
+    check(
+        "requires Laser { available moving; }; publishes LaserPub { available moving; };",
+        machine,
+        &expect![[r#"
+            c.cdsl:3:18: error[unknown-qos]: `requires` has no setting `available` (`available` belongs to a slot under `implements`, whose calls it refuses in other states)
+            c.cdsl:3:60: error[unknown-qos]: `publishes` has no setting `available` (`available` belongs to a slot under `implements`, whose calls it refuses in other states)
+        "#]],
+    );
+    check(
+        "implements Laser { available moving; };",
+        "language rust;",
+        &expect![[r#"
+            c.cdsl:3:30: error[no-state-machine]: `moving` is a state, but the component has no state machine (add `statemachine "FILE.smdsl";`, or remove `available`)
+        "#]],
+    );
+    check(
+        "implements Laser { available ; };",
+        "language rust; statemachine \"m.smdsl\" { extrnal go; };",
+        &expect![[r#"
+            c.cdsl:3:30: error[syntax-error]: expected a name or a value, found `;`
+            c.cdsl:5:41: error[syntax-error]: expected `}`, found `extrnal`
+        "#]],
+    );
+}
+
+#[test]
 fn repeated_clauses_are_reported() {
     check(
         "requires Laser; requires Laser as two; publishes LaserPub;",

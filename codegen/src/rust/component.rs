@@ -51,6 +51,8 @@ pub(crate) struct Component<'a> {
     sends: bool,
     implements: bool,
     subscribes: bool,
+    /// Whether a slot serves requests in some states only.
+    gated: bool,
     /// Whether a slot sets its reliability, its durability.
     reliability: bool,
     durability: bool,
@@ -90,6 +92,8 @@ pub(crate) struct Slot<'a> {
     pub(crate) receives: bool,
     sends: bool,
     optional: bool,
+    /// The states in which requests are served, as variants of `State`; in all if there is none.
+    available: Vec<String>,
     interface: &'a str,
     path: String,
     /// The module of the interface below `interfaces`.
@@ -147,6 +151,7 @@ fn functions(machine: &view::Machine, index: usize) -> Slot<'_> {
         receives: true,
         sends: false,
         optional: false,
+        available: Vec::new(),
         interface: "",
         path: String::new(),
         module: String::new(),
@@ -211,6 +216,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         sends: slots.iter().any(|slot| slot.sends),
         implements: has("implements"),
         subscribes: has("subscribesTo"),
+        gated: slots.iter().any(|slot| !slot.available.is_empty()),
         reliability: slots.iter().any(|slot| slot.qos.reliability.is_some()),
         durability: slots.iter().any(|slot| slot.qos.durability.is_some()),
         slots,
@@ -418,6 +424,7 @@ fn one<'a>(
         receives: slot.receives,
         sends: slot.sends,
         optional: slot.optional,
+        available: slot.available.iter().map(|s| names::camel(s)).collect(),
         interface: &slot.interface,
         path: format!("{}::{}", slot.module, slot.interface),
         end: format!("interfaces::{module}::{base}{kind}"),

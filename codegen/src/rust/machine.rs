@@ -29,6 +29,8 @@ pub(crate) struct Machine<'a> {
     doc: &'a [String],
     pub(crate) states: Vec<State<'a>>,
     events: Vec<Event<'a>>,
+    /// The numbers of the events that may be fired from outside.
+    external: &'a [u16],
     guards: Vec<String>,
     actions: Vec<String>,
     /// The events that RoboComp's template of a machine fires itself: after the start, and in each
@@ -111,6 +113,7 @@ pub(crate) fn of(view: &view::Machine) -> Machine<'_> {
                 variant: names::camel(name),
             })
             .collect(),
+        external: &view.external,
         guards: view.guards.iter().map(|name| names::snake(name)).collect(),
         actions: view.actions.iter().map(|name| names::snake(name)).collect(),
         first_event: event("InitializeToCompute").map(|event| names::camel(event)),

@@ -106,6 +106,8 @@ pub struct Slot {
     pub middleware: Option<&'static str>,
     /// Where the quality of service differs from the role's default.
     pub qos: Qos,
+    /// The states of the machine in which requests are served; in all states if there is none.
+    pub available: Vec<String>,
     /// Whether samples or replies travel in place.
     pub in_place: bool,
     /// The names that the middleware has for the types of the operations, if it has its own.
@@ -192,8 +194,8 @@ pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
 }
 
 fn machine(project: &Project, found: &mut Diagnostics) -> Option<Machine> {
-    let place = project.component.state_machine.as_ref()?.file.span;
-    machine::of(project.state_machine.as_ref()?, place, found)
+    let named = project.component.state_machine.as_ref()?;
+    machine::of(project.state_machine.as_ref()?, named, found)
 }
 
 impl Component {
@@ -223,6 +225,7 @@ fn one(library: &Library, slot: &model::Slot, middleware: Backend) -> Slot {
         ),
         middleware: (backend != middleware).then(|| backend.word()),
         qos: qos(&slot.qos),
+        available: slot.available.iter().map(|s| s.text.clone()).collect(),
         in_place: slot.qos.in_place,
         external_types: match backend {
             Backend::Ros2 => external_types(library, slot),

@@ -1,6 +1,6 @@
 //! The state machine of a component.
 
-use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_machine::{Chart, Kind};
 use rc_smdsl::StateMachine;
 use serde::Serialize;
@@ -16,6 +16,8 @@ pub struct Machine {
     pub states: Vec<State>,
     /// The events that the worker can fire.
     pub events: Vec<String>,
+    /// Those of them that may be fired from outside of the component, as their places in `events`.
+    pub external: Vec<u16>,
     /// The functions that guard transitions.
     pub guards: Vec<String>,
     /// The functions that are actions.
@@ -40,11 +42,16 @@ pub struct State {
     pub doc: Vec<String>,
 }
 
-/// The view of a machine without errors. `place` is where the component names it.
-pub(super) fn of(machine: &StateMachine, place: Span, found: &mut Diagnostics) -> Option<Machine> {
+/// The view of a machine without errors, which the component names so.
+pub(super) fn of(
+    machine: &StateMachine,
+    named: &rc_cdsl::model::StateMachine,
+    found: &mut Diagnostics,
+) -> Option<Machine> {
     let Ok(chart) = rc_smdsl::tables::of(machine) else {
         let message =
             "the state machine has more states or transitions than the 65534 of its tables";
+        let place = named.file.span;
         found.push(Diagnostic::error("machine-too-large", place, message));
         return None;
     };
@@ -53,6 +60,9 @@ pub(super) fn of(machine: &StateMachine, place: Span, found: &mut Diagnostics) -
         let state = states.find(|state| state.name.text == name);
         state.map(|state| state.doc.clone()).unwrap_or_default()
     };
+    let events = &chart.events[..usize::from(chart.fireable)];
+    let place_of = |name: &str| events.iter().position(|event| event == name);
+    let external = named.external.iter().filter_map(|e| place_of(&e.text));
     let states = chart.states.iter().enumerate().skip(1);
     let states = states.filter(|(_, state)| !state.kind.is_history());
     Some(Machine {
@@ -67,10 +77,8 @@ pub(super) fn of(machine: &StateMachine, place: Span, found: &mut Diagnostics) -
                 doc: doc(&state.name),
             })
             .collect(),
-        events: chart.events[..usize::from(chart.fireable)]
-            .iter()
-            .map(ToString::to_string)
-            .collect(),
+        events: events.iter().map(ToString::to_string).collect(),
+        external: external.map(|at| at as u16).collect(),
         guards: chart.guards.iter().map(ToString::to_string).collect(),
         actions: chart.functions.iter().map(ToString::to_string).collect(),
         chart,

@@ -185,6 +185,7 @@ fn every_construct_compiles() {
     generate(&workspace, "awkward", "dds");
     generate(&workspace, "placed", "iceoryx2");
     generate(&workspace, "walker", "iceoryx2");
+    generate(&workspace, "arm", "iceoryx2");
     paste(&workspace);
     share(&workspace);
     let mut packages = ["-p", "interfaces", "-p", "scans"]
@@ -196,6 +197,7 @@ fn every_construct_compiles() {
         "awkward",
         "placed",
         "walker",
+        "arm",
         "pasted",
         "scanner",
         "viewer",

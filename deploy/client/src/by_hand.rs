@@ -89,6 +89,7 @@ pub fn status(report: &component::Status) -> ComponentStatus {
         executable: pid.and_then(executable).unwrap_or_default(),
         log: pid.and_then(log).unwrap_or_default(),
         clock: Some(report.clock.clone()).filter(|clock| clock.kind != ClockKind::System),
+        machine: report.machine.clone(),
         lost: lost
             .map(|slot| (slot.name.clone(), slot.lost))
             .collect::<BTreeMap<String, u64>>(),
@@ -117,6 +118,7 @@ fn silent(name: &str) -> ComponentStatus {
         lost: BTreeMap::new(),
         troubles: Vec::new(),
         clock: None,
+        machine: None,
         exit: None,
     }
 }

@@ -12,6 +12,7 @@ pub mod log_parts;
 pub mod logs;
 pub mod names;
 pub mod params;
+pub mod states;
 pub mod status;
 mod watch;
 

@@ -94,7 +94,12 @@ pub fn emergency(network: &str, name: &str, active: bool) -> Result<(), Error> {
     Ok(())
 }
 
-fn call<T: DeserializeOwned>(network: &str, name: &str, request: &Request) -> Result<T, Error> {
+/// Asks a component of a network.
+pub(crate) fn call<T: DeserializeOwned>(
+    network: &str,
+    name: &str,
+    request: &Request,
+) -> Result<T, Error> {
     check_name("network", network)?;
     check_name("component", name)?;
     let directory = RunDirectory::of(network);

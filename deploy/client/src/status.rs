@@ -1,7 +1,7 @@
 //! The status of a network, with components started by hand, and a table for people.
 
 use crate::connection;
-use crate::{Error, by_hand};
+use crate::{Error, by_hand, states};
 use rc_management::component::{ClockKind, ClockStatus};
 use rc_management::supervisor::{ComponentStatus, NetworkStatus};
 use serde::{Serialize, Serializer};
@@ -154,6 +154,14 @@ fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Res
             write!(f, "  {}", clock_text(clock))?;
         }
         writeln!(f)?;
+        if let Some(machine) = &component.machine {
+            let up = component.uptime_s.unwrap_or_default();
+            let (now, last) = states::lines(machine, up);
+            let last = last
+                .first()
+                .map_or_else(String::new, |last| format!("; {last}"));
+            writeln!(f, "{:width$}  {now}{last}", "")?;
+        }
         for trouble in &component.troubles {
             writeln!(f, "{:width$}  {}: {}", "", trouble.code, trouble.message)?;
         }

@@ -84,6 +84,10 @@ impl Builder<'_> {
             middleware: instance.middleware.word(),
             clock: self.network.clock(at).kind,
             external: false,
+            live: None,
+            machine: self.network.projects[at]
+                .as_ref()
+                .and_then(|project| project.state_machine.clone()),
             slots: slots
                 .map(|(component, slot)| Slot {
                     name: slot.name.clone(),
@@ -107,6 +111,8 @@ impl Builder<'_> {
             middleware: peer.middleware,
             clock: "system",
             external: true,
+            live: None,
+            machine: None,
             slots: vec![Slot {
                 name: interface_name(&peer.interface).to_owned(),
                 role: match peer.kind {

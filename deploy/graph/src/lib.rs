@@ -9,9 +9,8 @@ mod mermaid;
 mod model;
 mod outline;
 mod svg;
-mod text;
 
-pub use model::{Component, Finding, Graph, Group, Slot};
+pub use model::{Component, Finding, Graph, Group, Live, Slot};
 
 /// The form of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,9 @@
 
 use rc_deploy_network::topology::{Connection, End, Host, Kind};
 use rc_diagnostics::Severity;
+use rc_smdsl::StateMachine;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// A network as a picture.
@@ -55,8 +57,33 @@ pub struct Component {
     /// Whether it is a peer that is not part of the network. Its name is its address.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub external: bool,
+    /// What it does now, in the picture of a running network.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub live: Option<Live>,
+    /// Its state machine.
+    #[serde(skip)]
+    pub machine: Option<StateMachine>,
     /// Its slots, in the order of its `.cdsl`.
     pub slots: Vec<Slot>,
+}
+
+/// What a component does now.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Live {
+    /// `running`, or another state of its process.
+    pub state: String,
+    /// The active states of its machine without substates, each with its ancestors.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub states: Vec<String>,
+}
+
+impl Live {
+    fn text(&self) -> String {
+        if self.states.is_empty() {
+            return self.state.clone();
+        }
+        format!("{} in {}", self.state, self.states.join(", "))
+    }
 }
 
 /// A slot.
@@ -105,8 +132,8 @@ pub struct Finding {
 }
 
 impl Component {
-    /// Its name in its `.cdsl`, if it differs from its own name, and its part in the network's time,
-    /// if it has one.
+    /// Its name in its `.cdsl`, if it differs from its own name, its part in the network's time, if it
+    /// has one, and what it does now.
     pub(crate) fn kind(&self) -> Option<String> {
         if self.external {
             return Some("external".to_owned());
@@ -118,12 +145,25 @@ impl Component {
             "ros" => Some("time of /clock"),
             _ => None,
         };
-        let parts: Vec<&str> = kind.into_iter().chain(clock).collect();
+        let live = self.live.as_ref().map(Live::text);
+        let parts = kind.into_iter().chain(clock).chain(live.as_deref());
+        let parts: Vec<&str> = parts.collect();
         (!parts.is_empty()).then(|| parts.join(", "))
     }
 }
 
 impl Graph {
+    /// Notes what components do now, by their full names. Others do not run.
+    pub fn set_live(&mut self, mut live: BTreeMap<String, Live>) {
+        for component in self.components.iter_mut().filter(|c| !c.external) {
+            let now = live.remove(&component.name);
+            component.live = Some(now.unwrap_or_else(|| Live {
+                state: "not running".to_owned(),
+                states: Vec::new(),
+            }));
+        }
+    }
+
     /// Whether the check found errors.
     pub fn has_errors(&self) -> bool {
         let error = Severity::Error.name();

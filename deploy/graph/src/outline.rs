@@ -132,6 +132,8 @@ mod tests {
             middleware: "iceoryx2",
             clock: "system",
             external: false,
+            live: None,
+            machine: None,
             slots: Vec::new(),
         };
         let graph = Graph {

@@ -5,16 +5,18 @@
 
 mod boxes;
 mod legend;
+mod machines;
 #[cfg(test)]
 mod tests;
 
 use crate::marks::{Level, Mark, Marks};
 use crate::model::{Graph, provider_and_consumer, sentence};
-use crate::text::{width, xml};
 use boxes::Boxes;
+use machines::Machines;
 use rc_deploy_network::topology::Kind;
-use rc_graph_layout::{Layout, Net, Point, Port, Rect};
-use std::collections::{BTreeMap, BTreeSet};
+use rc_drawing::{forks, path, text, width, xml};
+use rc_graph_layout::{Layout, Net, Point, Port};
+use std::collections::BTreeMap;
 
 /// Around all.
 const MARGIN: i32 = 16;
@@ -23,8 +25,6 @@ const NAME: f64 = 12.0;
 const SMALL: f64 = 10.0;
 /// Half of the edge of a slot's square.
 const PORT: i32 = 3;
-/// The radius of the corners of lines.
-const ROUND: i32 = 5;
 
 const INK: &str = "#222222";
 const RED: &str = "#b00020";
@@ -64,10 +64,11 @@ pub(crate) fn draw(graph: &Graph) -> String {
     let nets: Vec<Net> = bundles.iter().map(|b| b.net.clone()).collect();
     let layout = rc_graph_layout::layout(&boxes.nodes, &nets);
     let legend = legend::Legend::new(graph, &marks, layout.width);
-    let inner = layout.width.max(legend.width);
+    let machines = Machines::new(graph);
+    let inner = layout.width.max(legend.width).max(machines.width);
     let total = (
         inner + 2 * MARGIN,
-        layout.height + legend.height + 2 * MARGIN,
+        layout.height + legend.height + machines.height + 2 * MARGIN,
     );
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" font-family=\"sans-serif\" font-size=\"{SMALL}\" fill=\"{INK}\">\n<title>{2}</title>\n<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n",
@@ -83,6 +84,7 @@ pub(crate) fn draw(graph: &Graph) -> String {
     out += &arrows(graph, &marks, &bundles, &layout);
     out += "</g>\n";
     out += &legend.draw(Point::new(MARGIN, MARGIN + layout.height));
+    out += &machines.draw(MARGIN, MARGIN + layout.height + legend.height);
     out + "</svg>\n"
 }
 
@@ -105,13 +107,6 @@ fn bundles(graph: &Graph, boxes: &Boxes) -> Vec<Bundle> {
         bundle.connections.push(number);
     }
     bundles.into_values().collect()
-}
-
-fn text(x: i32, y: i32, attributes: &str, text: &str) -> String {
-    format!(
-        "<text x=\"{x}\" y=\"{y}\"{attributes}>{}</text>\n",
-        xml(text)
-    )
 }
 
 /// The attributes of a text with or without findings.
@@ -185,64 +180,6 @@ fn in_words(graph: &Graph, marks: &Marks<'_>, number: usize) -> String {
     words
 }
 
-/// The points where lines of one net part.
-fn forks(routes: &[Vec<Point>]) -> BTreeSet<Point> {
-    let mut corners: BTreeSet<Point> = BTreeSet::new();
-    routes.iter().flatten().for_each(|p| {
-        corners.insert(*p);
-    });
-    let mut ways: BTreeMap<Point, BTreeSet<(i32, i32)>> = BTreeMap::new();
-    for pair in routes.iter().flat_map(|route| route.windows(2)) {
-        let (from, to) = (pair[0], pair[1]);
-        let sense = ((to.x - from.x).signum(), (to.y - from.y).signum());
-        let within = |p: &Point| {
-            (from.x.min(to.x)..=from.x.max(to.x)).contains(&p.x)
-                && (from.y.min(to.y)..=from.y.max(to.y)).contains(&p.y)
-        };
-        for point in corners.iter().filter(|p| within(p)) {
-            let ways = ways.entry(*point).or_default();
-            if *point != to {
-                ways.insert(sense);
-            }
-            if *point != from {
-                ways.insert((-sense.0, -sense.1));
-            }
-        }
-    }
-    ways.retain(|_, ways| ways.len() > 2);
-    ways.into_keys().collect()
-}
-
-/// A route with round corners, except where others part from it.
-fn path(route: &[Point], forks: &BTreeSet<Point>) -> String {
-    let Some(first) = route.first() else {
-        return String::new();
-    };
-    let mut out = format!("M{} {}", first.x, first.y);
-    for at in 1..route.len() {
-        let here = route[at];
-        let Some(next) = route.get(at + 1).filter(|_| !forks.contains(&here)) else {
-            out += &format!("L{} {}", here.x, here.y);
-            continue;
-        };
-        let before = route[at - 1];
-        let length = |p: Point| (p.x - here.x).abs() + (p.y - here.y).abs();
-        let round = ROUND.min(length(before) / 2).min(length(*next) / 2);
-        let towards = |p: Point| {
-            Point::new(
-                here.x + (p.x - here.x).signum() * round,
-                here.y + (p.y - here.y).signum() * round,
-            )
-        };
-        let (one, other) = (towards(before), towards(*next));
-        out += &format!(
-            "L{} {}Q{} {} {} {}",
-            one.x, one.y, here.x, here.y, other.x, other.y
-        );
-    }
-    out
-}
-
 /// Draws arrowheads and numbers of findings, above everything else.
 fn arrows(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout) -> String {
     let mut heads: BTreeMap<(Point, bool), Option<Level>> = BTreeMap::new();
@@ -310,14 +247,6 @@ fn line_number(route: &[Point], mark: &Mark) -> String {
         x - wide / 2,
         y - 7,
         text(x, y + 3, &attributes, &label)
-    )
-}
-
-/// A box with round corners.
-fn rounded(rect: &Rect, radius: i32, attributes: &str) -> String {
-    format!(
-        "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"{radius}\" {attributes}/>\n",
-        rect.x, rect.y, rect.width, rect.height
     )
 }
 

@@ -7,7 +7,7 @@ use rc_command_line::{
     ArgValueCandidates, ArgValueCompleter, CompletionCandidate, earlier_word, files,
 };
 use rc_deploy_client::names::is_reserved;
-use rc_deploy_client::{by_hand, connection, logs, params, status};
+use rc_deploy_client::{by_hand, connection, logs, params, states, status};
 use rc_diagnostics::SourceMap;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -71,6 +71,19 @@ pub(super) fn parameters(end: &'static str) -> ArgValueCandidates {
             candidate.help(parameter.doc.first().map(Into::into))
         });
         found.collect()
+    })
+}
+
+/// The events of the component that the command line names, which may be fired from outside.
+pub(super) fn events() -> ArgValueCandidates {
+    ArgValueCandidates::new(|| {
+        let found = network().zip(word("name"));
+        let found = found.and_then(|(network, name)| states::machine(&network, &name).ok());
+        let events = found
+            .flatten()
+            .into_iter()
+            .flat_map(|machine| machine.external);
+        candidates(events.collect())
     })
 }
 

@@ -16,13 +16,13 @@ mod up;
 use crate::Options;
 use arguments::{Action, Input, Named, engine, format, switch};
 use clap::{ArgAction, Parser, Subcommand};
-use completion::{components, logs_of, networks};
+use completion::{components, events, logs_of, networks};
 use networks::{named, network_of, running};
 use output::{Failure, print_line, show, system};
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use rc_command_line::{Common, Tool, words};
-use rc_deploy_client::{Format, connection, logs, status};
+use rc_deploy_client::{Format, connection, logs, states, status};
 use rc_deploy_export::Engine;
 use rc_deploy_graph::GraphFormat;
 use rc_deploy_terminal::SideView;
@@ -90,6 +90,10 @@ enum Command {
         /// Checks the descriptions only, not generated code, executables and this machine.
         #[arg(long)]
         unbuilt: bool,
+        /// Shows what the components of the running network do: their states, and the active states
+        /// of their machines. The network may be named instead of its file.
+        #[arg(long)]
+        live: bool,
     },
     /// Checks a network, starts it, and supervises it until Ctrl-C.
     Up {
@@ -187,6 +191,24 @@ enum Command {
         #[arg(action = ArgAction::Set, value_parser = switch, add = words(&["on", "off"]))]
         active: bool,
     },
+    /// Fires an event of a component's state machine, and shows the active states afterwards.
+    ///
+    /// The `.cdsl` of the component lists the events that may be fired so: `statemachine "FILE" {
+    /// external go, stop; }`. This works also for components that were not started by rcdeploy.
+    Fire {
+        /// The network or its .ddsl.
+        #[arg(add = networks())]
+        network: String,
+        /// The component.
+        #[arg(add = components())]
+        name: String,
+        /// The event.
+        #[arg(add = events())]
+        event: String,
+        /// The form of the output: human or json (one document).
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+        format: Format,
+    },
     /// Shows, changes and saves the parameters of a running component.
     ///
     /// `params NETWORK NAME` shows all parameters. This works also for components that were not
@@ -265,7 +287,8 @@ fn run(command: Command) -> Result<u8, Failure> {
             format,
             output,
             unbuilt,
-        } => graph::graph(&input, format, output.as_deref(), unbuilt),
+            live,
+        } => graph::graph(input, format, output.as_deref(), unbuilt, live),
         Command::Up {
             input,
             build,
@@ -331,6 +354,17 @@ fn run(command: Command) -> Result<u8, Failure> {
         } => {
             rc_deploy_client::params::emergency(&network_of(&network)?, &name, active)?;
             Ok(0)
+        }
+        Command::Fire {
+            network,
+            name,
+            event,
+            format,
+        } => {
+            let fired = states::fire(&network_of(&network)?, &name, &event)?;
+            show(format, &fired, |fired| {
+                format!("{name}: {}\n", fired.states.join(", "))
+            })
         }
         Command::Params {
             action: Some(action),

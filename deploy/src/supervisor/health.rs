@@ -5,7 +5,7 @@
 
 use crate::supervisor::memory_growth::Growth;
 use rc_deploy_network::plan::Component;
-use rc_management::component::ClockStatus;
+use rc_management::component::{ClockStatus, MachineStatus};
 use rc_management::event::Severity;
 use rc_management::link::Heartbeat;
 use rc_management::supervisor::Trouble;
@@ -43,6 +43,8 @@ pub(crate) struct HealthMonitor {
     growth: Growth,
     /// The clock, from the last heartbeat.
     clock: Option<Box<ClockStatus>>,
+    /// The state machine, from the last heartbeat.
+    machine: Option<Box<MachineStatus>>,
     troubles: BTreeMap<Key, (SystemTime, String)>,
     /// The network stops: vanishing peers are expected.
     quiet: bool,
@@ -65,6 +67,7 @@ impl HealthMonitor {
     /// Takes a heartbeat. Returns the events that follow from it.
     pub(crate) fn heartbeat(&mut self, heartbeat: Heartbeat) -> Vec<HealthEvent> {
         let mut happened = Vec::new();
+        self.machine.clone_from(&heartbeat.machine);
         if self.quiet {
             return happened;
         }
@@ -150,6 +153,11 @@ impl HealthMonitor {
     /// The clock, unless it is that of the system.
     pub(crate) fn clock(&self) -> Option<&ClockStatus> {
         self.clock.as_deref()
+    }
+
+    /// The state machine of the component.
+    pub(crate) fn machine(&self) -> Option<&MachineStatus> {
+        self.machine.as_deref()
     }
 
     fn silences(&mut self, silent: BTreeMap<String, u64>, happened: &mut Vec<HealthEvent>) {

@@ -544,6 +544,7 @@ impl Unit {
             lost: self.lost.clone(),
             troubles: running.map_or_else(Vec::new, |_| self.health.troubles()),
             clock: running.and_then(|_| self.health.clock().cloned()),
+            machine: running.and_then(|_| self.health.machine().cloned()),
             exit: match &self.phase {
                 Phase::Ended(end) => Some(end.text.clone()),
                 _ => None,

@@ -8,8 +8,12 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::Span;
 use rc_deploy_client::params::text;
+use rc_deploy_client::states;
 use rc_deploy_client::status::clock_text;
 use rc_management::component::{ClockKind, ParameterStatus, Role, SlotStatus};
+
+/// The most transitions of a state machine that are shown.
+const TRANSITIONS: usize = 4;
 
 /// The page of one component.
 pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {
@@ -65,16 +69,11 @@ pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {
     next(vec![Span::raw(facts)]);
     let machine = component.report.as_ref().and_then(|r| r.machine.as_ref());
     if let Some(machine) = machine {
-        let last = machine.transitions.last();
-        let last = last.map_or_else(String::new, |last| {
-            let event = last
-                .event
-                .as_ref()
-                .map_or_else(String::new, |event| format!(" by {event}"));
-            format!("  since {:.1}s, from {}{event}", last.at_s, last.from)
-        });
-        let text = format!("in {}{last}", machine.states.join(", "));
-        next(vec![Span::raw(plain(&text))]);
+        let (now, last) = states::lines(machine, status.uptime_s.unwrap_or_default());
+        next(vec![Span::raw(plain(&now))]);
+        for line in last.iter().take(TRANSITIONS) {
+            next(vec![Span::styled(plain(line), faint())]);
+        }
     }
     let error = component
         .report

@@ -281,6 +281,9 @@ fn table_and_events(model: &Model, body: &[Rect], buf: &mut Buffer) {
     events(model, below, buf);
 }
 
+/// The least room behind a name in which active states are shown.
+const STATES: usize = 8;
+
 fn table(model: &Model, rows: &[Row<'_>], lines: &[Rect], buf: &mut Buffer) {
     let Some((&head, lines)) = lines.split_first() else {
         return;
@@ -304,6 +307,17 @@ fn table(model: &Model, rows: &[Row<'_>], lines: &[Rect], buf: &mut Buffer) {
             Kind::Group { folded: false } => "▾ ",
         };
         let label = format!("{}{mark}{}", "  ".repeat(row.depth), row.label);
+        // The active states of its machine, where a long name leaves room.
+        let states = match members.as_slice() {
+            [one] if row.kind == Kind::Component => machine_states(one),
+            _ => String::new(),
+        };
+        let room = name.saturating_sub(label.chars().count());
+        let states = if states.is_empty() || room < STATES {
+            " ".repeat(room)
+        } else {
+            fit(&format!("  {states}"), room)
+        };
         let (state, style) = state(model, row, &members);
         let mut cells = String::new();
         for column in &columns {
@@ -318,7 +332,8 @@ fn table(model: &Model, rows: &[Row<'_>], lines: &[Rect], buf: &mut Buffer) {
             buf,
             at,
             [
-                Span::styled(format!("{} ", fit(&label, name)), name_style),
+                Span::styled(fit(&label, name - room), name_style),
+                Span::styled(format!("{states} "), faint()),
                 Span::styled(format!("{state:9}"), style),
                 Span::raw(cells),
             ],
@@ -327,6 +342,16 @@ fn table(model: &Model, rows: &[Row<'_>], lines: &[Rect], buf: &mut Buffer) {
             buf.set_style(at, chosen());
         }
     }
+}
+
+/// The names of the active states of a component's machine, without those that contain them.
+fn machine_states(component: &Component) -> String {
+    let machine = component.status.machine.as_ref();
+    let states = machine.into_iter().flat_map(|machine| &machine.states);
+    let names: Vec<String> = states
+        .map(|path| plain(path.rsplit('.').next().unwrap_or_default()))
+        .collect();
+    names.join(" ")
 }
 
 /// The columns that there is room for, in their order.

@@ -26,6 +26,8 @@ const NOTE: Operation = Operation {
     two_way: false,
     replies: &[],
 };
+/// The server refuses what has this argument, because of its state.
+const UNAVAILABLE: i32 = -1;
 /// The hash of the exception.
 const BY_ZERO: i32 = 13;
 
@@ -60,6 +62,10 @@ pub fn queries_return_results_exceptions_and_errors(subject: &dyn Subject) {
         if request.operation == DIVIDE.id {
             let read = |reader: &mut Reader<'_>| Ok((reader.get::<i32>()?, reader.get::<i32>()?));
             if let Ok((a, b)) = request.arguments(&DIVIDE, read) {
+                if a == UNAVAILABLE {
+                    request.unavailable(&DIVIDE, "driving.forward");
+                    return request.close();
+                }
                 let (case, value) = match a.checked_div(b) {
                     Some(result) => (0, result),
                     None => (BY_ZERO, a),
@@ -72,6 +78,10 @@ pub fn queries_return_results_exceptions_and_errors(subject: &dyn Subject) {
             let note = request
                 .arguments(&NOTE, Reader::get::<String>)
                 .expect("a text");
+            if note == "end" {
+                request.unavailable(&NOTE, "driving.forward");
+                return request.close();
+            }
             notes.lock().expect("the notes").push(note);
         }
         request.close();
@@ -103,6 +113,23 @@ pub fn queries_return_results_exceptions_and_errors(subject: &dyn Subject) {
             );
         }
         assert_eq!(divide(&DIVIDE, 9, 3), Ok((0, 3)));
+        let state = "driving.forward".to_owned();
+        let held = divide(&DIVIDE, UNAVAILABLE, 3);
+        assert_eq!(held, Err(CallError::Unavailable { state }));
+        assert_eq!(divide(&DIVIDE, 8, 2), Ok((0, 4)));
+        // A command that is refused has no reply, which the next call could take for its own.
+        caller
+            .send_with(&NOTE, |writer| writer.put(&"end".to_owned()))
+            .expect("to be sent");
+        let left = caller.call_with(
+            &DIVIDE,
+            |writer| {
+                writer.put(&10_i32);
+                writer.put(&2_i32);
+            },
+            |case, reader| Ok::<_, CallError>((case, reader.get::<i32>()?)),
+        );
+        assert_eq!(left, Ok((0, 5)));
     });
     assert_eq!(notes.into_inner().expect("the notes"), ["begin"]);
 }

@@ -9,7 +9,7 @@ use rc_diagnostics::foreign::clean;
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::rpc::{self, ENVELOPE, RequestId};
 use rc_middleware::{
-    CallError, Cdr, Client, Endpoint, Header, OpenError, Profile, QueueGauge, Reader, RequestBody,
+    CallError, Client, Endpoint, Header, OpenError, Profile, QueueGauge, Reader, RequestBody,
     WakeEvent, wait,
 };
 use rc_network::{
@@ -366,12 +366,15 @@ impl RosClient {
         let (is_refusal, mut sample) = (received.is_refusal, received.sample);
         let header = sample_header(&sample, sample.writer().into(), 0);
         if is_refusal {
-            let reason = body(&sample).and_then(|body| {
-                let reason = String::decode(&mut Reader::new(body));
-                reason.map_err(|_| "no reason was given".to_owned())
-            });
-            let reason = reason.unwrap_or_else(|reason| reason);
-            return Some(Err(CallError::Refused(clean(&reason))));
+            let (reason, state) = match body(&sample) {
+                Ok(body) => rpc::read_reason(&mut Reader::new(body)),
+                Err(reason) => (Some(clean(&reason)), None),
+            };
+            return Some(Err(match (reason, state) {
+                (_, Some(state)) => CallError::Unavailable { state },
+                (Some(reason), None) => CallError::Refused(reason),
+                (None, None) => CallError::Refused("no reason was given".to_owned()),
+            }));
         }
         // Only a reply in the mapping of its request is here.
         let skipped = match sample.related() {

@@ -295,6 +295,7 @@ impl RosServer {
         writer: u64,
         id: Option<Identity>,
         reason: &str,
+        state: Option<&str>,
     ) -> Result<(), ReceiveError> {
         let client = self.services[place].requests.shared.peer(writer);
         let id = id.filter(|_| client.is_some_and(|client| !client.is_external()));
@@ -308,7 +309,7 @@ impl RosServer {
             return Ok(());
         };
         let mut writer = Writer::default();
-        rc_middleware::cdr::text(&reason.replace('\0', " "), &mut writer);
+        rpc::put_reason(&mut writer, reason, state);
         let refused = Request {
             id: Identity {
                 guid,
@@ -333,7 +334,7 @@ impl RosServer {
     /// Refuses a request that found no room.
     fn refuse_one(&mut self, refused: &Refused) -> Result<(), ReceiveError> {
         self.has_been(refused.turn);
-        self.refuse(refused.place, refused.writer, refused.id, NO_ROOM)
+        self.refuse(refused.place, refused.writer, refused.id, NO_ROOM, None)
     }
 }
 
@@ -374,7 +375,7 @@ impl Server for RosServer {
         let client = sample.writer();
         let Some(sender) = requests.sender(client) else {
             let reason = "the types differ; regenerate and rebuild both ends";
-            let refused = self.refuse(place, client, Some(request.id), reason);
+            let refused = self.refuse(place, client, Some(request.id), reason, None);
             return refused.map(|()| true);
         };
         let id = RequestId {
@@ -409,7 +410,11 @@ impl Server for RosServer {
                 self.answer(place, request, body)
             }
             (None, Ok((_, ReplyKind::Refused(reason)))) => {
-                self.refuse(place, client, Some(request.id), &reason)
+                self.refuse(place, client, Some(request.id), &reason, None)
+            }
+            (None, Ok((_, ReplyKind::Unavailable(state)))) => {
+                let reason = rpc::not_served_in(&state);
+                self.refuse(place, client, Some(request.id), &reason, Some(&state))
             }
             (None, Err(error)) => Err(self.failed(error.to_string())),
         };

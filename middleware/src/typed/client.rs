@@ -181,6 +181,7 @@ fn open(body: &[u8], header: Header, pending: PendingCall) -> Result<(i32, Reade
     match rpc::open_reply(&mut reader, pending.operation)? {
         (id, _) if id != pending.id => Err(DecodeError::Unknown("request in the reply").into()),
         (_, ReplyKind::Refused(reason)) => Err(CallError::Refused(reason)),
+        (_, ReplyKind::Unavailable(state)) => Err(CallError::Unavailable { state }),
         (_, ReplyKind::Case(case)) => {
             if header.encoding == Encoding::Image {
                 // A memory image is read only if its sender has the same types.

@@ -257,6 +257,16 @@ impl<'a> Request<'a> {
         self.refuse(Outcome::UnknownOperation, reason)
     }
 
+    /// Replies that the server does not serve `operation` in `state`. Returns the reason for the
+    /// log.
+    pub fn unavailable(&mut self, operation: &Operation, state: &str) -> String {
+        self.two_way = operation.two_way;
+        self.is_refused = true;
+        self.writer.clear();
+        rpc::refuse_in(&mut self.writer, self.id, state);
+        format!("`{}` is {}", operation.name, rpc::not_served_in(state))
+    }
+
     fn refuse<T>(&mut self, outcome: Outcome, reason: String) -> Result<T, HandlerError> {
         self.is_refused = true;
         self.writer.clear();

@@ -36,6 +36,12 @@ pub enum Request {
         /// Whether to enter it.
         active: bool,
     },
+    /// Fires an event of the state machine that may be fired from outside. Answered with [`Fired`]
+    /// when a transition has taken it.
+    Fire {
+        /// The name of the event.
+        event: String,
+    },
     /// Ends the component. Answered with [`Done`].
     Stop,
     /// Answered with [`Described`](crate::observation::Described).
@@ -81,7 +87,7 @@ pub enum Request {
 
 impl Request {
     /// Each method with its parameters, for error messages.
-    const METHODS: [(&'static str, &'static str); 11] = [
+    const METHODS: [(&'static str, &'static str); 12] = [
         ("status", "{}"),
         ("parameters", r#"{} or {"paths": ["motors[0].max", …]}"#),
         (
@@ -91,6 +97,7 @@ impl Request {
         ("parameters_save", "{}"),
         ("period", r#"{"ms": 0.1 … 3600000}"#),
         ("emergency", r#"{"active": true|false}"#),
+        ("fire", r#"{"event": "go"}"#),
         ("stop", "{}"),
         ("describe", "{}"),
         ("tap", r#"{"slot": "Laser", "on": true|false}"#),
@@ -118,6 +125,14 @@ impl Request {
 /// The answer to a request that only succeeds: `{}`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Done {}
+
+/// What a fired event did.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fired {
+    /// The active states without substates afterwards, each with its ancestors.
+    #[serde(deserialize_with = "foreign::texts")]
+    pub states: Vec<String>,
+}
 
 /// The state of a component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -245,6 +260,10 @@ pub struct MachineStatus {
     /// The active states without substates, each with its ancestors: `driving.forward`.
     #[serde(deserialize_with = "foreign::texts")]
     pub states: Vec<String>,
+    /// The events that may be fired from outside.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(deserialize_with = "foreign::texts")]
+    pub external: Vec<String>,
     /// The last transitions that changed states, the newest last.
     pub transitions: Vec<TransitionStatus>,
 }
@@ -338,6 +357,9 @@ pub struct SlotStatus {
     pub peers: usize,
     /// The handlers that ran for received samples or calls.
     pub handlers: Timing,
+    /// Requests that the state of the component refused, so that no handler ran.
+    #[serde(default)]
+    pub refused: u64,
     /// Samples that were published, or calls that were made.
     #[serde(default)]
     pub sent: u64,

@@ -1,6 +1,6 @@
 //! Notifications between a component and the supervisor that started it.
 
-use crate::component::{ClockStatus, State};
+use crate::component::{ClockStatus, MachineStatus, State};
 use crate::foreign;
 use crate::rpc::{self, Call};
 use serde::{Deserialize, Serialize};
@@ -85,6 +85,9 @@ pub struct Heartbeat {
     /// The clock, unless it is that of the system.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock: Option<Box<ClockStatus>>,
+    /// The state machine, if the component has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine: Option<Box<MachineStatus>>,
     /// How time has jumped back since the last heartbeat.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub jumps: Vec<TimeJump>,

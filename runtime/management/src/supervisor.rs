@@ -1,6 +1,6 @@
 //! What tools ask of the supervisor of a network, on `rcdeploy.sock` in its run directory.
 
-use crate::component::ClockStatus;
+use crate::component::{ClockStatus, MachineStatus};
 pub use crate::event::{Event, Severity};
 use crate::foreign;
 use crate::rpc::{self, Call, Error};
@@ -272,6 +272,9 @@ pub struct ComponentStatus {
     /// Its clock, from its last heartbeat, unless it is that of the system.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock: Option<ClockStatus>,
+    /// Its state machine, from its last heartbeat, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine: Option<MachineStatus>,
     /// How it ended.
     #[serde(deserialize_with = "foreign::optional")]
     pub exit: Option<String>,

@@ -142,6 +142,7 @@ fn of_components(golden: &mut Golden) {
         Request::ParametersSave,
         Request::Period { ms: 0.5 },
         Request::Emergency { active: true },
+        Request::Fire { event: text("go") },
         Request::Stop,
         Request::Describe,
         Request::Tap {
@@ -170,6 +171,7 @@ fn of_components(golden: &mut Golden) {
         address,
         peers: 2,
         handlers: timing(),
+        refused: if role == Role::Implements { 3 } else { 0 },
         sent: 8,
         lost: 9,
         queue: (role == Role::Implements).then_some(component::QueueStatus {
@@ -178,6 +180,9 @@ fn of_components(golden: &mut Golden) {
             dropped: 11,
         }),
     };
+    golden.result(&component::Fired {
+        states: vec![text("driving.forward")],
+    });
     golden.result(&component::Status {
         component: text("simulator"),
         name: text("sim"),
@@ -193,16 +198,7 @@ fn of_components(golden: &mut Golden) {
         compute: timing(),
         last_error: Some(text("no scan")),
         clock: component::ClockStatus::default(),
-        machine: Some(component::MachineStatus {
-            states: vec![text("driving.forward")],
-            transitions: vec![component::TransitionStatus {
-                from: text("idle"),
-                to: vec![text("driving")],
-                event: Some(text("go")),
-                took_us: 12,
-                at_s: 0.5,
-            }],
-        }),
+        machine: Some(machine()),
         slots: vec![
             slot(Role::Implements, Some(text("default/Laser"))),
             slot(Role::Requires, None),
@@ -279,6 +275,20 @@ fn of_components(golden: &mut Golden) {
     golden.line(&rpc::answer(&Value::from("a"), Err(error)));
 }
 
+fn machine() -> component::MachineStatus {
+    component::MachineStatus {
+        states: vec![text("driving.forward")],
+        external: vec![text("go"), text("stop")],
+        transitions: vec![component::TransitionStatus {
+            from: text("idle"),
+            to: vec![text("driving")],
+            event: Some(text("go")),
+            took_us: 12,
+            at_s: 0.5,
+        }],
+    }
+}
+
 fn clock(kind: component::ClockKind) -> component::ClockStatus {
     let names = |name: &str| vec![text(name)];
     component::ClockStatus {
@@ -329,6 +339,7 @@ fn of_links(golden: &mut Golden) {
         }),
         ComponentMessage::Heartbeat(Heartbeat {
             clock: Some(Box::new(clock(component::ClockKind::Source))),
+            machine: Some(Box::new(machine())),
             jumps: vec![link::TimeJump {
                 from_s: 2.5,
                 to_s: 0.0,
@@ -376,6 +387,7 @@ fn of_supervisors(golden: &mut Golden) {
             since: text("2026-11-21T13:56:04.123Z"),
         }],
         clock: Some(clock(component::ClockKind::Simulated)),
+        machine: Some(machine()),
         exit: None,
     };
     golden.result(&supervisor::NetworkStatus {
@@ -523,7 +535,7 @@ fn an_invalid_request_is_rejected_with_the_allowed_form() {
         (error.code, error.message)
     };
     assert_eq!(error("hello"), (-32700, text("this is not JSON")));
-    let unknown = "unknown method `dance`; there are `status`, `parameters`, `parameters_set`, `parameters_save`, `period`, `emergency`, `stop`, `describe`, `tap`, `call`, `sample`";
+    let unknown = "unknown method `dance`; there are `status`, `parameters`, `parameters_set`, `parameters_save`, `period`, `emergency`, `fire`, `stop`, `describe`, `tap`, `call`, `sample`";
     assert_eq!(error(r#"{"method":"dance"}"#), (-32601, text(unknown)));
     assert_eq!(error("[]").0, -32601);
     for (line, message) in [

@@ -5,6 +5,7 @@
 
 mod network_time;
 mod port;
+mod report;
 
 use crate::commands::{Command, CommandQueue};
 use crate::component::{Component, WorkerError};
@@ -14,12 +15,13 @@ use crate::status::{Activity, Shared};
 use crate::time::TimeRole;
 use crate::tool_requests::ToolMessage;
 use network_time::stamp;
-use port::{Handled, Port, answer};
+use port::{Port, answer};
 use rc_management::component::State;
 use rc_management::observation::TappedKind;
 use rc_middleware::backend::Profile;
 use rc_middleware::typed::HandlerError;
 use rc_middleware::{Header, Reader};
+use report::{Handled, NotHandled};
 use rustix::event::{Timespec, epoll};
 use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
@@ -284,6 +286,11 @@ impl<'a> EventLoop<'a> {
                     self.apply(result);
                 }
                 Command::Message(message) => self.handle(&message),
+                Command::Fire(fired) => {
+                    if let Some(machine) = self.component.machine() {
+                        machine.fire_from_outside(fired);
+                    }
+                }
                 Command::Emergency(true) => self.enter_emergency("asked for by management"),
                 Command::Emergency(false) => {
                     if self.component.core().state() == State::Emergency {
@@ -307,18 +314,23 @@ impl<'a> EventLoop<'a> {
         };
         let mut reply = Vec::new();
         let connections = self.connections;
+        let operations = self.description.slots[slot].operations;
         let taps = connections.taps();
-        let result = match message.operation {
+        let result: Result<(), NotHandled> = match message.operation {
             Some(operation) => {
                 let kind = (TappedKind::Sample, Some(operation));
                 taps.copy(slot, kind, header, Profile::Rpc, body);
                 let reader = &mut Reader::new(body);
-                self.component.receive(slot, operation, reader)
+                let received = self.component.receive(slot, operation, reader);
+                received.map_err(Into::into)
             }
             None => taps.serve(slot, header, body, &mut reply, |reply| {
-                answer(self.component, slot, header, body, reply)
+                answer(self.component, slot, operations, header, body, reply)
             }),
         };
+        if let Err(NotHandled::Refused(_)) = &result {
+            self.shared.status().slots[slot].refused += 1;
+        }
         // A refused query has a reply, which says why.
         message.end(match result {
             Err(error) if reply.is_empty() => Err(error.to_string()),
@@ -370,13 +382,14 @@ impl<'a> EventLoop<'a> {
         let taps = connections.taps();
         let port = &mut ports[at];
         let slot = port.slot;
-        let mut result: Result<(), HandlerError> = Ok(());
+        let operations = description.slots[slot].operations;
+        let mut result: Result<(), NotHandled> = Ok(());
         let mut lost = 0;
         let gaps = &mut port.gaps;
         let taken = match &mut port.receiver {
             Receiver::Server(server) => server.serve(&mut |header, body, reply| {
                 result = taps.serve(slot, header, body, reply, |reply| {
-                    answer(*component, slot, header, body, reply)
+                    answer(*component, slot, operations, header, body, reply)
                 });
             }),
             Receiver::Subscriber {
@@ -385,12 +398,13 @@ impl<'a> EventLoop<'a> {
                 lost = gaps.note(&header);
                 let kind = (TappedKind::Sample, Some(*operation));
                 taps.copy(slot, kind, header, Profile::Rpc, body);
-                let expected = description.slots[slot].operations[*operation].type_hash;
-                result = if header.type_hash == 0 || header.type_hash == expected {
+                let expected = operations[*operation].type_hash;
+                let received = if header.type_hash == 0 || header.type_hash == expected {
                     component.receive(slot, *operation, &mut Reader::of(body, header.encoding))
                 } else {
                     Err(HandlerError("it is of another type".to_owned()))
                 };
+                result = received.map_err(Into::into);
             }),
         };
         match taken {
@@ -417,69 +431,11 @@ impl<'a> EventLoop<'a> {
                 }
                 let now = Instant::now();
                 let error = HandlerError(error.to_string());
-                self.handled(at, start, now, lost, Err(error));
+                self.handled(at, start, now, lost, Err(error.into()));
                 return now;
             }
         }
         start
-    }
-
-    /// Notes a message that was handled from `start` until `now`. The status counts an overrun, a loss and an error at
-    /// once, for the turn may go on for long, or never end.
-    fn handled(
-        &mut self,
-        at: usize,
-        start: Instant,
-        now: Instant,
-        lost: u64,
-        result: Result<(), HandlerError>,
-    ) {
-        let took = now.saturating_duration_since(start);
-        if self.handled.is_empty() {
-            self.handled_since = start;
-        }
-        self.handled.push(Handled {
-            slot: self.ports[at].slot,
-            took,
-            lost,
-            ok: result.is_ok(),
-        });
-        let waited = now.saturating_duration_since(self.handled_since);
-        let is_overrun = self.is_overrun(took);
-        if is_overrun || lost > 0 || result.is_err() || waited >= COUNT_INTERVAL {
-            self.count_handled();
-        }
-        if is_overrun {
-            let message = format!(
-                "a handler took {took:?}, longer than the period of {:?}",
-                self.period
-            );
-            self.log_failure(at, &message);
-        }
-        if let Err(error) = result {
-            self.log_failure(at, &format!("a message was not handled: {error}"));
-        }
-    }
-
-    /// Adds the handled messages to the status: one lock for many messages, not one a message.
-    fn count_handled(&mut self) {
-        if self.handled.is_empty() {
-            return;
-        }
-        let keeps_period = self.role.keeps_period();
-        let mut status = self.shared.status();
-        for Handled {
-            slot,
-            took,
-            lost,
-            ok,
-        } in self.handled.drain(..)
-        {
-            status.slots[slot].handled(took, lost, ok);
-            if keeps_period && took > self.period {
-                status.delta.overrun(Activity::Handler(slot), took);
-            }
-        }
     }
 
     /// Notes topics that exceed their deadline. A sample that has come and waits to be handled counts as received.
@@ -496,16 +452,6 @@ impl<'a> EventLoop<'a> {
                     status.delta.silent(port.slot, *operation, silence);
                 }
             }
-        }
-    }
-
-    /// Logs a failure at a port, at most once a second.
-    fn log_failure(&mut self, at: usize, message: &str) {
-        let port = &mut self.ports[at];
-        self.shared.status().last_error = Some(message.to_owned());
-        if port.logged.is_none_or(|last| last.elapsed() >= LOG_PAUSE) {
-            port.logged = Some(Instant::now());
-            tracing::warn!("slot {}: {message}", self.description.slots[port.slot].name);
         }
     }
 

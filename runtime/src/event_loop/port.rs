@@ -1,20 +1,12 @@
 //! The receiving ends that the loop serves.
 
+use super::report::NotHandled;
 use crate::clock::Time;
 use crate::component::Component;
 use crate::ports::Receiver;
-use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::typed::{HandlerError, Operation, Request};
 use rc_middleware::{Gaps, Header, Reply};
 use std::time::{Duration, Instant};
-
-/// One handled message.
-pub(super) struct Handled {
-    pub(super) slot: usize,
-    pub(super) took: Duration,
-    /// Samples of the same sender that were lost right before it.
-    pub(super) lost: u64,
-    pub(super) ok: bool,
-}
 
 /// A receiving end with what the loop knows of it.
 pub(super) struct Port {
@@ -111,16 +103,24 @@ impl Port {
 }
 
 /// Reads the envelope of a request, lets the worker answer and sends the reply. A request without an envelope gets no
-/// reply.
+/// reply. In a state that does not serve the slot, no handler runs.
 pub(super) fn answer(
     component: &mut dyn Component,
     slot: usize,
+    operations: &[Operation],
     header: Header,
     body: &[u8],
     reply: &mut dyn Reply,
-) -> Result<(), HandlerError> {
-    let mut request = Request::open(header, body, reply)?;
-    let result = component.serve(slot, &mut request);
+) -> Result<(), NotHandled> {
+    let mut request = Request::open(header, body, reply).map_err(HandlerError::from)?;
+    let refusal = component.unavailable(slot).and_then(|state| {
+        let known = operations.iter().find(|o| o.id == request.operation)?;
+        Some(request.unavailable(known, &state))
+    });
+    let result = match refusal {
+        Some(reason) => Err(NotHandled::Refused(reason)),
+        None => component.serve(slot, &mut request).map_err(Into::into),
+    };
     request.close();
     result
 }

@@ -13,6 +13,8 @@ const KEPT: usize = 8;
 #[derive(Debug)]
 pub(crate) struct MachineRecord {
     chart: &'static Chart,
+    /// The events that may be fired from outside.
+    external: &'static [u16],
     states: Vec<u16>,
     taken: VecDeque<Taken>,
 }
@@ -28,18 +30,38 @@ pub(super) struct Taken {
 }
 
 impl MachineRecord {
-    fn new(chart: &'static Chart) -> Self {
+    fn new(chart: &'static Chart, external: &'static [u16]) -> Self {
         Self {
             chart,
+            external,
             states: Vec::with_capacity(chart.states.len()),
             taken: VecDeque::with_capacity(KEPT),
         }
+    }
+
+    /// The events that may be fired from outside.
+    pub(crate) fn external_events(&self) -> impl Iterator<Item = &'static str> + use<> {
+        let events = &self.chart.events;
+        self.external.iter().map(|at| &*events[usize::from(*at)])
+    }
+
+    /// The number of an event that may be fired from outside.
+    pub(crate) fn external(&self, event: &str) -> Option<u16> {
+        let mut all = self.external.iter().copied();
+        all.find(|at| self.chart.events[usize::from(*at)] == event)
+    }
+
+    /// Whether the worker can fire the event.
+    pub(crate) fn has_event(&self, event: &str) -> bool {
+        let mut fireable = self.chart.events[..usize::from(self.chart.fireable)].iter();
+        fireable.any(|known| known == event)
     }
 
     pub(crate) fn status(&self) -> MachineStatus {
         let path = |state: &u16| self.chart.state(*state).path.to_string();
         MachineStatus {
             states: self.states.iter().map(path).collect(),
+            external: self.external_events().map(str::to_owned).collect(),
             transitions: self
                 .taken
                 .iter()
@@ -63,6 +85,7 @@ impl MachineRecord {
 /// Notes the active states, and a transition that was taken, for the status.
 pub(super) fn record<H: Hooks>(hooks: &mut H, taken: Option<Taken>) {
     let shared = Arc::clone(&hooks.core().shared);
+    let external = hooks.parts().external;
     let session = &hooks.parts().session;
     let chart = session.chart();
     // The component's own state shows the end.
@@ -74,7 +97,7 @@ pub(super) fn record<H: Hooks>(hooks: &mut H, taken: Option<Taken>) {
     let mut status = shared.status();
     let record = status
         .machine
-        .get_or_insert_with(|| MachineRecord::new(chart));
+        .get_or_insert_with(|| MachineRecord::new(chart, external));
     if taken.is_none() && states().eq(record.states.iter().copied()) {
         return;
     }

@@ -125,7 +125,7 @@ fn worker(chart: &'static Chart) -> Worker {
     let shared = Arc::new(Shared::new(wake, Duration::from_millis(1), 0, time));
     Worker {
         core: Core::new("m", "n", shared),
-        machine: Machine::new(chart),
+        machine: Machine::new(chart, &[]),
     }
 }
 

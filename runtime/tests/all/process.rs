@@ -308,3 +308,18 @@ fn a_peer_that_sends_only_garbage_is_no_supervisor() {
         flood.join().expect("the link has ended");
     }
 }
+
+#[test]
+fn a_guard_that_panics_ends_the_process_which_names_the_states() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = Command::new(PROGRAM)
+        .args(["--network", "n", "--name", "guarded"])
+        .env("RC_TEST_GUARD", "1")
+        .env("XDG_RUNTIME_DIR", folder.path())
+        .output()
+        .expect("an end");
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success(), "{words}");
+    let expected = "panic in the guard `is_ready`; the active states are: a";
+    assert!(words.contains(expected), "{words}");
+}

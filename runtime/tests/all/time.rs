@@ -80,11 +80,11 @@ static FOLLOWER: Description = Description {
 
 /// What a test tells its components, and hears of them, by network.
 #[derive(Debug, Default)]
-struct Script {
+pub(super) struct Script {
     /// What followers did, in order: time in ms, name, what.
-    trace: Vec<(u64, String, String)>,
-    ticks: u64,
-    last_tick: u64,
+    pub(super) trace: Vec<(u64, String, String)>,
+    pub(super) ticks: u64,
+    pub(super) last_tick: u64,
     paused: bool,
     jump_at: Option<u64>,
     hangs: Option<String>,
@@ -95,7 +95,7 @@ struct Script {
 static SCRIPTS: LazyLock<(Mutex<HashMap<String, Script>>, Condvar)> =
     LazyLock::new(Default::default);
 
-fn script<T>(network: &str, change: impl FnOnce(&mut Script) -> T) -> T {
+pub(super) fn script<T>(network: &str, change: impl FnOnce(&mut Script) -> T) -> T {
     let mut scripts = SCRIPTS.0.lock().unwrap_or_else(PoisonError::into_inner);
     let result = change(scripts.entry(network.to_owned()).or_default());
     SCRIPTS.1.notify_all();
@@ -103,7 +103,7 @@ fn script<T>(network: &str, change: impl FnOnce(&mut Script) -> T) -> T {
 }
 
 /// Waits until the script is `so`.
-fn until(network: &str, so: impl Fn(&Script) -> bool) {
+pub(super) fn until(network: &str, so: impl Fn(&Script) -> bool) {
     let scripts = SCRIPTS.0.lock().unwrap_or_else(PoisonError::into_inner);
     let waited = SCRIPTS.1.wait_timeout_while(scripts, LIMIT, |scripts| {
         !so(scripts.entry(network.to_owned()).or_default())
@@ -192,12 +192,17 @@ impl Follower {
     }
 
     fn note(&self, what: String) {
-        let ms = self.core.now().as_nanos() / 1_000_000;
-        let name = self.core.name().to_owned();
-        script(self.core.network(), |script| {
-            script.trace.push((ms, name, what));
-        });
+        note(&self.core, what);
     }
+}
+
+/// Writes down what a component did.
+pub(super) fn note(core: &Core, what: String) {
+    let ms = core.now().as_nanos() / 1_000_000;
+    let name = core.name().to_owned();
+    script(core.network(), |script| {
+        script.trace.push((ms, name, what));
+    });
 }
 
 impl Component for Follower {
@@ -227,22 +232,22 @@ impl Component for Follower {
     }
 }
 
-fn network(test: &str) -> String {
+pub(super) fn network(test: &str) -> String {
     format!("time_{test}_{}", std::process::id())
 }
 
-fn source(network: &str, name: &str, more: &[&str]) -> Embedded {
+pub(super) fn source(network: &str, name: &str, more: &[&str]) -> Embedded {
     let mut args = vec!["--network", network, "--name", name];
     args.extend(more);
     embed(&SOURCE, Source::start, &args).expect("a source")
 }
 
-fn follower(network: &str, name: &str) -> Embedded {
+pub(super) fn follower(network: &str, name: &str) -> Embedded {
     let args = ["--network", network, "--name", name, "--clock", "simulated"];
     embed(&FOLLOWER, Follower::start, &args).expect("a follower")
 }
 
-fn end(components: impl IntoIterator<Item = Embedded>) {
+pub(super) fn end(components: impl IntoIterator<Item = Embedded>) {
     let components: Vec<Embedded> = components.into_iter().collect();
     components.iter().for_each(Embedded::stop);
     for component in components {
@@ -251,10 +256,15 @@ fn end(components: impl IntoIterator<Item = Embedded>) {
 }
 
 fn status(network: &str, name: &str) -> Value {
+    ask(network, name, "status", &json!({}))["result"].clone()
+}
+
+/// The answer of a component to a request of management.
+pub(super) fn ask(network: &str, name: &str, method: &str, params: &Value) -> Value {
     let socket = RunDirectory::of(network).socket(name);
     let mut stream = UnixStream::connect(socket).expect("its socket");
     stream.set_read_timeout(Some(LIMIT)).expect("a limit");
-    let request = json!({ "jsonrpc": "2.0", "id": 7, "method": "status" });
+    let request = json!({ "jsonrpc": "2.0", "id": 7, "method": method, "params": params });
     stream
         .write_all(format!("{request}\n").as_bytes())
         .expect("to ask");
@@ -262,8 +272,7 @@ fn status(network: &str, name: &str) -> Value {
     BufReader::new(stream)
         .read_line(&mut line)
         .expect("an answer");
-    let answer: Value = serde_json::from_str(&line).expect("JSON");
-    answer["result"].clone()
+    serde_json::from_str(&line).expect("JSON")
 }
 
 fn until_status(network: &str, name: &str, so: impl Fn(&Value) -> bool) -> Value {

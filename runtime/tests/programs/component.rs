@@ -1,7 +1,11 @@
 //! A component without connections, with the process that generated components have; and clients of it.
 //!
 //! `idle SOCKET COUNT` connects so often, one after the other, asks on the last connection for the status, prints the
-//! name in it, and keeps all connections until its standard input ends. Anything else is a component's command line.
+//! name in it, and keeps all connections until its standard input ends. Anything else is a component's command line. With
+//! `RC_TEST_GUARD`, the component has a state machine whose guard panics.
+
+mod charts;
+mod guarded;
 
 use rc_management::{Client, component};
 use rc_middleware::Reader;
@@ -99,5 +103,9 @@ fn main() -> ExitCode {
         simulates_time: false,
         note: b"",
     };
-    rc_runtime::run(Box::leak(Box::new(description)), start)
+    let description = Box::leak(Box::new(description));
+    if std::env::var_os("RC_TEST_GUARD").is_some() {
+        return rc_runtime::run(description, guarded::start);
+    }
+    rc_runtime::run(description, start)
 }

@@ -428,3 +428,21 @@ fn missing_and_repeated_transitions_are_reported() {
         "#]],
     );
 }
+
+#[test]
+fn a_text_of_the_other_language_is_named() {
+    let scxml = "\n<?xml version=\"1.0\"?>\n<scxml/>";
+    let found = read("m.smdsl", scxml).0;
+    let expected =
+        "m.smdsl:2:1: error[other-format]: expected SMDSL, found SCXML (name the file `m.scxml`)\n";
+    assert_eq!(found, expected);
+    for text in [
+        "m { initial_state a; };",
+        "// A machine.\nm { };",
+        ":a { };",
+    ] {
+        let found = read("m.scxml", text).0;
+        let expected = "m.scxml:1:1: error[other-format]: expected SCXML, found SMDSL (name the file `m.smdsl`)\n";
+        assert_eq!(found, expected);
+    }
+}

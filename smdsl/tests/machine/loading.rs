@@ -15,6 +15,12 @@ pub(crate) fn model(name: &str, text: &str) -> StateMachine {
     machine.expect("there is a machine")
 }
 
+/// The chart of a machine.
+pub(crate) fn chart(machine: &StateMachine) -> &'static Chart {
+    let chart = rc_smdsl::tables::of(machine).expect("a chart that fits");
+    Box::leak(Box::new(chart))
+}
+
 /// A machine with its interpreter.
 pub(crate) struct Run {
     pub(crate) host: Recorder,
@@ -36,9 +42,7 @@ pub(crate) struct Recorder {
 
 impl Run {
     pub(crate) fn new(machine: &StateMachine, guard: fn(&str, usize) -> bool) -> Self {
-        let chart: &'static Chart = Box::leak(Box::new(
-            rc_smdsl::tables::of(machine).expect("it is there"),
-        ));
+        let chart = chart(machine);
         Self {
             host: Recorder {
                 session: Session::new(chart),

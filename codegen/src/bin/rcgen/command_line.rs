@@ -155,6 +155,17 @@ pub(crate) enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Draws a state machine as SVG: states in states, transitions with their events.
+    Graph {
+        /// The machine, or the component that names it.
+        #[arg(value_name = "FILE", add = files(&["smdsl", "scxml", "cdsl"]))]
+        file: PathBuf,
+        #[command(flatten)]
+        common: Common,
+        /// Writes to this file instead of standard output.
+        #[arg(short, long, value_name = "FILE.svg")]
+        output: Option<PathBuf>,
+    },
     /// Prints a component as JSON, neutral of the language that is generated: for other generators.
     View {
         /// The component.

@@ -9,6 +9,7 @@ mod component;
 mod configuration;
 mod export;
 mod generation;
+mod graph;
 mod reports;
 mod start;
 
@@ -49,6 +50,11 @@ fn main() -> ExitCode {
             dry_run,
         }) => export::export(to, &file, &out, &common, dry_run),
         Some(Command::Stubs { file, common, out }) => component::print_stubs(&file, &common, out),
+        Some(Command::Graph {
+            file,
+            common,
+            output,
+        }) => graph::graph(&file, &common, output.as_deref()),
         Some(Command::View {
             file,
             common,

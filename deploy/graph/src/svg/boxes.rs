@@ -1,11 +1,11 @@
 //! Components, groups and hosts as boxes: sizes and contents.
 
-use super::{INK, NAME, PORT, SMALL, emphasis, port, rounded, text, title};
+use super::{INK, NAME, PORT, SMALL, emphasis, port, title};
 use crate::marks::{Mark, Marks, marked};
 use crate::model::{Component, Graph, Slot, host_title};
 use crate::outline::{Step, outline};
-use crate::text::width;
 use rc_deploy_network::topology::interface_name;
+use rc_drawing::{rounded, text, width};
 use rc_graph_layout::{Node, Port, Rect, Shape};
 use std::collections::HashMap;
 

@@ -1,10 +1,10 @@
 //! The legend below a picture: symbols and findings.
 
-use super::{INK, PORT, SMALL, arrow, dashes, text};
+use super::{INK, PORT, SMALL, arrow, dashes};
 use crate::marks::{Level, Marks};
 use crate::model::Graph;
-use crate::text::{width, wrap};
 use rc_deploy_network::topology::Kind;
+use rc_drawing::{text, width, wrap};
 use rc_graph_layout::Point;
 use std::collections::BTreeSet;
 

@@ -2,10 +2,10 @@
 
 use super::draw;
 use crate::model::{Component, Finding, Graph, Group, Slot};
-use crate::text::width;
 use arbtest::arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use rc_deploy_network::topology::{Connection, End, Host, Kind};
+use rc_drawing::width;
 use roxmltree::{Document, Node};
 
 const WORDS: [&str; 6] = [
@@ -67,6 +67,8 @@ fn network(u: &mut Unstructured<'_>) -> Result<Graph> {
             middleware: "iceoryx2",
             clock: u.choose(&["system", "simulated", "source", "ros"])?,
             external: *u.choose(&[false, false, true])?,
+            live: None,
+            machine: None,
             slots,
         });
     }

@@ -11,7 +11,7 @@ use expect_test::{Expect, expect};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::style::Color;
-use rc_management::component::{self, Parameters};
+use rc_management::component::{self, MachineStatus, Parameters, TransitionStatus};
 use rc_management::supervisor::{
     ComponentState, ComponentStatus, Event, NetworkStatus, Trouble, Verb,
 };
@@ -26,6 +26,22 @@ const NAMES: [&str; 6] = [
     "right.eye",
     "monitor",
 ];
+
+/// The machine of the avoider.
+fn machine() -> MachineStatus {
+    let text = str::to_owned;
+    MachineStatus {
+        states: vec![text("on.motion.cruising"), text("on.battery.charged")],
+        external: vec![text("go"), text("stop")],
+        transitions: vec![TransitionStatus {
+            from: text("on.motion.turning"),
+            to: vec![text("on.motion.cruising")],
+            event: Some(text("clear")),
+            took_us: 41,
+            at_s: 60.0,
+        }],
+    }
+}
 
 fn status() -> NetworkStatus {
     let components = NAMES.iter().enumerate().map(|(at, name)| ComponentStatus {
@@ -54,6 +70,7 @@ fn status() -> NetworkStatus {
             .collect(),
         troubles: Vec::new(),
         clock: None,
+        machine: (at == 1).then(machine),
         exit: (at == 5).then(|| "signal 11 (SIGSEGV)".to_owned()),
     });
     NetworkStatus {

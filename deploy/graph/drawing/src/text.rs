@@ -1,7 +1,8 @@
-//! Widths of texts without a font: as in `DejaVu Sans`, which is wider than most fonts.
+//! Texts in a picture: their widths without a font, as in `DejaVu Sans`, which is wider than most
+//! fonts, line breaks, and XML.
 
 /// The width of a text of this size, rounded up.
-pub(crate) fn width(text: &str, size: f64, bold: bool) -> i32 {
+pub fn width(text: &str, size: f64, bold: bool) -> i32 {
     let thousandths: u32 = text.chars().map(thousandths).sum();
     let width = f64::from(thousandths) / 1000.0 * size * if bold { 1.12 } else { 1.0 };
     width.ceil() as i32
@@ -24,7 +25,7 @@ fn thousandths(c: char) -> u32 {
 }
 
 /// Wraps a text at this width, between words, or within a word that is too wide.
-pub(crate) fn wrap(text: &str, size: f64, limit: i32) -> Vec<String> {
+pub fn wrap(text: &str, size: f64, limit: i32) -> Vec<String> {
     let fits = |text: &str| width(text, size, false) <= limit;
     let (mut lines, mut line) = (Vec::new(), String::new());
     for word in text.split_whitespace() {
@@ -48,7 +49,7 @@ pub(crate) fn wrap(text: &str, size: f64, limit: i32) -> Vec<String> {
 }
 
 /// Escapes a text for XML. Characters that XML does not allow become `�`.
-pub(crate) fn xml(text: &str) -> String {
+pub fn xml(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

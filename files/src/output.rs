@@ -1,0 +1,26 @@
+//! Writes a file that a command makes.
+
+use std::ffi::OsString;
+use std::io;
+use std::path::Path;
+
+/// Writes a file atomically. A device or a pipe is written directly.
+///
+/// # Errors
+/// That of the system; then the file is unchanged.
+pub fn write(path: &Path, text: &str) -> io::Result<()> {
+    if path.metadata().is_ok_and(|file| !file.is_file()) {
+        return std::fs::write(path, text);
+    }
+    // A link stays one.
+    let path = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    let mut name = OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(format!(".{}", std::process::id()));
+    let beside = path.with_file_name(name);
+    let written = std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, &path));
+    if written.is_err() {
+        let _ = std::fs::remove_file(&beside);
+    }
+    written
+}

@@ -1,0 +1,188 @@
+//! Events that tools fire: on their way to the state machine, and the result on its way back.
+//!
+//! The management thread checks the name. The worker's thread gives the event to the machine in the component's turn,
+//! after the events that wait, and says what became of it.
+
+use crate::commands::{Command, CommandQueue};
+use crate::machine::MachineRecord;
+use crate::parameter_server::{Answer, Requester};
+use crate::status::Shared;
+use crate::waker::Waker;
+use rc_management::component::Fired;
+use rc_management::rpc::{self, Error};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// The limit for the machine to take an event.
+const FIRE_LIMIT: Duration = Duration::from_secs(3);
+
+/// An event that a tool fires.
+#[derive(Debug)]
+pub(crate) struct FiredEvent {
+    /// Its number in the chart.
+    pub(crate) event: u16,
+    progress: Mutex<Progress>,
+    management: Waker,
+}
+
+#[derive(Debug)]
+enum Progress {
+    /// The machine has not seen it.
+    Queued,
+    /// A transition of the machine runs.
+    InMachine,
+    /// The time is up.
+    Withdrawn,
+    /// The active states afterwards, or why no transition was taken.
+    Ended(Result<Vec<String>, String>),
+}
+
+impl FiredEvent {
+    fn progress(&self) -> MutexGuard<'_, Progress> {
+        self.progress.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether the machine is still to take it.
+    pub(crate) fn is_queued(&self) -> bool {
+        matches!(*self.progress(), Progress::Queued)
+    }
+
+    /// Whether the machine takes it now; not if its time is up.
+    pub(crate) fn begin(&self) -> bool {
+        let mut progress = self.progress();
+        let begins = matches!(*progress, Progress::Queued);
+        if begins {
+            *progress = Progress::InMachine;
+        }
+        begins
+    }
+
+    /// Says what became of it.
+    pub(crate) fn end(&self, result: Result<Vec<String>, String>) {
+        *self.progress() = Progress::Ended(result);
+        self.management.wake();
+    }
+
+    /// The result; without one, the event is withdrawn, and `reason` says why, from whether the machine has it.
+    fn conclude(&self, reason: impl FnOnce(bool) -> String) -> Result<Vec<String>, Error> {
+        let mut progress = self.progress();
+        match &*progress {
+            Progress::Ended(Ok(states)) => Ok(states.clone()),
+            Progress::Ended(Err(reason)) => Err(Error::new(Error::WORKER_REFUSES, reason)),
+            Progress::Queued | Progress::InMachine | Progress::Withdrawn => {
+                let message = reason(matches!(*progress, Progress::InMachine));
+                *progress = Progress::Withdrawn;
+                Err(Error::new(Error::WORKER_TIMEOUT, message))
+            }
+        }
+    }
+}
+
+struct InFlight {
+    requester: Requester,
+    until: Instant,
+    fired: Arc<FiredEvent>,
+}
+
+/// The events that are with the worker's thread. Each client has at most one.
+pub(crate) struct FireServer {
+    in_flight: Vec<InFlight>,
+    commands: Arc<CommandQueue>,
+    management: Waker,
+}
+
+impl FireServer {
+    pub(crate) fn new(commands: Arc<CommandQueue>, management: Waker) -> Self {
+        Self {
+            in_flight: Vec::new(),
+            commands,
+            management,
+        }
+    }
+
+    /// Fires an event, if the component allows it from outside. [`FireServer::turn`] returns the result.
+    pub(crate) fn fire(
+        &mut self,
+        requester: Requester,
+        event: &str,
+        shared: &Shared,
+    ) -> Result<(), Error> {
+        let event = number(shared.status().machine.as_ref(), event)?;
+        let fired = Arc::new(FiredEvent {
+            event,
+            progress: Mutex::new(Progress::Queued),
+            management: self.management.clone(),
+        });
+        self.commands.push(Command::Fire(fired.clone()));
+        self.in_flight.push(InFlight {
+            requester,
+            until: Instant::now() + FIRE_LIMIT,
+            fired,
+        });
+        Ok(())
+    }
+
+    /// The results that are due.
+    pub(crate) fn turn(&mut self) -> Vec<Answer> {
+        let now = Instant::now();
+        self.conclude(|one| {
+            let ended = matches!(*one.fired.progress(), Progress::Ended(_));
+            ended || now >= one.until
+        })
+    }
+
+    /// Withdraws all events: the component ends.
+    pub(crate) fn end(&mut self) -> Vec<Answer> {
+        self.conclude(|_| true)
+    }
+
+    /// The time until the first limit.
+    pub(crate) fn time_left(&self) -> Option<Duration> {
+        let first = self.in_flight.iter().map(|one| one.until).min()?;
+        Some(first.saturating_duration_since(Instant::now()))
+    }
+
+    fn conclude(&mut self, is_due: impl Fn(&InFlight) -> bool) -> Vec<Answer> {
+        let due = self.in_flight.extract_if(.., |one| is_due(one));
+        due.map(|InFlight { requester, fired, .. }| {
+            let result = fired.conclude(|in_machine| {
+                if in_machine {
+                    format!("the event has begun, and has not ended within {FIRE_LIMIT:?}")
+                } else {
+                    format!("the machine has not taken the event within {FIRE_LIMIT:?}; it is withdrawn")
+                }
+            });
+            let fired = result.and_then(|states| rpc::result(&Fired { states }));
+            (requester, fired)
+        })
+        .collect()
+    }
+}
+
+/// The number of an event that may be fired from outside.
+fn number(machine: Option<&MachineRecord>, event: &str) -> Result<u16, Error> {
+    let refuse = |message: String| Error::new(Error::INVALID_PARAMS, message);
+    let machine = machine.ok_or_else(|| {
+        refuse("the component has no state machine, or has not started it yet".to_owned())
+    })?;
+    if let Some(number) = machine.external(event) {
+        return Ok(number);
+    }
+    let external: Vec<&str> = machine.external_events().collect();
+    if external.is_empty() {
+        let message = "no event of this component may be fired from outside; \
+                       list those that may in its .cdsl: `statemachine \"FILE\" { external EVENT; }`";
+        return Err(refuse(message.to_owned()));
+    }
+    let what = if machine.has_event(event) {
+        "may not be fired from outside"
+    } else {
+        "is no event of this component"
+    };
+    let near = rc_diagnostics::nearest(event, external.iter().copied());
+    let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+    Err(refuse(format!(
+        "`{event}` {what}{near}; expected one of `{}`",
+        external.join("`, `")
+    )))
+}
