@@ -356,6 +356,18 @@ mod tests {
         assert!(matches!(call(b""), Err(CallError::Closed)));
     }
 
+    #[test]
+    fn what_has_arrived_is_received_without_waiting_until_the_connection_closes() {
+        let (mut client, server) = served(b"{\"id\":1,\"result\":{}}\n");
+        assert!(matches!(client.receive(), (incoming, true) if incoming.is_empty()));
+        client.send(&Request::Stop);
+        server.join().expect("the server");
+        let (incoming, _) = client.receive();
+        assert!(matches!(incoming[..], [Incoming::Answer(Some(1), Ok(_))]));
+        while client.next(LIMIT).is_ok() {}
+        assert!(matches!(client.receive(), (incoming, false) if incoming.is_empty()));
+    }
+
     /// A client, and a server that writes `line` until the connection closes.
     fn flooded(line: &'static [u8]) -> (Client, std::thread::JoinHandle<()>) {
         let folder = tempfile::tempdir().expect("a folder");

@@ -611,3 +611,31 @@ fn foreign_texts_are_cleaned_where_they_enter() {
     let note: agent::AgentMessage = serde_json::from_value(note).expect("a note");
     assert!(matches!(note, agent::AgentMessage::Note(text) if !text.contains('\u{1b}')));
 }
+
+#[test]
+fn a_process_ends_well_with_code_zero_or_when_it_was_asked() {
+    let exit = |success, signal| agent::Exit {
+        success,
+        signal,
+        text: String::new(),
+    };
+    assert!(exit(true, None).is_done(false) && exit(true, None).is_done(true));
+    assert!(!exit(false, None).is_done(false) && !exit(false, None).is_done(true));
+    // SIGTERM counts only if it was asked for, and SIGKILL never does.
+    assert!(exit(false, Some(15)).is_done(true) && !exit(false, Some(15)).is_done(false));
+    assert!(!exit(false, Some(9)).is_done(true));
+}
+
+#[test]
+fn only_texts_are_given_without_quotes() {
+    let is_text = |path: &str, allowed: &str| {
+        let status = json!({ "path": path, "value": null, "allowed": allowed,
+            "editable": true, "restart": false, "secret": false });
+        serde_json::from_value::<component::ParameterStatus>(status)
+            .expect("a parameter")
+            .is_text()
+    };
+    assert!(is_text("mode", "string, one of slow, fast") && is_text("device", "path"));
+    assert!(is_text("tags[2]", "string[] of any length") && !is_text("tags", "string[]"));
+    assert!(!is_text("gain", "float, from 0 to 1") && !is_text("gains[0]", "float[3]"));
+}

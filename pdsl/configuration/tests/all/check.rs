@@ -649,3 +649,51 @@ fn no_diagnostic_quotes_a_misplaced_secret() {
         assert!(shown(text, Some(&model)).contains("20.5"), "{text}");
     }
 }
+
+/// A rule about a list that has the wrong length says nothing new.
+#[test]
+fn a_list_of_the_wrong_length_breaks_no_rule() {
+    let model = load(
+        r#"ComponentParams P {
+            offsets int[2:3] [1, 2];
+            list motors 1:2 { id int 7; };
+            require len(offsets) >= 2 "too few offsets";
+            require len(motors) <= 2 "too many motors";
+        };"#,
+    );
+    let found = |text: &str| read(text, Some(&model)).2;
+    assert_eq!(found("[[parameters.motors]]"), "");
+    let short = found("parameters.offsets = [1]\n[[parameters.motors]]");
+    assert!(
+        short.contains("wrong-length") && !short.contains("too few"),
+        "{short}"
+    );
+    let long = found("[[parameters.motors]]\n[[parameters.motors]]\n[[parameters.motors]]");
+    assert!(
+        long.contains("wrong-length") && !long.contains("too many"),
+        "{long}"
+    );
+}
+
+/// An editor completes the settings of middlewares, and choices as they are written; a duration has
+/// many spellings, so its choices are not listed.
+#[test]
+fn a_schema_lists_settings_and_choices() {
+    let model = load(
+        "ComponentParams P { mode string fast {slow, fast}; pause duration 10ms {10ms, 20ms}; };",
+    );
+    let schema = rc_configuration::schema("C", PERIOD, &[], Some(&model));
+    let schema: serde_json::Value = serde_json::from_str(&schema).expect("JSON");
+    let middlewares = &schema["properties"]["middleware"]["properties"];
+    let domain = &middlewares["dds"]["properties"]["domain"];
+    assert!(domain["description"].is_string(), "{middlewares}");
+    assert_eq!(
+        middlewares["ros2"]["properties"]["rosout"]["type"], "boolean",
+        "{middlewares}"
+    );
+    let parameters = &schema["properties"]["parameters"]["properties"];
+    let choices = serde_json::json!(["slow", "fast"]);
+    assert_eq!(parameters["mode"]["enum"], choices, "{parameters}");
+    let pause = &parameters["pause"];
+    assert!(pause.is_object() && pause.get("enum").is_none(), "{pause}");
+}
