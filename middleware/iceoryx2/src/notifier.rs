@@ -26,7 +26,7 @@ pub(crate) struct Notifier {
 /// The listening endpoint of one event service.
 pub(crate) struct Listener {
     port: ListenerPort,
-    _event: EventService,
+    event: EventService,
 }
 
 /// The notifications that a listener has cleared.
@@ -96,15 +96,17 @@ impl Listener {
             .listener_builder()
             .create()
             .map_err(|error| refusal(name)(format!("{error:?}")))?;
-        Ok(Self {
-            port,
-            _event: event,
-        })
+        Ok(Self { port, event })
     }
 
     /// Readable while a notification is pending.
     pub(crate) fn descriptor(&self) -> BorrowedFd<'_> {
         crate::descriptor::of(&self.port)
+    }
+
+    /// The number of notifiers of the event service. Costs no kernel call.
+    pub(crate) fn notifiers(&self) -> usize {
+        self.event.dynamic_config().number_of_notifiers()
     }
 
     /// Clears pending notifications. `woken` says whether the descriptor was readable.

@@ -16,6 +16,10 @@ use std::sync::Arc;
 
 type SubscriberBuilder<'t> = PortFactorySubscriber<'t, Service, [u8], MessageHeader>;
 
+/// A publisher opens its notifiers before it announces itself: so many looks after a new notifier
+/// clear wake-ups.
+const RECHECKS: u32 = 3;
+
 /// Opens the subscriber of a topic.
 pub(crate) fn open(
     session: &Arc<Session>,
@@ -30,6 +34,8 @@ pub(crate) fn open(
         volatile: Source::new(endpoint, topic, 0)?,
         transient_local: None,
         transient_local_first: false,
+        notifiers: listener.notifiers(),
+        rechecks: 0,
         failure: None,
         session: Arc::clone(session),
         endpoint: endpoint.clone(),
@@ -48,6 +54,10 @@ pub(crate) struct SharedSubscriber {
     transient_local: Option<Source>,
     /// Which source is polled first; it alternates.
     transient_local_first: bool,
+    /// The number of notifiers at the last look.
+    notifiers: usize,
+    /// How many of the next looks clear wake-ups.
+    rechecks: u32,
     /// Why the second source could not be opened, until that is reported.
     failure: Option<ReceiveError>,
     endpoint: Endpoint,
@@ -85,6 +95,23 @@ impl SharedSubscriber {
         }
     }
 
+    /// Whether wake-ups were cleared because a publisher may have joined without waking this
+    /// subscriber: iceoryx2 can swallow the announcement, which no sample follows.
+    fn may_have_missed_publisher(&mut self) -> bool {
+        let notifiers = self.listener.notifiers();
+        if notifiers != self.notifiers {
+            self.notifiers = notifiers;
+            self.rechecks = RECHECKS;
+        }
+        if self.rechecks == 0 {
+            return false;
+        }
+        self.rechecks -= 1;
+        let wakeup = self.listener.acknowledge(false);
+        self.handle_wakeup(wakeup);
+        true
+    }
+
     /// Takes one sample.
     fn next(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
         if let Some(failure) = self.failure.take() {
@@ -92,7 +119,11 @@ impl SharedSubscriber {
         }
         let address = &self.endpoint.address;
         let Some(transient_local) = &mut self.transient_local else {
-            return self.volatile.receive(address.as_str(), take);
+            return Ok(self.volatile.receive(address.as_str(), take)?
+                || (self.may_have_missed_publisher()
+                    && self
+                        .volatile
+                        .receive(self.endpoint.address.as_str(), take)?));
         };
         self.transient_local_first = !self.transient_local_first;
         let (first, second) = if self.transient_local_first {

@@ -1,7 +1,9 @@
 //! The identity beside a sample, in its inline quality of service: whole samples and samples in many
 //! fragments, between participants with sockets of their own.
 
-use rc_ddsc::{Domain, Event, Guid, Identity, Listener, Participant, Qos, Reader, Writer};
+use rc_ddsc::{
+    BEFORE_BODY, Domain, Event, Guid, Identity, Listener, Participant, Qos, Reader, Sample, Writer,
+};
 use std::time::{Duration, Instant};
 
 const LIMIT: Duration = Duration::from_secs(30);
@@ -32,21 +34,21 @@ fn qos() -> Qos<'static> {
     }
 }
 
-/// The identity beside the next sample of at least `size` bytes.
-fn taken(reader: &Reader, size: usize) -> Option<Identity> {
+/// The next sample of at least `size` bytes.
+fn taken(reader: &Reader, size: usize) -> Sample {
     let begin = Instant::now();
     let mut found = None;
     while found.is_none() {
         assert!(begin.elapsed() < LIMIT, "nothing is received");
-        let take = |sample: rc_ddsc::Sample| {
+        let take = |sample: Sample| {
             if sample.len() >= size {
-                found = Some(sample.related());
+                found = Some(sample);
             }
         };
         reader.take(take).expect("samples");
         std::thread::sleep(Duration::from_millis(1));
     }
-    found.flatten()
+    found.expect("a sample")
 }
 
 /// A writer and a reader that have met, and the number of samples that were written for that.
@@ -77,12 +79,54 @@ fn an_identity_travels_beside_a_sample() {
         sequence += 1;
         let written = writer.write_related(sequence, 1, &vec![7; size], related);
         written.expect("to write");
-        assert_eq!(taken(&reader, size), Some(related), "{size} bytes");
+        assert_eq!(
+            taken(&reader, size).related(),
+            Some(related),
+            "{size} bytes"
+        );
         // A sample without an identity has none.
         sequence += 1;
         writer.write(sequence, 1, &vec![7; size]).expect("to write");
-        assert_eq!(taken(&reader, size), None);
+        assert_eq!(taken(&reader, size).related(), None);
     }
+}
+
+#[test]
+fn a_lent_sample_arrives_with_what_stands_before_its_body() {
+    let ((_here, here), (_there, there)) = (join(98, 3, ""), join(98, 4, ""));
+    let (writer, reader, mut sequence) = met(&here, &there);
+    for size in [101, 5000, 300_003] {
+        for before in [0, 16] {
+            let mut loan = writer.loan(size).expect("memory");
+            assert_eq!(loan.bytes().len(), BEFORE_BODY + size);
+            loan.memory().fill(1);
+            loan.memory()[BEFORE_BODY..].fill(7);
+            sequence += 1;
+            let sent = writer.send(loan, (sequence, 1), before, None);
+            sent.expect("to send");
+            let mut sample = taken(&reader, size);
+            let padding = (4 - size % 4) % 4;
+            assert_eq!(sample[..4], [0, 1, 0, padding as u8]);
+            let (head, body) = sample[4..].split_at(before);
+            assert_eq!(
+                (head, &body[..size]),
+                (&vec![1; before][..], &vec![7; size][..])
+            );
+            assert_eq!(body.len(), size + padding);
+            // Its only owner may put an envelope before it.
+            let length = sample.len();
+            let memory = sample.unique().expect("no other reader");
+            assert_eq!(memory.len(), BEFORE_BODY - 4 + length);
+            memory[..BEFORE_BODY].fill(9);
+            assert_eq!(sample[..4], [9; 4]);
+            assert_eq!(sample[4 + before..][..size], vec![7; size]);
+        }
+    }
+    // One that is not sent is given back.
+    drop(writer.loan(300_000).expect("memory"));
+    let loan = writer.loan(8).expect("memory");
+    let refused = writer.send(loan, (sequence, 1), 7, None);
+    assert_eq!(refused, Err(rc_ddsc::Error::BAD_PARAMETER));
 }
 
 /// Bytes before the submessages of a packet that the library records (`PacketCaptureFile`): the
@@ -146,7 +190,7 @@ fn each_submessage_carries_the_identity_as_rtps_and_fast_dds_write_it() {
         sequence += 1;
         let written = writer.write_related(sequence, 1, &vec![7; size], related);
         written.expect("to write");
-        assert_eq!(taken(&reader, size), Some(related));
+        assert_eq!(taken(&reader, size).related(), Some(related));
     }
     // The library writes the rest of the recording when the domain ends.
     drop((writer, here, here_domain));
