@@ -203,18 +203,23 @@ impl Custody {
         self.unwritten = true;
     }
 
-    /// Removes the process of a component from the registry, see [`Self::save`].
-    pub(crate) fn ended(&mut self, name: &str) {
+    /// Removes the process of a component from the registry, see [`Self::save`]. At the end of the
+    /// network, all shared memory is removed at once, and the guard cleans up after no single process.
+    pub(crate) fn ended(&mut self, name: &str, network_goes_on: bool) {
         let found = self.registry.components.iter().position(|c| c.name == name);
         let Some(index) = found else { return };
-        let registry = self.registry.components.remove(index);
-        self.deaths += 1;
-        self.ended.insert(registry.name, self.deaths);
-        if let Some(guard) = &mut self.guard {
-            guard.ended(registry.process.pid);
-            guard.clean_up(self.deaths);
-        }
+        let component = self.registry.components.remove(index);
         self.unwritten = true;
+        if let Some(guard) = &mut self.guard {
+            guard.ended(component.process.pid);
+        }
+        if network_goes_on {
+            self.deaths += 1;
+            self.ended.insert(component.name, self.deaths);
+            if let Some(guard) = &mut self.guard {
+                guard.clean_up(self.deaths);
+            }
+        }
     }
 
     /// Writes the registry if it has changed. The next `up` needs the file only if supervisor and

@@ -399,7 +399,7 @@ impl Agent {
         let words = process.last_words();
         self.forward_lines(name, words);
         let exit = process.reap();
-        self.custody.ended(name);
+        self.custody.ended(name, true);
         // Its last output belongs to the report of its end.
         self.send_output(name);
         // Its end is reported when it may restart.

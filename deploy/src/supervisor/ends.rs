@@ -35,11 +35,11 @@ impl Supervisor<'_> {
         let Some(end) = self.units[i].end(self.report) else {
             return;
         };
+        let goes_on = self.ending.is_none();
         if self.host_of[i].is_none() {
-            self.custody.ended(self.units[i].name());
+            self.custody.ended(self.units[i].name(), goes_on);
         }
         let unit = &self.units[i];
-        let goes_on = self.ending.is_none();
         // At the end of the network all are looked for at once; on another machine, its agent has
         // looked.
         if goes_on && self.host_of[i].is_none() {

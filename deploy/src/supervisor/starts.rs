@@ -9,6 +9,9 @@ use std::time::Instant;
 /// How many components of a machine start at once, for each processor. More would only delay each
 /// other, the supervisor, and those that run.
 const STARTS_PER_PROCESSOR: usize = 4;
+/// How many components one turn of the loop starts: each takes a millisecond or more. Between two
+/// turns, clients are served.
+const STARTS: usize = 2;
 /// How many components of a machine start at once. Other machines count as this one.
 static LIMIT: LazyLock<usize> = LazyLock::new(|| {
     STARTS_PER_PROCESSOR * std::thread::available_parallelism().map_or(1, usize::from)
@@ -21,10 +24,10 @@ impl Supervisor<'_> {
         gone.map(|unit| process_name(unit.name())).collect()
     }
 
-    /// Returns whether a unit was started. Other units may wait for one that failed to start.
-    pub(super) fn start_ready_units(&mut self) -> bool {
+    /// Starts a few of the units that may start, and notes when it is the turn of the next ones.
+    pub(super) fn start_ready_units(&mut self) {
         let now = Instant::now();
-        let mut any = false;
+        let mut started = 0;
         self.next_start = None;
         // The ends of the times for which starts count, of each machine.
         let mut starting: HashMap<Option<usize>, Vec<Instant>> = HashMap::new();
@@ -42,6 +45,9 @@ impl Supervisor<'_> {
             if self.ending.is_some() || !(may && due && held && self.has_host(i)) {
                 continue;
             }
+            if started >= STARTS {
+                break;
+            }
             let beside = starting.entry(self.host_of[i]).or_default();
             if beside.len() >= *LIMIT {
                 let next = beside.iter().copied().chain(self.next_start).min();
@@ -49,9 +55,12 @@ impl Supervisor<'_> {
                 continue;
             }
             self.start(i);
-            any = true;
+            started += 1;
             beside.extend(self.units[i].starting());
         }
-        any
+        // More may start at once, also those that waited for one that could not be started.
+        if started > 0 {
+            self.next_start = Some(now);
+        }
     }
 }

@@ -33,7 +33,7 @@ use std::time::{Duration, Instant};
 const MEMORY_PAUSE: Duration = Duration::from_secs(30);
 /// How many processes that have ended one turn of the loop handles. Between two turns, clients are
 /// served.
-const ENDS: usize = 16;
+const ENDS: usize = 4;
 
 /// Why the network ends.
 #[derive(Debug)]
@@ -72,7 +72,7 @@ pub(crate) struct Supervisor<'p> {
     pub(super) custody: Custody,
     pub(super) control: Control,
     pub(super) commands: Commands,
-    /// When a component may start that waits for the starts of others.
+    /// When a component may start that waits for the starts of others, or for the next turn.
     pub(super) next_start: Option<Instant>,
     pub(super) signals: Signals,
     pub(super) relay: Option<Relay>,
@@ -169,7 +169,7 @@ impl<'p> Supervisor<'p> {
         self.announce_hosts();
         loop {
             self.advance_commands();
-            while self.start_ready_units() {}
+            self.start_ready_units();
             self.advance_commands();
             self.stop_ready_units();
             self.note_up();

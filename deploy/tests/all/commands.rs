@@ -6,7 +6,7 @@ use rc_deploy::{CommandResult, Component, Policy, Restart};
 use rc_deploy_client::status::table;
 use rustix::process::Signal;
 use serde_json::Value;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
@@ -262,6 +262,40 @@ fn invalid_requests_are_rejected() {
         assert_eq!(said["error"]["code"], -32602, "{said}");
     }
     up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
+/// Connects without a request, and keeps the connection.
+fn idle(bench: &Bench) -> UnixStream {
+    let socket = bench.run_directory().join("rcdeploy.sock");
+    UnixStream::connect(socket).expect("its socket")
+}
+
+/// No client waits for the others: one asks without end and hardly reads, and others fill all places.
+#[test]
+fn slow_and_idle_clients_delay_no_other_one() {
+    let bench = Bench::new();
+    let mut up = bench.start(grouped());
+    up.await_event("up", None);
+    let mut slow = idle(&bench);
+    let wait = Some(Duration::from_millis(1));
+    slow.set_write_timeout(wait).expect("a limit");
+    // Until its answers, which it does not read, leave no room for requests.
+    let status = b"{\"id\":1,\"method\":\"status\"}\n".repeat(100);
+    while slow.write_all(&status).is_ok() {}
+    let idle: Vec<UnixStream> = (0..rc_management::server::MAX_CLIENTS)
+        .map(|_| idle(&bench))
+        .collect();
+    assert_eq!(result(&bench, "restart", &["ab"]).done, ["ab"]);
+    assert_eq!(states(&bench), [Running; 5]);
+    // Those that were idle the longest gave way.
+    let mut byte = [0];
+    let mut first = &idle[0];
+    first.set_read_timeout(Some(bench::LIMIT)).expect("a limit");
+    assert_eq!(first.read(&mut byte).expect("its end"), 0);
+    drop(idle);
+    assert!(bench.command("down", &[]).status.success());
     assert_eq!(up.end().0, Some(0));
     bench.assert_nothing_left();
 }

@@ -199,6 +199,27 @@ fn one_clean_up_serves_all_that_wait() {
     assert_eq!(completed, begun);
 }
 
+/// A deployer hears of each death, so that a process that starts need not list all others.
+#[test]
+fn a_process_that_starts_looks_for_dead_ones_only_without_a_deployer() {
+    let network = Network::new("kd");
+    let environment = network.environment("holder");
+    let root = environment.directory.middleware(rc_iceoryx2::NAME);
+    let holder = rc_iceoryx2::Holder::new(&environment).expect("a holder");
+    until("the holder has cleaned up", || {
+        let [begun, completed, _] = rounds(&root);
+        begun > 0 && begun == completed
+    });
+    let before = rounds(&root);
+    let first = network.start("idle");
+    wait(&[], Duration::from_millis(600));
+    assert_eq!(rounds(&root), before);
+    drop(holder);
+    let _second = network.start("idle");
+    until("the second one cleans up", || rounds(&root)[1] > before[1]);
+    drop(first);
+}
+
 /// How many clean-ups have begun, how many were completed, and how many nodes they removed: the
 /// numbers in `cleaning.rounds`.
 fn rounds(root: &Path) -> [u64; 3] {
