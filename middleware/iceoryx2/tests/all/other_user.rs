@@ -3,6 +3,7 @@
 use crate::processes::{Network, ask};
 use rc_conformance::network::endpoint;
 use rc_middleware::RunDirectory;
+use std::ffi::OsStr;
 use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
 use std::os::unix::process::CommandExt as _;
 use std::path::Path;
@@ -12,7 +13,7 @@ use std::process::Command;
 const OTHER: u32 = 65534;
 
 /// Runs a program as the other user. Returns false where this user must not.
-fn as_other(test: &str, program: &str, argument: &Path) -> bool {
+fn as_other(test: &str, program: &str, arguments: &[&OsStr]) -> bool {
     if !rustix::process::getuid().is_root() {
         let line = format!("skipped: {test}: only root can run a process of another user\n");
         print!("{line}");
@@ -25,11 +26,22 @@ fn as_other(test: &str, program: &str, argument: &Path) -> bool {
         return false;
     }
     let mut command = Command::new(program);
-    let status = command.arg(argument).uid(OTHER).gid(OTHER).status();
-    let argument = argument.display();
-    assert!(status.expect("to run").success(), "{program} {argument}");
+    let output = command.args(arguments).uid(OTHER).gid(OTHER).output();
+    let output = output.expect("to run");
+    assert!(
+        output.status.success(),
+        "{program} {arguments:?}: {output:?}"
+    );
     true
 }
+
+/// Prints each of its arguments that it can read, write, list or connect to, and then fails.
+const TRY_TO_OPEN: &str = r#"for path in "$@"; do
+    if head -c 1 "$path" || true >>"$path" || ls "$path/" || test -w "$path"; then
+        echo "$path is open"
+        exit 1
+    fi 2>/dev/null
+done"#;
 
 /// Every file and every shared memory of a network at work.
 #[test]
@@ -43,14 +55,18 @@ fn nothing_is_open_to_others() {
     let _idle = network.start("idle");
     assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
     let directory = RunDirectory::of(&network.0);
-    let mut seen = 0;
-    for path in rc_iceoryx2::leftovers(&directory) {
+    let files = rc_iceoryx2::leftovers(&directory);
+    for path in &files {
         let mode = path.metadata().expect("a file").mode() & 0o777;
         assert_eq!(mode & 0o077, 0, "{} has mode {mode:o}", path.display());
-        seen += 1;
     }
     // The root, and the segments of server, clients and subscribers.
-    assert!(seen > 5, "{seen} files");
+    assert!(files.len() > 5, "{files:?}");
+    let script = ["-c", TRY_TO_OPEN, "sh"].map(OsStr::new);
+    let paths = files.iter().map(|path| path.as_os_str());
+    let paths = paths.chain([directory.path().as_os_str()]);
+    let arguments: Vec<&OsStr> = script.into_iter().chain(paths).collect();
+    as_other("nothing_is_open_to_others", "sh", &arguments);
 }
 
 /// Another user may know the prefix of a run that is over; the next run has another one.
@@ -74,7 +90,7 @@ fn files_in_the_way_of_one_run_are_not_in_that_of_the_next() {
     let segments = segments.cloned().chain([management.into()]);
     let foreign: Vec<_> = segments.collect();
     for path in &foreign {
-        if !as_other("files_in_the_way_of_one_run", "touch", path) {
+        if !as_other("files_in_the_way_of_one_run", "touch", &[path.as_os_str()]) {
             return;
         }
     }
@@ -107,7 +123,8 @@ fn a_foreign_file_that_makes_an_opening_fail_is_named_with_its_owner() {
     assert!(!foreign.is_empty());
     for path in &foreign {
         std::fs::remove_file(path).expect("it is ours");
-        if !as_other("a_foreign_file_that_makes_an_opening_fail", "touch", path) {
+        let test = "a_foreign_file_that_makes_an_opening_fail";
+        if !as_other(test, "touch", &[path.as_os_str()]) {
             return;
         }
     }
@@ -130,7 +147,8 @@ fn a_run_directory_of_another_user_is_refused_by_the_name_of_its_owner() {
     std::fs::set_permissions(base.path(), open).expect("to open it");
     std::os::unix::fs::chown(base.path(), Some(OTHER), Some(OTHER)).unwrap_or(());
     let robocomp = base.path().join("robocomp");
-    if !as_other("a_run_directory_of_another_user", "mkdir", &robocomp) {
+    let test = "a_run_directory_of_another_user";
+    if !as_other(test, "mkdir", &[robocomp.as_os_str()]) {
         return;
     }
     let output = Command::new(std::env::current_exe().expect("this binary"))
