@@ -24,8 +24,7 @@ const TOLERANCE: f64 = 0.02;
 const TOOL: Duration = Duration::from_mins(1);
 /// A block may take this long under a tool.
 const BLOCK: Duration = Duration::from_mins(5);
-/// Both programs are counted for so long without a message: what they do in that time belongs to no
-/// message.
+/// Both programs are counted for so long without a message.
 const IDLE: Duration = Duration::from_secs(4);
 /// Kernel calls that belong to the benchmark and not to the message: the pause between two samples.
 const NOT_COUNTED: &str = "clock_nanosleep";
@@ -52,28 +51,6 @@ struct Counts {
 
 /// Counts of one row: those of the sender or client, and those of the receiver or server.
 type Ends = [Counts; 2];
-
-/// Counts in a time, of the sender or client and of the receiver or server.
-struct Counted {
-    counts: [f64; 2],
-    took: Duration,
-}
-
-impl Counted {
-    /// The counts of one message at each endpoint, without what an idle program does in that time.
-    fn each(&self, idle: &Self, messages: [usize; 2]) -> [f64; 2] {
-        let share = self.took.as_secs_f64() / idle.took.as_secs_f64();
-        [0, 1].map(|end| {
-            let own = self.counts[end] - idle.counts[end] * share;
-            own.max(0.0) / messages[end] as f64
-        })
-    }
-
-    /// The counts of a second at each endpoint.
-    fn a_second(&self) -> [f64; 2] {
-        self.counts.map(|count| count / self.took.as_secs_f64())
-    }
-}
 
 /// The counts of one pair of programs: of each row, and of an idle second.
 struct Side {
@@ -104,7 +81,8 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-type Start<'a> = &'a dyn Fn(&[String]) -> Result<Pair, Failure>;
+/// Starts a pair of programs under tools, see [`Pair::generated_under`].
+type Start<'a> = &'a dyn Fn([&[String]; 2]) -> Result<Pair, Failure>;
 
 /// Counts all rows of one pair of programs.
 fn side(start: Start<'_>, share: f64, missing: &mut Vec<String>) -> Result<Side, Failure> {
@@ -114,11 +92,12 @@ fn side(start: Start<'_>, share: f64, missing: &mut Vec<String>) -> Result<Side,
     };
     let folder = tempfile::tempdir()?;
     {
-        let mut pair = start(&slowly(&[]))?;
+        let slow = slowly(&[]);
+        let mut pair = start([&slow, &slow])?;
         count(
             &mut pair,
             &mut side,
-            share,
+            (share, &[0, 1]),
             switches,
             |before, pair| {
                 let after = switches(pair)?;
@@ -131,7 +110,7 @@ fn side(start: Start<'_>, share: f64, missing: &mut Vec<String>) -> Result<Side,
             count(
                 &mut pair,
                 &mut side,
-                share,
+                (share, &[0, 1]),
                 |[sender, receiver]| {
                     Ok([
                         Trace::start(sender, folder)?,
@@ -171,41 +150,34 @@ fn switches(pids: [u32; 2]) -> Result<[f64; 2], Failure> {
     Ok([sender? as f64, receiver? as f64])
 }
 
-/// Counts an idle time and all rows: `begin` begins to count both processes, `end` gives the counts,
-/// which go into the `field`.
+/// Counts an idle time and all rows: `begin` begins to count both processes, `end` gives the counts.
+/// Those of `ends` go into the `field`.
 fn count<T>(
     pair: &mut Pair,
     side: &mut Side,
-    share: f64,
+    (share, ends): (f64, &[usize]),
     begin: impl Fn([u32; 2]) -> Result<T, Failure>,
     end: impl Fn(T, [u32; 2]) -> Result<[f64; 2], Failure>,
     field: impl Fn(&mut Counts) -> &mut Option<f64>,
 ) -> Result<(), Failure> {
     let pids = pair.pids();
-    let counted = |run: &mut dyn FnMut() -> Result<usize, Failure>| {
-        let begun = begin(pids)?;
-        let start = Instant::now();
-        let messages = run()?;
-        let took = start.elapsed();
-        let counts = end(begun, pids)?;
-        Ok::<_, Failure>((Counted { counts, took }, messages))
-    };
     // The first block warms up.
     pair.counted_block(&row(0, share).0, BLOCK)?;
-    let (idle, _) = counted(&mut || {
-        std::thread::sleep(IDLE);
-        Ok(0)
-    })?;
-    for (end, count) in side.idle.iter_mut().zip(idle.a_second()) {
-        *field(end) = Some(count);
+    let begun = begin(pids)?;
+    std::thread::sleep(IDLE);
+    let idle = end(begun, pids)?;
+    for &end in ends {
+        *field(&mut side.idle[end]) = Some(idle[end] / IDLE.as_secs_f64());
     }
-    for (at, ends) in side.rows.iter_mut().enumerate() {
+    for (at, counts) in side.rows.iter_mut().enumerate() {
         let (row, received) = row(at, share);
         pair.counted_block(&row, BLOCK)?;
-        let (counts, messages) = counted(&mut || pair.counted_block(&row, BLOCK))?;
-        let counts = counts.each(&idle, [row.count, received(messages)]);
-        for (end, count) in ends.iter_mut().zip(counts) {
-            *field(end) = Some(count);
+        let begun = begin(pids)?;
+        let messages = pair.counted_block(&row, BLOCK)?;
+        let counted = end(begun, pids)?;
+        let messages = [row.count, received(messages)];
+        for &end in ends {
+            *field(&mut counts[end]) = Some(counted[end] / messages[end] as f64);
         }
     }
     Ok(())
@@ -299,7 +271,8 @@ fn all_traced(pid: u32) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// Counts instructions of all rows with one pair of programs under callgrind.
+/// Counts instructions of all rows, of one program after the other: beside a slow one, the other one
+/// would look for messages in vain.
 fn instructions(
     start: Start<'_>,
     share: f64,
@@ -313,24 +286,29 @@ fn instructions(
         "--quiet",
         &format!("--callgrind-out-file={}", out.display()),
     ]);
-    let mut pair = start(&tool)?;
-    let dumps = std::cell::Cell::new(0);
-    count(
-        &mut pair,
-        side,
-        share,
-        |pids| pids.into_iter().try_for_each(|pid| control("--zero", pid)),
-        |(), pids| {
-            dumps.set(dumps.get() + 1);
-            let [sender, receiver] = pids.map(|pid| {
-                control("--dump", pid)?;
-                let dump = folder.join(format!("callgrind.{pid}.{}", dumps.get()));
-                instructions_in(&std::fs::read_to_string(dump)?)
-            });
-            Ok([sender?, receiver?])
-        },
-        |counts| &mut counts.instructions,
-    )
+    let without = slowly(&[]);
+    for end in 0..2 {
+        let mut tools = [&without[..]; 2];
+        tools[end] = &tool;
+        let mut pair = start(tools)?;
+        let dumps = std::cell::Cell::new(0);
+        count(
+            &mut pair,
+            side,
+            (share, &[end]),
+            |pids| control("--zero", pids[end]),
+            |(), pids| {
+                dumps.set(dumps.get() + 1);
+                control("--dump", pids[end])?;
+                let dump = folder.join(format!("callgrind.{}.{}", pids[end], dumps.get()));
+                let mut counts = [0.0; 2];
+                counts[end] = instructions_in(&std::fs::read_to_string(dump)?)?;
+                Ok(counts)
+            },
+            |counts| &mut counts.instructions,
+        )?;
+    }
+    Ok(())
 }
 
 /// The last total in a dump of callgrind.
@@ -364,7 +342,7 @@ fn copied(
         &format!("--log-file={}", folder.join("dhat.%p").display()),
         &format!("--dhat-out-file={}", folder.join("dhat.out.%p").display()),
     ]);
-    let mut pair = start(&tool)?;
+    let mut pair = start([&tool, &tool])?;
     let (row, received) = row(at, share);
     let messages = pair.counted_block(&row, BLOCK)?;
     let pids = pair.pids();

@@ -114,22 +114,23 @@ pub(crate) struct Pair {
 impl Pair {
     /// The generated components.
     pub(crate) fn generated() -> Result<Self, Failure> {
-        Self::generated_under(&[])
+        Self::generated_under([&[], &[]])
     }
 
-    /// The generated components under a tool, with the tool's command lines for both.
-    pub(crate) fn generated_under(tool: &[String]) -> Result<Self, Failure> {
+    /// The generated components under tools, with their command lines: that of the publisher and client, then that of
+    /// the subscriber and server.
+    pub(crate) fn generated_under(tools: [&[String]; 2]) -> Result<Self, Failure> {
         let folder = target()?.join("release");
-        Self::components_under(tool, &[folder.join("pong"), folder.join("ping")], &[])
+        Self::components_under(tools, &[folder.join("pong"), folder.join("ping")], &[])
     }
 
     /// A pong and a ping with further arguments.
     pub(crate) fn components(programs: &[PathBuf; 2], more: &[&str]) -> Result<Self, Failure> {
-        Self::components_under(&[], programs, more)
+        Self::components_under([&[], &[]], programs, more)
     }
 
     fn components_under(
-        tool: &[String],
+        tools: [&[String]; 2],
         programs: &[PathBuf; 2],
         more: &[&str],
     ) -> Result<Self, Failure> {
@@ -139,16 +140,16 @@ impl Pair {
         let name = network.name.clone();
         let own = ["--network", &name, "--log", "error", "--bind", &awake];
         let arguments = [&own, more].concat();
-        Self::start(tool, programs, [&arguments, &arguments], Some(network))
+        Self::start(tools, programs, [&arguments, &arguments], Some(network))
     }
 
     fn start(
-        tool: &[String],
+        [of_ping, of_pong]: [&[String]; 2],
         [pong, ping]: &[PathBuf; 2],
         [answering, asking]: [&[&str]; 2],
         network: Option<Network>,
     ) -> Result<Self, Failure> {
-        let start = |path: &Path, arguments: &[&str]| {
+        let start = |path: &Path, arguments: &[&str], tool: &[String]| {
             let mut words = tool.iter();
             let mut command = match words.next() {
                 Some(program) => {
@@ -162,8 +163,8 @@ impl Pair {
             let limit = if tool.is_empty() { START } else { TOOL_START };
             ready(Program::spawn(command)?, limit)
         };
-        let pong = start(pong, answering)?;
-        let ping = start(ping, asking)?;
+        let pong = start(pong, answering, of_pong)?;
+        let ping = start(ping, asking, of_ping)?;
         Ok(Self {
             ping,
             pong,
@@ -173,24 +174,24 @@ impl Pair {
 
     /// The hand-written programs.
     pub(crate) fn by_hand() -> Result<Self, Failure> {
-        Self::by_hand_under(&[])
+        Self::by_hand_under([&[], &[]])
     }
 
-    /// The hand-written programs under a tool.
-    pub(crate) fn by_hand_under(tool: &[String]) -> Result<Self, Failure> {
+    /// The hand-written programs under tools, as generated ones.
+    pub(crate) fn by_hand_under(tools: [&[String]; 2]) -> Result<Self, Failure> {
         let network = Network::new("hand")?;
         let path = target()?.join("release/bench_peer");
         let (root, prefix) = network.files()?;
         let arguments = ["pong", "ping"].map(|which| [which, &root, &prefix]);
         let arguments = arguments.each_ref().map(|words| &words[..]);
-        Self::start(tool, &[path.clone(), path], arguments, Some(network))
+        Self::start(tools, &[path.clone(), path], arguments, Some(network))
     }
 
     /// The hand-written programs over a network, with a DDS domain.
     pub(crate) fn by_hand_over(program: &str, domain: &str) -> Result<Self, Failure> {
         let path = target()?.join("release").join(program);
         let arguments: [&[&str]; 2] = [&["pong", domain], &["ping", domain]];
-        Self::start(&[], &[path.clone(), path], arguments, None)
+        Self::start([&[], &[]], &[path.clone(), path], arguments, None)
     }
 
     /// The program of `bench/ice` as both ends.
