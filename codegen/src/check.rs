@@ -1,6 +1,7 @@
 //! Checks files of any of the languages, and configurations.
 
 use crate::configuration;
+use crate::innermodel;
 use crate::languages;
 use crate::project::Project;
 use crate::{dependencies, paths, ros, stubs};
@@ -12,7 +13,9 @@ use std::path::{Path, PathBuf};
 
 /// The endings of the files that are checked. Components come first, since they read what they are
 /// made of.
-const ENDINGS: [&str; 7] = ["cdsl", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "toml"];
+const ENDINGS: [&str; 8] = [
+    "cdsl", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "xml", "toml",
+];
 
 /// What a command line names: files as they are, and of folders what there is to check in them,
 /// components first.
@@ -30,7 +33,8 @@ pub fn files(
     };
     let mut all = Vec::new();
     for path in paths {
-        let files = languages::files(std::slice::from_ref(path), &|p| rank(p).is_some())?;
+        let wanted = |p: &Path| rank(p).is_some() && innermodel::is_wanted(p);
+        let files = languages::files(std::slice::from_ref(path), &wanted)?;
         if files.is_empty() {
             let source = sources.add(path, "");
             let message = "there is nothing to check in this folder";
@@ -52,11 +56,13 @@ fn was_read(path: &Path, sources: &SourceMap) -> bool {
     sources.ids().any(|id| same(sources.path(id)))
 }
 
-/// Adds all that is wrong with `path` to `found`. An error is a file that the system does not give.
+/// Adds all that is wrong with `path` to `found`. Meshes and parts of an `InnerModel` file are also
+/// looked for in the folders `include`. An error is a file that the system does not give.
 pub fn file(
     path: &Path,
     sources: &mut SourceMap,
     loader: &dyn Loader,
+    include: &[PathBuf],
     found: &mut Diagnostics,
 ) -> io::Result<()> {
     match path.extension().and_then(|e| e.to_str()) {
@@ -104,6 +110,11 @@ pub fn file(
             let source = sources.add(path, rc_files::read(path)?);
             found.extend(rc_ddsl::load(sources, loader, source).1);
         }
+        Some("xml") => {
+            let source = sources.add(path, rc_files::read(path)?);
+            let loader = innermodel::Folders { search: include };
+            found.extend(innermodel_language::load(sources, &loader, source).1);
+        }
         Some("toml") => {
             let source = sources.add(path, rc_files::read(path)?);
             let Some(cdsl) = configuration::component(path, source, found)? else {
@@ -120,7 +131,8 @@ pub fn file(
         }
         _ => {
             let source = sources.add(path, "");
-            let message = "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl and .toml";
+            let message =
+                "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .xml and .toml";
             found.push(Diagnostic::error(
                 "unknown-language",
                 Span::new(source, 0, 0),

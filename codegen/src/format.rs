@@ -1,5 +1,6 @@
 //! Formats files.
 
+use crate::innermodel;
 use crate::languages::{LANGUAGES, Language};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use std::io;
@@ -16,17 +17,22 @@ pub fn file(
     sources: &mut SourceMap,
     found: &mut Diagnostics,
 ) -> io::Result<bool> {
-    let Some(language) = Language::of(path) else {
+    let language = Language::of(path);
+    if language.is_none() && !is_xml(path) {
         let source = sources.add(path, "");
         let extensions = LANGUAGES.map(|l| format!(".{}", l.extension)).join(", ");
-        let message = format!("expected a file with one of the extensions {extensions}");
+        let message = format!("expected a file with one of the extensions {extensions}, .xml");
         let span = Span::new(source, 0, 0);
         found.push(Diagnostic::error("unknown-language", span, message));
         return Ok(false);
-    };
+    }
     let text = rc_files::read(path)?;
     let source = sources.add(path, text.clone());
-    match language.format(sources, source) {
+    let formatted = match language {
+        Some(language) => language.format(sources, source),
+        None => innermodel::format(sources, source),
+    };
+    match formatted {
         Err(more) => {
             found.extend(more);
             Ok(false)
@@ -39,4 +45,13 @@ pub fn file(
             Ok(true)
         }
     }
+}
+
+/// Whether `rcgen fmt` lays out a file that it finds in a folder.
+pub fn is_formatted(path: &Path) -> bool {
+    Language::of(path).is_some() || is_xml(path) && innermodel::is_wanted(path)
+}
+
+fn is_xml(path: &Path) -> bool {
+    path.extension() == Some("xml".as_ref())
 }

@@ -15,6 +15,7 @@ pub mod files;
 pub mod format;
 pub mod generate;
 pub mod generation;
+mod innermodel;
 pub mod interface_crate;
 pub mod languages;
 pub mod load;

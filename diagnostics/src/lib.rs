@@ -13,4 +13,4 @@ mod source;
 pub use diagnostic::{Diagnostic, Diagnostics, Label, Severity};
 pub use nearest::nearest;
 pub use render::{Format, render};
-pub use source::{Position, SourceId, SourceMap, Span};
+pub use source::{Name, Position, SourceId, SourceMap, Span};

@@ -46,6 +46,25 @@ impl Span {
     }
 }
 
+/// A name or another piece of text, with its location.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Name {
+    /// The text as written; the content of a string.
+    pub text: String,
+    /// The location.
+    pub span: Span,
+}
+
+impl Name {
+    /// A name at a location.
+    pub fn new(text: impl Into<String>, span: Span) -> Self {
+        Self {
+            text: text.into(),
+            span,
+        }
+    }
+}
+
 /// Line and column. A tab counts as one column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Position {

@@ -2,16 +2,15 @@
 //! represents. Every other element or attribute is an error.
 
 mod actions;
-mod xml;
 
 use crate::builder::{MachineBuilder, empty_region};
 use crate::check::MAX_NESTING;
 use crate::model::{Action, Region, StateId, StateKind, StateMachine, Transition};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::Name;
+use rc_xml::XmlSource;
 use roxmltree::Node;
 use std::collections::HashMap;
-use xml::XmlSource;
 
 const NAMESPACE: &str = "http://www.w3.org/2005/07/scxml";
 
@@ -53,6 +52,8 @@ pub fn load(sources: &SourceMap, source: SourceId) -> (Option<StateMachine>, Dia
     let text = XmlSource {
         source,
         text: sources.text(source),
+        root: "scxml",
+        not_supported: "scxml-not-supported",
     };
     let mut found = Diagnostics::new();
     let document = match text.parse() {

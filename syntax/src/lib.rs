@@ -17,23 +17,4 @@ pub use loader::{ImportError, ImportedFile, Loader, MemoryLoader};
 pub use parse_context::{Language, ParseContext, Terminal};
 pub use trivia::Trivia;
 
-use rc_diagnostics::Span;
-
-/// A name or another piece of text, with its location.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Name {
-    /// The text as written; the content of a string.
-    pub text: String,
-    /// The location.
-    pub span: Span,
-}
-
-impl Name {
-    /// A name at a location.
-    pub fn new(text: impl Into<String>, span: Span) -> Self {
-        Self {
-            text: text.into(),
-            span,
-        }
-    }
-}
+pub use rc_diagnostics::Name;

@@ -26,7 +26,7 @@ fn describe(block: &Block, page: &[Block]) -> Result<(), String> {
     };
     let (mut sources, mut found) = (SourceMap::new(), Diagnostics::new());
     let loader = FileLoader::new(&[Path::new(ROOT).join("components/networks")]);
-    rc_codegen::check::file(&path, &mut sources, &loader, &mut found).expect("a file");
+    rc_codegen::check::file(&path, &mut sources, &loader, &[], &mut found).expect("a file");
     match render(&sources, &found, Format::Short) {
         told if told.is_empty() => Ok(()),
         told => Err(told),
@@ -95,7 +95,7 @@ fn rust(block: &Block) -> Result<(), String> {
 fn check(block: &Block, page: &[Block]) -> Result<(), String> {
     match &*block.tag {
         "ddsl" if !block.text.contains("Deployment ") => part_of_network(block),
-        "idsl" | "cdsl" | "pdsl" | "smdsl" | "scxml" | "ddsl" => describe(block, page),
+        "idsl" | "cdsl" | "pdsl" | "smdsl" | "scxml" | "ddsl" | "xml" => describe(block, page),
         "toml" => configuration(block),
         "rust" => rust(block),
         // `book.rs` runs it.

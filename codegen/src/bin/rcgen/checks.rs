@@ -3,9 +3,9 @@
 use crate::command_line::Common;
 use crate::reports::{Failure, print_line, report, unreadable};
 use rc_codegen::FileLoader;
-use rc_codegen::languages::{self, Language};
+use rc_codegen::languages;
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 pub(crate) fn check(files: &[PathBuf], common: &Common) -> Result<(), Failure> {
     let mut sources = SourceMap::new();
@@ -14,7 +14,9 @@ pub(crate) fn check(files: &[PathBuf], common: &Common) -> Result<(), Failure> {
     let mut refused = None;
     let system = |e: std::io::Error| Failure::System(e.to_string());
     for file in rc_codegen::check::files(files, &mut sources, &mut found).map_err(system)? {
-        if let Err(error) = rc_codegen::check::file(&file, &mut sources, &loader, &mut found) {
+        if let Err(error) =
+            rc_codegen::check::file(&file, &mut sources, &loader, &common.include, &mut found)
+        {
             unreadable(&file, &error, &mut sources, &mut found, &mut refused);
         }
     }
@@ -28,8 +30,7 @@ pub(crate) fn fmt(paths: &[PathBuf], check: bool, format: Format) -> Result<(), 
     let mut found = Diagnostics::new();
     let mut refused = None;
     let mut differs = false;
-    let formatted = |path: &Path| Language::of(path).is_some();
-    let files = languages::files(paths, &formatted).map_err(system)?;
+    let files = languages::files(paths, &rc_codegen::format::is_formatted).map_err(system)?;
     if files.is_empty() {
         return Err(Failure::Usage("there is nothing to format".to_owned()));
     }

@@ -1,22 +1,28 @@
-//! XML parsing with locations.
+//! XML with locations, for the languages that are written in XML.
 
-use rc_diagnostics::{Diagnostic, SourceId, Span};
-use rc_syntax::Name;
+use rc_diagnostics::{Diagnostic, Name, SourceId, Span};
 use roxmltree::{Attribute, Document, Error, Node};
 use std::ops::Range;
 
 /// An XML text.
-#[derive(Clone, Copy)]
-pub(super) struct XmlSource<'a> {
-    pub(super) source: SourceId,
-    pub(super) text: &'a str,
+#[derive(Clone, Copy, Debug)]
+pub struct XmlSource<'a> {
+    /// The text's place in the map of sources.
+    pub source: SourceId,
+    /// The text.
+    pub text: &'a str,
+    /// The name of the outermost element, for messages.
+    pub root: &'static str,
+    /// The code of the error that refuses a document type.
+    pub not_supported: &'static str,
 }
 
 impl<'a> XmlSource<'a> {
     /// Parses the text. Document types are refused, so that entities cannot expand without limit.
-    pub(super) fn parse(self) -> Result<Document<'a>, Diagnostic> {
+    pub fn parse(self) -> Result<Document<'a>, Diagnostic> {
         if self.text.trim().is_empty() {
-            let message = "expected `<scxml …> … </scxml>`, found an empty file";
+            let root = self.root;
+            let message = format!("expected `<{root} …> … </{root}>`, found an empty file");
             return Err(Diagnostic::error("empty-file", self.span(0..0), message));
         }
         Document::parse(self.text).map_err(|error| self.malformed(&error))
@@ -29,7 +35,7 @@ impl<'a> XmlSource<'a> {
                 let at = self.text.find("<!DOCTYPE").unwrap_or(0);
                 let message = "document types are not supported";
                 let span = self.span(at..at + "<!DOCTYPE".len());
-                return Diagnostic::error("scxml-not-supported", span, message);
+                return Diagnostic::error(self.not_supported, span, message);
             }
             Error::UnclosedRootNode | Error::UnexpectedEndOfStream | Error::NoRootNode => end,
             _ => self.byte(error.pos().row, error.pos().col).min(end),
@@ -52,17 +58,18 @@ impl<'a> XmlSource<'a> {
         start + column.map_or(line.len(), |(at, _)| at)
     }
 
-    fn span(self, range: Range<usize>) -> Span {
+    /// A range of the text as a location.
+    pub fn span(self, range: Range<usize>) -> Span {
         Span::new(self.source, range.start, range.end)
     }
 
     /// The text at a location.
-    pub(super) fn slice(self, span: Span) -> &'a str {
+    pub fn slice(self, span: Span) -> &'a str {
         self.text.get(span.start..span.end).unwrap_or_default()
     }
 
     /// The location of an element's name in its start tag.
-    pub(super) fn tag(self, node: Node<'_, '_>) -> Span {
+    pub fn tag(self, node: Node<'_, '_>) -> Span {
         let start = node.range().start + 1;
         let rest = self.text.get(start..).unwrap_or_default();
         let end = rest.find(|c: char| c.is_whitespace() || c == '/' || c == '>');
@@ -70,7 +77,7 @@ impl<'a> XmlSource<'a> {
     }
 
     /// The location of an attribute's name.
-    pub(super) fn attribute_name(self, attribute: &Attribute<'_, '_>) -> Span {
+    pub fn attribute_name(self, attribute: &Attribute<'_, '_>) -> Span {
         let start = attribute.range().start;
         let rest = self.text.get(start..).unwrap_or_default();
         let end = rest.find(|c: char| c.is_whitespace() || c == '=');
@@ -78,9 +85,14 @@ impl<'a> XmlSource<'a> {
     }
 
     /// The value of an attribute without a namespace, and its location without the quotes.
-    pub(super) fn attribute(self, node: Node<'_, '_>, name: &str) -> Option<Name> {
+    pub fn attribute(self, node: Node<'_, '_>, name: &str) -> Option<Name> {
         let mut all = node.attributes();
         let attribute = all.find(|a| a.namespace().is_none() && a.name() == name)?;
+        Some(self.attribute_value(&attribute))
+    }
+
+    /// The value of an attribute, and its location without the quotes.
+    pub fn attribute_value(self, attribute: &Attribute<'_, '_>) -> Name {
         let whole = attribute.range();
         let written = self.text.get(whole.clone()).unwrap_or_default();
         // The value is last. Its quotes are one byte each and do not occur in it.
@@ -88,11 +100,11 @@ impl<'a> XmlSource<'a> {
         let open = quote.and_then(|quote| written.find(quote));
         let start = open.map_or(whole.start, |open| whole.start + open + 1);
         let end = whole.end.saturating_sub(1).max(start);
-        Some(Name::new(attribute.value(), self.span(start..end)))
+        Name::new(attribute.value(), self.span(start..end))
     }
 
     /// The elements of a list separated by white space.
-    pub(super) fn tokens(self, value: &Name) -> Vec<Name> {
+    pub fn tokens(self, value: &Name) -> Vec<Name> {
         let as_written = self.slice(value.span) == value.text;
         let words = value.text.split_whitespace();
         let start = value.text.as_ptr() as usize;
@@ -110,7 +122,7 @@ impl<'a> XmlSource<'a> {
     }
 
     /// The location of the first line of text between elements. `None` if it is only white space.
-    pub(super) fn words(self, node: Node<'_, '_>) -> Option<Span> {
+    pub fn words(self, node: Node<'_, '_>) -> Option<Span> {
         let range = node.range();
         let written = self.text.get(range.clone())?;
         let start = range.start + (written.len() - written.trim_start().len());

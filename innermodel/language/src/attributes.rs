@@ -1,0 +1,275 @@
+//! The values of an element's attributes.
+
+use crate::elements::Element;
+use crate::model::Axis;
+use crate::units::Units;
+use rc_diagnostics::{Diagnostic, Diagnostics, Name, Span};
+use rc_xml::XmlSource;
+use roxmltree::Node;
+
+/// The attributes of one element. A missing one has its default; a wrong one is reported.
+pub(crate) struct Attributes<'a, 'd> {
+    text: XmlSource<'a>,
+    tag: Span,
+    values: Vec<(&'static str, Name)>,
+    units: Units,
+    found: &'d mut Diagnostics,
+}
+
+impl<'a, 'd> Attributes<'a, 'd> {
+    /// Reads the attributes of `node`, and reports those that `element` does not have.
+    pub(crate) fn read(
+        text: XmlSource<'a>,
+        node: Node<'_, '_>,
+        element: &Element,
+        units: Units,
+        found: &'d mut Diagnostics,
+    ) -> Self {
+        let mut values: Vec<(&'static str, Name)> = Vec::new();
+        for attribute in node.attributes() {
+            let span = text.attribute_name(&attribute);
+            let name = attribute.name();
+            let known = element.attributes.iter().find(|a| a.contains(&name));
+            let Some(known) = known.filter(|_| attribute.namespace().is_none()) else {
+                let all = element.attributes.iter().map(|names| names[0]);
+                let message = format!(
+                    "unknown attribute `{}` of `{}`",
+                    text.slice(span),
+                    element.tag
+                );
+                found
+                    .push(Diagnostic::error("unknown-attribute", span, message).suggest(name, all));
+                continue;
+            };
+            if let Some((_, first)) = values.iter().find(|(other, _)| *other == known[0]) {
+                let message = format!("`{name}` sets what another attribute has set already");
+                found.push(
+                    Diagnostic::error("repeated-attribute", span, message)
+                        .label(first.span, "first set here"),
+                );
+                continue;
+            }
+            values.push((known[0], text.attribute_value(&attribute)));
+        }
+        Self {
+            text,
+            tag: text.tag(node),
+            values,
+            units,
+            found,
+        }
+    }
+
+    /// Reports a finding.
+    pub(crate) fn push(&mut self, diagnostic: Diagnostic) {
+        self.found.push(diagnostic);
+    }
+
+    /// The value of an attribute, by the first of its spellings.
+    pub(crate) fn value(&self, name: &str) -> Option<&Name> {
+        let mut all = self.values.iter();
+        all.find(|(n, _)| *n == name).map(|(_, value)| value)
+    }
+
+    /// A text; empty if it is missing.
+    pub(crate) fn text(&self, name: &str) -> String {
+        self.value(name)
+            .map_or_else(String::new, |v| v.text.clone())
+    }
+
+    /// Words, separated by white space or commas.
+    pub(crate) fn words(&self, name: &str) -> Vec<Name> {
+        let Some(value) = self.value(name) else {
+            return Vec::new();
+        };
+        let mut spaced = value.clone();
+        spaced.text = spaced.text.replace(',', " ");
+        // A comma is as long as a space, so locations stay.
+        let as_written = self.text.slice(value.span) == value.text;
+        let start = spaced.text.as_ptr() as usize;
+        spaced
+            .text
+            .split_whitespace()
+            .map(|word| {
+                let at = value.span.start + (word.as_ptr() as usize - start);
+                let span = Span::new(value.span.source, at, at + word.len());
+                Name::new(word, if as_written { span } else { value.span })
+            })
+            .collect()
+    }
+
+    fn bad_number(&mut self, name: &str, value: &Name, expected: &str) {
+        let mut diagnostic = Diagnostic::error(
+            "bad-number",
+            value.span,
+            format!("expected {expected} for `{name}`, found `{}`", value.text),
+        );
+        let swapped = value.text.replace(',', ".");
+        if swapped != value.text && swapped.trim().parse::<f64>().is_ok() {
+            diagnostic = diagnostic.help(format!("write `{}`", swapped.trim()));
+        }
+        self.push(diagnostic);
+    }
+
+    /// A number without a unit, or an angle.
+    pub(crate) fn number(&mut self, name: &str, default: f64) -> f64 {
+        let Some(value) = self.value(name).cloned() else {
+            return default;
+        };
+        if let Some(number) = finite(&value.text) {
+            return number;
+        }
+        self.bad_number(name, &value, "a number");
+        default
+    }
+
+    /// A length in millimetres.
+    pub(crate) fn length(&mut self, name: &str, default: f64) -> f64 {
+        if self.value(name).is_none() {
+            return default;
+        }
+        let written = self.number(name, f64::NAN);
+        if written.is_nan() {
+            return default;
+        }
+        self.units.length(written)
+    }
+
+    /// A length that must be greater than 0.
+    pub(crate) fn positive_length(&mut self, name: &str) -> f64 {
+        let Some(value) = self.value(name).cloned() else {
+            let message = format!("the attribute `{name}` is missing");
+            self.push(Diagnostic::error("missing-attribute", self.tag, message));
+            return 1.0;
+        };
+        let length = self.length(name, 1.0);
+        if length > 0.0 {
+            return length;
+        }
+        let message = format!("`{name}` must be greater than 0, found `{}`", value.text);
+        self.push(Diagnostic::error("bad-value", value.span, message));
+        1.0
+    }
+
+    /// `min` and `max`: missing and infinite ones are no limits.
+    pub(crate) fn limits(&mut self, length: bool) -> (f64, f64) {
+        let units = self.units;
+        let mut limit = |name: &str, none: f64| {
+            let Some(value) = self.value(name).cloned() else {
+                return none;
+            };
+            match value.text.trim().parse::<f64>() {
+                Ok(number) if number.is_nan() => {}
+                Ok(number) if length => return units.length(number),
+                Ok(number) => return number,
+                Err(_) => {}
+            }
+            self.bad_number(name, &value, "a number or `inf`");
+            none
+        };
+        let (min, max) = (limit("min", f64::NEG_INFINITY), limit("max", f64::INFINITY));
+        if min > max
+            && let Some(value) = self.value("min").cloned()
+        {
+            let message = "`min` is greater than `max`";
+            self.push(Diagnostic::error("bad-value", value.span, message));
+        }
+        (min, max)
+    }
+
+    /// Three numbers, each of its own attribute.
+    pub(crate) fn numbers(&mut self, names: [&str; 3]) -> [f64; 3] {
+        names.map(|name| self.number(name, 0.0))
+    }
+
+    /// Three lengths, each of its own attribute.
+    pub(crate) fn lengths(&mut self, names: [&str; 3]) -> [f64; 3] {
+        names.map(|name| self.length(name, 0.0))
+    }
+
+    /// One, two or three numbers, separated by commas.
+    pub(crate) fn list(&mut self, name: &str) -> Option<Vec<f64>> {
+        let value = self.value(name).cloned()?;
+        let parts: Vec<Option<f64>> = value.text.split(',').map(finite).collect();
+        let numbers: Option<Vec<f64>> = parts.into_iter().collect();
+        if let Some(numbers) = numbers.filter(|numbers| numbers.len() <= 3) {
+            return Some(numbers);
+        }
+        self.bad_number(
+            name,
+            &value,
+            "one, two or three numbers separated by commas",
+        );
+        None
+    }
+
+    /// A whole number, at least 0.
+    pub(crate) fn count(&mut self, name: &str, default: u32) -> u32 {
+        let Some(value) = self.value(name).cloned() else {
+            return default;
+        };
+        if let Ok(number) = value.text.trim().parse() {
+            return number;
+        }
+        self.bad_number(name, &value, "a whole number");
+        default
+    }
+
+    /// A whole number.
+    pub(crate) fn integer(&mut self, name: &str, default: i64) -> i64 {
+        let Some(value) = self.value(name).cloned() else {
+            return default;
+        };
+        if let Ok(number) = value.text.trim().parse() {
+            return number;
+        }
+        self.bad_number(name, &value, "a whole number");
+        default
+    }
+
+    /// A flag: a whole number, `true` or `false`.
+    pub(crate) fn flag(&mut self, name: &str) -> bool {
+        let Some(value) = self.value(name).cloned() else {
+            return false;
+        };
+        match value.text.trim() {
+            "true" => true,
+            "false" => false,
+            number => number.parse::<i64>().map_or_else(
+                |_| {
+                    self.bad_number(name, &value, "`0`, `1`, `true` or `false`");
+                    false
+                },
+                |number| number > 0,
+            ),
+        }
+    }
+
+    /// One of some words. RoboComp reads the words of `render` in any case.
+    pub(crate) fn word<T: Copy>(&mut self, name: &str, words: &[(&str, T)], default: T) -> T {
+        let Some(value) = self.value(name).cloned() else {
+            return default;
+        };
+        let same = |word: &str| word.eq_ignore_ascii_case(value.text.trim());
+        if let Some((_, meant)) = words.iter().find(|(word, _)| same(word)) {
+            return *meant;
+        }
+        let message = format!("unknown value `{}` of `{name}`", value.text);
+        let diagnostic = Diagnostic::error("bad-value", value.span, message);
+        self.push(diagnostic.suggest(&value.text, words.iter().map(|(word, _)| *word)));
+        default
+    }
+
+    /// The axis of a joint.
+    pub(crate) fn axis(&mut self) -> Axis {
+        self.word(
+            "axis",
+            &[("x", Axis::X), ("y", Axis::Y), ("z", Axis::Z)],
+            Axis::Z,
+        )
+    }
+}
+
+fn finite(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|n: &f64| n.is_finite())
+}

@@ -1,0 +1,587 @@
+//! Reads a file with all that it includes.
+
+use crate::attributes::Attributes;
+use crate::check;
+use crate::elements::{self, Element, element};
+use crate::include::{self, Found, Loader};
+use crate::model::{
+    Axes, Camera, Display, Document, Drive, Engine, Form, Joint, Kind, Laser, Mesh, Node, Plane,
+    Pose, Prismatic, ROOT, Render, Rgbd, Robot, Shape, Solid, TouchSensor, Transform,
+};
+use crate::units::Units;
+use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap, Span, nearest};
+use rc_xml::XmlSource;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// How deep elements may be nested, over all included files.
+const MAX_DEPTH: usize = 512;
+/// How many files one document may include, each time counted.
+const MAX_INCLUDES: usize = 1000;
+
+fn xml(source: SourceId, text: &str) -> XmlSource<'_> {
+    XmlSource {
+        source,
+        text,
+        root: elements::ROOT,
+        not_supported: "xml-not-supported",
+    }
+}
+
+/// Whether a text is well-formed and is an InnerModel file. Reads no other file.
+pub fn parse(sources: &SourceMap, source: SourceId) -> Diagnostics {
+    let mut found = Diagnostics::new();
+    let text = xml(source, sources.text(source));
+    match text.parse() {
+        Ok(document) => root(text, document.root_element(), &mut found),
+        Err(problem) => found.push(problem),
+    }
+    found
+}
+
+fn root(text: XmlSource<'_>, root: roxmltree::Node<'_, '_>, found: &mut Diagnostics) {
+    let name = root.tag_name().name();
+    if !name.eq_ignore_ascii_case(elements::ROOT) {
+        let message = format!("expected `<{}>`, found `<{name}>`", elements::ROOT);
+        found.push(Diagnostic::error(
+            "not-an-innermodel",
+            text.tag(root),
+            message,
+        ));
+    }
+}
+
+/// Reads the text `source` with all that it includes. The document is complete unless an error was
+/// found; then it holds what was understood.
+pub fn load(
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    source: SourceId,
+) -> (Document, Diagnostics) {
+    let home = include::folder(sources.path(source));
+    let mut reader = Reader {
+        sources,
+        loader,
+        home,
+        document: Document::default(),
+        found: Diagnostics::new(),
+        ids: HashMap::new(),
+        open: Vec::new(),
+        includes: 0,
+        unnamed: 0,
+        allowed: Vec::new(),
+    };
+    reader.file(source, None, Units::Millimetres, 0);
+    check::allowed(&reader.allowed, &reader.ids, &mut reader.found);
+    (reader.document, reader.found)
+}
+
+struct Reader<'s> {
+    sources: &'s mut SourceMap,
+    loader: &'s dyn Loader,
+    /// The folder of the loaded file.
+    home: PathBuf,
+    document: Document,
+    found: Diagnostics,
+    ids: HashMap<String, Span>,
+    /// The files that are being read, the outermost first.
+    open: Vec<PathBuf>,
+    includes: usize,
+    /// How many nodes have no id of their own.
+    unnamed: usize,
+    /// The words of all attributes `allowed`.
+    allowed: Vec<Name>,
+}
+
+impl Reader<'_> {
+    fn file(&mut self, source: SourceId, parent: Option<usize>, units: Units, depth: usize) {
+        let path = normal(self.sources.path(source));
+        let owned = self.sources.text(source).to_owned();
+        let text = xml(source, &owned);
+        let document = match text.parse() {
+            Ok(document) => document,
+            Err(problem) => return self.found.push(problem),
+        };
+        let top = document.root_element();
+        root(text, top, &mut self.found);
+        let units = self.units(text, top, units);
+        self.open.push(path);
+        self.children(text, top, parent, units, depth);
+        self.open.pop();
+    }
+
+    /// The unit of a file. Other attributes of its root have never meant anything.
+    fn units(&mut self, text: XmlSource<'_>, top: roxmltree::Node<'_, '_>, outer: Units) -> Units {
+        for attribute in top.attributes() {
+            let span = text.attribute_name(&attribute);
+            if attribute.name() != "units" {
+                let message = format!("the attribute `{}` has no effect here", text.slice(span));
+                let near = nearest(attribute.name(), ["units"]);
+                let finding = Diagnostic::warning("unused-attribute", span, message);
+                self.found.push(finding.did_you_mean(near));
+            }
+        }
+        let Some(value) = text.attribute(top, "units") else {
+            return outer;
+        };
+        let known = Units::WORDS.iter().find(|(word, _)| *word == value.text);
+        let Some((_, units)) = known else {
+            let message = format!("unknown value `{}` of `units`", value.text);
+            let words = Units::WORDS.iter().map(|(word, _)| *word);
+            self.found.push(
+                Diagnostic::error("bad-value", value.span, message).suggest(&value.text, words),
+            );
+            return outer;
+        };
+        *units
+    }
+
+    fn children(
+        &mut self,
+        text: XmlSource<'_>,
+        above: roxmltree::Node<'_, '_>,
+        parent: Option<usize>,
+        units: Units,
+        depth: usize,
+    ) {
+        for child in above.children() {
+            if child.is_text()
+                && let Some(span) = text.words(child)
+            {
+                let message = format!("the text `{}` has no effect", text.slice(span));
+                let finding = Diagnostic::warning("stray-text", span, message);
+                self.found
+                    .push(finding.help("remove it, or write it as a comment"));
+            }
+            if child.is_element() {
+                self.element(text, child, parent, units, depth);
+            }
+        }
+    }
+
+    fn element(
+        &mut self,
+        text: XmlSource<'_>,
+        node: roxmltree::Node<'_, '_>,
+        parent: Option<usize>,
+        units: Units,
+        depth: usize,
+    ) {
+        let tag = text.tag(node);
+        let Some(element) = element(node.tag_name().name()) else {
+            self.unknown_tag(text, tag, node.tag_name().name());
+            return;
+        };
+        if depth == MAX_DEPTH {
+            let message = format!("elements are nested more than {MAX_DEPTH} deep");
+            self.found
+                .push(Diagnostic::error("nested-too-deep", tag, message));
+            return;
+        }
+        if element.tag == "include" {
+            self.include(text, node, element, parent, units, depth);
+            self.no_children(text, node, element);
+            return;
+        }
+        let folder = self
+            .open
+            .last()
+            .map(|path| include::folder(path))
+            .unwrap_or_default();
+        let mut attributes = Attributes::read(text, node, element, units, &mut self.found);
+        let (kind, pose) = kind(element, &mut attributes, units);
+        let allowed = attributes.words("allowed");
+        let id = attributes.value("id").cloned();
+        let mut kind = kind;
+        if let Kind::Mesh(mesh) = &mut kind {
+            let written = attributes.value("file").cloned();
+            self.mesh(mesh, written, tag, &folder);
+        }
+        let id = self.id(id, element, tag);
+        self.document.nodes.push(Node {
+            id,
+            parent,
+            kind,
+            pose,
+            allowed: allowed.iter().map(|word| word.text.clone()).collect(),
+            span: tag,
+        });
+        self.allowed.extend(allowed);
+        let own = self.document.nodes.len() - 1;
+        if element.children {
+            self.children(text, node, Some(own), units, depth + 1);
+        } else {
+            self.no_children(text, node, element);
+        }
+    }
+
+    fn unknown_tag(&mut self, text: XmlSource<'_>, tag: Span, name: &str) {
+        let written = text.slice(tag);
+        let finding = if name.eq_ignore_ascii_case(elements::ROOT) {
+            let message = format!("`{written}` can only be the outermost element");
+            Diagnostic::error("misplaced-tag", tag, message)
+                .help("write `<include path=\"…\"/>` to insert another file")
+        } else {
+            let message = format!("unknown tag `{written}`");
+            Diagnostic::error("unknown-tag", tag, message)
+                .suggest(name, elements::ELEMENTS.iter().map(|e| e.tag))
+        };
+        self.found.push(finding);
+    }
+
+    fn no_children(&mut self, text: XmlSource<'_>, node: roxmltree::Node<'_, '_>, of: &Element) {
+        if let Some(child) = node.children().find(roxmltree::Node::is_element) {
+            let inner = text.slice(text.tag(child));
+            let message = format!("`{}` cannot contain `{inner}`", of.tag);
+            self.found.push(
+                Diagnostic::error("misplaced-tag", text.tag(child), message)
+                    .label(text.tag(node), "this element has no children")
+                    .help("put both into one `transform`"),
+            );
+        }
+    }
+
+    /// The id of a node. A second node with the same id is reported and gets none of its own.
+    fn id(&mut self, written: Option<Name>, element: &Element, tag: Span) -> String {
+        let Some(id) = written.filter(|id| !id.text.is_empty()) else {
+            self.unnamed += 1;
+            let id = format!("{}#{}", element.tag, self.unnamed);
+            let message = format!("`{}` has no `id`; it is called `{id}`", element.tag);
+            self.found
+                .push(Diagnostic::warning("missing-id", tag, message));
+            self.ids.insert(id.clone(), tag);
+            return id;
+        };
+        if id.text == ROOT {
+            let message = format!("the id `{ROOT}` belongs to the node above all others");
+            self.found
+                .push(Diagnostic::error("duplicate-id", id.span, message));
+        } else if let Some(first) = self.ids.get(&id.text) {
+            let message = format!("the id `{}` is used twice", id.text);
+            self.found.push(
+                Diagnostic::error("duplicate-id", id.span, message)
+                    .label(*first, "first used here"),
+            );
+        } else {
+            self.ids.insert(id.text.clone(), id.span);
+        }
+        id.text
+    }
+
+    fn include(
+        &mut self,
+        text: XmlSource<'_>,
+        node: roxmltree::Node<'_, '_>,
+        element: &Element,
+        parent: Option<usize>,
+        units: Units,
+        depth: usize,
+    ) {
+        let attributes = Attributes::read(text, node, element, units, &mut self.found);
+        let Some(path) = attributes.value("path").cloned() else {
+            let message = "the attribute `path` is missing";
+            let finding = Diagnostic::error("missing-attribute", text.tag(node), message);
+            self.found.push(finding);
+            return;
+        };
+        let folder = self
+            .open
+            .last()
+            .map(|path| include::folder(path))
+            .unwrap_or_default();
+        let Some(found) = include::find(self.loader, &folder, &path.text) else {
+            let message = format!("cannot find the included file `{}`", path.text);
+            let finding = Diagnostic::error("include-not-found", path.span, message);
+            self.found.push(finding.help(
+                "a file is looked for beside this one, then by its base \
+                name along the search path: `-I FOLDER`",
+            ));
+            return;
+        };
+        self.moved(&found, &path);
+        let file = normal(&found.path());
+        if let Some(at) = self.open.iter().position(|open| *open == file) {
+            let cycle: Vec<_> = self.open[at..]
+                .iter()
+                .map(|p| p.to_string_lossy())
+                .collect();
+            let message = format!("files include each other: {}", cycle.join(" → "));
+            self.found
+                .push(Diagnostic::error("include-cycle", path.span, message));
+            return;
+        }
+        self.includes += 1;
+        if self.includes > MAX_INCLUDES {
+            let message = format!("more than {MAX_INCLUDES} files are included");
+            self.found
+                .push(Diagnostic::error("too-many-includes", path.span, message));
+            return;
+        }
+        match self.loader.read(&file) {
+            Ok(content) => {
+                let source = self.sources.add(&file, content);
+                self.file(source, parent, units, depth);
+            }
+            Err(error) => {
+                let message = format!("cannot read `{}`: {error}", file.display());
+                let finding = Diagnostic::error("include-not-found", path.span, message);
+                self.found.push(finding);
+            }
+        }
+    }
+
+    fn moved(&mut self, found: &Found, written: &Name) {
+        if let Found::Elsewhere(path) = found {
+            let message = format!("`{}` was found as `{}`", written.text, path.display());
+            self.found
+                .push(Diagnostic::note("file-elsewhere", written.span, message));
+        }
+    }
+
+    /// Finds the file of a mesh.
+    fn mesh(&mut self, mesh: &mut Mesh, written: Option<Name>, tag: Span, folder: &Path) {
+        let Some(written) = written else {
+            let message = "the attribute `file` is missing";
+            self.found
+                .push(Diagnostic::warning("missing-mesh", tag, message));
+            return;
+        };
+        let Some(found) = include::find(self.loader, folder, &written.text) else {
+            let message = format!("cannot find the mesh `{}`", written.text);
+            let finding = Diagnostic::warning("missing-mesh", written.span, message);
+            self.found.push(finding.help(
+                "it is looked for beside this file, then by its base name \
+                along the search path: `-I FOLDER`",
+            ));
+            return;
+        };
+        self.moved(&found, &written);
+        let elsewhere = matches!(found, Found::Elsewhere(_));
+        let path = found.path();
+        if folder != self.home || !elsewhere {
+            mesh.file = include::written(&path, &self.home);
+        }
+        mesh.path = Some(path);
+    }
+}
+
+/// `a/./b/../c` as `a/c`, so that one file has one path.
+fn normal(path: &Path) -> PathBuf {
+    use std::path::Component;
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir
+                if matches!(out.components().next_back(), Some(Component::Normal(_))) =>
+            {
+                out.pop();
+            }
+            other => out.push(other),
+        }
+    }
+    out
+}
+
+const T: [&str; 3] = ["tx", "ty", "tz"];
+const R: [&str; 3] = ["rx", "ry", "rz"];
+
+/// What an element says, and its pose.
+fn kind(element: &Element, from: &mut Attributes<'_, '_>, units: Units) -> (Kind, Pose) {
+    let posed = element.attributes.iter().any(|names| names[0] == "tx");
+    let turned = element.attributes.iter().any(|names| names[0] == "rx");
+    let pose = Pose {
+        translation: if posed { from.lengths(T) } else { [0.0; 3] },
+        rotation: if turned { from.numbers(R) } else { [0.0; 3] },
+    };
+    let kind = match element.tag {
+        "translation" => transform(Form::Translation, from),
+        "rotation" => transform(Form::Rotation, from),
+        "joint" => {
+            let (min, max) = from.limits(false);
+            Kind::Joint(Joint {
+                axis: from.axis(),
+                min,
+                max,
+                home: from.number("home", 0.0),
+                port: from.count("port", 0),
+                low: from.numbers(["lx", "ly", "lz"]),
+                high: from.numbers(["hx", "hy", "hz"]),
+            })
+        }
+        "prismaticJoint" => {
+            let (min, max) = from.limits(true);
+            Kind::Prismatic(Prismatic {
+                axis: from.axis(),
+                min,
+                max,
+                home: from.length("home", 0.0),
+                position: from.length("position", 0.0),
+                offset: from.length("offset", 0.0),
+                port: from.count("port", 0),
+            })
+        }
+        "touchsensor" => {
+            let (min, max) = from.limits(false);
+            Kind::TouchSensor(TouchSensor {
+                form: from.text("type"),
+                normal: from.numbers(["nx", "ny", "nz"]),
+                min,
+                max,
+                port: from.count("port", 0),
+            })
+        }
+        "differentialrobot" => robot(Drive::Differential, from),
+        "omnirobot" => robot(Drive::Omni, from),
+        "camera" => Kind::Camera(camera(from)),
+        "rgbd" => Kind::Rgbd(Rgbd {
+            camera: camera(from),
+            noise: noise(from),
+            port: from.count("port", 0),
+            ifconfig: from.text("ifconfig"),
+        }),
+        "laser" => Kind::Laser(Laser {
+            port: from.count("port", 0),
+            min: from.length("min", 0.0),
+            max: from.length("max", 0.0),
+            angle: from.number("angle", 0.0),
+            measures: from.count("measures", 0),
+            ifconfig: from.text("ifconfig"),
+        }),
+        "imu" => Kind::Imu {
+            port: from.count("port", 0),
+        },
+        "plane" => Kind::Plane(plane(from, units)),
+        "display" => Kind::Display(Display {
+            plane: plane(from, units),
+            port: from.count("port", 0),
+        }),
+        "mesh" => Kind::Mesh(Mesh {
+            file: from.text("file"),
+            path: None,
+            scale: scale(from, units),
+            render: from.word(
+                "render",
+                &[("normal", Render::Normal), ("wireframe", Render::Wireframe)],
+                Render::Normal,
+            ),
+            collide: from.flag("collide"),
+        }),
+        "pointcloud" => Kind::PointCloud,
+        "axes" => axes(from),
+        "sphere" | "cylinder" | "cone" => solid(element.tag, from),
+        _ => transform(Form::Transform, from),
+    };
+    (kind, pose)
+}
+
+fn transform(form: Form, from: &mut Attributes<'_, '_>) -> Kind {
+    let words = [Engine::Static, Engine::Bullet].map(|e| (e.name(), e));
+    Kind::Transform(Transform {
+        form,
+        engine: from.word("engine", &words, Engine::Static),
+        mass: from.number("mass", 0.0),
+    })
+}
+
+fn robot(drive: Drive, from: &mut Attributes<'_, '_>) -> Kind {
+    Kind::Robot(Robot {
+        drive,
+        port: from.count("port", 0),
+        noise: noise(from),
+        collide: from.flag("collide"),
+    })
+}
+
+/// RoboComp ends if a noise is negative.
+fn noise(from: &mut Attributes<'_, '_>) -> f64 {
+    let noise = from.number("noise", 0.0);
+    if noise < 0.0
+        && let Some(value) = from.value("noise").cloned()
+    {
+        let message = format!("`noise` cannot be negative, found `{}`", value.text);
+        from.push(Diagnostic::error("bad-value", value.span, message));
+    }
+    noise
+}
+
+fn camera(from: &mut Attributes<'_, '_>) -> Camera {
+    Camera {
+        width: from.number("width", 0.0),
+        height: from.number("height", 0.0),
+        focal: from.number("focal", 0.0),
+    }
+}
+
+/// One number: a plate of that width and height, and of a hundredth of it in depth. Two: width and
+/// height, and a hundredth of the lesser one in depth. Three: width, height and depth.
+fn plane(from: &mut Attributes<'_, '_>, units: Units) -> Plane {
+    let size = match from.list("size").as_deref() {
+        Some(written) => {
+            let lengths: Vec<f64> = written.iter().map(|l| units.length(*l)).collect();
+            match lengths[..] {
+                [width, height, depth] => [width, height, depth],
+                [width, height] => [width, height, width.min(height) / 100.0],
+                [width] => [width, width, width / 100.0],
+                _ => [2500.0, 2500.0, 25.0],
+            }
+        }
+        None => [2500.0, 2500.0, 25.0],
+    };
+    let normal = from.numbers(["nx", "ny", "nz"]);
+    Plane {
+        texture: from.text("texture"),
+        size,
+        repeat: from.integer("repeat", 1000),
+        normal: if normal.iter().all(|n| n.abs() < 0.001) {
+            [normal[0], normal[1], -1.0]
+        } else {
+            normal
+        },
+        point: from.lengths(["px", "py", "pz"]),
+        collide: from.flag("collide"),
+    }
+}
+
+/// One number for all three, two for x and y (z as x), or three.
+fn scale(from: &mut Attributes<'_, '_>, units: Units) -> [f64; 3] {
+    let scale = match from.list("scale").as_deref() {
+        Some([x, y, z]) => [*x, *y, *z],
+        Some([x, y]) => [*x, *y, *x],
+        Some([all]) => [*all; 3],
+        _ => [1.0; 3],
+    };
+    scale.map(|number| units.length(number))
+}
+
+fn axes(from: &mut Attributes<'_, '_>) -> Kind {
+    // RoboComp takes a negative length for a missing one.
+    let or = |value: f64, default: f64| if value < 0.0 { default } else { value };
+    let length = or(from.length("length", -1.0), 200.0);
+    let width = or(from.length("width", -1.0), 15.0);
+    let own = |value: f64, default: f64| if value > 0.0 { value } else { default };
+    Kind::Axes(Axes {
+        lengths: elements::LENGTHS.map(|names| own(from.length(names[0], -1.0), length)),
+        widths: elements::WIDTHS.map(|names| own(from.length(names[0], -1.0), width)),
+    })
+}
+
+fn solid(tag: &str, from: &mut Attributes<'_, '_>) -> Kind {
+    let radius = from.positive_length("radius");
+    let shape = match tag {
+        "sphere" => Shape::Sphere { radius },
+        "cylinder" => Shape::Cylinder {
+            radius,
+            length: from.positive_length("length"),
+        },
+        _ => Shape::Cone {
+            radius,
+            length: from.positive_length("length"),
+        },
+    };
+    Kind::Solid(Solid {
+        shape,
+        texture: from.text("texture"),
+        collide: from.flag("collide"),
+    })
+}

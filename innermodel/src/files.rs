@@ -1,0 +1,104 @@
+//! Reads files from the disk.
+
+use crate::error::Error;
+use innermodel_language::{Document, Loader};
+use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use std::io;
+use std::path::{Path, PathBuf};
+use thiserror::Error as ThisError;
+
+/// Why a file gives no tree.
+#[derive(Debug, ThisError)]
+#[non_exhaustive]
+pub enum LoadError {
+    /// The system cannot read the file.
+    #[error("{path}: {error}")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// Why.
+        error: io::Error,
+    },
+    /// The file is wrong. The text has each finding with its line.
+    #[error("{0}")]
+    Wrong(String),
+    /// The document was made by hand, and is none that a file could say.
+    #[error(transparent)]
+    Tree(#[from] Error),
+}
+
+/// Files of the disk. A file that is not where a text says is looked for by its base name in some
+/// folders.
+#[derive(Clone, Debug, Default)]
+pub struct Folders {
+    search: Vec<PathBuf>,
+}
+
+impl Folders {
+    /// Looks into these folders, in their order.
+    pub fn new(search: impl IntoIterator<Item = PathBuf>) -> Self {
+        Self {
+            search: search.into_iter().collect(),
+        }
+    }
+}
+
+impl Loader for Folders {
+    fn read(&self, path: &Path) -> io::Result<String> {
+        rc_files::read(path)
+    }
+
+    fn is_file(&self, path: &Path) -> bool {
+        path.is_file()
+    }
+
+    fn search(&self) -> &[PathBuf] {
+        &self.search
+    }
+}
+
+/// Reads a file with all that it includes. The text has the warnings, if there are any.
+pub fn read(path: &Path, folders: &Folders) -> Result<(Document, String), LoadError> {
+    let text = rc_files::read(path).map_err(|error| LoadError::Unreadable {
+        path: path.display().to_string(),
+        error,
+    })?;
+    let mut sources = SourceMap::new();
+    let source = sources.add(path, text);
+    let (document, found) = innermodel_language::load(&mut sources, folders, source);
+    checked(document, &found, &sources)
+}
+
+/// Reads a text that includes no file.
+pub(crate) fn parse(text: &str) -> Result<(Document, String), LoadError> {
+    struct Nothing;
+    impl Loader for Nothing {
+        fn read(&self, _: &Path) -> io::Result<String> {
+            Err(io::ErrorKind::NotFound.into())
+        }
+
+        fn is_file(&self, _: &Path) -> bool {
+            false
+        }
+
+        fn search(&self) -> &[PathBuf] {
+            &[]
+        }
+    }
+    let mut sources = SourceMap::new();
+    let source = sources.add("text.xml", text);
+    let (document, found) = innermodel_language::load(&mut sources, &Nothing, source);
+    checked(document, &found, &sources)
+}
+
+fn checked(
+    document: Document,
+    found: &Diagnostics,
+    sources: &SourceMap,
+) -> Result<(Document, String), LoadError> {
+    let text = render(sources, found, Format::Short);
+    if found.has_errors() {
+        return Err(LoadError::Wrong(text));
+    }
+    Ok((document, text))
+}

@@ -1,0 +1,121 @@
+//! The map from ids to places, shared with earlier versions as far as it did not change.
+
+use std::hash::{BuildHasher, RandomState};
+use std::sync::Arc;
+
+/// How many ids a bucket holds before it is split.
+const BUCKET: usize = 8;
+const BITS: u32 = 4;
+
+#[derive(Clone, Debug)]
+enum Page {
+    Bucket(Vec<(u64, Arc<str>, u32)>),
+    Branch([Option<Arc<Page>>; 1 << BITS]),
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Ids {
+    root: Option<Arc<Page>>,
+    hash: RandomState,
+}
+
+impl Ids {
+    pub(crate) fn new() -> Self {
+        Self {
+            root: None,
+            hash: RandomState::new(),
+        }
+    }
+
+    /// The place of an id.
+    pub(crate) fn get(&self, id: &str) -> Option<u32> {
+        let hash = self.hash.hash_one(id);
+        let mut page = self.root.as_deref()?;
+        let mut shift = 0;
+        loop {
+            match page {
+                Page::Bucket(items) => {
+                    let mut items = items.iter();
+                    let found = items.find(|(h, known, _)| *h == hash && **known == *id);
+                    return found.map(|(_, _, place)| *place);
+                }
+                Page::Branch(pages) => {
+                    page = pages[slot(hash, shift)].as_deref()?;
+                    shift += BITS;
+                }
+            }
+        }
+    }
+
+    /// Adds an id that is not there yet.
+    pub(crate) fn insert(&mut self, id: Arc<str>, place: u32) {
+        let hash = self.hash.hash_one(&*id);
+        insert(&mut self.root, (hash, id, place), 0);
+    }
+
+    pub(crate) fn remove(&mut self, id: &str) {
+        let hash = self.hash.hash_one(id);
+        let mut page = &mut self.root;
+        let mut shift = 0;
+        while let Some(here) = page {
+            match Arc::make_mut(here) {
+                Page::Bucket(items) => {
+                    items.retain(|(h, known, _)| *h != hash || **known != *id);
+                    return;
+                }
+                Page::Branch(pages) => page = &mut pages[slot(hash, shift)],
+            }
+            shift += BITS;
+        }
+    }
+}
+
+fn slot(hash: u64, shift: u32) -> usize {
+    (hash >> shift) as usize % (1 << BITS)
+}
+
+fn insert(page: &mut Option<Arc<Page>>, item: (u64, Arc<str>, u32), shift: u32) {
+    let Some(here) = page else {
+        *page = Some(Arc::new(Page::Bucket(vec![item])));
+        return;
+    };
+    let here = Arc::make_mut(here);
+    match here {
+        // Ids of one hash share a bucket, however many they are.
+        Page::Bucket(items) if items.len() < BUCKET || shift >= u64::BITS => items.push(item),
+        Page::Bucket(items) => {
+            let mut pages: [Option<Arc<Page>>; 1 << BITS] = Default::default();
+            for old in items.drain(..).chain([item]) {
+                let at = slot(old.0, shift);
+                insert(&mut pages[at], old, shift + BITS);
+            }
+            *here = Page::Branch(pages);
+        }
+        Page::Branch(pages) => {
+            let at = slot(item.0, shift);
+            insert(&mut pages[at], item, shift + BITS);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Ids;
+
+    #[test]
+    fn ids_come_and_go() {
+        let mut ids = Ids::new();
+        let name = |number: u32| format!("node{number}");
+        (0..5000).for_each(|number| ids.insert(name(number).into(), number));
+        let before = ids.clone();
+        (0..5000)
+            .step_by(2)
+            .for_each(|number| ids.remove(&name(number)));
+        for number in 0..5000 {
+            assert_eq!(before.get(&name(number)), Some(number));
+            assert_eq!(ids.get(&name(number)), (number % 2 == 1).then_some(number));
+        }
+        ids.remove("nothing");
+        assert_eq!(ids.get("nothing"), None);
+    }
+}

@@ -1,0 +1,21 @@
+//! Tests of the tree.
+
+mod changes;
+mod numbers;
+mod oracle;
+#[path = "../../../deploy/tests/all/python.rs"]
+mod python;
+mod threads;
+
+use innermodel::{Folders, InnerModel};
+use std::path::{Path, PathBuf};
+
+fn scene(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("scenes")
+        .join(name)
+}
+
+fn load(name: &str) -> InnerModel {
+    InnerModel::load(&scene(name), &Folders::default()).expect("a scene")
+}

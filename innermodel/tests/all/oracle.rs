@@ -1,0 +1,69 @@
+//! Transforms equal those that scipy composes from the files.
+
+use crate::{load, python, scene};
+use innermodel::{Error, Pose, Time, Transform, frames};
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::process::Command;
+
+#[test]
+fn every_pair_of_nodes_equals_scipy() {
+    let Some(python) = python::interpreter("scipy==1.15.3", "every_pair_of_nodes_equals_scipy")
+    else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all/oracle.py");
+    for name in ["arm.xml", "robot.xml", "house.xml"] {
+        let model = load(name);
+        let joints: BTreeMap<String, f64> = model
+            .snapshot()
+            .nodes()
+            .enumerate()
+            .filter(|(_, node)| node.position().is_some())
+            .map(|(at, node)| (node.id().to_owned(), 0.37 * at as f64 - 2.0))
+            .collect();
+        model
+            .change(Time::ZERO, |edit| {
+                for (id, position) in &joints {
+                    edit.set_joint(id, *position)?;
+                }
+                Ok::<_, Error>(())
+            })
+            .expect("a change");
+        let tree = model.snapshot();
+        let joints: BTreeMap<&str, f64> = tree
+            .nodes()
+            .filter_map(|node| Some((node.id(), node.position()?)))
+            .collect();
+        let ids: Vec<&str> = tree.nodes().map(|node| node.id()).collect();
+        let mut pairs = Vec::new();
+        for to in &ids {
+            for from in &ids {
+                let matrix = tree.matrix(*to, *from).expect("two nodes").transpose();
+                pairs.push(json!([to, from, matrix.as_slice()]));
+            }
+        }
+        let ros: Vec<_> = (0..100)
+            .map(|at| {
+                let n = |k: i32| f64::from((at * 37 + k * 101) % 311 - 155) / 50.0;
+                let pose = Pose::new(n(1) * 1000.0, n(2), n(3), n(4), n(5), n(6));
+                let there = frames::to_ros(&Transform::of(&pose));
+                let (t, q) = (there.translation.vector, there.rotation);
+                let here = [pose.translation, pose.rotation].concat();
+                json!([here, [t.x, t.y, t.z, q.i, q.j, q.k, q.w]])
+            })
+            .collect();
+        let list = folder.path().join("list.json");
+        let given = json!({"pairs": pairs, "joints": joints, "ros": ros});
+        std::fs::write(&list, given.to_string()).expect("a file");
+        let output = Command::new(python)
+            .arg(script)
+            .arg(scene(name))
+            .arg(&list)
+            .output();
+        let output = output.expect("python");
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{name}: {errors}");
+    }
+}
