@@ -1,6 +1,6 @@
 //! What the command lines have in common.
 
-use super::completion::{components, components_and_groups, networks, parameters};
+use super::completion::{components, components_and_groups, networks, parameters, topics};
 use clap::{Args, Subcommand};
 use rc_cdsl::model::Backend;
 use rc_codegen::view::BACKENDS;
@@ -42,6 +42,23 @@ pub(super) struct Named {
     #[arg(required = true, value_name = "NAME", add = components_and_groups())]
     pub(super) names: Vec<String>,
     /// The form of the output: human or json (one document).
+    #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+    pub(super) format: Format,
+}
+
+/// A topic or an operation of a running network.
+#[derive(Args)]
+pub(super) struct Watched {
+    /// The network or its .ddsl.
+    #[arg(add = networks())]
+    pub(super) network: String,
+    /// COMPONENT.SLOT.OPERATION of one of its ends, its address, or any end of these that means one thing.
+    #[arg(value_name = "TOPIC", add = topics())]
+    pub(super) topic: String,
+    /// Fails if no message comes for so many seconds. Without it, a finite command waits ten seconds, others without limit.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub(super) timeout: Option<f64>,
+    /// The form of the output: human or json (one object a line).
     #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
     pub(super) format: Format,
 }
@@ -133,4 +150,16 @@ pub(super) fn format(text: &str) -> Result<Format, String> {
             "`{other}` is not a format; there are human and json"
         )),
     }
+}
+
+/// Seconds of a command line, from a thousandth to a day.
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|s| (1e-3..=86_400.0).contains(s));
+    seconds.ok_or_else(|| "expected seconds, from 0.001 to 86400".to_owned())
+}
+
+/// A rate of a command line.
+pub(super) fn rate(text: &str) -> Result<f64, String> {
+    let rate = text.parse().ok().filter(|r| (1e-3..=1e5).contains(r));
+    rate.ok_or_else(|| "expected times a second, from 0.001 to 100000".to_owned())
 }

@@ -9,6 +9,7 @@ use rc_command_line::{
 use rc_deploy_client::names::is_reserved;
 use rc_deploy_client::{by_hand, connection, logs, params, states, status};
 use rc_diagnostics::SourceMap;
+use rc_observe::Network;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::Path;
@@ -85,6 +86,56 @@ pub(super) fn events() -> ArgValueCandidates {
             .flat_map(|machine| machine.external);
         candidates(events.collect())
     })
+}
+
+/// The topics and the operations of the network that the command line names.
+pub(super) fn topics() -> ArgValueCandidates {
+    ArgValueCandidates::new(|| {
+        candidates(names_in_network(|network| {
+            let topics = network.topics();
+            let topics = topics.iter().map(rc_observe::Topic::name);
+            let operations = network.operations();
+            let operations = operations.iter().map(rc_observe::Operation::name);
+            topics.chain(operations).collect()
+        }))
+    })
+}
+
+/// The topics.
+pub(super) fn only_topics() -> ArgValueCandidates {
+    ArgValueCandidates::new(|| {
+        candidates(names_in_network(|network| {
+            network
+                .topics()
+                .iter()
+                .map(rc_observe::Topic::name)
+                .collect()
+        }))
+    })
+}
+
+/// The operations that can be called.
+pub(super) fn operations() -> ArgValueCandidates {
+    ArgValueCandidates::new(|| {
+        candidates(names_in_network(|network| {
+            let operations = network.operations();
+            operations.iter().map(rc_observe::Operation::name).collect()
+        }))
+    })
+}
+
+/// Types, interfaces, slots and operations.
+pub(super) fn described() -> ArgValueCandidates {
+    ArgValueCandidates::new(|| {
+        candidates(names_in_network(|network| {
+            super::look::names(network).into_iter().collect()
+        }))
+    })
+}
+
+fn names_in_network(names: impl Fn(&Network) -> BTreeSet<String>) -> BTreeSet<String> {
+    let found = network().and_then(|network| Network::look(&network).ok());
+    found.as_ref().map(names).unwrap_or_default()
 }
 
 fn names_of_components() -> BTreeSet<String> {

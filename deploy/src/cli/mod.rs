@@ -2,11 +2,14 @@
 //! [`TOOL`] lists the exit codes.
 
 mod arguments;
+mod call;
 mod completion;
 mod control;
 mod description;
 mod export;
 mod graph;
+mod look;
+mod messages;
 mod networks;
 mod output;
 mod params;
@@ -14,9 +17,10 @@ mod top;
 mod up;
 
 use crate::Options;
-use arguments::{Action, Input, Named, engine, format, switch};
+use arguments::{Action, Input, Named, Watched, engine, format, rate, seconds, switch};
 use clap::{ArgAction, Parser, Subcommand};
-use completion::{components, events, logs_of, networks};
+use completion::{components, described, events, logs_of, networks, only_topics, operations};
+use messages::Measure;
 use networks::{named, network_of, running};
 use output::{Failure, print_line, show, system};
 use rc_codegen::Files;
@@ -227,6 +231,115 @@ enum Command {
         #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
     },
+    /// Lists the topics and services of a running network, their ends and their rates.
+    ///
+    /// A rate is that of all messages of the slot, measured over one second.
+    List {
+        /// The network or its .ddsl.
+        #[arg(add = networks())]
+        network: String,
+        /// The form of the output: human or json (one document).
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+        format: Format,
+    },
+    /// Shows a type, an interface, a slot or an operation of a running network.
+    Show {
+        /// The network or its .ddsl.
+        #[arg(add = networks())]
+        network: String,
+        /// Its name, or any end of it that means one thing.
+        #[arg(add = described())]
+        name: String,
+        /// The form of the output: human or json (one document).
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+        format: Format,
+    },
+    /// Prints the messages of a topic, or the calls of an operation.
+    Echo {
+        #[command(flatten)]
+        watched: Watched,
+        /// Prints only this member, as in `pose.x` or `points[3]`. May be given several times.
+        #[arg(long, value_name = "PATH")]
+        field: Vec<String>,
+        /// Ends after so many messages.
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+        count: Option<u64>,
+        /// Ends after one message.
+        #[arg(long, conflicts_with = "count")]
+        once: bool,
+        /// Prints at most so many messages a second.
+        #[arg(long, value_name = "HZ", value_parser = rate)]
+        rate: Option<f64>,
+        /// Prints lines of CSV. The first line names the columns.
+        #[arg(long, conflicts_with = "format")]
+        csv: bool,
+    },
+    /// Measures the rate of a topic or of calls, and the times between messages. Prints a line each
+    /// second.
+    Hz {
+        #[command(flatten)]
+        watched: Watched,
+        /// Ends after so many lines.
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+        lines: Option<u64>,
+    },
+    /// Measures the bytes of a topic or of calls. Prints a line each second.
+    Bw {
+        #[command(flatten)]
+        watched: Watched,
+        /// Ends after so many lines.
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+        lines: Option<u64>,
+    },
+    /// Measures the time from sending to receiving, on one machine. Prints a line each second.
+    ///
+    /// Over shared memory a tool looks for samples each millisecond, which the delay includes.
+    Delay {
+        #[command(flatten)]
+        watched: Watched,
+        /// Ends after so many lines.
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+        lines: Option<u64>,
+    },
+    /// Calls an operation of a component. An exception is printed, and the exit code is 1.
+    ///
+    /// The component handles the call as if it came from a client. So this works over every
+    /// middleware and on every machine of the network.
+    Call {
+        /// The network or its .ddsl.
+        #[arg(add = networks())]
+        network: String,
+        /// COMPONENT.SLOT.OPERATION, or any end of it that means one thing.
+        #[arg(value_name = "OPERATION", add = operations())]
+        operation: String,
+        /// The parameters as a JSON object. Missing ones have their default values.
+        #[arg(value_name = "JSON", default_value = "{}")]
+        parameters: String,
+        /// How long the reply may take, in seconds.
+        #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+        timeout: f64,
+        /// The form of the output: human or json (one document).
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+        format: Format,
+    },
+    /// Sends a sample to a topic: once, or again and again with `--rate`.
+    Send {
+        /// The network or its .ddsl.
+        #[arg(add = networks())]
+        network: String,
+        /// COMPONENT.SLOT.OPERATION of one of its ends, its address, or any end of these that means one thing.
+        #[arg(value_name = "TOPIC", add = only_topics())]
+        topic: String,
+        /// The sample as a JSON object. Missing members have their default values.
+        #[arg(value_name = "JSON", default_value = "{}")]
+        value: String,
+        /// Sends so many samples a second, until Ctrl-C or `--count`.
+        #[arg(long, value_name = "HZ", value_parser = rate)]
+        rate: Option<f64>,
+        /// Sends so many samples.
+        #[arg(long, value_name = "N", requires = "rate", value_parser = clap::value_parser!(u64).range(1..))]
+        count: Option<u64>,
+    },
     /// Exports a network to another orchestrator: same programs, order, limits and policies.
     ///
     /// Unsupported features are reported, and noted in the files.
@@ -379,6 +492,45 @@ fn run(command: Command) -> Result<u8, Failure> {
             let (network, name) = (network.unwrap_or_default(), name.unwrap_or_default());
             params::all(&network, &name, format)
         }
+        Command::List { network, format } => look::list(&network, format),
+        Command::Show {
+            network,
+            name,
+            format,
+        } => look::show(&network, &name, format),
+        Command::Echo {
+            watched,
+            field,
+            count,
+            once,
+            rate,
+            csv,
+        } => messages::echo(
+            &watched,
+            &messages::Echo {
+                fields: field,
+                count: count.or(once.then_some(1)),
+                rate,
+                csv,
+            },
+        ),
+        Command::Hz { watched, lines } => messages::measure(&watched, Measure::Rate, lines),
+        Command::Bw { watched, lines } => messages::measure(&watched, Measure::Bandwidth, lines),
+        Command::Delay { watched, lines } => messages::measure(&watched, Measure::Delay, lines),
+        Command::Call {
+            network,
+            operation,
+            parameters,
+            timeout,
+            format,
+        } => call::call(&network, &operation, &parameters, timeout, format),
+        Command::Send {
+            network,
+            topic,
+            value,
+            rate,
+            count,
+        } => call::send(&network, &topic, &value, rate, count),
         Command::Export {
             input,
             to,

@@ -13,6 +13,7 @@ mod interop_client;
 mod joints;
 mod large;
 mod late;
+mod observe;
 mod params;
 mod partial;
 mod patrol;

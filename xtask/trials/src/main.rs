@@ -15,6 +15,7 @@ mod languages;
 mod lockstep;
 mod machine;
 mod networks;
+mod observe;
 mod pair;
 mod parameters;
 mod programs;
@@ -60,6 +61,8 @@ fn main() -> ExitCode {
         ["bench", "rclpy"] => rclpy::bench(3, 300).map_err(|e| e.to_string()),
         ["bench", "rclpy", "--smoke"] => rclpy::bench(1, 5).map_err(|e| e.to_string()),
         ["bench", "ros2", "--smoke"] => ros2::run(5, 0.4).map_err(|e| e.to_string()),
+        ["bench", "observe"] => observe::run(false).map_err(|e| e.to_string()),
+        ["bench", "observe", "--smoke"] => observe::run(true).map_err(|e| e.to_string()),
         ["bench", "deploy"] => deploy::run(false).map_err(|e| e.to_string()),
         ["bench", "deploy", "--smoke"] => deploy::run(true).map_err(|e| e.to_string()),
         ["bench", "deploy", "deaths"] => deploy::deaths().map_err(|e| e.to_string()),
@@ -89,7 +92,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | machine | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] | deny [--smoke] | experiment [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | machine | observe [--smoke] | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }

@@ -117,6 +117,18 @@ impl Pair {
         Self::generated_under([&[], &[]])
     }
 
+    /// The generated components in a network of their own, beside others.
+    pub(crate) fn generated_in(what: &str) -> Result<Self, Failure> {
+        let folder = target()?.join("release");
+        let programs = [folder.join("pong"), folder.join("ping")];
+        Self::components_in(Network::new(what)?, [&[], &[]], &programs, &[])
+    }
+
+    /// The name of its network.
+    pub(crate) fn network(&self) -> Option<&str> {
+        self.network.as_ref().map(|network| network.name.as_str())
+    }
+
     /// The generated components under tools, with their command lines: that of the publisher and client, then that of
     /// the subscriber and server.
     pub(crate) fn generated_under(tools: [&[String]; 2]) -> Result<Self, Failure> {
@@ -134,7 +146,15 @@ impl Pair {
         programs: &[PathBuf; 2],
         more: &[&str],
     ) -> Result<Self, Failure> {
-        let network = Network::new("gen")?;
+        Self::components_in(Network::new("gen")?, tools, programs, more)
+    }
+
+    fn components_in(
+        network: Network,
+        tools: [&[String]; 2],
+        programs: &[PathBuf; 2],
+        more: &[&str],
+    ) -> Result<Self, Failure> {
         // Two slots of one interface, so the second one needs an address of its own.
         let awake = format!("awake={}/Awake", network.name);
         let name = network.name.clone();

@@ -1,0 +1,151 @@
+//! The middlewares that a tool has joined.
+
+use crate::error::Error;
+use crate::network::Topic;
+use rc_middleware::{
+    Address, Backend, Durability, Endpoint, Environment, ExternalType, Qos, Reliability,
+    RunDirectory, Settings, TypeIdentity, WakeEvent,
+};
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// The most samples that wait for a tool. Older ones give way to newer ones.
+const DEPTH: u32 = 256;
+
+/// Joins each middleware once for each set of settings.
+pub(crate) struct Backends {
+    network: String,
+    wake_event: WakeEvent,
+    joined: Vec<(String, BTreeMap<String, String>, Box<dyn Backend>)>,
+}
+
+impl Backends {
+    pub(crate) fn new(network: &str) -> Result<Self, Error> {
+        let wake_event = WakeEvent::new().map_err(|error| Error::system("an event", &error))?;
+        Ok(Self {
+            network: network.to_owned(),
+            wake_event,
+            joined: Vec::new(),
+        })
+    }
+
+    /// The middleware of a topic.
+    pub(crate) fn of(&mut self, topic: &Topic) -> Result<&dyn Backend, Error> {
+        let mut wanted = topic.settings.clone();
+        // Names of the component's own node are not those of the tool.
+        wanted.remove("node");
+        let known = |(name, settings, _): &(String, BTreeMap<String, String>, _)| {
+            *name == topic.middleware && *settings == wanted
+        };
+        let at = match self.joined.iter().position(known) {
+            Some(at) => at,
+            None => {
+                let backend = self.join(&topic.middleware, &wanted)?;
+                self.joined
+                    .push((topic.middleware.clone(), wanted, backend));
+                self.joined.len() - 1
+            }
+        };
+        Ok(self.joined[at].2.as_ref())
+    }
+
+    fn join(
+        &self,
+        middleware: &str,
+        wanted: &BTreeMap<String, String>,
+    ) -> Result<Box<dyn Backend>, Error> {
+        let mut settings = Settings::default();
+        for (name, text) in wanted {
+            let key = rc_settings::key(middleware, name);
+            if let Some(value) = key.and_then(|key| key.kind.parse(text).ok()) {
+                settings.set(middleware, name, value);
+            }
+        }
+        let directory = RunDirectory::open(&self.network)
+            .map_err(|error| Error::system("the run directory", &error))?;
+        let environment = Environment {
+            network: self.network.clone(),
+            // ROS 2 hides nodes whose names begin so.
+            instance: format!("_rcdeploy_{}", std::process::id()),
+            directory,
+            wake_event: self.wake_event.clone(),
+            settings,
+        };
+        Ok(match middleware {
+            rc_iceoryx2::NAME => rc_iceoryx2::observe(&environment)?,
+            rc_dds::NAME => rc_dds::observe(&environment)?,
+            rc_ros2::NAME => rc_ros2::observe(&environment)?,
+            other => {
+                let reason = format!("topics over `{other}` cannot be observed");
+                return Err(Error::system("observe", &reason));
+            }
+        })
+    }
+
+    /// Waits until all sent samples have arrived.
+    pub(crate) fn linger(&self, limit: Duration) {
+        for (.., backend) in &self.joined {
+            backend.linger(limit);
+        }
+    }
+}
+
+/// The endpoint of a topic for a tool that receives.
+pub(crate) fn receiving(topic: &Topic) -> Result<Endpoint, Error> {
+    let keeps = topic.description.qos.transient_local && topic.middleware == rc_iceoryx2::NAME;
+    let qos = Qos {
+        reliability: Reliability::BestEffort,
+        // Over a network, history would cost the publisher a repetition.
+        durability: if keeps {
+            Durability::TransientLocal
+        } else {
+            Durability::Volatile
+        },
+        depth: DEPTH,
+        ..Qos::SUBSCRIBER
+    };
+    endpoint(topic, qos)
+}
+
+/// The endpoint of a topic for a tool that sends.
+pub(crate) fn sending(topic: &Topic) -> Result<Endpoint, Error> {
+    let described = &topic.description.qos;
+    let time = |ms: Option<f64>| ms.and_then(|ms| Duration::try_from_secs_f64(ms / 1e3).ok());
+    let qos = Qos {
+        reliability: Reliability::Reliable,
+        durability: if described.transient_local {
+            Durability::TransientLocal
+        } else {
+            Durability::Volatile
+        },
+        depth: described.depth.clamp(1, DEPTH),
+        deadline: time(described.deadline_ms),
+        liveliness: time(described.liveliness_ms),
+        ..Qos::PUBLISHER
+    };
+    endpoint(topic, qos)
+}
+
+fn endpoint(topic: &Topic, qos: Qos) -> Result<Endpoint, Error> {
+    let address = Address::parse(&topic.address);
+    let address = address.map_err(|reason| Error::system("the address", &reason))?;
+    let operation = &topic.operation;
+    let end = topic.publishers.iter().chain(&topic.subscribers).next();
+    let external = topic.description.external_type.iter();
+    Ok(Endpoint {
+        address,
+        types: TypeIdentity {
+            name: format!("{}/{}", topic.interface.name, operation.name),
+            hash: operation.hash,
+        },
+        qos,
+        external_types: external
+            .map(|type_name| ExternalType {
+                slot: end.map_or_else(String::new, |end| end.slot.clone()),
+                operation: operation.name.clone(),
+                id: operation.id,
+                type_name: type_name.clone(),
+            })
+            .collect(),
+    })
+}

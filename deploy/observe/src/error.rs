@@ -1,0 +1,102 @@
+//! Why a tool cannot look, call or send.
+
+use rc_middleware::OpenError;
+use rc_values::ValueError;
+
+/// Why a tool cannot do what was asked for.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// No component of the network replies.
+    #[error("no component of network {0} runs")]
+    NotRunning(String),
+    /// There is nothing of this name.
+    #[error("{network} has no {what} `{name}`{help}")]
+    Unknown {
+        /// The network.
+        network: String,
+        /// `topic`, `operation` …
+        what: &'static str,
+        /// What was sought.
+        name: String,
+        /// The nearest name, or all names.
+        help: String,
+    },
+    /// There are several of this name.
+    #[error("`{name}` can be {}; write more of the name", .found.join(", or "))]
+    Ambiguous {
+        /// What was sought.
+        name: String,
+        /// What it may mean.
+        found: Vec<String>,
+    },
+    /// A component describes its types so that nobody can use them.
+    #[error("{component}: {reason}")]
+    Description {
+        /// The component.
+        component: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// JSON or bytes that do not fit a type.
+    #[error(transparent)]
+    Value(#[from] ValueError),
+    /// The types of a message are not those of the description.
+    #[error(
+        "{sender} has types {theirs:016x} of `{topic}`, and the description has {ours:016x}; generate the components again"
+    )]
+    OtherTypes {
+        /// The topic.
+        topic: String,
+        /// Which messages.
+        sender: &'static str,
+        /// The hash in the message.
+        theirs: u64,
+        /// The hash of the description.
+        ours: u64,
+    },
+    /// A middleware refuses.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// A component does not reply, or refuses.
+    #[error("{component}: {reason}")]
+    Component {
+        /// The component.
+        component: String,
+        /// What it says.
+        reason: String,
+    },
+    /// The component refuses the request, so the handler has not run.
+    #[error("{operation} refuses: {reason}")]
+    Refused {
+        /// The operation.
+        operation: String,
+        /// Why.
+        reason: String,
+    },
+    /// The system refuses.
+    #[error("{action}: {reason}")]
+    System {
+        /// What was tried.
+        action: String,
+        /// Why it failed.
+        reason: String,
+    },
+}
+
+impl Error {
+    /// Whether the input is wrong, not the system or the network.
+    pub fn is_input(&self) -> bool {
+        matches!(
+            self,
+            Self::Unknown { .. } | Self::Ambiguous { .. } | Self::Value(_) | Self::Refused { .. }
+        )
+    }
+
+    pub(crate) fn system(action: &str, reason: &dyn std::fmt::Display) -> Self {
+        Self::System {
+            action: action.to_owned(),
+            reason: reason.to_string(),
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! Looks at a running network, calls its operations and sends to its topics, with types that are
+//! known at run time only.
+//!
+//! - [`Network`]: what runs, as the components themselves describe it.
+//! - [`Observer`]: the messages of topics, and of slots that are tapped.
+//! - [`call()`]: calls an operation of a component.
+//! - [`Sender`]: sends samples to a topic.
+//!
+//! A tool is no peer: it takes no place of a component, delays no message, and no component waits
+//! for it. Topics of this machine, of DDS and of ROS 2 are read from the middleware; those in the
+//! shared memory of another machine are copied by their component, over its management socket.
+
+mod backends;
+mod calls;
+mod error;
+mod lookup;
+mod network;
+mod observer;
+mod sender;
+
+pub use calls::{Answer, call};
+pub use error::Error;
+pub use lookup::nearest_of;
+pub use network::{Component, End, Network, Operation, Service, Topic};
+pub use observer::{FeedId, MessageKind, Observed, Observer};
+pub use sender::Sender;

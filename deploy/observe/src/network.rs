@@ -1,0 +1,344 @@
+//! What runs in a network, as its components describe themselves.
+
+use crate::error::Error;
+use crate::lookup::find;
+use rc_deploy_client::{by_hand, connection, names};
+use rc_management::component::{Request, Role, Status};
+use rc_management::observation::{Described, OperationDescription, SlotDescription};
+use rc_management::{CallError, Client};
+use rc_middleware::RunDirectory;
+use rc_values::description::Module;
+use rc_values::{Catalog, Interface};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long all components together may take to reply.
+const LIMIT: Duration = Duration::from_secs(4);
+/// How long each of them may take at least.
+const LEAST: Duration = Duration::from_millis(100);
+
+/// A running network.
+#[derive(Debug)]
+pub struct Network {
+    /// Its name.
+    pub name: String,
+    /// The components that reply, by name.
+    pub components: Vec<Component>,
+    /// Why others give no description.
+    pub silent: Vec<String>,
+}
+
+/// A running component.
+#[derive(Debug)]
+pub struct Component {
+    /// Its name.
+    pub name: String,
+    /// The machine on which it runs, if that is not this one.
+    pub host: Option<String>,
+    /// What it tells of its connections.
+    pub described: Described,
+    /// Its status at the same time.
+    pub status: Status,
+    /// Its types.
+    pub catalog: Arc<Catalog>,
+}
+
+/// An end of a connection.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct End {
+    /// The component.
+    pub component: String,
+    /// The slot.
+    pub slot: String,
+    /// The machine, if it is not this one.
+    pub host: Option<String>,
+}
+
+/// A topic.
+#[derive(Clone, Debug)]
+pub struct Topic {
+    /// Where its ends meet, with the name of the operation.
+    pub address: String,
+    /// The middleware.
+    pub middleware: String,
+    /// The settings of the middleware at one of the ends.
+    pub settings: BTreeMap<String, String>,
+    /// The interface.
+    pub interface: Arc<Interface>,
+    /// The operation.
+    pub operation: rc_values::Operation,
+    /// What an end says of the operation: quality of service, and the type in ROS 2.
+    pub description: OperationDescription,
+    /// The publishers.
+    pub publishers: Vec<End>,
+    /// The subscribers.
+    pub subscribers: Vec<End>,
+}
+
+/// The calls of an interface at one address.
+#[derive(Clone, Debug)]
+pub struct Service {
+    /// Where its ends meet.
+    pub address: String,
+    /// The middleware.
+    pub middleware: String,
+    /// The interface.
+    pub interface: Arc<Interface>,
+    /// The servers: one, if all is well.
+    pub servers: Vec<End>,
+    /// The clients.
+    pub clients: Vec<End>,
+}
+
+/// An operation that can be called.
+#[derive(Clone, Debug)]
+pub struct Operation {
+    /// The end that replies.
+    pub server: End,
+    /// The operation.
+    pub operation: rc_values::Operation,
+}
+
+impl std::fmt::Display for End {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}.{}", self.component, self.slot)
+    }
+}
+
+/// The management socket of a component. Dots of a name become `-` there.
+pub(crate) fn socket(network: &str, component: &str) -> PathBuf {
+    RunDirectory::of(network).socket(&component.replace('.', "-"))
+}
+
+/// Connects to a component.
+pub(crate) fn connect(network: &str, component: &str, limit: Duration) -> Result<Client, Error> {
+    Client::connect(&socket(network, component), limit).map_err(|error| Error::Component {
+        component: component.to_owned(),
+        reason: error.to_string(),
+    })
+}
+
+pub(crate) fn failed(component: &str, error: &CallError) -> Error {
+    let reason = match error {
+        CallError::Refused(error) => error.message.clone(),
+        other => other.to_string(),
+    };
+    Error::Component {
+        component: component.to_owned(),
+        reason,
+    }
+}
+
+impl Network {
+    /// Asks all components of a network, also those on other machines, for their descriptions.
+    pub fn look(network: &str) -> Result<Self, Error> {
+        names::check_name("network", network).map_err(|error| Error::system("the name", &error))?;
+        let hosts = hosts(network);
+        let deadline = Instant::now() + LIMIT;
+        let directory = RunDirectory::of(network);
+        let (mut components, mut silent) = (Vec::new(), Vec::new());
+        for name in by_hand::sockets(&directory, []) {
+            let left = deadline
+                .saturating_duration_since(Instant::now())
+                .max(LEAST);
+            // A component that was killed leaves its socket.
+            let Ok(mut client) = Client::connect(&directory.socket(&name), left) else {
+                continue;
+            };
+            match component(&mut client, left, &hosts) {
+                Ok(component) => components.push(component),
+                Err(reason) => silent.push(format!("{name}: {reason}")),
+            }
+        }
+        components.sort_by(|a, b| a.name.cmp(&b.name));
+        if components.is_empty() && silent.is_empty() {
+            return Err(Error::NotRunning(network.to_owned()));
+        }
+        Ok(Self {
+            name: network.to_owned(),
+            components,
+            silent,
+        })
+    }
+
+    /// A component.
+    pub fn component(&self, name: &str) -> Option<&Component> {
+        self.components.iter().find(|c| c.name == name)
+    }
+
+    fn slots(&self) -> impl Iterator<Item = (&Component, &SlotDescription, End)> {
+        self.components.iter().flat_map(|component| {
+            component.described.slots.iter().map(move |slot| {
+                let end = End {
+                    component: component.name.clone(),
+                    slot: slot.name.clone(),
+                    host: component.host.clone(),
+                };
+                (component, slot, end)
+            })
+        })
+    }
+
+    /// The topics, by address.
+    pub fn topics(&self) -> Vec<Topic> {
+        let mut topics: BTreeMap<(String, String), Topic> = BTreeMap::new();
+        for (component, slot, end) in self.slots() {
+            let sends = match slot.role {
+                Role::Publishes => true,
+                Role::SubscribesTo => false,
+                Role::Implements | Role::Requires => continue,
+            };
+            let interface = component.catalog.interface(&slot.interface);
+            let Some((interface, address)) = interface.zip(slot.address.as_deref()) else {
+                continue;
+            };
+            for description in &slot.operations {
+                let Some(operation) = interface.operation(&description.name) else {
+                    continue;
+                };
+                let address = format!("{address}/{}", description.name);
+                let key = (address.clone(), slot.middleware.clone());
+                let topic = topics.entry(key).or_insert_with(|| Topic {
+                    address,
+                    middleware: slot.middleware.clone(),
+                    settings: settings(component, &slot.middleware),
+                    interface: Arc::clone(interface),
+                    operation: operation.clone(),
+                    description: description.clone(),
+                    publishers: Vec::new(),
+                    subscribers: Vec::new(),
+                });
+                if sends {
+                    // What a publisher offers counts.
+                    topic.description = description.clone();
+                    topic.operation = operation.clone();
+                    topic.publishers.push(end.clone());
+                } else {
+                    topic.subscribers.push(end.clone());
+                }
+            }
+        }
+        topics.into_values().collect()
+    }
+
+    /// The services, by address.
+    pub fn services(&self) -> Vec<Service> {
+        let mut services: BTreeMap<(String, String), Service> = BTreeMap::new();
+        for (component, slot, end) in self.slots() {
+            let serves = match slot.role {
+                Role::Implements => true,
+                Role::Requires => false,
+                Role::Publishes | Role::SubscribesTo => continue,
+            };
+            let interface = component.catalog.interface(&slot.interface);
+            let Some((interface, address)) = interface.zip(slot.address.clone()) else {
+                continue;
+            };
+            let key = (address.clone(), slot.middleware.clone());
+            let service = services.entry(key).or_insert_with(|| Service {
+                address,
+                middleware: slot.middleware.clone(),
+                interface: Arc::clone(interface),
+                servers: Vec::new(),
+                clients: Vec::new(),
+            });
+            if serves {
+                service.servers.push(end);
+            } else {
+                service.clients.push(end);
+            }
+        }
+        services.into_values().collect()
+    }
+
+    /// The topic that a name means: `COMPONENT.SLOT.OPERATION` of one of its ends, its address, or
+    /// an end of these.
+    pub fn topic(&self, wanted: &str) -> Result<Topic, Error> {
+        let topics = self.topics();
+        find(&self.name, "topic", wanted, &topics, Topic::names).cloned()
+    }
+
+    /// The operation that a name means: `COMPONENT.SLOT.OPERATION`, or an end of it.
+    pub fn operation(&self, wanted: &str) -> Result<Operation, Error> {
+        let operations = self.operations();
+        let name = |operation: &Operation| vec![operation.name()];
+        find(&self.name, "operation", wanted, &operations, name).cloned()
+    }
+
+    /// All operations that can be called.
+    pub fn operations(&self) -> Vec<Operation> {
+        let services = self.services();
+        let servers = services.iter().flat_map(|service| {
+            let ends = service.servers.iter();
+            ends.flat_map(move |server| {
+                let operations = service.interface.operations.iter();
+                operations.map(move |operation| Operation {
+                    server: server.clone(),
+                    operation: operation.clone(),
+                })
+            })
+        });
+        servers.collect()
+    }
+}
+
+impl Topic {
+    /// Its names, the shortest whole one first.
+    pub fn names(&self) -> Vec<String> {
+        let ends = self.publishers.iter().chain(&self.subscribers);
+        let names = ends.map(|end| format!("{end}.{}", self.operation.name));
+        names.chain([self.address.clone()]).collect()
+    }
+
+    /// The name that is shown.
+    pub fn name(&self) -> String {
+        self.names().into_iter().next().unwrap_or_default()
+    }
+}
+
+impl Operation {
+    /// The whole name.
+    pub fn name(&self) -> String {
+        format!("{}.{}", self.server, self.operation.name)
+    }
+}
+
+fn settings(component: &Component, middleware: &str) -> BTreeMap<String, String> {
+    let found = component.described.middlewares.get(middleware);
+    found.cloned().unwrap_or_default()
+}
+
+/// The machines of components that do not run on this one, as the supervisor knows them.
+fn hosts(network: &str) -> BTreeMap<String, String> {
+    let Ok(status) = connection::status(network) else {
+        return BTreeMap::new();
+    };
+    let components = status.components.into_iter();
+    let remote = components.filter_map(|component| Some((component.name, component.host?)));
+    remote.collect()
+}
+
+fn component(
+    client: &mut Client,
+    limit: Duration,
+    hosts: &BTreeMap<String, String>,
+) -> Result<Component, String> {
+    let text = |error: CallError| error.to_string();
+    let described: Described = client.call(&Request::Describe, limit).map_err(text)?;
+    let status: Status = client.call(&Request::Status, limit).map_err(text)?;
+    let modules = described.types.iter();
+    let modules = modules.map(|module| serde_json::from_value(module.clone()));
+    let modules: Vec<Module> = modules
+        .collect::<Result<_, _>>()
+        .map_err(|error| format!("its description cannot be read: {error}"))?;
+    let catalog = Catalog::new(&modules).map_err(|error| error.to_string())?;
+    Ok(Component {
+        name: described.name.clone(),
+        host: hosts.get(&described.name).cloned(),
+        described,
+        status,
+        catalog: Arc::new(catalog),
+    })
+}

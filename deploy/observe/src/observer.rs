@@ -1,0 +1,315 @@
+//! The messages of topics and of tapped slots, in one stream.
+
+use crate::backends::{Backends, receiving};
+use crate::error::Error;
+use crate::network::{End, Network, Topic, connect, failed};
+use rc_management::component::{Done, Request};
+use rc_management::observation::{Notification, Tapped, TappedKind};
+use rc_management::{Client, Incoming, rpc};
+use rc_middleware::backend::Profile;
+use rc_middleware::{Encoding, Gaps, Header, Subscriber};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::os::fd::{AsFd, BorrowedFd};
+use std::time::Duration;
+
+/// How long a component may take to switch a tap.
+const LIMIT: Duration = Duration::from_secs(3);
+/// The most messages of one feed that are taken in a turn.
+const TURN: usize = 1024;
+
+/// Identifies a feed of an [`Observer`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FeedId(pub usize);
+
+/// What a message is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MessageKind {
+    /// A sample of a topic.
+    Sample,
+    /// A request, with its envelope.
+    Request,
+    /// The reply to a request, with its envelope.
+    Reply,
+}
+
+/// A message as it was sent.
+#[derive(Clone, Copy, Debug)]
+pub struct Observed<'m> {
+    /// What it is.
+    pub kind: MessageKind,
+    /// The operation of a sample that was tapped; none if the feed has one topic, or for calls.
+    pub operation: Option<&'m str>,
+    /// The header.
+    pub header: Header,
+    /// Where a body follows its envelope.
+    pub profile: Profile,
+    /// Messages of this feed that were lost right before this one.
+    pub lost: u64,
+    /// The message.
+    pub body: &'m [u8],
+}
+
+/// Receives the messages of several topics and slots.
+pub struct Observer {
+    network: String,
+    feeds: Vec<Feed>,
+    /// Dropped after all ports.
+    backends: Backends,
+}
+
+struct Feed {
+    source: Source,
+    gaps: Gaps,
+    /// Messages that the component has not copied, as far as they were counted.
+    dropped: u64,
+    errors: Vec<String>,
+    ended: bool,
+}
+
+enum Source {
+    Port(Box<dyn Subscriber>),
+    /// A tapped slot; with an operation, only its samples.
+    Tap(Box<Client>, Option<String>),
+}
+
+impl Source {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        match self {
+            Self::Port(port) => port.descriptor(),
+            Self::Tap(client, _) => client.as_fd(),
+        }
+    }
+}
+
+impl Observer {
+    /// Observes nothing yet.
+    pub fn new(network: &Network) -> Result<Self, Error> {
+        Ok(Self {
+            network: network.name.clone(),
+            feeds: Vec::new(),
+            backends: Backends::new(&network.name)?,
+        })
+    }
+
+    /// Observes a topic from now on.
+    pub fn open(&mut self, topic: &Topic) -> Result<FeedId, Error> {
+        let source = match copied_by(topic) {
+            Some(end) => self.tapped(&end.component, &end.slot, Some(&topic.operation.name))?,
+            None => {
+                let endpoint = receiving(topic)?;
+                Source::Port(self.backends.of(topic)?.subscriber(&endpoint)?)
+            }
+        };
+        Ok(self.add(source))
+    }
+
+    /// Lets a component copy all messages of a slot: requests and replies, or samples.
+    pub fn tap(&mut self, component: &str, slot: &str) -> Result<FeedId, Error> {
+        let source = self.tapped(component, slot, None)?;
+        Ok(self.add(source))
+    }
+
+    fn tapped(
+        &self,
+        component: &str,
+        slot: &str,
+        operation: Option<&str>,
+    ) -> Result<Source, Error> {
+        let mut client = connect(&self.network, component, LIMIT)?;
+        let request = Request::Tap {
+            slot: slot.to_owned(),
+            on: true,
+        };
+        let tapped = client.call(&request, LIMIT);
+        let Done {} = tapped.map_err(|error| failed(component, &error))?;
+        Ok(Source::Tap(Box::new(client), operation.map(str::to_owned)))
+    }
+
+    fn add(&mut self, source: Source) -> FeedId {
+        self.feeds.push(Feed {
+            source,
+            gaps: Gaps::default(),
+            dropped: 0,
+            errors: Vec::new(),
+            ended: false,
+        });
+        FeedId(self.feeds.len() - 1)
+    }
+
+    /// The number of publishers of a topic that are known, for a feed of a middleware.
+    pub fn publishers(&self, feed: FeedId) -> Option<usize> {
+        match &self.feeds.get(feed.0)?.source {
+            Source::Port(port) => Some(port.peers()),
+            Source::Tap(..) => None,
+        }
+    }
+
+    /// Whether the component of a tapped slot has ended.
+    pub fn has_ended(&self, feed: FeedId) -> bool {
+        self.feeds.get(feed.0).is_none_or(|feed| feed.ended)
+    }
+
+    /// What could not be received since the last call.
+    pub fn errors(&mut self, feed: FeedId) -> Vec<String> {
+        let feed = self.feeds.get_mut(feed.0);
+        feed.map(|feed| std::mem::take(&mut feed.errors))
+            .unwrap_or_default()
+    }
+
+    /// The descriptors that are readable when a message may be there.
+    pub fn descriptors(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
+        let feeds = self.feeds.iter().filter(|feed| !feed.ended);
+        feeds.map(|feed| feed.source.descriptor())
+    }
+
+    /// Waits until a message may be there, or `others` are readable, at most `limit`.
+    pub fn wait(&self, others: &[BorrowedFd<'_>], limit: Duration) {
+        let all = self.descriptors().chain(others.iter().copied());
+        let mut polled: Vec<PollFd<'_>> = all
+            .map(|descriptor| PollFd::from_borrowed_fd(descriptor, PollFlags::IN))
+            .collect();
+        let limit = Timespec::try_from(limit).ok();
+        // An interrupted wait is a short one.
+        let _ = poll(&mut polled, limit.as_ref());
+    }
+
+    /// Takes the messages that are there, at most 1024 of each feed. Says whether there may be more.
+    pub fn take(&mut self, take: &mut dyn FnMut(FeedId, Observed<'_>)) -> bool {
+        let mut more = false;
+        for (at, feed) in self.feeds.iter_mut().enumerate() {
+            more |= feed.take(&mut |observed| take(FeedId(at), observed));
+        }
+        more
+    }
+}
+
+/// The end that has to copy the samples of a topic: those in the shared memory of another machine.
+fn copied_by(topic: &Topic) -> Option<&End> {
+    if topic.middleware != rc_iceoryx2::NAME {
+        return None;
+    }
+    let mut ends = topic.publishers.iter().chain(&topic.subscribers);
+    let is_here = ends.clone().any(|end| end.host.is_none());
+    if is_here { None } else { ends.next() }
+}
+
+impl Feed {
+    fn take(&mut self, take: &mut dyn FnMut(Observed<'_>)) -> bool {
+        match &mut self.source {
+            Source::Port(port) => {
+                let gaps = &mut self.gaps;
+                let mut taken = drain(port.as_mut(), gaps, &mut self.errors, take);
+                if taken < TURN {
+                    port.acknowledge(true);
+                    taken += drain(port.as_mut(), gaps, &mut self.errors, take);
+                }
+                taken >= TURN
+            }
+            Source::Tap(client, operation) => {
+                let (received, is_open) = client.receive();
+                for incoming in received {
+                    let Incoming::Notification(method, params) = incoming else {
+                        continue;
+                    };
+                    let read = rpc::message::<Notification>(&method, params);
+                    let Ok(Notification::Tapped(tapped)) = read else {
+                        continue;
+                    };
+                    let lost = tapped.dropped.saturating_sub(self.dropped);
+                    self.dropped = tapped.dropped;
+                    hand_over(&tapped, lost, operation.as_deref(), take);
+                }
+                if !is_open && !self.ended {
+                    self.errors.push("the component has ended".to_owned());
+                    self.ended = true;
+                }
+                false
+            }
+        }
+    }
+}
+
+fn drain(
+    port: &mut dyn Subscriber,
+    gaps: &mut Gaps,
+    errors: &mut Vec<String>,
+    take: &mut dyn FnMut(Observed<'_>),
+) -> usize {
+    for count in 0..TURN {
+        let received = port.receive(&mut |header, body| {
+            let lost = gaps.note(&header);
+            take(Observed {
+                kind: MessageKind::Sample,
+                operation: None,
+                header,
+                profile: Profile::Rpc,
+                lost,
+                body,
+            });
+        });
+        match received {
+            Ok(true) => {}
+            Ok(false) => return count,
+            Err(error) => {
+                if errors.len() < 8 {
+                    errors.push(error.to_string());
+                }
+            }
+        }
+    }
+    TURN
+}
+
+fn hand_over(tapped: &Tapped, lost: u64, wanted: Option<&str>, take: &mut dyn FnMut(Observed<'_>)) {
+    let operation = tapped.operation.as_deref();
+    if wanted.is_some() && wanted != operation {
+        return;
+    }
+    take(Observed {
+        kind: match tapped.kind {
+            TappedKind::Request => MessageKind::Request,
+            TappedKind::Reply => MessageKind::Reply,
+            TappedKind::Sample => MessageKind::Sample,
+        },
+        operation,
+        header: Header {
+            type_hash: tapped.type_hash,
+            sequence: tapped.sequence,
+            sent: tapped.sent,
+            encoding: if tapped.image {
+                Encoding::Image
+            } else {
+                Encoding::Cdr
+            },
+            sender: 0,
+        },
+        profile: if tapped.ros {
+            Profile::Ros
+        } else {
+            Profile::Rpc
+        },
+        lost,
+        body: &tapped.body,
+    });
+}
+
+impl Topic {
+    /// Decodes a sample. It fails if the sender has other types than the description.
+    pub fn decode(&self, observed: &Observed<'_>) -> Result<rc_values::Value, Error> {
+        let (theirs, ours) = (observed.header.type_hash, self.operation.hash);
+        if theirs != 0 && theirs != ours {
+            return Err(Error::OtherTypes {
+                topic: self.address.clone(),
+                sender: "the sender",
+                theirs,
+                ours,
+            });
+        }
+        let encoding = observed.header.encoding;
+        Ok(rc_values::decode(
+            &self.operation.request,
+            encoding,
+            observed.body,
+        )?)
+    }
+}

@@ -1,0 +1,105 @@
+//! Sends samples to a topic.
+
+use crate::backends::{Backends, sending};
+use crate::error::Error;
+use crate::network::{Network, Topic, connect, failed};
+use rc_management::Client;
+use rc_management::component::{Done, Request};
+use rc_middleware::{Header, Publisher, now};
+use rc_values::{Value, encode_body};
+use std::time::{Duration, Instant};
+
+/// How long a component on another machine may take to handle a sample.
+const LIMIT: Duration = Duration::from_secs(5);
+/// How long a sender waits for the first subscriber.
+const MATCHING: Duration = Duration::from_secs(2);
+/// How long the last samples may take to arrive.
+const LINGER: Duration = Duration::from_secs(1);
+
+/// Sends samples to a topic.
+pub struct Sender {
+    port: Option<Box<dyn Publisher>>,
+    /// Subscribers in the shared memory of other machines.
+    others: Vec<(String, String, Client)>,
+    topic: Topic,
+    sent: u64,
+    /// Dropped after the port.
+    backends: Backends,
+}
+
+impl Sender {
+    /// Opens the topic for sending, and waits for the first subscriber.
+    pub fn open(network: &Network, topic: &Topic) -> Result<Self, Error> {
+        let mut backends = Backends::new(&network.name)?;
+        let is_shared = topic.middleware == rc_iceoryx2::NAME;
+        let (here, there): (Vec<_>, Vec<_>) = topic
+            .subscribers
+            .iter()
+            .partition(|end| !is_shared || end.host.is_none());
+        let mut others = Vec::new();
+        for end in there {
+            let client = connect(&network.name, &end.component, LIMIT)?;
+            others.push((end.component.clone(), end.slot.clone(), client));
+        }
+        let port = if here.is_empty() && is_shared {
+            if others.is_empty() {
+                return Err(Error::Component {
+                    component: topic.address.clone(),
+                    reason: "no component subscribes to it".to_owned(),
+                });
+            }
+            None
+        } else {
+            let endpoint = sending(topic)?;
+            let port = backends.of(topic)?.publisher(&endpoint)?;
+            let end = Instant::now() + MATCHING;
+            while port.peers() == 0 && Instant::now() < end {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            Some(port)
+        };
+        Ok(Self {
+            port,
+            others,
+            topic: topic.clone(),
+            sent: 0,
+            backends,
+        })
+    }
+
+    /// The number of subscribers that the samples reach.
+    pub fn subscribers(&self) -> usize {
+        self.others.len() + self.port.as_ref().map_or(0, |port| port.peers())
+    }
+
+    /// Sends a sample.
+    pub fn send(&mut self, value: &Value) -> Result<(), Error> {
+        let body = encode_body(value)?;
+        self.sent += 1;
+        if let Some(port) = &mut self.port {
+            let header = Header {
+                type_hash: self.topic.operation.hash,
+                sequence: self.sent,
+                sent: now(),
+                ..Header::default()
+            };
+            let sent = port.publish(header, &body);
+            sent.map_err(|error| Error::system("send", &error))?;
+        }
+        for (component, slot, client) in &mut self.others {
+            let request = Request::Sample {
+                slot: slot.clone(),
+                operation: self.topic.operation.name.clone(),
+                body: body.clone(),
+            };
+            let sent = client.call(&request, LIMIT);
+            let Done {} = sent.map_err(|error| failed(component, &error))?;
+        }
+        Ok(())
+    }
+
+    /// Waits until the last samples have arrived.
+    pub fn finish(self) {
+        self.backends.linger(LINGER);
+    }
+}

@@ -1,0 +1,445 @@
+//! `rcdeploy list` and `show`: what runs in a network, and of which types it is.
+
+use super::networks::network_of;
+use super::output::{Failure, print_note, show as print};
+use rc_deploy_client::Format;
+use rc_diagnostics::foreign::clean;
+use rc_management::component::Status;
+use rc_observe::{Component, End, Error, Network, nearest_of};
+use rc_values::{Interface, Member, Operation, Pattern, Struct, Type};
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::time::{Duration, Instant};
+
+/// Over which time rates are measured.
+const WINDOW: Duration = Duration::from_secs(1);
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Self(if error.is_input() { 1 } else { 3 }, error.to_string())
+    }
+}
+
+/// Looks at a network; components that do not describe themselves are named.
+pub(super) fn look(network: &str) -> Result<Network, Failure> {
+    let network = Network::look(&network_of(network)?)?;
+    for reason in &network.silent {
+        print_note(reason);
+    }
+    Ok(network)
+}
+
+#[derive(Serialize)]
+struct Listing {
+    network: String,
+    topics: Vec<ListedTopic>,
+    services: Vec<ListedService>,
+}
+
+#[derive(Serialize)]
+struct ListedTopic {
+    name: String,
+    address: String,
+    middleware: String,
+    interface: String,
+    operation: String,
+    #[serde(rename = "type_hash")]
+    hash: String,
+    publishers: Vec<ListedEnd>,
+    subscribers: Vec<ListedEnd>,
+}
+
+#[derive(Serialize)]
+struct ListedService {
+    address: String,
+    middleware: String,
+    interface: String,
+    operations: Vec<String>,
+    servers: Vec<ListedEnd>,
+    clients: Vec<ListedEnd>,
+}
+
+/// An end with the rate of all messages of its slot.
+#[derive(Serialize)]
+struct ListedEnd {
+    component: String,
+    slot: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    host: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rate_hz: Option<f64>,
+}
+
+/// The messages that each slot has sent and handled.
+fn counts(network: &Network) -> BTreeMap<(String, String), u64> {
+    let slots = |component: &Component| {
+        let Status { name, slots, .. } = component.status.clone();
+        slots
+            .into_iter()
+            .map(move |slot| ((name.clone(), slot.name), slot.sent + slot.handlers.count))
+    };
+    network.components.iter().flat_map(slots).collect()
+}
+
+/// `rcdeploy list`.
+pub(super) fn list(network: &str, format: Format) -> Result<u8, Failure> {
+    let first = look(network)?;
+    let begin = Instant::now();
+    std::thread::sleep(WINDOW);
+    let second = Network::look(&first.name)?;
+    let seconds = begin.elapsed().as_secs_f64();
+    let (before, after) = (counts(&first), counts(&second));
+    let ends = |ends: Vec<End>| -> Vec<ListedEnd> {
+        let listed = ends.into_iter().map(|end| {
+            let key = (end.component.clone(), end.slot.clone());
+            let counts = before.get(&key).zip(after.get(&key));
+            let rate = counts.map(|(before, after)| after.saturating_sub(*before) as f64 / seconds);
+            ListedEnd {
+                component: end.component,
+                slot: end.slot,
+                host: end.host,
+                rate_hz: rate.map(|rate| (rate * 10.0).round() / 10.0),
+            }
+        });
+        listed.collect()
+    };
+    let topics = second.topics().into_iter().map(|topic| ListedTopic {
+        name: topic.name(),
+        address: topic.address,
+        middleware: topic.middleware,
+        interface: topic.interface.name.clone(),
+        hash: format!("{:016x}", topic.operation.hash),
+        operation: topic.operation.name,
+        publishers: ends(topic.publishers),
+        subscribers: ends(topic.subscribers),
+    });
+    let services = second.services().into_iter().map(|service| ListedService {
+        address: service.address,
+        middleware: service.middleware,
+        interface: service.interface.name.clone(),
+        operations: service
+            .interface
+            .operations
+            .iter()
+            .map(|operation| operation.name.clone())
+            .collect(),
+        servers: ends(service.servers),
+        clients: ends(service.clients),
+    });
+    let listing = Listing {
+        network: second.name.clone(),
+        topics: topics.collect(),
+        services: services.collect(),
+    };
+    print(format, &listing, table)
+}
+
+fn table(listing: &Listing) -> String {
+    let mut out = String::new();
+    let end = |end: &ListedEnd| {
+        let host = end.host.as_ref();
+        let host = host.map_or(String::new(), |host| format!(" on {}", clean(host)));
+        let rate = end
+            .rate_hz
+            .map_or(String::new(), |rate| format!("  {rate} Hz"));
+        format!("{}.{}{host}{rate}", end.component, end.slot)
+    };
+    let ends = |out: &mut String, verb: &str, ends: &[ListedEnd]| {
+        for (at, one) in ends.iter().enumerate() {
+            let verb = if at == 0 { verb } else { "" };
+            let _ = writeln!(out, "    {verb:<14}{}", end(one));
+        }
+    };
+    let _ = writeln!(out, "topics");
+    for topic in &listing.topics {
+        let (address, middleware) = (&topic.address, &topic.middleware);
+        let _ = writeln!(out, "  {address}  {middleware}");
+        ends(&mut out, "published by", &topic.publishers);
+        ends(&mut out, "received by", &topic.subscribers);
+    }
+    let _ = writeln!(out, "services");
+    for service in &listing.services {
+        let (address, middleware) = (&service.address, &service.middleware);
+        let _ = writeln!(out, "  {address}  {middleware}");
+        ends(&mut out, "served by", &service.servers);
+        ends(&mut out, "called by", &service.clients);
+        let _ = writeln!(
+            out,
+            "    {:<14}{}",
+            "operations",
+            service.operations.join(", ")
+        );
+    }
+    out
+}
+
+/// What `show` can show.
+enum Shown<'n> {
+    Named(&'n str, &'n Type),
+    Interface(&'n Interface),
+    Slot(&'n Component, usize),
+    Operation(&'n Operation, String),
+}
+
+impl Shown<'_> {
+    fn name(&self) -> String {
+        match self {
+            Self::Named(name, _) => (*name).to_owned(),
+            Self::Interface(interface) => interface.name.clone(),
+            Self::Slot(component, at) => {
+                format!("{}.{}", component.name, component.described.slots[*at].name)
+            }
+            Self::Operation(_, name) => name.clone(),
+        }
+    }
+}
+
+/// The names that `show` knows.
+pub(super) fn names(network: &Network) -> Vec<String> {
+    shown(network).iter().map(Shown::name).collect()
+}
+
+fn shown(network: &Network) -> Vec<Shown<'_>> {
+    let mut all = Vec::new();
+    let mut known = std::collections::BTreeSet::new();
+    for component in &network.components {
+        for (name, ty) in component.catalog.types() {
+            if known.insert(name.to_owned()) {
+                all.push(Shown::Named(name, ty));
+            }
+        }
+        for interface in component.catalog.interfaces() {
+            if known.insert(interface.name.clone()) {
+                all.push(Shown::Interface(interface));
+            }
+        }
+        for (at, slot) in component.described.slots.iter().enumerate() {
+            all.push(Shown::Slot(component, at));
+            let interface = component.catalog.interface(&slot.interface);
+            for operation in interface.iter().flat_map(|of| &of.operations) {
+                let name = format!("{}.{}.{}", component.name, slot.name, operation.name);
+                all.push(Shown::Operation(operation, name));
+            }
+        }
+    }
+    all
+}
+
+/// `rcdeploy show`.
+pub(super) fn show(network: &str, wanted: &str, format: Format) -> Result<u8, Failure> {
+    let network = look(network)?;
+    let all = shown(&network);
+    // `RoboCompLaser::TData` ends with `TData`, `simulator.Laser` with `Laser`.
+    let plain = |name: &str| name.replace("::", ".");
+    let ends = |name: &str| {
+        let (name, wanted) = (plain(name), plain(wanted));
+        name == wanted || name.ends_with(&format!(".{wanted}"))
+    };
+    let exact = |item: &&Shown<'_>| plain(&item.name()) == plain(wanted);
+    let mut found: Vec<&Shown<'_>> = all.iter().filter(exact).collect();
+    if found.is_empty() {
+        found = all.iter().filter(|item| ends(&item.name())).collect();
+        // An operation of many slots is that of its interface.
+        let wider = |item: &&Shown<'_>| !matches!(item, Shown::Operation(..));
+        if found.iter().any(wider) {
+            found.retain(wider);
+        }
+    }
+    let item = match found.as_slice() {
+        [one] => one,
+        [] => {
+            let names: Vec<String> = all.iter().map(|item| plain(&item.name())).collect();
+            return Err(Error::Unknown {
+                network: network.name.clone(),
+                what: "type, interface or slot",
+                name: clean(wanted),
+                help: nearest_of(&plain(wanted), names.iter()),
+            }
+            .into());
+        }
+        // The same interface or operation at several ends looks the same.
+        many => match many.iter().find(|item| matches!(item, Shown::Interface(_))) {
+            Some(one) => one,
+            None => {
+                let found = many
+                    .iter()
+                    .map(|item| format!("`{}`", item.name()))
+                    .collect();
+                let name = clean(wanted);
+                return Err(Error::Ambiguous { name, found }.into());
+            }
+        },
+    };
+    let document = document(item);
+    print(format, &document, |_| text(item))
+}
+
+fn members(of: &Struct) -> Vec<Value> {
+    let member = |member: &Member| {
+        let mut object = json!({"name": member.name, "type": member.ty.to_string()});
+        if member.optional {
+            object["optional"] = json!(true);
+        }
+        if let Some(unit) = &member.unit {
+            object["unit"] = json!(unit);
+        }
+        if let Some(range) = member.range {
+            object["range"] = json!([range.min, range.max]);
+        }
+        if let Some(default) = &member.default {
+            object["default"] = json!(default);
+        }
+        object
+    };
+    of.members.iter().map(member).collect()
+}
+
+fn document(item: &Shown<'_>) -> Value {
+    let operation = |operation: &Operation| {
+        json!({
+            "name": operation.name,
+            "pattern": pattern(operation),
+            "hash": format!("{:016x}", operation.hash),
+            "request": members(&operation.request),
+            "reply": members(&operation.reply),
+            "throws": operation.throws.iter().map(|e| e.ty.name.clone()).collect::<Vec<_>>(),
+        })
+    };
+    match item {
+        Shown::Named(name, ty) => match ty {
+            Type::Struct(of) => json!({"name": name, "kind": "struct", "members": members(of)}),
+            Type::Enum(of) => json!({"name": name, "kind": "enum", "values": of.values}),
+            other => json!({"name": name, "kind": "alias", "type": other.to_string()}),
+        },
+        Shown::Interface(interface) => json!({
+            "name": interface.name,
+            "kind": "interface",
+            "operations": interface.operations.iter().map(operation).collect::<Vec<_>>(),
+        }),
+        Shown::Slot(component, at) => {
+            let mut object = json!(component.described.slots[*at]);
+            object["kind"] = json!("slot");
+            object["component"] = json!(component.name);
+            if let Some(status) = component.status.slots.get(*at) {
+                object["peers"] = json!(status.peers);
+            }
+            object
+        }
+        Shown::Operation(of, name) => {
+            let mut object = operation(of);
+            object["kind"] = json!("operation");
+            object["name"] = json!(name);
+            object
+        }
+    }
+}
+
+fn pattern(operation: &Operation) -> &'static str {
+    match operation.pattern {
+        Pattern::Command => "command",
+        Pattern::Query => "query",
+        Pattern::Publish => "publish",
+    }
+}
+
+fn member_lines(of: &Struct, out: &mut String) {
+    for member in &of.members {
+        let optional = if member.optional { "?" } else { "" };
+        let mut notes = Vec::new();
+        notes.extend(
+            member
+                .unit
+                .as_ref()
+                .map(|unit| format!("in {}", clean(unit))),
+        );
+        notes.extend(member.range.map(|range| range.to_string()));
+        let default = member.default.as_ref();
+        notes.extend(default.map(|default| format!("default {}", clean(&default.plain()))));
+        let notes = if notes.is_empty() {
+            String::new()
+        } else {
+            format!("  ({})", notes.join(", "))
+        };
+        let (name, ty) = (clean(&member.name), &member.ty);
+        let _ = writeln!(out, "    {name}{optional}: {ty}{notes}");
+    }
+}
+
+fn operation_lines(operation: &Operation, out: &mut String) {
+    let _ = writeln!(out, "  {} {}", pattern(operation), clean(&operation.name));
+    member_lines(&operation.request, out);
+    if !operation.reply.members.is_empty() {
+        let _ = writeln!(out, "  replies");
+        member_lines(&operation.reply, out);
+    }
+    for exception in &operation.throws {
+        let _ = writeln!(out, "  throws {}", clean(&exception.ty.name));
+    }
+}
+
+fn text(item: &Shown<'_>) -> String {
+    let mut out = String::new();
+    match item {
+        Shown::Named(name, Type::Struct(of)) => {
+            let _ = writeln!(out, "struct {}", clean(name));
+            member_lines(of, &mut out);
+        }
+        Shown::Named(name, Type::Enum(of)) => {
+            let _ = writeln!(out, "enum {}", clean(name));
+            for (name, number) in &of.values {
+                let _ = writeln!(out, "    {} = {number}", clean(name));
+            }
+        }
+        Shown::Named(name, other) => {
+            let _ = writeln!(out, "{} is {other}", clean(name));
+        }
+        Shown::Interface(interface) => {
+            let _ = writeln!(out, "interface {}", clean(&interface.name));
+            for operation in &interface.operations {
+                operation_lines(operation, &mut out);
+            }
+        }
+        Shown::Slot(component, at) => {
+            let slot = &component.described.slots[*at];
+            let _ = writeln!(
+                out,
+                "slot {}.{} {} {}",
+                component.name,
+                slot.name,
+                slot.role.word(),
+                slot.interface
+            );
+            let address = slot.address.as_deref().unwrap_or("not open yet");
+            let _ = writeln!(out, "    middleware: {}", slot.middleware);
+            let _ = writeln!(out, "    address: {address}");
+            let _ = writeln!(out, "    types: {}", slot.hash);
+            if let Some(status) = component.status.slots.get(*at) {
+                let _ = writeln!(out, "    peers: {}", status.peers);
+            }
+            for operation in &slot.operations {
+                let qos = &operation.qos;
+                let reliable = if qos.reliable {
+                    "reliable"
+                } else {
+                    "best effort"
+                };
+                let kept = if qos.transient_local {
+                    ", transient local"
+                } else {
+                    ""
+                };
+                let (name, depth) = (&operation.name, qos.depth);
+                let external = operation.external_type.as_ref();
+                let external = external.map_or(String::new(), |ty| format!(", {ty}"));
+                let _ = writeln!(out, "    {name}: {reliable}{kept}, depth {depth}{external}");
+            }
+        }
+        Shown::Operation(operation, name) => {
+            let _ = writeln!(out, "operation {name}");
+            operation_lines(operation, &mut out);
+        }
+    }
+    out
+}

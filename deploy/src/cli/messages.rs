@@ -1,0 +1,575 @@
+//! `rcdeploy echo`, `hz`, `bw` and `delay`: the messages of a topic or of calls.
+
+use super::look::look;
+use super::output::{Failure, print_note, system};
+use crate::cli::arguments::Watched;
+use rc_deploy_client::Format;
+use rc_middleware::{Reader, now, rpc};
+use rc_observe::{Error, FeedId, MessageKind, Network, Observed, Observer, Operation, Topic};
+use rc_values::{Style, Value, decode_from};
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use std::os::fd::AsFd;
+use std::os::unix::net::UnixStream;
+use std::time::{Duration, Instant};
+
+/// How long a finite command waits for the next message.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// After how much silence the command looks whether components were restarted.
+const SILENCE: Duration = Duration::from_secs(2);
+/// The longest wait.
+const TURN: Duration = Duration::from_millis(100);
+/// How many calls wait for their replies, to show the operation of a reply.
+const CALLS: usize = 1024;
+
+/// Becomes readable at Ctrl-C.
+pub(super) fn interrupts() -> Result<UnixStream, Failure> {
+    let (read, write) = UnixStream::pair().map_err(|e| system(&e))?;
+    read.set_nonblocking(true).map_err(|e| system(&e))?;
+    for signal in [
+        signal_hook::consts::SIGINT,
+        signal_hook::consts::SIGTERM,
+        signal_hook::consts::SIGHUP,
+    ] {
+        let write = write.try_clone().map_err(|e| system(&e))?;
+        signal_hook::low_level::pipe::register(signal, write).map_err(|e| system(&e))?;
+    }
+    Ok(read)
+}
+
+pub(super) fn is_interrupted(mut interrupts: &UnixStream) -> bool {
+    use std::io::Read as _;
+    interrupts.read(&mut [0; 16]).is_ok()
+}
+
+/// What is watched.
+enum Source {
+    Topic(Topic),
+    Calls(Operation),
+}
+
+impl Source {
+    fn find(network: &Network, wanted: &str) -> Result<Self, Error> {
+        match network.topic(wanted) {
+            Ok(topic) => Ok(Self::Topic(topic)),
+            Err(Error::Unknown { help, .. }) => match network.operation(wanted) {
+                Ok(operation) => Ok(Self::Calls(operation)),
+                Err(Error::Unknown {
+                    network,
+                    name,
+                    help: of_calls,
+                    ..
+                }) => {
+                    let near = |help: &str| help.contains("did you mean");
+                    let help = if near(&of_calls) && !near(&help) {
+                        of_calls
+                    } else {
+                        help
+                    };
+                    Err(Error::Unknown {
+                        network,
+                        what: "topic or operation",
+                        name,
+                        help,
+                    })
+                }
+                Err(error) => Err(error),
+            },
+            Err(error) => Err(error),
+        }
+    }
+
+    fn open(&self, observer: &mut Observer) -> Result<FeedId, Error> {
+        match self {
+            Self::Topic(topic) => observer.open(topic),
+            Self::Calls(operation) => {
+                observer.tap(&operation.server.component, &operation.server.slot)
+            }
+        }
+    }
+
+    /// Who sends, for people.
+    fn senders(&self) -> String {
+        match self {
+            Self::Topic(topic) if topic.publishers.is_empty() => {
+                format!("no component publishes {}", topic.address)
+            }
+            Self::Topic(topic) => {
+                let ends: Vec<String> = topic.publishers.iter().map(ToString::to_string).collect();
+                format!("{} has sent nothing yet", ends.join(", "))
+            }
+            Self::Calls(operation) => format!("no call of {} yet", operation.name()),
+        }
+    }
+}
+
+/// The processes of the components, which change when they are restarted.
+fn processes(network: &Network) -> BTreeMap<String, u32> {
+    let all = network.components.iter();
+    all.map(|component| (component.name.clone(), component.described.pid))
+        .collect()
+}
+
+/// Hands messages to `take` until it returns false, Ctrl-C or the end of patience.
+fn watch(
+    watched: &Watched,
+    finite: bool,
+    mut take: impl FnMut(&Source, &Observed<'_>) -> Result<bool, Failure>,
+    mut turn: impl FnMut() -> Result<bool, Failure>,
+) -> Result<u8, Failure> {
+    let interrupts = interrupts()?;
+    let mut network = look(&watched.network)?;
+    let mut source = Source::find(&network, &watched.topic)?;
+    let mut observer = Observer::new(&network)?;
+    let mut feed = source.open(&mut observer)?;
+    let patience = watched.timeout.map(Duration::from_secs_f64);
+    let patience = patience.or(finite.then_some(PATIENCE));
+    let (mut heard, mut looked, mut noted) = (Instant::now(), Instant::now(), false);
+    loop {
+        if is_interrupted(&interrupts) {
+            return Ok(0);
+        }
+        let mut outcome = Ok(true);
+        let more = observer.take(&mut |_, observed| {
+            heard = Instant::now();
+            if matches!(outcome, Ok(true)) {
+                outcome = take(&source, &observed);
+            }
+        });
+        if !outcome? || !turn()? {
+            return Ok(0);
+        }
+        for error in observer.errors(feed) {
+            print_note(&error);
+        }
+        let silent = heard.elapsed();
+        if let Some(limit) = patience.filter(|limit| silent >= *limit) {
+            let senders = source.senders();
+            return Err(Failure(3, format!("no message for {limit:?}: {senders}")));
+        }
+        if silent >= SILENCE && looked.elapsed() >= SILENCE {
+            looked = Instant::now();
+            if !noted {
+                print_note(&source.senders());
+                noted = true;
+            }
+            // A component that was restarted may have joined another shared memory.
+            let Ok(now) = Network::look(&network.name) else {
+                continue;
+            };
+            if processes(&now) != processes(&network) || observer.has_ended(feed) {
+                if let Ok(found) = Source::find(&now, &watched.topic) {
+                    let mut again = Observer::new(&now)?;
+                    feed = found.open(&mut again)?;
+                    (observer, source) = (again, found);
+                }
+                network = now;
+            }
+        }
+        if !more {
+            observer.wait(&[interrupts.as_fd()], TURN);
+        }
+    }
+}
+
+/// What `echo` prints.
+pub(super) struct Echo {
+    pub(super) fields: Vec<String>,
+    pub(super) count: Option<u64>,
+    pub(super) rate: Option<f64>,
+    pub(super) csv: bool,
+}
+
+/// One message, decoded.
+struct Decoded {
+    kind: &'static str,
+    operation: String,
+    value: Value,
+}
+
+/// `rcdeploy echo`.
+pub(super) fn echo(watched: &Watched, echo: &Echo) -> Result<u8, Failure> {
+    let mut out = io::stdout().lock();
+    let pause = echo.rate.map(|rate| Duration::from_secs_f64(1.0 / rate));
+    let (mut shown, mut printed): (u64, Option<Instant>) = (0, None);
+    let mut lost = 0;
+    let mut calls = Calls::default();
+    let mut has_header = false;
+    let take = |source: &Source, observed: &Observed<'_>| {
+        lost += observed.lost;
+        let decoded = match source {
+            Source::Topic(topic) => topic.decode(observed).map(|value| {
+                Some(Decoded {
+                    kind: "sample",
+                    operation: topic.operation.name.clone(),
+                    value,
+                })
+            }),
+            Source::Calls(operation) => calls.decode(operation, observed),
+        };
+        let decoded = match decoded {
+            Ok(Some(decoded)) => decoded,
+            Ok(None) => return Ok(true),
+            Err(error) => {
+                print_note(&format!("a message cannot be decoded: {error}"));
+                return Ok(true);
+            }
+        };
+        if pause.is_some_and(|pause| printed.is_some_and(|at| at.elapsed() < pause)) {
+            return Ok(true);
+        }
+        printed = Some(Instant::now());
+        let text = if echo.csv {
+            csv(echo, observed, &decoded, &mut has_header)?
+        } else {
+            one(echo, watched.format, observed, &decoded, lost)?
+        };
+        lost = 0;
+        shown += 1;
+        // A closed pipe ends the command.
+        let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+        Ok(written.is_ok() && echo.count.is_none_or(|count| shown < count))
+    };
+    watch(watched, echo.count.is_some(), take, || Ok(true))
+}
+
+/// The values of the chosen fields, or the whole value.
+fn chosen(echo: &Echo, value: &Value) -> Result<Vec<(String, Value)>, Failure> {
+    let field = |path: &String| {
+        let found = value.field(path);
+        let found = found.map_err(|error| Failure(1, format!("--field {path}: {error}")))?;
+        Ok((path.clone(), found))
+    };
+    echo.fields.iter().map(field).collect()
+}
+
+fn one(
+    echo: &Echo,
+    format: Format,
+    observed: &Observed<'_>,
+    decoded: &Decoded,
+    lost: u64,
+) -> Result<String, Failure> {
+    let chosen = chosen(echo, &decoded.value)?;
+    let kind = decoded.kind;
+    if format == Format::Json {
+        let mut object = json!({
+            "kind": kind,
+            "operation": decoded.operation,
+            "sequence": observed.header.sequence,
+            "sent_ns": observed.header.sent,
+            "lost": lost,
+        });
+        object["value"] = if chosen.is_empty() {
+            json!(decoded.value)
+        } else {
+            let fields = chosen
+                .iter()
+                .map(|(path, value)| (path.clone(), json!(value)));
+            serde_json::Value::Object(fields.collect())
+        };
+        // The members of a value keep their order in a text of its own.
+        let mut text = object.to_string();
+        if chosen.is_empty() {
+            object["value"] = serde_json::Value::Null;
+            let value = serde_json::to_string(&decoded.value).map_err(|e| system(&e))?;
+            text = object
+                .to_string()
+                .replacen("\"value\":null", &format!("\"value\":{value}"), 1);
+        }
+        return Ok(text + "\n");
+    }
+    let style = Style::default();
+    let mut text = String::new();
+    if lost > 0 {
+        text.push_str(&format!("# {lost} lost\n"));
+    }
+    if kind != "sample" {
+        text.push_str(&format!("# {kind} {}\n", decoded.operation));
+    }
+    match chosen.as_slice() {
+        [] => text.push_str(&decoded.value.text(&style)),
+        [(_, value)] => text.push_str(value.text(&style).trim_start_matches('\n')),
+        many => {
+            for (path, value) in many {
+                text.push_str(&format!("{path}: {}", value.text(&style)));
+            }
+        }
+    }
+    if echo.fields.is_empty() {
+        text.push_str("---\n");
+    }
+    Ok(text)
+}
+
+/// A line of CSV; the first one names the columns.
+fn csv(
+    echo: &Echo,
+    observed: &Observed<'_>,
+    decoded: &Decoded,
+    has_header: &mut bool,
+) -> Result<String, Failure> {
+    let mut columns = Vec::new();
+    let chosen = chosen(echo, &decoded.value)?;
+    if chosen.is_empty() {
+        flatten("", &decoded.value, &mut columns);
+    }
+    for (path, value) in chosen {
+        flatten(&path, &value, &mut columns);
+    }
+    let mut text = String::new();
+    if !*has_header {
+        *has_header = true;
+        let names = columns.iter().map(|(name, _)| quoted(name));
+        text.push_str(&format!(
+            "sent_ns,{}\n",
+            names.collect::<Vec<_>>().join(",")
+        ));
+    }
+    let values = columns.iter().map(|(_, value)| quoted(value));
+    let values: Vec<String> = values.collect();
+    text.push_str(&format!("{},{}\n", observed.header.sent, values.join(",")));
+    Ok(text)
+}
+
+/// The numbers and texts of a value, each with its path. A sequence is one text.
+fn flatten(path: &str, value: &Value, columns: &mut Vec<(String, String)>) {
+    match value {
+        Value::Struct(ty, values) => {
+            for (member, value) in ty.members.iter().zip(values) {
+                let dot = if path.is_empty() { "" } else { "." };
+                flatten(&format!("{path}{dot}{}", member.name), value, columns);
+            }
+        }
+        Value::Numbers(_) | Value::Sequence(_) | Value::Map(_) => {
+            let text = serde_json::to_string(value).unwrap_or_default();
+            columns.push((path.to_owned(), text));
+        }
+        other => columns.push((path.to_owned(), other.plain())),
+    }
+}
+
+fn quoted(text: &str) -> String {
+    if text.contains(['"', ',', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+/// The calls whose replies have not come.
+#[derive(Default)]
+struct Calls(Vec<rpc::RequestId>);
+
+impl Calls {
+    /// Decodes a request or a reply of an operation; none for another one of its slot.
+    fn decode(
+        &mut self,
+        operation: &Operation,
+        observed: &Observed<'_>,
+    ) -> Result<Option<Decoded>, Error> {
+        let of = &operation.operation;
+        let wrong =
+            |error: rc_middleware::DecodeError| Error::Value(rc_values::ValueError::from(error));
+        let mut reader = Reader::new(observed.body);
+        let decoded = |kind, value| {
+            Ok(Some(Decoded {
+                kind,
+                operation: of.name.clone(),
+                value,
+            }))
+        };
+        if observed.kind == MessageKind::Request {
+            let (id, found) = rpc::open_request(&mut reader).map_err(wrong)?;
+            if found != of.id {
+                return Ok(None);
+            }
+            if self.0.len() >= CALLS {
+                self.0.remove(0);
+            }
+            self.0.push(id);
+            rpc::open_body(&mut reader, observed.profile);
+            return decoded("request", decode_from(&of.request, &mut reader)?);
+        }
+        let id = rpc::request_id(observed.body);
+        let Some(at) = self.0.iter().position(|known| Some(*known) == id) else {
+            return Ok(None);
+        };
+        self.0.remove(at);
+        let (_, kind) = rpc::open_reply(&mut reader, of.id).map_err(wrong)?;
+        let refused = |reason: String| {
+            Err(Error::Refused {
+                operation: of.name.clone(),
+                reason,
+            })
+        };
+        match kind {
+            rpc::ReplyKind::Case(case) if observed.profile == rc_middleware::Profile::Ros => {
+                rpc::open_body(&mut reader, observed.profile);
+                ros_reply(of, case, &mut reader).and_then(|(kind, value)| decoded(kind, value))
+            }
+            rpc::ReplyKind::Case(0)
+                if observed.header.encoding == rc_middleware::Encoding::Image =>
+            {
+                let image = observed
+                    .body
+                    .get(rc_middleware::in_place::BEHIND_ENVELOPE..);
+                let value = rc_values::decode_image(&of.reply, image.unwrap_or_default())?;
+                decoded("reply", value)
+            }
+            rpc::ReplyKind::Case(0) => decoded("reply", decode_from(&of.reply, &mut reader)?),
+            rpc::ReplyKind::Case(case) => match of.throws.iter().find(|e| e.id == case) {
+                Some(exception) => decoded("exception", decode_from(&exception.ty, &mut reader)?),
+                None => refused(format!("an unknown exception, {case}")),
+            },
+            rpc::ReplyKind::Refused(reason) => refused(reason),
+            rpc::ReplyKind::Unavailable(state) => {
+                refused(format!("it is not available in the state {state}"))
+            }
+        }
+    }
+}
+
+/// A reply in ROS 2: where the operation throws, a code, all exceptions and the result.
+fn ros_reply(
+    of: &rc_values::Operation,
+    _case: i32,
+    reader: &mut Reader<'_>,
+) -> Result<(&'static str, Value), Error> {
+    let wrong =
+        |error: rc_middleware::DecodeError| Error::Value(rc_values::ValueError::from(error));
+    if of.throws.is_empty() {
+        return Ok(("reply", decode_from(&of.reply, reader)?));
+    }
+    let code: i32 = reader.get().map_err(wrong)?;
+    for (at, exception) in of.throws.iter().enumerate() {
+        let value = decode_from(&exception.ty, reader)?;
+        if i32::try_from(at + 1) == Ok(code) {
+            return Ok(("exception", value));
+        }
+    }
+    Ok(("reply", decode_from(&of.reply, reader)?))
+}
+
+/// What is measured of a topic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Measure {
+    Rate,
+    Bandwidth,
+    Delay,
+}
+
+/// The samples of one second.
+#[derive(Default)]
+struct Window {
+    count: u64,
+    bytes: u64,
+    lost: u64,
+    /// Between two samples, or from sending to receiving, in milliseconds.
+    times: Vec<f64>,
+}
+
+/// `rcdeploy hz`, `bw` and `delay`: a line each second.
+pub(super) fn measure(
+    watched: &Watched,
+    measure: Measure,
+    seconds: Option<u64>,
+) -> Result<u8, Failure> {
+    let window = std::cell::RefCell::new(Window::default());
+    let mut last: Option<u64> = None;
+    let take = |source: &Source, observed: &Observed<'_>| {
+        if let Source::Calls(operation) = source {
+            let mut reader = Reader::new(observed.body);
+            let id = rpc::open_request(&mut reader).map(|(_, id)| id);
+            if observed.kind != MessageKind::Request || id != Ok(operation.operation.id) {
+                return Ok(true);
+            }
+        }
+        let mut window = window.borrow_mut();
+        window.count += 1;
+        window.bytes += observed.body.len() as u64;
+        window.lost += observed.lost;
+        let (sent, now) = (observed.header.sent, now());
+        let at = if sent == 0 { now } else { sent };
+        match measure {
+            Measure::Delay if sent != 0 => window.times.push(ms(now) - ms(sent)),
+            Measure::Rate => {
+                let before = last.replace(at);
+                window
+                    .times
+                    .extend(before.map(|before| ms(at) - ms(before)));
+            }
+            _ => {}
+        }
+        Ok(true)
+    };
+    let mut begin = Instant::now();
+    let mut lines = 0;
+    let turn = || {
+        let elapsed = begin.elapsed();
+        if elapsed < Duration::from_secs(1) {
+            return Ok(true);
+        }
+        begin = Instant::now();
+        let window = window.take();
+        lines += 1;
+        let text = report(measure, watched.format, &window, elapsed.as_secs_f64());
+        let written = writeln!(io::stdout(), "{text}");
+        Ok(written.is_ok() && seconds.is_none_or(|seconds| lines < seconds))
+    };
+    watch(watched, false, take, turn)
+}
+
+fn ms(ns: u64) -> f64 {
+    ns as f64 / 1e6
+}
+
+fn report(measure: Measure, format: Format, window: &Window, seconds: f64) -> String {
+    let round = |value: f64| (value * 1e3).round() / 1e3;
+    let rate = round(window.count as f64 / seconds);
+    let mut times = window.times.clone();
+    times.sort_by(f64::total_cmp);
+    let at = |part: f64| {
+        let last = times.len().saturating_sub(1);
+        times.get((last as f64 * part).round() as usize).copied()
+    };
+    let (min, median, p99, max) = (at(0.0), at(0.5), at(0.99), at(1.0));
+    let lost = window.lost;
+    if format == Format::Json {
+        let mut object = json!({"rate_hz": rate, "lost": lost});
+        let mut times = |name: &str| {
+            object[name] = json!({"min": min.map(round), "p50": median.map(round), "p99": p99.map(round), "max": max.map(round)});
+        };
+        match measure {
+            Measure::Rate => times("period_ms"),
+            Measure::Delay => times("delay_ms"),
+            Measure::Bandwidth => {
+                object["bytes_per_s"] = json!((window.bytes as f64 / seconds).round());
+                let mean = window.bytes.checked_div(window.count);
+                object["mean_bytes"] = json!(mean);
+            }
+        }
+        return object.to_string();
+    }
+    let lost = if lost > 0 {
+        format!("  {lost} lost")
+    } else {
+        String::new()
+    };
+    let times = |what: &str| match (min, median, p99, max) {
+        (Some(min), Some(median), Some(p99), Some(max)) => {
+            format!("  {what} min {min:.3}, p50 {median:.3}, p99 {p99:.3}, max {max:.3} ms")
+        }
+        _ => String::new(),
+    };
+    match measure {
+        Measure::Rate => format!("{rate:.1} Hz{}{lost}", times("period")),
+        Measure::Delay => format!("{rate:.1} Hz{}{lost}", times("delay")),
+        Measure::Bandwidth => {
+            let mean = window.bytes.checked_div(window.count).unwrap_or(0);
+            let kib = window.bytes as f64 / seconds / 1024.0;
+            format!("{kib:.1} KiB/s  {rate:.1} Hz  mean {mean} B{lost}")
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! Tools look at the patrol, call its operations and send to its topics, and are no peers.
+
+use crate::network::site::{PATROL, Ran, Site};
+use serde_json::{Value, json};
+use std::process::{Child, Command, Stdio};
+
+fn patrol(name: &str) -> Site {
+    let site = Site::new(name);
+    site.write_ddsl(PATROL);
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    site
+}
+
+impl Site {
+    /// A command about the network of this site.
+    fn tool(&self, command: &str, args: &[&str]) -> Ran {
+        let mut all = vec![command, self.network.as_str()];
+        all.extend(args);
+        self.rcdeploy(&all, false)
+    }
+
+    /// A command that goes on.
+    fn running_tool(&self, command: &str, args: &[&str]) -> Child {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+        child.arg(command).arg(&self.network).args(args);
+        self.place(&mut child);
+        child.stdout(Stdio::null()).stderr(Stdio::null());
+        child.spawn().expect("to start")
+    }
+}
+
+fn json_of(ran: &Ran) -> Value {
+    assert_eq!(ran.code, 0, "{ran:?}");
+    serde_json::from_str(ran.stdout.lines().next().unwrap_or_default()).expect("JSON")
+}
+
+#[test]
+fn a_running_network_is_listed_shown_measured_and_called() {
+    let site = patrol("observed");
+    let listed = json_of(&site.tool("list", &["--format", "json"]));
+    let topic = &listed["topics"][0];
+    assert_eq!(topic["operation"], "newFullPose", "{listed}");
+    assert_eq!(topic["publishers"][0]["component"], "simulator");
+    assert_eq!(topic["subscribers"][0]["component"], "monitor");
+    assert!(
+        topic["publishers"][0]["rate_hz"]
+            .as_f64()
+            .is_some_and(|hz| hz > 1.0),
+        "{listed}"
+    );
+    let services = listed["services"].as_array().expect("a list");
+    assert_eq!(services.len(), 2, "{listed}");
+
+    let shown = site.tool("show", &["FullPoseEuler"]);
+    assert!(
+        shown.stdout.contains("confidence: int32  (in %, 0 to 100)"),
+        "{shown:?}"
+    );
+    let shown = json_of(&site.tool("show", &["simulator.Laser", "--format", "json"]));
+    assert_eq!(shown["interface"], "RoboCompLaser::Laser", "{shown}");
+
+    let echoed = site.tool("echo", &["newFullPose", "--once"]);
+    assert_eq!(echoed.code, 0, "{echoed:?}");
+    assert!(
+        echoed
+            .stdout
+            .starts_with("pose:\n  source: \"simulator\"\n  x: "),
+        "{echoed:?}"
+    );
+    let csv = site.tool(
+        "echo",
+        &["newFullPose", "--csv", "--field", "pose.x", "--count", "3"],
+    );
+    assert_eq!(csv.stdout.lines().count(), 4, "{csv:?}");
+    assert!(csv.stdout.starts_with("sent_ns,pose.x\n"), "{csv:?}");
+    let calls = site.tool(
+        "echo",
+        &["getLaserData", "--format", "json", "--count", "2"],
+    );
+    let request = json_of(&calls);
+    assert_eq!(request["kind"], "request", "{calls:?}");
+    assert!(calls.stdout.contains("\"kind\":\"reply\""), "{calls:?}");
+
+    let hz = json_of(&site.tool("hz", &["newFullPose", "--lines", "1", "--format", "json"]));
+    assert!(hz["rate_hz"].as_f64().is_some_and(|hz| hz > 1.0), "{hz}");
+
+    let called = json_of(&site.tool("call", &["getLaserConfData", "--format", "json"]));
+    assert!(
+        called["result"]["return"]["maxMeasures"].is_number(),
+        "{called}"
+    );
+    assert_eq!(
+        site.tool("call", &["setSpeedBase", r#"{"adv": 1}"#]).code,
+        0
+    );
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
+
+#[test]
+fn wrong_names_and_values_are_refused_with_what_is_allowed() {
+    let site = patrol("refused");
+    let fails = |ran: Ran, text: &str| {
+        assert_eq!(ran.code, 1, "{ran:?}");
+        assert!(ran.stderr.contains(text), "{ran:?}");
+    };
+    fails(
+        site.tool("echo", &["newFullPos", "--once"]),
+        "did you mean `simulator.FullPoseEstimationPub.newFullPose`?",
+    );
+    fails(
+        site.tool("call", &["getBasePos"]),
+        "did you mean `simulator.DifferentialRobot.getBasePose`?",
+    );
+    fails(site.tool("show", &["Lasr"]), "did you mean");
+    fails(
+        site.tool("echo", &["newFullPose", "--once", "--field", "pose.xx"]),
+        "there is no member `xx`",
+    );
+    fails(
+        site.tool("send", &["newFullPose", r#"{"pose": {"confidence": 101}}"#]),
+        "`pose.confidence`: 101 is outside its range 0 to 100 %",
+    );
+    fails(
+        site.tool("call", &["setSpeedBase", r#"{"advance": 1}"#]),
+        "has no member `advance`",
+    );
+    fails(
+        site.tool("call", &["setSpeedBase", "{"]),
+        "the value is no JSON",
+    );
+    let gone = site.rcdeploy(&["echo", "no_such_network", "newFullPose"], false);
+    assert_eq!(gone.code, 3, "{gone:?}");
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+}
+
+/// Tools fill their places, and one is killed: the counts of peers stay, and a component joins.
+#[test]
+fn tools_are_no_peers_and_take_no_place() {
+    let site = patrol("uncounted");
+    let peers = || {
+        let status = site.ask("simulator", "status");
+        let slots = status["slots"].as_array().expect("a list").clone();
+        slots
+            .iter()
+            .map(|slot| slot["peers"].clone())
+            .collect::<Vec<Value>>()
+    };
+    Site::until("all are connected", || {
+        peers() == [json!(1), json!(1), json!(1)]
+    });
+    let mut tools: Vec<Child> = (0..4)
+        .map(|_| site.running_tool("echo", &["newFullPose"]))
+        .collect();
+    Site::until("the places of tools are taken", || {
+        let fifth = site.tool("echo", &["newFullPose", "--once", "--timeout", "1"]);
+        fifth.stderr.contains("4 tools observe it already")
+    });
+    assert_eq!(peers(), [json!(1), json!(1), json!(1)]);
+    let sent = json_of(&{
+        let ran = site.tool("send", &["newFullPose", r#"{"pose": {"x": 1}}"#]);
+        assert_eq!(ran.code, 0, "{ran:?}");
+        site.tool("list", &["--format", "json"])
+    });
+    assert!(
+        sent["topics"][0]["publishers"][0]["rate_hz"]
+            .as_f64()
+            .is_some_and(|hz| hz > 1.0),
+        "{sent}"
+    );
+    let bind = format!(
+        "FullPoseEstimationPub={}/simulator/FullPoseEstimationPub",
+        site.network
+    );
+    let second = site.start(
+        "pose_monitor",
+        &[
+            "--network",
+            &site.network,
+            "--name",
+            "second",
+            "--bind",
+            &bind,
+        ],
+    );
+    Site::until("another subscriber is counted", || peers()[2] == json!(2));
+    drop(second);
+    for tool in &mut tools {
+        tool.kill().expect("to kill it");
+        tool.wait().expect("to reap it");
+    }
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
