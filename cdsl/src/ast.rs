@@ -45,6 +45,8 @@ pub enum Clause {
     Period(Literal),
     /// `simulates time;`
     SimulatesTime,
+    /// `lifecycle managed;`
+    Managed,
 }
 
 /// One crate of a `dependencies` clause.

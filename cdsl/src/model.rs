@@ -27,6 +27,8 @@ pub struct Component {
     pub period: Duration,
     /// Whether the worker can advance the time of its network.
     pub simulates_time: bool,
+    /// Whether it has the life cycle of a managed node of ROS 2.
+    pub managed: bool,
     /// All imported modules, directly or indirectly.
     pub library: Library,
 }

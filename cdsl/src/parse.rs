@@ -19,7 +19,7 @@ pub struct Grammar;
 pub(crate) const KNOWN_LANGUAGES: [&str; 4] = ["rust", "cpp", "cpp11", "python"];
 
 /// The keywords of clauses.
-const KEYWORDS: [&str; 9] = [
+const KEYWORDS: [&str; 10] = [
     "Communications",
     "language",
     "gui",
@@ -29,6 +29,7 @@ const KEYWORDS: [&str; 9] = [
     "dependencies",
     "period",
     "simulates",
+    "lifecycle",
 ];
 
 /// Parses one `.cdsl` text.
@@ -122,6 +123,7 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
             match rule {
                 Rule::language => Clause::Language(texts.next()?),
                 Rule::simulates => Clause::SimulatesTime,
+                Rule::lifecycle => Clause::Managed,
                 Rule::gui => Clause::Gui(texts.next()?, texts.next()),
                 Rule::options => Clause::Options(texts.collect()),
                 _ => Clause::Parameters(texts.next()?),
@@ -220,6 +222,7 @@ fn report_skipped_clause(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
         "dependencies" => Rule::dependencies,
         "period" => Rule::period,
         "simulates" => Rule::simulates,
+        "lifecycle" => Rule::lifecycle,
         _ => return r.found.push(unknown_clause(&first)),
     };
     r.report_skipped(pair, rule);

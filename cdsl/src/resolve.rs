@@ -82,7 +82,7 @@ const MAX_IMPORT_LOOKUPS: usize = 100;
 impl Resolver<'_> {
     fn component(&mut self, tree: &ast::Component) -> Component {
         let (mut language, mut parameters, mut dependencies) = (None, None, Vec::new());
-        let (mut state_machine, mut simulates_time) = (None, false);
+        let (mut state_machine, mut simulates_time, mut managed) = (None, false, false);
         let (mut slots, mut period, mut communications) = (Vec::new(), DEFAULT_PERIOD, false);
         let mut seen: HashMap<String, Span> = HashMap::new();
         for (word, clause) in &tree.clauses {
@@ -107,6 +107,7 @@ impl Resolver<'_> {
                     dependencies = all.iter().map(|one| self.dependency(one)).collect();
                 }
                 Clause::SimulatesTime => simulates_time = true,
+                Clause::Managed => managed = true,
                 Clause::Period(literal) => {
                     if let Some(ns) = literal.as_nanoseconds().filter(|ns| *ns >= 100_000) {
                         period = Duration::from_nanos(ns);
@@ -161,6 +162,7 @@ impl Resolver<'_> {
             dependencies,
             period,
             simulates_time,
+            managed,
             library: std::mem::take(&mut self.library),
         }
     }

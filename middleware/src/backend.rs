@@ -7,6 +7,7 @@
 //! Every wait has a limit.
 
 use crate::error::{CallError, OpenError, ReceiveError, SendError};
+use crate::lifecycle::LifecycleService;
 use crate::log::LogQueue;
 use crate::parameters::ParameterService;
 use crate::request_body::RequestBody;
@@ -89,6 +90,13 @@ pub trait Backend {
     /// Offers the parameters of the component to nodes of the middleware, where the middleware has
     /// parameters.
     fn parameters(&self, service: Arc<dyn ParameterService>) -> Result<(), OpenError> {
+        drop(service);
+        Ok(())
+    }
+
+    /// Offers the life cycle of a managed component to nodes of the middleware, where the middleware
+    /// has managed nodes.
+    fn lifecycle(&self, service: Arc<dyn LifecycleService>) -> Result<(), OpenError> {
         drop(service);
         Ok(())
     }

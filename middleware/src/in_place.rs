@@ -286,6 +286,8 @@ pub(crate) struct Sending<'a> {
     pub(crate) type_hash: u64,
     pub(crate) sent: &'a Counter,
     pub(crate) writer: &'a mut crate::cdr::Writer<'static>,
+    /// The counter of a publisher that is to be silent.
+    pub(crate) withheld: Option<&'a Counter>,
 }
 
 impl<T: InPlace> Deref for Loan<'_, T> {

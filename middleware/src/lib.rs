@@ -9,6 +9,7 @@
 //! - [`rpc`]: the envelope of a call (after the basic mapping of OMG DDS-RPC 1.0).
 //! - [`typed`]: typed publishers and clients, which generated code uses.
 //! - [`gaps`]: the samples that a receiver lost.
+//! - [`lifecycle`]: the life cycle of a managed component, for a middleware with managed nodes.
 //! - [`log`]: the log of a component, for a middleware that publishes it.
 //! - [`environment`]: the network of a process, and its run directory.
 //! - [`network_time`]: where a source of time and its followers meet.
@@ -26,6 +27,7 @@ pub mod error;
 pub mod gaps;
 pub mod header;
 pub mod in_place;
+pub mod lifecycle;
 pub mod log;
 pub mod network_time;
 pub mod parameters;

@@ -2,10 +2,12 @@
 //! backend. Only this layer and generated code know codecs.
 
 mod client;
+mod gate;
 mod publisher;
 mod request;
 
 pub use client::{TypedClient, expect_result};
+pub use gate::Gate;
 pub use publisher::TypedPublisher;
 pub use request::Request;
 
@@ -188,6 +190,18 @@ mod tests {
             let sent = publisher.publish_with(|writer| writer.put(&image));
             assert_eq!(sent.map_err(drop), expected);
             assert_eq!(publisher.sent().get(), 1);
+        }
+    }
+
+    #[test]
+    fn a_closed_gate_withholds_samples_and_counts_them() {
+        let gate = Gate::default();
+        let mut publisher = publisher(false).behind(gate.clone());
+        for (open, counts) in [(true, (1, 0)), (false, (1, 1)), (true, (2, 1))] {
+            gate.set_open(open);
+            let sent = publisher.publish_with(|writer| writer.put(&7_u8));
+            assert_eq!(sent, Ok(()));
+            assert_eq!((publisher.sent().get(), publisher.withheld().get()), counts);
         }
     }
 

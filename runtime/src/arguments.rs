@@ -29,6 +29,8 @@ pub(crate) struct Arguments {
     pub(crate) clock: ClockChoice,
     /// The components that follow the time of this one, in the order of their turns.
     pub(crate) followers: Vec<String>,
+    /// Whether a managed component that no supervisor has started configures and activates itself.
+    pub(crate) active: bool,
 }
 
 /// A policy for a topic by its name in ROS 2: `qos_overrides./scan.publisher.depth:=1` of its command line.

@@ -44,6 +44,7 @@ pub(crate) fn parse(
         ros: RosArguments::default(),
         clock: ClockChoice::default(),
         followers: Vec::new(),
+        active: false,
     };
     while let Some(arg) = parser.next()? {
         match arg {
@@ -64,6 +65,14 @@ pub(crate) fn parse(
                 out.followers = names.collect::<Result<_, _>>()?;
             }
             Long("set") => out.parameters.push(parameter(&parser.value()?.string()?)?),
+            Long("active") if description.managed => out.active = true,
+            Long("active") => {
+                let name = description.name;
+                return Err(format!(
+                    "--active: {name} is not managed; write `lifecycle managed;` in its .cdsl and generate it anew"
+                )
+                .into());
+            }
             Long("check") => check = true,
             Long("probe") => probe = true,
             Long("wait") => wait = Some(seconds(&parser.value()?.string()?)?),
@@ -195,6 +204,13 @@ fn help(description: &Description) -> String {
          --wait SECONDS        with --probe: wait until it is ready, at most this long\n  \
          --help, --version\n\nExit codes: 0 success, 1 wrong configuration, 2 wrong usage, 3 the system refused or the worker failed\n"
     );
+    if description.managed {
+        out.push_str(
+            "\nIts life cycle is managed: it starts unconfigured, and `rcdeploy activate NETWORK NAME` or a tool of ROS 2\n\
+             configures and activates it.\n  \
+             --active              configure and activate it at the start; without success it ends with exit code 3\n",
+        );
+    }
     if description.backends.iter().any(|(name, _)| *name == ROS2) {
         out.push_str(
             "\nAs a node of ROS 2, NAME … --ros-args … [--]:\n  \

@@ -1,6 +1,7 @@
 //! What the runtime asks of a generated component.
 
 use crate::context::Core;
+use crate::lifecycle::Hook;
 use crate::machine::Parts;
 use rc_configuration::{ParamChange, Values};
 use rc_middleware::Reader;
@@ -35,6 +36,12 @@ pub trait Component {
     /// The state machine of the component.
     fn machine(&mut self) -> Option<&mut Parts> {
         None
+    }
+
+    /// Runs a function of the worker for its life cycle.
+    fn run_hook(&mut self, hook: Hook<'_>) -> Result<(), WorkerError> {
+        let _ = hook;
+        Ok(())
     }
 
     /// Runs in place of `compute()` in the state Emergency.
@@ -94,9 +101,11 @@ pub trait Component {
 /// ```
 #[derive(Debug)]
 pub enum WorkerError {
-    /// The runtime logs and counts the failure; the component runs on.
+    /// The runtime logs and counts the failure; the component runs on. A transition of the life cycle fails: the
+    /// component returns to the state that it came from.
     Failed(String),
-    /// The component enters the state Emergency, in which `emergency()` runs in place of `compute()`.
+    /// The component enters the state Emergency, in which `emergency()` runs in place of `compute()`. After a function
+    /// of the life cycle, its error processing follows instead.
     Emergency(String),
     /// The component ends with exit code 3.
     Fatal(String),

@@ -1,6 +1,7 @@
 //! The status and the heartbeats of a component.
 
 use crate::description::{Description, Slot};
+use crate::lifecycle::Lifecycle;
 use crate::machine::MachineRecord;
 use crate::settings::topic_qos;
 use crate::status::{self, Shared};
@@ -143,6 +144,7 @@ impl ComponentInfo {
             handlers: counters.handlers.timing(),
             refused: counters.refused,
             sent: status.sent(at),
+            withheld: status.withheld(at),
             lost: counters.lost,
             queue: status.queue(at),
         });
@@ -153,6 +155,7 @@ impl ComponentInfo {
             network: self.network.clone(),
             pid: std::process::id(),
             state: status.state,
+            lifecycle: shared.lifecycle.as_deref().map(Lifecycle::state),
             uptime_s: shared.uptime().as_secs_f64(),
             age_ms: shared.age_ms(),
             model: format!("{:016x}", self.description.model_hash),

@@ -1,6 +1,7 @@
 //! The part of a worker's context that is the same in all components. Generated contexts dereference to it.
 
 use crate::clock::{Clock, Time};
+use crate::lifecycle::{Lifecycle, LifecycleState};
 use crate::status::Shared;
 use rc_management::component::State;
 use std::sync::Arc;
@@ -59,6 +60,11 @@ impl Core {
     /// The state of this component.
     pub fn state(&self) -> State {
         self.shared.status().state
+    }
+
+    /// The state of its life cycle; none for a component that is not managed.
+    pub fn lifecycle(&self) -> Option<LifecycleState> {
+        self.shared.lifecycle.as_deref().map(Lifecycle::state)
     }
 
     /// The period of `compute()`, by the network's clock.

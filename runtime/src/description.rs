@@ -31,6 +31,8 @@ pub struct Description {
     pub backends: &'static [(&'static str, Connect)],
     /// Whether the worker can advance the time of its network.
     pub simulates_time: bool,
+    /// Whether it has the life cycle of a managed component.
+    pub managed: bool,
     /// What tools find in the executable, see `rc_codegen::note`.
     pub note: &'static [u8],
 }

@@ -18,6 +18,8 @@ mod description;
 mod error;
 mod event_loop;
 mod firing;
+pub mod lifecycle;
+mod lifecycle_server;
 mod link;
 mod log;
 pub mod machine;

@@ -5,13 +5,15 @@
 //! Heartbeats count what happens in between. So the supervisor learns everything as soon as it reads again, and what
 //! waits for it takes one line of memory for each kind of message.
 
+use crate::lifecycle::Goal;
 use rc_configuration::ParamChange;
 use rc_diagnostics::foreign;
 use rc_management::Output;
 use rc_management::component::State;
 use rc_management::lines::{LIMIT, Lines, Overlong};
 use rc_management::link::{
-    ComponentMessage, Heartbeat, MOST_GARBAGE, SupervisorMessage, UnsavedParameters,
+    ComponentMessage, Heartbeat, LifecycleReport, MOST_GARBAGE, SupervisorMessage,
+    UnsavedParameters,
 };
 use rc_management::rpc;
 use rustix::event::PollFlags;
@@ -42,6 +44,7 @@ pub(crate) struct Link {
     waiting: Levels,
     /// The last state and the last unsaved parameters that were set.
     state: Option<State>,
+    lifecycle: Option<LifecycleReport>,
     unsaved: UnsavedParameters,
 }
 
@@ -49,6 +52,7 @@ pub(crate) struct Link {
 #[derive(Debug, Default)]
 struct Levels {
     state: Option<State>,
+    lifecycle: Option<LifecycleReport>,
     /// The answer to the request to restore parameters.
     restored: Option<ComponentMessage>,
     is_ready: bool,
@@ -68,6 +72,9 @@ impl Levels {
         if std::mem::take(&mut self.is_ready) {
             return Some(ComponentMessage::Ready);
         }
+        if let Some(report) = self.lifecycle.take() {
+            return Some(ComponentMessage::Lifecycle(report));
+        }
         self.unsaved.take().map(ComponentMessage::Parameters)
     }
 }
@@ -79,12 +86,19 @@ pub(crate) struct LinkInput {
     pub(crate) closed: bool,
     /// Parameters that an earlier run had not saved, to be set before the component is ready.
     pub(crate) restore: Option<Map<String, Value>>,
+    /// The state to which the life cycle is to be brought.
+    pub(crate) goal: Option<Goal>,
 }
 
 impl Link {
+    /// Whether a supervisor has started this process.
+    pub(crate) fn is_expected() -> bool {
+        std::env::var_os("RC_SUPERVISED").is_some()
+    }
+
     /// The link at standard input, if a supervisor has started this process.
     pub(crate) fn inherited() -> io::Result<Option<Self>> {
-        if std::env::var_os("RC_SUPERVISED").is_none() {
+        if !Self::is_expected() {
             return Ok(None);
         }
         let stream = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
@@ -101,6 +115,7 @@ impl Link {
             output: Output::up_to(LIMIT + 1),
             waiting: Levels::default(),
             state: None,
+            lifecycle: None,
             unsaved: UnsavedParameters::default(),
         })
     }
@@ -127,6 +142,15 @@ impl Link {
         if self.state != Some(state) {
             self.state = Some(state);
             self.waiting.state = Some(state);
+            self.write();
+        }
+    }
+
+    /// Sets the state of the life cycle, and what became of the last goal.
+    pub(crate) fn set_lifecycle(&mut self, report: LifecycleReport) {
+        if self.lifecycle.as_ref() != Some(&report) {
+            self.lifecycle = Some(report.clone());
+            self.waiting.lifecycle = Some(report);
             self.write();
         }
     }
@@ -187,6 +211,13 @@ impl Link {
             for line in &lines {
                 match line.bytes().and_then(SupervisorMessage::decode) {
                     Some(SupervisorMessage::Restore { changes }) => input.restore = Some(changes),
+                    Some(SupervisorMessage::Lifecycle { number, goal }) => {
+                        let number = Some(number);
+                        input.goal = Some(Goal {
+                            state: goal,
+                            number,
+                        });
+                    }
                     None => self.garbage += line.size(),
                 }
             }

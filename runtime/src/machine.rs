@@ -99,6 +99,12 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
         self.parts.session.is_in(state.number())
     }
 
+    /// Whether the machine has entered its initial states. That of a managed component does so at its
+    /// first activation.
+    pub fn has_started(&self) -> bool {
+        self.parts.session.active().next().is_some() || self.has_ended()
+    }
+
     /// Whether the machine has reached an end state of its own.
     pub fn has_ended(&self) -> bool {
         self.parts.session.has_ended()

@@ -11,6 +11,7 @@ use crate::configuration::LoadedConfiguration;
 use crate::description::Description;
 use crate::error::StartError;
 use crate::firing::FireServer;
+use crate::lifecycle_server::LifecycleServer;
 use crate::link::Link;
 use crate::log::print_error;
 use crate::name_lock::NameLock;
@@ -71,6 +72,9 @@ impl Management {
             waker().map_err(|e| StartError::cannot_create("a socket pair", &e))?;
         let taps = Arc::new(Taps::new(description.slots.len(), Some(waker.clone())));
         let queue = Arc::new(RequestQueue::new(waker.clone()));
+        if let Some(lifecycle) = &shared.lifecycle {
+            lifecycle.report_to(waker.clone());
+        }
         let LoadedConfiguration {
             parameters,
             configuration,
@@ -86,6 +90,7 @@ impl Management {
                 commands.clone(),
                 waker.clone(),
             ),
+            lifecycle: LifecycleServer::new(shared.lifecycle.clone(), waker.clone()),
             shared: shared.clone(),
             commands: commands.clone(),
             firing: FireServer::new(commands.clone(), waker.clone()),
@@ -161,6 +166,7 @@ struct Server {
     parameters: ParameterServer,
     firing: FireServer,
     backends: BackendRequests,
+    lifecycle: LifecycleServer,
     link: Option<Link>,
     /// Parameters that an earlier run had not saved. They are set before the component reports readiness.
     restore: Option<Map<String, Value>>,
@@ -243,6 +249,7 @@ impl Server {
                 answers.extend(self.firing.end());
                 answers.retain(|(requester, _)| !matches!(requester, Requester::Supervisor));
                 self.answer(answers);
+                self.answer_transitions();
                 self.report_state();
                 return;
             }
@@ -271,6 +278,7 @@ impl Server {
                 }
             }
             self.tools.turn(&mut self.socket);
+            self.answer_transitions();
             self.socket.check(Instant::now());
         }
     }
@@ -298,6 +306,7 @@ impl Server {
         let limit = deadline.map(|at| at.saturating_duration_since(Instant::now()));
         let limits = limit.into_iter().chain(self.parameters.time_left());
         let limits = limits.chain(self.firing.time_left());
+        let limits = limits.chain(self.lifecycle.time_left());
         let limit = limits.chain(self.tools.time_left()).min();
         let limit = limit.and_then(|limit| Timespec::try_from(limit).ok());
         match poll(&mut polled, limit.as_ref()) {
@@ -337,6 +346,9 @@ impl Server {
         }
         let input = link.receive();
         self.restore = input.restore.or(self.restore.take());
+        if let (Some(lifecycle), Some(goal)) = (&self.shared.lifecycle, input.goal) {
+            lifecycle.set_goal(goal);
+        }
         if input.closed {
             self.link = None;
             self.shared.wake_event.stop();
@@ -358,6 +370,9 @@ impl Server {
         let state = self.shared.status().state;
         if let Some(link) = &mut self.link {
             link.set_state(state);
+            if let Some(lifecycle) = &self.shared.lifecycle {
+                link.set_lifecycle(lifecycle.report());
+            }
         }
     }
 
@@ -438,6 +453,10 @@ impl Server {
                     Err(error) => Err(error),
                 }
             }
+            Ok(Request::Lifecycle { transition }) => {
+                let begun = self.lifecycle.begin(client, id.cloned(), transition);
+                return self.deferred(client, begun);
+            }
             Ok(Request::Stop) => {
                 self.shared.wake_event.stop();
                 rpc::result(&Done {})
@@ -454,6 +473,16 @@ impl Server {
                 None
             }
             Err(error) => Some(Err(error)),
+        }
+    }
+
+    /// Hands results of transitions to their requesters, if they are still there.
+    fn answer_transitions(&mut self) {
+        for (client, id, result) in self.lifecycle.turn() {
+            self.socket.settle(client);
+            if let Some(id) = id {
+                self.socket.answer(client, &id, result);
+            }
         }
     }
 

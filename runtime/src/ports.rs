@@ -9,8 +9,9 @@ use crate::time::follower::Follower;
 use crate::time::source::{Source, State as SourceState};
 use crate::time::{TimeRole, TimeSource};
 use rc_management::component::{ClockKind, Role};
+use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::parameters::ParameterService;
-use rc_middleware::typed::{TypedClient, TypedPublisher};
+use rc_middleware::typed::{Gate, TypedClient, TypedPublisher};
 use rc_middleware::{
     Address, Backend, Counter, Endpoint, Environment, ExternalType, LogQueue, OpenError,
     QueueGauge, Server, Settings, Subscriber, TypeIdentity, network_time,
@@ -40,6 +41,10 @@ pub struct Ports {
     settings: Settings,
     /// The counters of the sending ends, each with the index of its slot.
     sent: RefCell<Vec<(usize, Counter)>>,
+    /// The counters of samples that were not published, each with the index of its slot.
+    withheld: RefCell<Vec<(usize, Counter)>>,
+    /// What all publishers pass.
+    gate: Gate,
     /// The receive queues, each with the index of its slot.
     queues: RefCell<Vec<(usize, QueueGauge)>>,
     network: String,
@@ -92,6 +97,8 @@ impl Ports {
             addresses,
             settings: Settings::default(),
             sent: RefCell::default(),
+            withheld: RefCell::default(),
+            gate: Gate::default(),
             queues: RefCell::default(),
             network: network.to_owned(),
             taps: Arc::new(Taps::new(description.slots.len(), None)),
@@ -108,6 +115,11 @@ impl Ports {
     /// The taps of the slots.
     pub(crate) fn taps(&self) -> &Taps {
         &self.taps
+    }
+
+    /// Opens publishers behind `gate` from now on.
+    pub(crate) fn set_gate(&mut self, gate: Gate) {
+        self.gate = gate;
     }
 
     /// Lets the worker set `clock` as a source of time without followers.
@@ -181,7 +193,10 @@ impl Ports {
             operation,
         });
         let topic = TypedPublisher::new(port, self.description.slots[slot].operations[operation]);
+        let topic = topic.behind(self.gate.clone());
         self.count(slot, topic.sent());
+        let withheld = (slot, topic.withheld().clone());
+        self.withheld.borrow_mut().push(withheld);
         Ok(topic)
     }
 
@@ -248,6 +263,12 @@ impl Ports {
         backends.try_for_each(|(_, backend)| backend.parameters(Arc::clone(service)))
     }
 
+    /// Gives the life cycle of the component to the middlewares.
+    pub(crate) fn lifecycle(&self, service: &Arc<dyn LifecycleService>) -> Result<(), OpenError> {
+        let mut backends = self.backends.iter();
+        backends.try_for_each(|(_, backend)| backend.lifecycle(Arc::clone(service)))
+    }
+
     /// Gives the log of the component to the middlewares that publish it.
     pub(crate) fn log(&self, log: &Arc<LogQueue>) -> Result<(), OpenError> {
         let mut is_published = false;
@@ -263,6 +284,11 @@ impl Ports {
     /// The counters of the sending ends, each with the index of its slot.
     pub(crate) fn sent(&self) -> Vec<(usize, Counter)> {
         self.sent.borrow().clone()
+    }
+
+    /// The counters of samples that were not published, each with the index of its slot.
+    pub(crate) fn withheld(&self) -> Vec<(usize, Counter)> {
+        self.withheld.borrow().clone()
     }
 
     /// The receive queues, each with the index of its slot.

@@ -1,5 +1,6 @@
 //! `--probe`: asks a running component whether it is ready, for systemd, Compose, Kubernetes and scripts.
 
+use crate::lifecycle::LifecycleState;
 use rc_management::component::{Request, State, Status};
 use rc_management::{CallError, Client};
 use rc_middleware::RunDirectory;
@@ -72,7 +73,7 @@ fn probe_once(socket: &Path) -> ProbeResult {
     };
     let left = end.saturating_duration_since(Instant::now());
     match client.call::<Status>(&Request::Status, left) {
-        Ok(status) => judge(status.state, status.age_ms),
+        Ok(status) => judge(status.state, status.lifecycle, status.age_ms),
         Err(CallError::TimedOut(_)) => late(),
         Err(CallError::Refused(_) | CallError::Unexpected(_)) => {
             ProbeResult::NotReady("answers, but not as a component".to_owned())
@@ -81,13 +82,18 @@ fn probe_once(socket: &Path) -> ProbeResult {
     }
 }
 
-/// A component in an emergency has been ready, and reports the emergency itself: it is there for others.
-fn judge(state: State, age_ms: u64) -> ProbeResult {
+/// A component in an emergency has been ready, and reports the emergency itself: it is there for others. A managed
+/// component is there for others while it is active.
+fn judge(state: State, lifecycle: Option<LifecycleState>, age_ms: u64) -> ProbeResult {
+    let idle = lifecycle.filter(|state| *state != LifecycleState::Active);
     match state {
         State::Running | State::Emergency if age_ms > HUNG_MS => {
             ProbeResult::NotReady(format!("hung: its loop has not turned for {age_ms} ms"))
         }
-        State::Running | State::Emergency => ProbeResult::Ready(state.to_string()),
+        State::Running | State::Emergency => match idle {
+            Some(idle) => ProbeResult::NotReady(idle.to_string()),
+            None => ProbeResult::Ready(state.to_string()),
+        },
         State::Starting | State::Stopping => ProbeResult::NotReady(state.to_string()),
     }
 }
@@ -100,7 +106,7 @@ mod tests {
 
     #[test]
     fn liveness_depends_on_state_and_age_of_the_loop() {
-        let code = |state: State, age: u64| judge(state, age).code();
+        let code = |state: State, age: u64| judge(state, None, age).code();
         assert_eq!([code(State::Running, 9), code(State::Emergency, 9)], [0, 0]);
         assert_eq!(
             [
@@ -110,6 +116,10 @@ mod tests {
             ],
             [1, 1, 1]
         );
+        let managed = |lifecycle| judge(State::Running, Some(lifecycle), 9);
+        assert_eq!(managed(LifecycleState::Active).code(), 0);
+        let inactive = ProbeResult::NotReady("inactive".to_owned());
+        assert_eq!(managed(LifecycleState::Inactive), inactive);
     }
 
     #[test]

@@ -10,6 +10,8 @@ use crate::context::Core;
 use crate::description::Description;
 use crate::error::StartError;
 use crate::event_loop::EventLoop;
+use crate::lifecycle::{self, Goal, LifecycleState};
+use crate::link::Link;
 use crate::log::{self, print, print_error};
 use crate::management::Management;
 use crate::notify::{self, ServiceState};
@@ -20,6 +22,7 @@ use crate::status::{NetworkTime, Shared};
 use crate::time::{ClockChoice, ends};
 use rc_configuration::Values;
 use rc_management::component::ClockKind;
+use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -212,6 +215,7 @@ fn run_component<C: Component>(
         period,
         description.slots.len(),
         NetworkTime::new(kind, clock),
+        description.managed,
     ));
     let commands = Arc::new(CommandQueue::new(wake_event.clone()));
     let environment = Environment {
@@ -231,6 +235,9 @@ fn run_component<C: Component>(
     )?;
     let mut ports = Ports::new(description, &environment, &bindings, kind)?;
     ports.set_taps(management.taps());
+    if let Some(lifecycle) = &shared.lifecycle {
+        ports.set_gate(lifecycle.gate());
+    }
     if let Some(log) = &log {
         ports.log(log)?;
     }
@@ -244,6 +251,10 @@ fn run_component<C: Component>(
     if loaded.parameters.is_some() {
         ports.parameters(&management.parameters())?;
     }
+    if let Some(lifecycle) = &shared.lifecycle {
+        let service: Arc<dyn LifecycleService> = Arc::new(lifecycle::Service(lifecycle.clone()));
+        ports.lifecycle(&service)?;
+    }
     let receivers = ports.receivers()?;
     let core = Core::new(&arguments.name, &arguments.network, shared.clone());
     let mut component = match start(core, &ports, &configuration.parameters) {
@@ -254,6 +265,7 @@ fn run_component<C: Component>(
     {
         let mut status = shared.status();
         status.sent = ports.sent();
+        status.withheld = ports.withheld();
         status.queues = ports.queues();
     }
     // The ends of the network's time are closed after the last message has arrived.
@@ -268,10 +280,18 @@ fn run_component<C: Component>(
         )
         .map_err(|e| StartError::cannot_create("the event loop", &e))?;
         management.ready();
+        // A supervisor decides for its components.
+        let starts_itself = arguments.active && !Link::is_expected();
+        if let Some(lifecycle) = shared.lifecycle.as_ref().filter(|_| starts_itself) {
+            lifecycle.set_goal(Goal {
+                state: LifecycleState::Active,
+                number: None,
+            });
+        }
         if let Hosting::Thread(running) = hosting {
             // A starter that does not wait any more has stopped the component already.
             let _ = running.send(());
-        } else {
+        } else if !starts_itself {
             notify::notify(ServiceState::Ready);
         }
         (event_loop.run(), event_loop.into_time())

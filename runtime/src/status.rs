@@ -2,6 +2,7 @@
 
 use crate::clock::{Clock, Time};
 use crate::description::Slot;
+use crate::lifecycle::Lifecycle;
 use crate::machine::MachineRecord;
 use hdrhistogram::Histogram;
 use rc_diagnostics::foreign;
@@ -19,6 +20,8 @@ pub(crate) struct Shared {
     pub(crate) wake_event: WakeEvent,
     pub(crate) status: Mutex<Status>,
     pub(crate) time: NetworkTime,
+    /// Of a managed component.
+    pub(crate) lifecycle: Option<Arc<Lifecycle>>,
     born: Instant,
     last_turn: AtomicU64,
 }
@@ -29,9 +32,11 @@ impl Shared {
         period: Duration,
         slots: usize,
         time: NetworkTime,
+        is_managed: bool,
     ) -> Self {
         Self {
             time,
+            lifecycle: is_managed.then(|| Arc::new(Lifecycle::new(wake_event.clone()))),
             wake_event,
             status: Mutex::new(Status::new(period, slots)),
             born: Instant::now(),
@@ -99,6 +104,8 @@ pub(crate) struct Status {
     pub(crate) waiting_for: Vec<String>,
     /// The counters of the sending ends, each with the index of its slot.
     pub(crate) sent: Vec<(usize, Counter)>,
+    /// How many samples were not published because the component was not active, in the same form.
+    pub(crate) withheld: Vec<(usize, Counter)>,
     /// The receive queues, each with the index of its slot.
     pub(crate) queues: Vec<(usize, QueueGauge)>,
     /// What the next heartbeat reports.
@@ -252,6 +259,7 @@ impl Status {
             followers: Vec::new(),
             waiting_for: Vec::new(),
             sent: Vec::new(),
+            withheld: Vec::new(),
             queues: Vec::new(),
             delta: HeartbeatDelta::default(),
         }
@@ -259,8 +267,12 @@ impl Status {
 
     /// How many samples a slot has published, or how many calls it has made.
     pub(crate) fn sent(&self, slot: usize) -> u64 {
-        let of = self.sent.iter().filter(|(at, _)| *at == slot);
-        of.map(|(_, counter)| counter.get()).sum()
+        total(&self.sent, slot)
+    }
+
+    /// How many samples a slot has not published because the component was not active.
+    pub(crate) fn withheld(&self, slot: usize) -> u64 {
+        total(&self.withheld, slot)
     }
 
     /// The use of the receive queues of a slot; `None` if its middleware has none.
@@ -277,6 +289,12 @@ impl Status {
             dropped: one.dropped + other.dropped,
         })
     }
+}
+
+/// The sum of the counters of a slot.
+fn total(counters: &[(usize, Counter)], slot: usize) -> u64 {
+    let of = counters.iter().filter(|(at, _)| *at == slot);
+    of.map(|(_, counter)| counter.get()).sum()
 }
 
 impl SlotCounters {

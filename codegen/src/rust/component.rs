@@ -28,6 +28,9 @@ pub(crate) struct Component<'a> {
     note: &'a str,
     period: Time,
     simulates_time: bool,
+    managed: bool,
+    /// The functions for its life cycle that a new worker has.
+    hooks: &'static [&'static str],
     pub(crate) package: String,
     backends: Vec<BackendCrate<'a>>,
     ros_types: &'a [String],
@@ -128,6 +131,9 @@ impl<'a> Component<'a> {
     }
 }
 
+/// The functions for its life cycle that a new worker has; the others have useful defaults.
+const HOOKS: [&str; 4] = ["configure", "activate", "deactivate", "cleanup"];
+
 /// The functions that the worker must write for its state machine.
 fn functions(machine: &view::Machine, index: usize) -> Slot<'_> {
     const QOS: &Qos = &Qos {
@@ -189,6 +195,8 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         note: &view.note,
         period: view.period,
         simulates_time: view.simulates_time,
+        managed: view.managed,
+        hooks: if view.managed { &HOOKS } else { &[] },
         package: names::package(&view.name),
         backends: view
             .middlewares
@@ -339,6 +347,7 @@ fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
     let more = [
         ("self::interfaces::*", !view.slots.is_empty()),
         ("machine::StateMachine", view.machine.is_some()),
+        ("rc_runtime::lifecycle", view.managed),
         ("parameters::Params", view.parameters.is_some()),
         ("types::*", types.next().is_some()),
     ];

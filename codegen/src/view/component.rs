@@ -33,6 +33,8 @@ pub struct Component {
     pub period: Time,
     /// Whether the worker can advance the time of its network.
     pub simulates_time: bool,
+    /// Whether it has the life cycle of a managed component.
+    pub managed: bool,
     /// The slots, in the order of the text.
     pub slots: Vec<Slot>,
     /// Definitions of the messages and services in ROS 2 that are not part of ROS 2 itself.
@@ -174,6 +176,7 @@ pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
         note: note.to_byte_string(),
         period: component.period.into(),
         simulates_time: component.simulates_time,
+        managed: component.managed,
         ros_types: ros::definitions(library, &external_types),
         slots,
         modules: library::of(library),

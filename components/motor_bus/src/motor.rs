@@ -100,6 +100,15 @@ impl Motor {
         }
     }
 
+    /// Stops where it is, and stays there.
+    pub(crate) fn hold(&mut self) {
+        self.velocity = 0.0;
+        self.goal = Goal::Position {
+            target: self.position,
+            speed: 0.0,
+        };
+    }
+
     /// Whether the present position is within these limits: an edited number must not move the
     /// motor.
     pub(crate) fn stays_within(&self, limits: &MotorsParams) -> Result<(), String> {

@@ -12,7 +12,7 @@ use motor_bus_generated::{
 };
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-/// The motors, in the order of the parameters.
+/// The motors, in the order of the parameters; none before the bus is configured.
 pub struct SpecificWorker {
     motors: Vec<Motor>,
     /// The moment of which the motors tell.
@@ -22,12 +22,36 @@ pub struct SpecificWorker {
 }
 
 impl Worker for SpecificWorker {
-    fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
+    fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self {
-            motors: ctx.params.motors.iter().map(Motor::new).collect(),
+            motors: Vec::new(),
             now: Instant::now(),
             time_stamp: time_stamp(),
         })
+    }
+
+    /// Finds the motors. A driver of a real bus opens its device here.
+    fn configure(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        self.motors = ctx.params.motors.iter().map(Motor::new).collect();
+        Ok(())
+    }
+
+    /// From now on time passes for the motors.
+    fn activate(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        self.now = Instant::now();
+        self.time_stamp = time_stamp();
+        Ok(())
+    }
+
+    /// No motor moves on, or goes to an earlier goal when the bus is active again.
+    fn deactivate(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        self.motors.iter_mut().for_each(Motor::hold);
+        Ok(())
+    }
+
+    fn cleanup(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        self.motors.clear();
+        Ok(())
     }
 
     /// Lets the time that has passed pass for the motors.

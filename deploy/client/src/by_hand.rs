@@ -4,6 +4,7 @@
 use crate::connection::{Connection, is_listening};
 use crate::names::check_name;
 use rc_management::component::{self, ClockKind, Request, State};
+use rc_management::lifecycle::LifecycleState;
 use rc_management::supervisor::{ComponentState, ComponentStatus};
 use rc_middleware::RunDirectory;
 use std::collections::BTreeMap;
@@ -76,12 +77,14 @@ pub fn networks() -> Vec<String> {
 pub fn status(report: &component::Status) -> ComponentStatus {
     let lost = report.slots.iter().filter(|slot| slot.lost > 0);
     let pid = i32::try_from(report.pid).ok();
-    let runs = matches!(report.state, State::Running | State::Emergency);
+    let runs = matches!(report.state, State::Running | State::Emergency)
+        && report.lifecycle.is_none_or(LifecycleState::is_configured);
     ComponentStatus {
         state: match report.state {
             State::Running if report.age_ms >= HUNG_MS => ComponentState::Hung,
             state => state.into(),
         },
+        lifecycle: report.lifecycle,
         pid,
         uptime_s: Some((report.uptime_s * 1e3).round() / 1e3),
         ready: runs,
@@ -104,6 +107,7 @@ fn silent(name: &str) -> ComponentStatus {
         by_hand: true,
         host: None,
         state: ComponentState::Hung,
+        lifecycle: None,
         pid: None,
         uptime_s: None,
         ready: false,

@@ -8,6 +8,7 @@ mod digest;
 pub mod error;
 mod follower;
 mod format;
+pub mod lifecycle;
 pub mod log_parts;
 pub mod logs;
 pub mod names;

@@ -127,6 +127,9 @@ fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Res
             "{:width$}  {:9}  {pid:>8}  {up:>9}  {:10}",
             component.name, component.state, component.middleware
         )?;
+        if let Some(lifecycle) = component.lifecycle {
+            write!(f, "  {lifecycle}")?;
+        }
         if component.by_hand {
             write!(f, "  by hand")?;
         }

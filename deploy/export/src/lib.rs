@@ -99,6 +99,12 @@ pub fn export(
     image: Option<&str>,
     user: (u32, u32),
 ) -> Result<Export, String> {
+    // No supervisor takes them through their life cycle.
+    let mut plan = plan.clone();
+    let components = plan.components.iter_mut();
+    for managed in components.filter(|component| component.managed) {
+        managed.args.push("--active".to_owned());
+    }
     let source = Source {
         network: network.name(),
         file: network
@@ -109,7 +115,7 @@ pub fn export(
             .into_owned(),
         image,
         user,
-        machines: machines(network, plan),
+        machines: machines(network, &plan),
     };
     for part in source.parts() {
         part.check()?;

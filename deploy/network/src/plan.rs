@@ -43,6 +43,9 @@ pub struct Component {
     /// Its slots that need no peer.
     #[serde(default)]
     pub optional: Vec<String>,
+    /// Whether it has the life cycle of a managed component.
+    #[serde(default)]
+    pub managed: bool,
     /// The limit from its start until it is ready.
     #[serde(default = "default_ready")]
     pub ready: Duration,
@@ -143,6 +146,7 @@ impl Component {
             after: Vec::new(),
             external: Vec::new(),
             optional: Vec::new(),
+            managed: false,
             ready: default_ready(),
             stop: default_stop(),
             restart: Restart::default(),

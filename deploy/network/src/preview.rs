@@ -54,6 +54,8 @@ pub struct Process {
     pub wave: usize,
     /// The components that must be ready before it starts.
     pub starts_after: Vec<String>,
+    /// Whether its life cycle is managed.
+    pub managed: bool,
     /// The absolute path of its executable. `None` for a component outside of a cargo workspace.
     pub executable: Option<PathBuf>,
     /// The absolute path of its configuration. `None` if all parameters have their defaults.
@@ -140,6 +142,7 @@ impl Network {
                 clock: self.clock(at),
                 wave: waves[at] + 1,
                 starts_after: needed.collect(),
+                managed: planned.managed,
                 executable: Some(planned.executable).filter(|p| !p.as_os_str().is_empty()),
                 configuration: configuration
                     .map(Path::canonicalize)
@@ -361,6 +364,15 @@ impl Preview {
             row("management", &short(&c.management))?;
             if let Some(endpoint) = c.endpoint {
                 row("endpoint", &endpoint.to_string())?;
+            }
+            if c.managed {
+                let needs: Vec<String> = c.starts_after.clone();
+                let after = if needs.is_empty() {
+                    "activated when all managed components are configured".to_owned()
+                } else {
+                    format!("activated after {}", listed(&needs, 19 + 16))
+                };
+                row("life cycle", &after)?;
             }
             row("middleware", &c.middleware)?;
             if c.clock.kind != "system" {

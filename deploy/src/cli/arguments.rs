@@ -1,6 +1,8 @@
 //! What the command lines have in common.
 
-use super::completion::{components, components_and_groups, networks, parameters, topics};
+use super::completion::{
+    components, components_and_groups, managed_components, networks, parameters, topics,
+};
 use clap::{Args, Subcommand};
 use rc_cdsl::model::Backend;
 use rc_codegen::view::BACKENDS;
@@ -59,6 +61,20 @@ pub(super) struct Watched {
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(super) timeout: Option<f64>,
     /// The form of the output: human or json (one object a line).
+    #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+    pub(super) format: Format,
+}
+
+/// Managed components of a running network.
+#[derive(Args)]
+pub(super) struct Managed {
+    /// The network or its .ddsl.
+    #[arg(add = networks())]
+    pub(super) network: String,
+    /// Components by their full names, or groups. Without them, all managed components.
+    #[arg(value_name = "NAME", add = managed_components())]
+    pub(super) names: Vec<String>,
+    /// The form of the output: human or json (one document).
     #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
     pub(super) format: Format,
 }

@@ -9,6 +9,7 @@ use rc_command_line::{
 use rc_deploy_client::names::is_reserved;
 use rc_deploy_client::{by_hand, connection, logs, params, states, status};
 use rc_diagnostics::SourceMap;
+use rc_management::supervisor::ComponentStatus;
 use rc_observe::Network;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -34,15 +35,21 @@ pub(super) fn components() -> ArgValueCandidates {
 
 /// Components, and the groups that contain them.
 pub(super) fn components_and_groups() -> ArgValueCandidates {
-    ArgValueCandidates::new(|| {
-        let mut names = names_of_components();
-        let components: Vec<String> = names.iter().cloned().collect();
-        for name in components {
-            let ends = name.match_indices('.').map(|(at, _)| name[..at].to_owned());
-            names.extend(ends);
-        }
-        candidates(names)
-    })
+    ArgValueCandidates::new(|| candidates(with_groups(names_of_components())))
+}
+
+fn with_groups(mut names: BTreeSet<String>) -> BTreeSet<String> {
+    let components: Vec<String> = names.iter().cloned().collect();
+    for name in components {
+        let ends = name.match_indices('.').map(|(at, _)| name[..at].to_owned());
+        names.extend(ends);
+    }
+    names
+}
+
+/// Managed components, and the groups that contain them.
+pub(super) fn managed_components() -> ArgValueCandidates {
+    ArgValueCandidates::new(|| candidates(with_groups(names_where(|c| c.lifecycle.is_some()))))
 }
 
 /// The logs of the network that the command line names, which need not run.
@@ -139,12 +146,16 @@ fn names_in_network(names: impl Fn(&Network) -> BTreeSet<String>) -> BTreeSet<St
 }
 
 fn names_of_components() -> BTreeSet<String> {
+    names_where(|_| true)
+}
+
+fn names_where(is_meant: fn(&ComponentStatus) -> bool) -> BTreeSet<String> {
     let report = network().and_then(|network| status::report(&network).ok());
     let Some(report) = report else {
         return BTreeSet::new();
     };
-    let names = report.components().map(|component| component.name.clone());
-    names.collect()
+    let meant = report.components().filter(|component| is_meant(component));
+    meant.map(|component| component.name.clone()).collect()
 }
 
 /// The network of the command line that is completed.

@@ -17,7 +17,7 @@ mod top;
 mod up;
 
 use crate::Options;
-use arguments::{Action, Input, Named, Watched, engine, format, rate, seconds, switch};
+use arguments::{Action, Input, Managed, Named, Watched, engine, format, rate, seconds, switch};
 use clap::{ArgAction, Parser, Subcommand};
 use completion::{components, described, events, logs_of, networks, only_topics, operations};
 use messages::Measure;
@@ -30,6 +30,7 @@ use rc_deploy_client::{Format, connection, logs, states, status};
 use rc_deploy_export::Engine;
 use rc_deploy_graph::GraphFormat;
 use rc_deploy_terminal::SideView;
+use rc_management::lifecycle::Transition;
 use rc_management::supervisor::Verb;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -181,6 +182,17 @@ enum Command {
     Stop(Named),
     /// Stops components, then starts them again.
     Restart(Named),
+    /// Configures managed components that are unconfigured, and waits until they are inactive.
+    ///
+    /// The commands of the life cycle work also for components that were not started by rcdeploy.
+    Configure(Managed),
+    /// Activates managed components, providers first. It configures them before where needed.
+    Activate(Managed),
+    /// Deactivates managed components, dependents first. Their calls are refused and their topics
+    /// silent until `activate`.
+    Deactivate(Managed),
+    /// Brings managed components back to unconfigured, dependents first.
+    Cleanup(Managed),
     /// Puts a component into its emergency state, or ends this state.
     ///
     /// This works also for components that were not started by rcdeploy.
@@ -460,6 +472,10 @@ fn run(command: Command) -> Result<u8, Failure> {
         Command::Start(named) => control::control(Verb::Start, &named),
         Command::Stop(named) => control::control(Verb::Stop, &named),
         Command::Restart(named) => control::control(Verb::Restart, &named),
+        Command::Configure(managed) => control::lifecycle(Transition::Configure, &managed),
+        Command::Activate(managed) => control::lifecycle(Transition::Activate, &managed),
+        Command::Deactivate(managed) => control::lifecycle(Transition::Deactivate, &managed),
+        Command::Cleanup(managed) => control::lifecycle(Transition::Cleanup, &managed),
         Command::Emergency {
             network,
             name,

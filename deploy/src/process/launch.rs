@@ -129,6 +129,13 @@ impl LocalProcess {
         }
     }
 
+    /// Writes a line on the link, if there is room.
+    pub(crate) fn send_line(&self, line: &str) {
+        if let Some(mut link) = self.link.as_ref() {
+            let _ = link.write_all(line.as_bytes());
+        }
+    }
+
     /// Reads once from the link.
     pub(crate) fn read_link(&mut self) -> Vec<Line> {
         let Some(link) = &self.link else {

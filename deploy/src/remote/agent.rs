@@ -288,6 +288,11 @@ impl Agent {
                     run,
                     greeting,
                 }) => self.start(&component, run, greeting.as_deref()),
+                Some(SupervisorMessage::LinkLine { name, line }) => {
+                    self.running
+                        .get(&name)
+                        .inspect(|running| running.process.send_line(&line));
+                }
                 Some(SupervisorMessage::Stop(name)) => {
                     self.running
                         .get(&name)

@@ -90,6 +90,14 @@ impl RemoteProcess {
         }
     }
 
+    /// Writes a line on its link.
+    pub(crate) fn send_line(&self, line: &str) {
+        self.outbox.push(&SupervisorMessage::LinkLine {
+            name: self.name.clone(),
+            line: line.to_owned(),
+        });
+    }
+
     /// Asks the process to end.
     pub(crate) fn terminate(&self) {
         self.outbox

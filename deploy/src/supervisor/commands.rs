@@ -1,4 +1,5 @@
-//! `start`, `stop` and `restart` of components and groups of a running network.
+//! Commands to components and groups of a running network: `start`, `stop`, `restart`, and those of
+//! the life cycle.
 //!
 //! A stopped component stays stopped until `start`; its dependents continue to run. Within one
 //! command, dependents stop first and start last. Unsaved parameter changes survive a `restart`; a
@@ -8,6 +9,7 @@ use crate::supervisor::control::ClientRequest;
 use crate::supervisor::unit::Unit;
 use rc_deploy_client::connection::KILL_LIMIT;
 use rc_deploy_network::plan::reachable;
+use rc_management::lifecycle::{LifecycleState, Transition};
 use rc_management::supervisor::{CommandResult, FailedCommand, Verb};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
@@ -80,7 +82,7 @@ impl Commands {
         request: ClientRequest,
         verb: Verb,
         members: BTreeSet<usize>,
-        units: &[Unit],
+        units: &mut [Unit],
     ) {
         for job in &mut self.jobs {
             let lost: Vec<usize> = job.members.intersection(&members).copied().collect();
@@ -93,6 +95,7 @@ impl Commands {
         }
         let runs = |i: &&usize| units[**i].is_alive() && !units[**i].is_stopped();
         let (stops, starts): (BTreeSet<usize>, BTreeSet<usize>) = match verb {
+            Verb::Lifecycle(_) => (BTreeSet::new(), BTreeSet::new()),
             Verb::Stop => (members.clone(), BTreeSet::new()),
             Verb::Restart => (members.clone(), members.clone()),
             // One that a `stop` has asked to end ends first.
@@ -110,13 +113,26 @@ impl Commands {
             component.stop + KILL_LIMIT + component.ready
         };
         let limits: Duration = members.iter().map(limit).sum();
+        let mut failed = BTreeMap::new();
+        if let Verb::Lifecycle(transition) = verb {
+            for &i in &members {
+                match refusal(&units[i]) {
+                    Some(reason) => drop(failed.insert(i, reason)),
+                    None => {
+                        if let Some(goal) = units[i].meant(transition) {
+                            units[i].set_lifecycle_goal(goal);
+                        }
+                    }
+                }
+            }
+        }
         self.jobs.push(Job {
             request,
             verb,
             members,
             stops,
             starts,
-            failed: BTreeMap::new(),
+            failed,
             deadline: Instant::now() + limits + MARGIN,
         });
     }
@@ -128,6 +144,13 @@ impl Commands {
                 job.failed.entry(i).or_insert_with(|| reason.to_owned());
             }
         }
+    }
+
+    /// Whether a command changes the life cycle of a unit.
+    pub(crate) fn changes_lifecycle(&self, i: usize) -> bool {
+        let of_lifecycle = |job: &&Job| matches!(job.verb, Verb::Lifecycle(_));
+        let mut jobs = self.jobs.iter().filter(of_lifecycle);
+        jobs.any(|job| job.members.contains(&i))
     }
 
     /// The next deadline.
@@ -150,6 +173,7 @@ impl Commands {
                 for i in std::mem::take(&mut job.starts) {
                     if job.verb == Verb::Start {
                         units[i].forget_changes();
+                        units[i].set_lifecycle_goal(LifecycleState::Active);
                     }
                     units[i].release();
                 }
@@ -194,7 +218,7 @@ impl Job {
         }
     }
 
-    fn is_done(&mut self, units: &[Unit], needs: &[BTreeSet<usize>]) -> bool {
+    fn is_done(&mut self, units: &mut [Unit], needs: &[BTreeSet<usize>]) -> bool {
         if !self.stops.is_empty() {
             return false;
         }
@@ -204,16 +228,18 @@ impl Job {
         // A unit that waits for a failed unit fails as well, also indirectly.
         loop {
             let waits_in_vain = |&&i: &&usize| {
+                let activates = self.verb == Verb::Lifecycle(Transition::Activate);
                 !self.failed.contains_key(&i)
-                    && units[i].is_waiting()
+                    && (units[i].is_waiting() || (activates && !units[i].is_settled()))
                     && blockers(i, units, needs).any(|j| self.failed.contains_key(&j))
             };
             let Some(&i) = self.members.iter().find(waits_in_vain) else {
                 break;
             };
             self.failed.insert(i, account(i, units, needs));
+            units[i].abandon_goal();
         }
-        let settled = |i: &usize| units[*i].is_ready() || self.failed.contains_key(i);
+        let settled = |i: &usize| units[*i].is_settled() || self.failed.contains_key(i);
         self.members.iter().all(settled)
     }
 
@@ -227,7 +253,7 @@ impl Job {
             let name = units[i].name().to_owned();
             let late = match self.verb {
                 Verb::Stop => units[i].is_alive() || units[i].is_lost(),
-                Verb::Start | Verb::Restart => !units[i].is_ready(),
+                Verb::Start | Verb::Restart | Verb::Lifecycle(_) => !units[i].is_settled(),
             };
             let failed = self.failed.remove(&i);
             let reason = failed.or_else(|| late.then(|| account(i, units, needs)));
@@ -240,6 +266,15 @@ impl Job {
     }
 }
 
+/// Why the life cycle of a unit cannot be changed.
+fn refusal(unit: &Unit) -> Option<String> {
+    if !unit.is_alive() || unit.is_asked_to_stop() {
+        return Some("does not run; start it".to_owned());
+    }
+    let finalized = unit.lifecycle_state() == Some(LifecycleState::Finalized);
+    finalized.then(|| "is finalized; restart it".to_owned())
+}
+
 /// The units that a unit still waits for.
 fn blockers<'a>(
     i: usize,
@@ -247,7 +282,11 @@ fn blockers<'a>(
     needs: &'a [BTreeSet<usize>],
 ) -> impl Iterator<Item = usize> + 'a {
     let needed = needs.get(i).into_iter().flatten().copied();
-    needed.filter(|&j| !units[j].lets_others_start())
+    needed.filter(move |&j| match units[i].lifecycle_state() {
+        // One that runs waits to be activated.
+        Some(_) => !units[j].lets_others_work(),
+        None => !units[j].lets_start(&units[i]),
+    })
 }
 
 /// Why a unit has not reached its goal.
@@ -257,7 +296,13 @@ fn account(i: usize, units: &[Unit], needs: &[BTreeSet<usize>]) -> String {
     match unit.end_text() {
         Some(text) => text.to_owned(),
         None if unit.is_alive() && unit.is_asked_to_stop() => "has not ended yet".to_owned(),
-        None if unit.is_alive() => "is not ready yet".to_owned(),
+        None if unit.is_alive() && unit.is_ready() && names.is_empty() => {
+            let state = unit.lifecycle_state();
+            state.map_or("is not ready yet".to_owned(), |state| format!("is {state}"))
+        }
+        None if unit.is_alive() && !(unit.is_managed() && unit.is_ready()) => {
+            "is not ready yet".to_owned()
+        }
         None if names.is_empty() => "is not started yet".to_owned(),
         None => format!("waits for {}", names.join(", ")),
     }

@@ -59,7 +59,7 @@ impl Supervisor<'_> {
                 format!("stopped: {}", end.text),
             );
         }
-        if goes_on && !unit.is_ready() && !unit.is_restarted() {
+        if goes_on && !unit.has_settled() && !unit.is_restarted() {
             return self.fail(i, &format!("ended before it was ready: {}", end.text));
         }
         // While the network goes on, only a component is asked that did not get ready again; others

@@ -38,9 +38,9 @@ impl Unit {
     }
 
     fn handle_message(&mut self, message: ComponentMessage, report: &Reporter) {
-        let Phase::Alive(running) = &self.phase else {
+        if !self.is_alive() {
             return;
-        };
+        }
         match message {
             ComponentMessage::State { state } => {
                 if self.reported == Some(state) {
@@ -59,15 +59,12 @@ impl Unit {
             }
             ComponentMessage::Ready => {
                 self.heard = Instant::now();
-                if !self.ready {
-                    self.ready = true;
-                    let seconds = running.started.elapsed().as_secs_f64();
-                    let text = format!("ready after {seconds:.2} s");
-                    self.event(report, Severity::Info, "ready", text);
-                    if let Some(text) = self.unkept.take() {
-                        self.event(report, Severity::Warning, "not-restored", text);
-                    }
-                }
+                self.lifecycle_runs();
+                self.note_ready(report);
+            }
+            ComponentMessage::Lifecycle(change) => {
+                self.take_lifecycle(change, report);
+                self.note_ready(report);
             }
             ComponentMessage::Parameters(unsaved) => {
                 self.changes = Changes::new(unsaved);
@@ -101,7 +98,7 @@ impl Unit {
                             "its event loop runs again",
                         );
                     }
-                } else if self.ready {
+                } else if self.ready && !self.is_in_transition() {
                     let since = self.heard.checked_sub(Duration::from_millis(age_ms));
                     self.hang(
                         report,
@@ -110,6 +107,23 @@ impl Unit {
                     );
                 }
             }
+        }
+    }
+
+    /// Notes that it is ready, if it is.
+    fn note_ready(&mut self, report: &Reporter) {
+        let Phase::Alive(running) = &self.phase else {
+            return;
+        };
+        if self.ready || !self.is_configured() {
+            return;
+        }
+        let seconds = running.started.elapsed().as_secs_f64();
+        self.ready = true;
+        let text = format!("ready after {seconds:.2} s");
+        self.event(report, Severity::Info, "ready", text);
+        if let Some(text) = self.unkept.take() {
+            self.event(report, Severity::Warning, "not-restored", text);
         }
     }
 

@@ -49,6 +49,14 @@ impl ProcessHandle {
         }
     }
 
+    /// Writes a line on the link. It waits for nobody: a line without room is lost.
+    pub(crate) fn send_line(&self, line: &str) {
+        match self {
+            Self::Local(process) => process.send_line(line),
+            Self::Remote(process) => process.send_line(line),
+        }
+    }
+
     /// Takes one read from the link.
     pub(crate) fn read_link(&mut self) -> Vec<Line> {
         match self {

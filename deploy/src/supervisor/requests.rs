@@ -6,6 +6,7 @@ use crate::supervisor::supervise::{StopReason, Supervisor};
 use crate::supervisor::unit::Unit;
 use rc_management::event::Severity;
 use rc_management::supervisor::{NetworkStatus, Request, Verb};
+use std::collections::BTreeSet;
 
 impl Supervisor<'_> {
     /// Serves at most one request of each client.
@@ -15,6 +16,9 @@ impl Supervisor<'_> {
                 Request::Start { names } => self.take_command(request, Verb::Start, &names),
                 Request::Stop { names } => self.take_command(request, Verb::Stop, &names),
                 Request::Restart { names } => self.take_command(request, Verb::Restart, &names),
+                Request::Lifecycle { transition, names } => {
+                    self.take_command(request, Verb::Lifecycle(transition), &names);
+                }
                 Request::Status => {
                     let status = self.status();
                     self.control.answer_status(&request, &status);
@@ -58,17 +62,48 @@ impl Supervisor<'_> {
     /// Begins a command, or answers why it is refused.
     fn take_command(&mut self, request: ClientRequest, verb: Verb, names: &[String]) {
         let all: Vec<&str> = self.units.iter().map(Unit::name).collect();
-        let members = match commands::select(names, &all) {
+        let selected = match verb {
+            Verb::Lifecycle(_) => self.managed(names, &all),
+            _ => commands::select(names, &all),
+        };
+        let members = match selected {
             Ok(members) if self.ending.is_none() => members,
             Ok(_) => return self.control.answer_refused(&request, "the network stops"),
             Err(wrong) => return self.control.answer_refused(&request, &wrong),
         };
-        let text = format!("asked to {} {}", verb.word(), names.join(", "));
+        let text = match names {
+            [] => format!("asked to {} all managed components", verb.word()),
+            names => format!("asked to {} {}", verb.word(), names.join(", ")),
+        };
         self.network_event(Severity::Info, "asked", text);
         self.failed.retain(|name| {
             let again = |&i: &usize| self.units[i].name() == name;
             !members.iter().any(again)
         });
-        self.commands.take(request, verb, members, &self.units);
+        self.commands.take(request, verb, members, &mut self.units);
+    }
+
+    /// The managed components that `names` mean; without names, all of them.
+    fn managed(&self, names: &[String], all: &[&str]) -> Result<BTreeSet<usize>, String> {
+        let is_managed = |i: &usize| self.units[*i].is_managed();
+        if names.is_empty() {
+            let found: BTreeSet<usize> = (0..all.len()).filter(is_managed).collect();
+            return match found.is_empty() {
+                true => Err("no component of this network is managed".to_owned()),
+                false => Ok(found),
+            };
+        }
+        let mut found = BTreeSet::new();
+        for name in names {
+            let mut meant = commands::select(std::slice::from_ref(name), all)?;
+            meant.retain(is_managed);
+            if meant.is_empty() {
+                return Err(format!(
+                    "`{name}` is not managed: its .cdsl has no `lifecycle managed;`"
+                ));
+            }
+            found.extend(meant);
+        }
+        Ok(found)
     }
 }

@@ -37,7 +37,7 @@ impl Supervisor<'_> {
             }
         }
         for i in 0..self.units.len() {
-            let lets = |&j: &usize| self.units[j].lets_others_start();
+            let lets = |&j: &usize| self.units[j].lets_start(&self.units[i]);
             let may = self.needs[i].iter().all(lets);
             let name = self.units[i].name();
             let due = self.units[i].is_due() && !self.sweeps.hold_back(name);

@@ -14,6 +14,7 @@ use crate::supervisor::commands::Commands;
 use crate::supervisor::control::Control;
 use crate::supervisor::detach::Launcher;
 use crate::supervisor::health::MemoryRounds;
+use crate::supervisor::lifecycles;
 use crate::supervisor::options::{Options, Outcome};
 use crate::supervisor::start_order::in_order_of_start;
 use crate::supervisor::unit::{Overdue, Unit, until};
@@ -66,6 +67,8 @@ pub(crate) struct Supervisor<'p> {
     pub(super) units: Vec<Unit>,
     /// For each unit, the units that must be ready before it starts.
     pub(super) needs: Vec<BTreeSet<usize>>,
+    /// The managed units that are configured before the first one is activated.
+    pub(super) configured_first: BTreeSet<usize>,
     /// The other machines, and the index of its machine for each unit that runs on one of them.
     pub(super) hosts: Vec<Host>,
     pub(super) host_of: Vec<Option<usize>>,
@@ -139,6 +142,7 @@ impl<'p> Supervisor<'p> {
             plan,
             digest: digest(&plan.ddsl),
             report,
+            configured_first: lifecycles::configured_first(&units, &needs),
             units,
             commands: Commands::new(&needs),
             needs,
@@ -170,6 +174,7 @@ impl<'p> Supervisor<'p> {
         loop {
             self.advance_commands();
             self.start_ready_units();
+            self.advance_lifecycles();
             self.advance_commands();
             self.stop_ready_units();
             self.note_up();
@@ -250,7 +255,7 @@ impl<'p> Supervisor<'p> {
     }
 
     fn note_up(&mut self) {
-        if !self.is_up && self.ending.is_none() && self.units.iter().all(Unit::lets_others_start) {
+        if !self.is_up && self.ending.is_none() && self.units.iter().all(Unit::lets_others_work) {
             self.is_up = true;
             let text = format!("network {} is up", self.plan.network);
             self.network_event(Severity::Info, "up", text);

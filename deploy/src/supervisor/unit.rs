@@ -10,6 +10,7 @@ use crate::supervisor::parameter_changes::Changes;
 use crate::supervisor::process_handle::ProcessHandle;
 use crate::supervisor::restart::{Next, Restarts};
 use crate::supervisor::start_order::without_followers;
+use crate::supervisor::unit_lifecycle::LifecycleControl;
 use rc_deploy_client::connection::KILL_LIMIT;
 use rc_deploy_network::plan::{Component, Policy};
 use rc_management::agent::Exit;
@@ -67,6 +68,8 @@ pub(crate) struct Unit {
     pub(super) changes: Changes,
     /// Message about changes that could not be restored in this run.
     pub(super) unkept: Option<String>,
+    /// Its life cycle, if it is managed.
+    pub(super) lifecycle: Option<LifecycleControl>,
 }
 
 #[derive(Debug)]
@@ -130,6 +133,7 @@ impl Unit {
             released: false,
             changes: Changes::default(),
             unkept: None,
+            lifecycle: component.managed.then(LifecycleControl::new),
             component,
             log,
             outbox: None,
@@ -309,6 +313,7 @@ impl Unit {
         self.hung = None;
         self.garbage = 0;
         self.health = HealthMonitor::new(&self.component);
+        self.begin_lifecycle();
         self.phase = Phase::Alive(Running {
             handle,
             closed: None,
@@ -445,7 +450,8 @@ impl Unit {
             Stop::No if !self.ready => Some(running.started + self.component.ready),
             Stop::No => self.silence().or_else(|| self.hung_limit()),
         };
-        limit.into_iter().chain(running.closed).min()
+        let limit = limit.into_iter().chain(running.closed);
+        limit.chain(self.goal_deadline()).min()
     }
 
     /// When it will have been silent for too long.
@@ -506,6 +512,8 @@ impl Unit {
                 Overdue::NotKilled
             }
             Stop::No if !self.ready => Overdue::NotReady,
+            // The supervisor's loop handles a goal that is late.
+            Stop::No if self.goal_deadline().is_some_and(|at| now >= at) => Overdue::Nothing,
             Stop::No if self.hung.is_some() => Overdue::HungTooLong,
             Stop::No => {
                 let text = format!("has not sent a heartbeat for {:?}", self.silence_limit());
@@ -529,6 +537,7 @@ impl Unit {
             name: self.name().to_owned(),
             by_hand: false,
             state: self.state(),
+            lifecycle: running.and_then(|_| self.lifecycle_state()),
             host: self.component.host.as_ref().map(|host| host.name.clone()),
             pid: running.and_then(|r| r.handle.pid()),
             uptime_s: running.map(|r| (r.started.elapsed().as_secs_f64() * 1e3).round() / 1e3),

@@ -37,6 +37,9 @@ pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {
     if let Some(pid) = status.pid {
         facts += &format!("  pid {pid}");
     }
+    if let Some(lifecycle) = status.lifecycle {
+        facts += &format!("  {lifecycle}");
+    }
     if status.by_hand {
         facts += "  by hand";
     }

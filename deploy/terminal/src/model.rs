@@ -2,6 +2,7 @@
 
 use super::rows::{self, Row};
 use rc_management::component::{Parameters, Role, SlotStatus, Status, Timing};
+use rc_management::lifecycle::LifecycleState;
 use rc_management::supervisor::{ComponentState, ComponentStatus, Event, NetworkStatus, Verb};
 use serde_json::Value;
 use std::collections::{BTreeSet, VecDeque};
@@ -174,6 +175,21 @@ pub(crate) struct Traffic {
 }
 
 impl Component {
+    /// Whether it works: it is not managed, or active.
+    pub(crate) fn is_active(&self) -> bool {
+        let lifecycle = self.status.lifecycle;
+        lifecycle.is_none_or(|state| state == LifecycleState::Active)
+    }
+
+    /// The state of its life cycle in the width of the column of states.
+    pub(crate) fn lifecycle_word(&self) -> String {
+        let word = self.status.lifecycle.map_or("", LifecycleState::word);
+        match word.len() {
+            0..=9 => word.to_owned(),
+            _ => format!("{}…", &word[..8]),
+        }
+    }
+
     fn new(status: ComponentStatus) -> Self {
         Self {
             status,

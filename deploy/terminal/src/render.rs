@@ -378,6 +378,9 @@ fn state(model: &Model, row: &Row<'_>, members: &[&Component]) -> (String, Style
         let state = one.status.state;
         return if one.silent && state == ComponentState::Running {
             ("silent".to_owned(), model.care())
+        } else if state == ComponentState::Running && !one.is_active() {
+            // Its page shows the whole word.
+            (one.lifecycle_word(), model.care())
         } else if state == ComponentState::Running && one.status.by_hand {
             ("by hand".to_owned(), model.good())
         } else if state == ComponentState::Running && !one.status.troubles.is_empty() {

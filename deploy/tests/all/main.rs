@@ -11,6 +11,7 @@ mod events;
 mod explain;
 mod export;
 mod killed;
+mod lifecycle;
 mod logs;
 mod network;
 mod printing;

@@ -5,6 +5,7 @@
 //! exists, and has cleaned up only when the file `RC_TEST_CLEAN` exists.
 
 use rc_deploy::{Format, GuardCommand, HoldProgress, HoldTask, Options, Plan, Service, Verb};
+use rc_management::lifecycle::Transition;
 use std::fs::File;
 use std::io::Write;
 use std::path::PathBuf;
@@ -145,6 +146,13 @@ fn main() -> ExitCode {
                 _ => Verb::Restart,
             };
             rc_deploy_client::connection::command(argument(1), verb, &arguments[2..])
+                .map(|result| println!("{}", serde_json::to_string(&result).expect("json")))
+        }
+        "configure" | "activate" | "deactivate" | "cleanup" => {
+            let all = Transition::ALL.into_iter();
+            let mut meant = all.filter(|transition| transition.word() == argument(0));
+            let transition = meant.next().expect("a transition");
+            rc_deploy_client::lifecycle::change(argument(1), transition, &arguments[2..])
                 .map(|result| println!("{}", serde_json::to_string(&result).expect("json")))
         }
         "recover" => {

@@ -2,6 +2,9 @@
 //!
 //! It writes its actions to the file `RC_TEST_JOURNAL`, one line each: `NAME WHAT PID`.
 
+use rc_management::lifecycle::{LifecycleState, Transition};
+use rc_management::lines::{Line, Lines, Overlong};
+use rc_management::link::SupervisorMessage;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::fs::File;
 use std::io::{Read, Write};
@@ -102,6 +105,66 @@ impl Program {
     }
 }
 
+impl Program {
+    /// Lives as a managed component. The hook of this number fails: 1 configure, 2 activate; 3 kills
+    /// the process in `activate`, 4 hangs there.
+    fn manage(&self, fails: u64) {
+        let mut lines = Lines::new(Overlong::Count);
+        self.link.set_nonblocking(true).expect("a mode");
+        self.signals.set_nonblocking(true).expect("a mode");
+        let mut state = LifecycleState::Unconfigured;
+        let mut beat = Instant::now();
+        loop {
+            if Instant::now() >= beat {
+                self.notify("heartbeat", r#"{"age_ms":0}"#);
+                beat = Instant::now() + Duration::from_millis(500);
+            }
+            let pause = Timespec::try_from(Duration::from_millis(100)).expect("a short time");
+            let mut polled = [&self.signals, &self.link]
+                .map(|socket| PollFd::from_borrowed_fd(socket.as_fd(), PollFlags::IN));
+            let _ = poll(&mut polled, Some(&pause));
+            if (&self.signals).read(&mut [0; 8]).is_ok() {
+                self.note("stop");
+                let _ = self.go(&mut state, LifecycleState::Finalized, 0);
+                return;
+            }
+            let (read, closed) = lines.read(&self.link);
+            for line in read.iter().filter_map(Line::bytes) {
+                if let Some(SupervisorMessage::Lifecycle { number, goal }) =
+                    SupervisorMessage::decode(line)
+                {
+                    let error = self.go(&mut state, goal, fails);
+                    let error =
+                        error.map_or(String::new(), |error| format!(r#","error":"{error}""#));
+                    let report = format!(r#"{{"state":"{state}","done":{number}{error}}}"#);
+                    self.notify("lifecycle", &report);
+                }
+            }
+            if closed {
+                self.note("orphan");
+                return;
+            }
+        }
+    }
+
+    fn go(&self, state: &mut LifecycleState, goal: LifecycleState, fails: u64) -> Option<String> {
+        while let Some(transition) = state.towards(goal) {
+            self.note(transition.word());
+            match (transition, fails) {
+                (Transition::Configure, 1) | (Transition::Activate, 2) => {
+                    return Some(format!("{transition}: no motor"));
+                }
+                (Transition::Activate, 3) => std::process::abort(),
+                (Transition::Activate, 4) => std::thread::sleep(Duration::from_mins(1)),
+                _ => {}
+            }
+            *state = transition.goal();
+            self.notify("lifecycle", &format!(r#"{{"state":"{state}"}}"#));
+        }
+        None
+    }
+}
+
 #[expect(
     clippy::zombie_processes,
     reason = "leaving children behind is what it is for"
@@ -138,6 +201,13 @@ fn main() -> ExitCode {
         "exit" => {
             println!("{} is about to fail", program.name);
             status = number(0);
+        }
+        // HOOK…: the hook that fails, for each start; the last one for all others.
+        "managed" => {
+            program.notify("lifecycle", r#"{"state":"unconfigured"}"#);
+            program.ready();
+            let start = program.starts().min(numbers.len());
+            program.manage(number(start.saturating_sub(1)));
         }
         "abort" => std::process::abort(),
         // Dies of SIGBUS, as at an access to full shared memory.

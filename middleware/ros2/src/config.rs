@@ -142,6 +142,7 @@ mod tests {
         backends: &[(crate::NAME, record)],
         types: &[],
         simulates_time: false,
+        managed: false,
         note: b"",
     };
 

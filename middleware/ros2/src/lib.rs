@@ -6,6 +6,7 @@ mod calls;
 mod client;
 mod config;
 mod graph;
+mod lifecycle;
 mod names;
 mod node;
 mod parameter_events;
@@ -17,8 +18,10 @@ mod topics;
 mod type_descriptions;
 mod types;
 
+use lifecycle::ManagedNode;
 use node::Node;
 use parameter_events::Events;
+use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::{
     Backend, Client, Endpoint, Environment, LogQueue, OpenError, Publisher, Server, Subscriber,
@@ -44,6 +47,7 @@ pub fn connect(
     let node = Rc::new(Node::join(environment, types)?);
     Ok(Box::new(Ros2 {
         parameters: RefCell::default(),
+        lifecycle: RefCell::default(),
         _type_descriptions: type_descriptions::open(&node)?,
         log: RefCell::default(),
         node,
@@ -57,6 +61,7 @@ pub fn observe(environment: &Environment) -> Result<Box<dyn Backend>, OpenError>
     node.session.observe();
     Ok(Box::new(Ros2 {
         parameters: RefCell::default(),
+        lifecycle: RefCell::default(),
         _type_descriptions: None,
         log: RefCell::default(),
         node,
@@ -65,6 +70,7 @@ pub fn observe(environment: &Environment) -> Result<Box<dyn Backend>, OpenError>
 
 struct Ros2 {
     parameters: RefCell<Option<(Services, Events)>>,
+    lifecycle: RefCell<Option<ManagedNode>>,
     _type_descriptions: Option<Services>,
     log: RefCell<Option<LogPublisher>>,
     node: Rc<Node>,
@@ -100,6 +106,12 @@ impl Backend for Ros2 {
         let services = Services::open(&self.node, "rc-ros2-param", &names, Box::new(answer))?;
         let events = Events::open(&self.node, &*service)?;
         self.parameters.replace(Some((services, events)));
+        Ok(())
+    }
+
+    fn lifecycle(&self, service: Arc<dyn LifecycleService>) -> Result<(), OpenError> {
+        let managed = ManagedNode::open(&self.node, &service)?;
+        self.lifecycle.replace(Some(managed));
         Ok(())
     }
 

@@ -23,6 +23,7 @@ static SOURCE: Description = Description {
     backends: &[("ros2", |environment| rc_ros2::connect(environment, &[]))],
     types: &[],
     simulates_time: true,
+    managed: false,
     note: b"",
 };
 
@@ -31,6 +32,7 @@ static NODE: Description = Description {
     period: STEP,
     types: &[],
     simulates_time: false,
+    managed: false,
     ..SOURCE
 };
 

@@ -38,6 +38,7 @@ static NODE: Description = Description {
     backends: &[("ros2", |environment| rc_ros2::connect(environment, &[]))],
     types: &[],
     simulates_time: false,
+    managed: false,
     note: b"",
 };
 

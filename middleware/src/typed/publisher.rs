@@ -1,6 +1,6 @@
 //! Publishes the samples of one operation, as CDR or in place.
 
-use super::{Operation, fill, unsendable};
+use super::{Gate, Operation, fill, unsendable};
 use crate::backend::Publisher;
 use crate::cdr::{EncodeError, Writer};
 use crate::counter::Counter;
@@ -26,6 +26,8 @@ pub struct TypedPublisher {
     operation: Operation,
     writer: Writer<'static>,
     sent: Counter,
+    gate: Gate,
+    withheld: Counter,
 }
 
 impl TypedPublisher {
@@ -36,7 +38,20 @@ impl TypedPublisher {
             operation,
             writer: Writer::default(),
             sent: Counter::default(),
+            gate: Gate::default(),
+            withheld: Counter::default(),
         }
+    }
+
+    /// Sends samples only while `gate` is open.
+    #[must_use]
+    pub fn behind(self, gate: Gate) -> Self {
+        Self { gate, ..self }
+    }
+
+    /// The number of samples that were not sent because the gate was closed.
+    pub fn withheld(&self) -> &Counter {
+        &self.withheld
     }
 
     /// The number of sent samples.
@@ -60,8 +75,13 @@ impl TypedPublisher {
     /// the middleware, which takes a second pass: `write` must write the same each time.
     ///
     /// Subscribers count a sample as lost if it can be encoded and its sending fails. A sample that
-    /// cannot be encoded takes no sequence number.
+    /// cannot be encoded takes no sequence number. Behind a closed gate nothing is sent, which is
+    /// no error.
     pub fn publish_with(&mut self, write: impl Fn(&mut Writer<'_>)) -> Result<(), SendError> {
+        if !self.gate.is_open() {
+            self.withheld.next();
+            return Ok(());
+        }
         if self.port.can_loan(Encoding::Cdr) {
             self.writer.measure();
         } else {
@@ -96,6 +116,7 @@ impl TypedPublisher {
             type_hash: self.operation.type_hash,
             sent: &self.sent,
             writer: &mut self.writer,
+            withheld: (!self.gate.is_open()).then_some(&self.withheld),
         };
         if !self.port.can_loan(Encoding::Image) {
             let memory = Memory::Copied(in_place::boxed()?, &mut *self.port);
@@ -124,7 +145,12 @@ impl<T: InPlace> Loan<'_, T> {
             type_hash,
             sent: counter,
             writer,
+            withheld,
         } = self.send;
+        if let Some(withheld) = withheld {
+            withheld.next();
+            return Ok(());
+        }
         // A sample that cannot be encoded takes no sequence number: subscribers would count it as
         // lost.
         let header = |encoding| Header {

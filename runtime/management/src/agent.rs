@@ -35,6 +35,14 @@ pub enum SupervisorMessage<C> {
         /// The first line of the component's link.
         greeting: Option<String>,
     },
+    /// Write a line on the link of a component.
+    #[serde(rename = "say")]
+    LinkLine {
+        /// The component.
+        name: String,
+        /// The line, with its end.
+        line: String,
+    },
     /// Ask this component to end.
     Stop(String),
     /// Kill this component and its process group.

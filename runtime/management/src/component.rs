@@ -2,6 +2,7 @@
 
 use crate::rpc::{Call, Error};
 use crate::{foreign, observation};
+use rc_lifecycle::{LifecycleState, Transition};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::fmt;
@@ -41,6 +42,12 @@ pub enum Request {
     Fire {
         /// The name of the event.
         event: String,
+    },
+    /// Takes a managed component through a transition of its life cycle. Answered with [`Lifecycle`]
+    /// when its hook has ended.
+    Lifecycle {
+        /// The transition.
+        transition: Transition,
     },
     /// Ends the component. Answered with [`Done`].
     Stop,
@@ -87,7 +94,7 @@ pub enum Request {
 
 impl Request {
     /// Each method with its parameters, for error messages.
-    const METHODS: [(&'static str, &'static str); 12] = [
+    const METHODS: [(&'static str, &'static str); 13] = [
         ("status", "{}"),
         ("parameters", r#"{} or {"paths": ["motors[0].max", …]}"#),
         (
@@ -98,6 +105,10 @@ impl Request {
         ("period", r#"{"ms": 0.1 … 3600000}"#),
         ("emergency", r#"{"active": true|false}"#),
         ("fire", r#"{"event": "go"}"#),
+        (
+            "lifecycle",
+            r#"{"transition": "configure"|"cleanup"|"activate"|"deactivate"|"shutdown"}"#,
+        ),
         ("stop", "{}"),
         ("describe", "{}"),
         ("tap", r#"{"slot": "Laser", "on": true|false}"#),
@@ -132,6 +143,13 @@ pub struct Fired {
     /// The active states without substates afterwards, each with its ancestors.
     #[serde(deserialize_with = "foreign::texts")]
     pub states: Vec<String>,
+}
+
+/// The answer to [`Request::Lifecycle`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Lifecycle {
+    /// The state after the transition.
+    pub state: LifecycleState,
 }
 
 /// The state of a component.
@@ -225,6 +243,9 @@ pub struct Status {
     pub pid: u32,
     /// The state.
     pub state: State,
+    /// The state of its life cycle, if it is managed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lifecycle: Option<LifecycleState>,
     /// Seconds since the start.
     pub uptime_s: f64,
     /// Milliseconds since the last turn of the worker's loop.
@@ -363,12 +384,24 @@ pub struct SlotStatus {
     /// Samples that were published, or calls that were made.
     #[serde(default)]
     pub sent: u64,
+    /// Samples that were not published because the component was not active.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub withheld: u64,
     /// Samples that never arrived because newer ones took their place.
     pub lost: u64,
     /// What waits in its receive queues; none where the middleware reserves their memory at the
     /// start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub queue: Option<QueueStatus>,
+}
+
+/// Whether a count is left out.
+#[allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// The use of the receive queues of a slot, of all its topics together.

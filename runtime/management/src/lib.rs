@@ -31,4 +31,5 @@ pub mod supervisor;
 pub use client::{CallError, Client, Incoming};
 pub use listener::Listener;
 pub use output::Output;
+pub use rc_lifecycle as lifecycle;
 pub use server::{Server, ServerSource};

@@ -3,6 +3,7 @@
 use crate::component::{ClockStatus, MachineStatus, State};
 use crate::foreign;
 use crate::rpc::{self, Call};
+use rc_lifecycle::LifecycleState;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -22,6 +23,8 @@ pub enum ComponentMessage {
     },
     /// The component has started, and has restored its parameters.
     Ready,
+    /// The state of the life cycle has changed, or a goal is reached or missed.
+    Lifecycle(LifecycleReport),
     /// The set of parameters that were changed and not saved is another one.
     Parameters(UnsavedParameters),
     /// The answer to [`SupervisorMessage::Restore`].
@@ -44,6 +47,27 @@ pub enum SupervisorMessage {
         /// The values by path.
         changes: Map<String, Value>,
     },
+    /// Bring the life cycle to this state. A later goal takes the place of one that waits.
+    Lifecycle {
+        /// The number of the goal, from 1.
+        number: u64,
+        /// A primary state.
+        goal: LifecycleState,
+    },
+}
+
+/// The life cycle of a managed component.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LifecycleReport {
+    /// The state.
+    pub state: LifecycleState,
+    /// The number of the last goal that was reached or missed; 0 if there was none.
+    #[serde(default)]
+    pub done: u64,
+    /// Why that goal was missed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "foreign::optional_lines")]
+    pub error: Option<String>,
 }
 
 /// Parameters that were changed and not saved.

@@ -4,6 +4,7 @@ use crate::component::{ClockStatus, MachineStatus};
 pub use crate::event::{Event, Severity};
 use crate::foreign;
 use crate::rpc::{self, Call, Error};
+use rc_lifecycle::{LifecycleState, Transition};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -38,6 +39,15 @@ pub enum Request {
         /// Components, or groups with all that is in them; at least one.
         names: Vec<String>,
     },
+    /// Takes managed components through their life cycle, as far as [`Transition::meant`] says: providers
+    /// first towards active, else dependents first. Answered with [`CommandResult`].
+    Lifecycle {
+        /// The transition; not `shutdown`.
+        transition: Transition,
+        /// Components, or groups with all that is in them; none for all managed components.
+        #[serde(default)]
+        names: Vec<String>,
+    },
 }
 
 /// A command to components.
@@ -49,15 +59,18 @@ pub enum Verb {
     Stop,
     /// Stop all, then start all.
     Restart,
+    /// Take managed components through their life cycle.
+    Lifecycle(Transition),
 }
 
 impl Verb {
-    /// The method of the request.
+    /// The word for it in messages and on command lines.
     pub fn word(self) -> &'static str {
         match self {
             Self::Start => "start",
             Self::Stop => "stop",
             Self::Restart => "restart",
+            Self::Lifecycle(transition) => transition.word(),
         }
     }
 
@@ -67,19 +80,24 @@ impl Verb {
             Self::Start => Request::Start { names },
             Self::Stop => Request::Stop { names },
             Self::Restart => Request::Restart { names },
+            Self::Lifecycle(transition) => Request::Lifecycle { transition, names },
         }
     }
 }
 
 impl Request {
     /// Each method with its parameters, for error messages.
-    const METHODS: [(&'static str, &'static str); 6] = [
+    const METHODS: [(&'static str, &'static str); 7] = [
         ("status", "{}"),
         ("events", "{}"),
         ("down", "{}"),
         ("start", r#"{"names": ["lidar", …]}"#),
         ("stop", r#"{"names": ["lidar", …]}"#),
         ("restart", r#"{"names": ["lidar", …]}"#),
+        (
+            "lifecycle",
+            r#"{"transition": "configure"|"activate"|"deactivate"|"cleanup", "names": ["lidar", …]}"#,
+        ),
     ];
 
     /// Decodes a received request. The error is the answer to it.
@@ -88,6 +106,7 @@ impl Request {
             Self::Start { names } | Self::Stop { names } | Self::Restart { names } => {
                 !names.is_empty()
             }
+            Self::Lifecycle { transition, .. } => *transition != Transition::Shutdown,
             Self::Status | Self::Events | Self::Down => true,
         })
     }
@@ -237,6 +256,9 @@ pub struct ComponentStatus {
     pub host: Option<String>,
     /// The state.
     pub state: ComponentState,
+    /// The state of its life cycle, while it runs, if it is managed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lifecycle: Option<LifecycleState>,
     /// The process, while it runs.
     pub pid: Option<i32>,
     /// Seconds since the start, while it runs.

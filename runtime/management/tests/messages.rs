@@ -1,6 +1,7 @@
 //! The JSON of every message. Any change of a key, code or word is a difference to `messages.txt`.
 
 use expect_test::expect_file;
+use rc_lifecycle::{LifecycleState, Transition};
 use rc_management::{agent, component, link, rpc, supervisor};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -143,6 +144,9 @@ fn of_components(golden: &mut Golden) {
         Request::Period { ms: 0.5 },
         Request::Emergency { active: true },
         Request::Fire { event: text("go") },
+        Request::Lifecycle {
+            transition: Transition::Configure,
+        },
         Request::Stop,
         Request::Describe,
         Request::Tap {
@@ -173,6 +177,7 @@ fn of_components(golden: &mut Golden) {
         handlers: timing(),
         refused: if role == Role::Implements { 3 } else { 0 },
         sent: 8,
+        withheld: u64::from(role == Role::Publishes),
         lost: 9,
         queue: (role == Role::Implements).then_some(component::QueueStatus {
             bytes: 10,
@@ -189,6 +194,7 @@ fn of_components(golden: &mut Golden) {
         network: text("default"),
         pid: 42,
         state: State::Running,
+        lifecycle: Some(LifecycleState::Active),
         uptime_s: 1.5,
         age_ms: 3,
         model: text("00000000000000ff"),
@@ -245,6 +251,9 @@ fn of_components(golden: &mut Golden) {
     golden.result(&component::Saved {
         file: PathBuf::from("/robot/etc/config.toml"),
         saved: vec![change],
+    });
+    golden.result(&component::Lifecycle {
+        state: LifecycleState::Inactive,
     });
     golden.result(&component::Done {});
     of_observation(golden);
@@ -303,7 +312,10 @@ fn clock(kind: component::ClockKind) -> component::ClockStatus {
 
 fn of_links(golden: &mut Golden) {
     use component::State;
-    use link::{ComponentMessage, Heartbeat, Overruns, SupervisorMessage, UnsavedParameters};
+    use link::{
+        ComponentMessage, Heartbeat, LifecycleReport, Overruns, SupervisorMessage,
+        UnsavedParameters,
+    };
     golden.title("messages of a component to its supervisor");
     let states = [
         State::Starting,
@@ -322,6 +334,16 @@ fn of_links(golden: &mut Golden) {
         ComponentMessage::Restored {
             refused: Some(text("too much")),
         },
+        ComponentMessage::Lifecycle(LifecycleReport {
+            state: LifecycleState::Activating,
+            done: 0,
+            error: None,
+        }),
+        ComponentMessage::Lifecycle(LifecycleReport {
+            state: LifecycleState::Inactive,
+            done: 2,
+            error: Some(text("activate: no motor answers")),
+        }),
         ComponentMessage::Heartbeat(Heartbeat::default()),
         ComponentMessage::Heartbeat(Heartbeat {
             age_ms: 7,
@@ -348,7 +370,13 @@ fn of_links(golden: &mut Golden) {
         }),
     ]);
     golden.title("messages of a supervisor to a component");
-    golden.message([SupervisorMessage::Restore { changes: changes() }]);
+    golden.message([
+        SupervisorMessage::Restore { changes: changes() },
+        SupervisorMessage::Lifecycle {
+            number: 2,
+            goal: LifecycleState::Active,
+        },
+    ]);
 }
 
 fn of_supervisors(golden: &mut Golden) {
@@ -362,6 +390,10 @@ fn of_supervisors(golden: &mut Golden) {
         Request::Start { names: names() },
         Request::Stop { names: names() },
         Request::Restart { names: names() },
+        Request::Lifecycle {
+            transition: Transition::Activate,
+            names: names(),
+        },
     ]);
     golden.title("answers of a supervisor");
     let component = |state| supervisor::ComponentStatus {
@@ -369,6 +401,7 @@ fn of_supervisors(golden: &mut Golden) {
         name: text("lidar"),
         host: Some(text("base")),
         state,
+        lifecycle: Some(LifecycleState::Active),
         pid: Some(43),
         uptime_s: Some(2.5),
         ready: true,
@@ -535,7 +568,7 @@ fn an_invalid_request_is_rejected_with_the_allowed_form() {
         (error.code, error.message)
     };
     assert_eq!(error("hello"), (-32700, text("this is not JSON")));
-    let unknown = "unknown method `dance`; there are `status`, `parameters`, `parameters_set`, `parameters_save`, `period`, `emergency`, `fire`, `stop`, `describe`, `tap`, `call`, `sample`";
+    let unknown = "unknown method `dance`; there are `status`, `parameters`, `parameters_set`, `parameters_save`, `period`, `emergency`, `fire`, `lifecycle`, `stop`, `describe`, `tap`, `call`, `sample`";
     assert_eq!(error(r#"{"method":"dance"}"#), (-32601, text(unknown)));
     assert_eq!(error("[]").0, -32601);
     for (line, message) in [

@@ -3,6 +3,7 @@
 //! A turn runs a bounded number of handlers, then `compute()` if it is due. The loop counts and reports a `compute()`
 //! or a handler that takes longer than the period. It never catches up on missed periods.
 
+mod lifecycle;
 mod network_time;
 mod port;
 mod report;
@@ -165,6 +166,7 @@ impl<'a> EventLoop<'a> {
             let sweep = self.wake_all(now);
             self.shared.turned(now);
             self.execute_commands();
+            self.change_lifecycle();
             let due = self.follow_time(now, sweep, due);
             self.serve(now);
             self.react();
@@ -179,6 +181,7 @@ impl<'a> EventLoop<'a> {
         }
         self.enter(State::Stopping);
         self.leave_time();
+        self.finish_lifecycle();
         self.component.finalize();
         match self.fatal.take() {
             Some(reason) => Err(reason),
@@ -313,6 +316,7 @@ impl<'a> EventLoop<'a> {
             ..Header::default()
         };
         let mut reply = Vec::new();
+        let idle = self.idle_state();
         let connections = self.connections;
         let operations = self.description.slots[slot].operations;
         let taps = connections.taps();
@@ -321,11 +325,14 @@ impl<'a> EventLoop<'a> {
                 let kind = (TappedKind::Sample, Some(operation));
                 taps.copy(slot, kind, header, Profile::Rpc, body);
                 let reader = &mut Reader::new(body);
-                let received = self.component.receive(slot, operation, reader);
+                let received = match idle {
+                    Some(state) => Err(HandlerError(format!("the component is {state}"))),
+                    None => self.component.receive(slot, operation, reader),
+                };
                 received.map_err(Into::into)
             }
             None => taps.serve(slot, header, body, &mut reply, |reply| {
-                answer(self.component, slot, operations, header, body, reply)
+                answer(self.component, slot, operations, idle, header, body, reply)
             }),
         };
         if let Err(NotHandled::Refused(_)) = &result {
@@ -372,6 +379,7 @@ impl<'a> EventLoop<'a> {
 
     /// Serves one message of a port, if there is one. `start` is the time now; returns the time afterwards.
     fn serve_port(&mut self, at: usize, start: Instant) -> Instant {
+        let idle = self.idle_state();
         let Self {
             component,
             ports,
@@ -389,7 +397,7 @@ impl<'a> EventLoop<'a> {
         let taken = match &mut port.receiver {
             Receiver::Server(server) => server.serve(&mut |header, body, reply| {
                 result = taps.serve(slot, header, body, reply, |reply| {
-                    answer(*component, slot, operations, header, body, reply)
+                    answer(*component, slot, operations, idle, header, body, reply)
                 });
             }),
             Receiver::Subscriber {
@@ -398,6 +406,9 @@ impl<'a> EventLoop<'a> {
                 lost = gaps.note(&header);
                 let kind = (TappedKind::Sample, Some(*operation));
                 taps.copy(slot, kind, header, Profile::Rpc, body);
+                if idle.is_some() {
+                    return;
+                }
                 let expected = operations[*operation].type_hash;
                 let received = if header.type_hash == 0 || header.type_hash == expected {
                     component.receive(slot, *operation, &mut Reader::of(body, header.encoding))
@@ -457,7 +468,8 @@ impl<'a> EventLoop<'a> {
 
     /// Lets the state machine handle the events that handlers fired, or that are due.
     fn react(&mut self) {
-        if self.fatal.is_none() && !self.shared.wake_event.is_stopping() && !self.is_gated() {
+        let runs = self.fatal.is_none() && !self.shared.wake_event.is_stopping();
+        if runs && !self.is_gated() && self.idle_state().is_none() {
             let result = self.component.react();
             self.apply(result);
         }
@@ -466,7 +478,8 @@ impl<'a> EventLoop<'a> {
     /// The longest wait: `LONGEST_WAIT`, or until the next delayed event of the state machine is due.
     fn longest_wait(&mut self) -> Duration {
         let is_gated = self.is_gated();
-        let Some(machine) = self.component.machine() else {
+        let is_idle = self.idle_state().is_some();
+        let Some(machine) = self.component.machine().filter(|_| !is_idle) else {
             return LONGEST_WAIT;
         };
         if machine.has_events() && !is_gated {
@@ -481,6 +494,9 @@ impl<'a> EventLoop<'a> {
     }
 
     fn compute(&mut self) {
+        if self.idle_state().is_some() {
+            return;
+        }
         if self.component.core().state() == State::Emergency {
             self.component.emergency();
             return;

@@ -3,6 +3,7 @@
 use super::report::NotHandled;
 use crate::clock::Time;
 use crate::component::Component;
+use crate::lifecycle::LifecycleState;
 use crate::ports::Receiver;
 use rc_middleware::typed::{HandlerError, Operation, Request};
 use rc_middleware::{Gaps, Header, Reply};
@@ -108,12 +109,15 @@ pub(super) fn answer(
     component: &mut dyn Component,
     slot: usize,
     operations: &[Operation],
+    idle: Option<LifecycleState>,
     header: Header,
     body: &[u8],
     reply: &mut dyn Reply,
 ) -> Result<(), NotHandled> {
     let mut request = Request::open(header, body, reply).map_err(HandlerError::from)?;
-    let refusal = component.unavailable(slot).and_then(|state| {
+    let idle = idle.map(|state| state.word().to_owned());
+    let state = idle.or_else(|| component.unavailable(slot));
+    let refusal = state.and_then(|state| {
         let known = operations.iter().find(|o| o.id == request.operation)?;
         Some(request.unavailable(known, &state))
     });

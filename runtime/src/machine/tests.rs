@@ -122,7 +122,7 @@ impl Hooks for Worker {
 fn worker(chart: &'static Chart) -> Worker {
     let time = NetworkTime::new(ClockKind::System, Arc::new(SystemClock));
     let wake = WakeEvent::new().expect("an event");
-    let shared = Arc::new(Shared::new(wake, Duration::from_millis(1), 0, time));
+    let shared = Arc::new(Shared::new(wake, Duration::from_millis(1), 0, time, false));
     Worker {
         core: Core::new("m", "n", shared),
         machine: Machine::new(chart, &[]),

@@ -15,10 +15,12 @@ pub use subscriber::FakeSubscriber;
 
 use crate::arguments::Arguments;
 use crate::clock::{Clock, SimulatedClock, Time};
+use crate::component::WorkerError;
 use crate::configuration;
 use crate::context::Core;
 use crate::description::Description;
 use crate::error::StartError;
+use crate::lifecycle::{Hook, LifecycleState, Missed, Transition};
 use crate::ports::Ports;
 use crate::ros_arguments::RosArguments;
 use crate::status::{NetworkTime, Shared};
@@ -77,6 +79,7 @@ pub fn configured(description: &'static Description) -> Result<Configured, Start
         ros: RosArguments::default(),
         clock: ClockChoice::Own,
         followers: Vec::new(),
+        active: false,
     };
     let loaded = configuration::load(description, &arguments)?;
     Ok(Configured {
@@ -100,6 +103,7 @@ impl TestBed {
             description.period,
             description.slots.len(),
             NetworkTime::new(kind, clock.clone()),
+            description.managed,
         ));
         shared.status().state = State::Running;
         let hub = Rc::new(Hub::new(wake_event));
@@ -112,6 +116,9 @@ impl TestBed {
         let mut ports = Ports::over(description, backends, addresses, NETWORK, kind);
         if description.simulates_time {
             ports.simulate_time(&clock);
+        }
+        if let Some(lifecycle) = &shared.lifecycle {
+            ports.set_gate(lifecycle.gate());
         }
         let core = Core::new(description.name, NETWORK, Arc::clone(&shared));
         let bed = Self {
@@ -136,6 +143,21 @@ impl TestBed {
     /// Sets what `ctx.state()` returns.
     pub fn set_state(&self, state: State) {
         self.shared.status().state = state;
+    }
+
+    /// Takes a transition of the life cycle: `run` calls the worker.
+    ///
+    /// # Errors
+    /// The transition is not possible in this state, or its function has failed.
+    pub fn take(
+        &self,
+        transition: Transition,
+        run: impl FnMut(Hook<'_>) -> Result<(), WorkerError>,
+    ) -> Result<LifecycleState, Missed> {
+        match &self.shared.lifecycle {
+            Some(lifecycle) => lifecycle.take(transition, run),
+            None => Ok(LifecycleState::Active),
+        }
     }
 
     /// Moves time by a period, or by what is `left` if that is less, and takes it from there. The

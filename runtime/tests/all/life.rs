@@ -25,6 +25,7 @@ static DESCRIPTION: Description = Description {
     backends: &[],
     types: &[],
     simulates_time: false,
+    managed: false,
     note: b"",
 };
 

@@ -23,6 +23,7 @@ static TIMED: Description = Description {
     types: &[],
     backends: &[("local", rc_local::connect)],
     simulates_time: false,
+    managed: false,
     note: b"",
 };
 

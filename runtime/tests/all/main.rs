@@ -1,6 +1,7 @@
 //! All integration tests of the runtime in one program, except those that Miri runs (`in_place`).
 
 mod life;
+mod lifecycle;
 mod machine;
 mod parameters;
 mod process;

@@ -64,6 +64,7 @@ static NODE: Description = Description {
     backends: &[("ros2", connect)],
     types: &[],
     simulates_time: false,
+    managed: false,
     note: b"",
 };
 
@@ -78,6 +79,7 @@ static OTHER: Description = Description {
     backends: &[("local", rc_local::connect)],
     types: &[],
     simulates_time: false,
+    managed: false,
     note: b"",
 };
 

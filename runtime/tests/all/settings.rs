@@ -17,6 +17,7 @@ static DESCRIPTION: Description = Description {
     backends: &[("recorder", connect)],
     types: &[],
     simulates_time: false,
+    managed: false,
     note: b"",
 };
 

@@ -49,6 +49,7 @@ static SOURCE: Description = Description {
     backends: &[("local", rc_local::connect)],
     types: &[],
     simulates_time: true,
+    managed: false,
     note: b"",
 };
 
@@ -70,6 +71,7 @@ static FOLLOWER: Description = Description {
     ],
     types: &[],
     simulates_time: false,
+    managed: false,
     model_hash: 2,
     middleware: "local",
     parameters: None,

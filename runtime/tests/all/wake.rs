@@ -50,6 +50,7 @@ static DESCRIPTION: Description = Description {
     backends: &[("local", rc_local::connect)],
     types: &[],
     simulates_time: false,
+    managed: false,
     note: b"",
 };
 

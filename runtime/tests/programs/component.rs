@@ -101,6 +101,7 @@ fn main() -> ExitCode {
         backends: &[],
         types: &[],
         simulates_time: false,
+        managed: false,
         note: b"",
     };
     let description = Box::leak(Box::new(description));

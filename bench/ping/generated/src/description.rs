@@ -71,5 +71,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     types: &[::interfaces::rc_bench::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
+    managed: false,
     note: backend::NOTE,
 };

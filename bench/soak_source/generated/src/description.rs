@@ -62,5 +62,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     ],
     backends: backend::BACKENDS,
     simulates_time: false,
+    managed: false,
     note: backend::NOTE,
 };

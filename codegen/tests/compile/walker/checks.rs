@@ -2,6 +2,7 @@
 
 use std::sync::Mutex;
 use std::time::Duration;
+use walker_generated::lifecycle::{LifecycleState, Transition};
 use walker_generated::machine::{Event, State};
 use walker_generated::testing::TestContext;
 use walker_generated::{Context, StateMachine, Worker, WorkerError};
@@ -100,7 +101,7 @@ impl StateMachine for Walker {
 
 #[test]
 fn a_machine_runs_to_its_end() {
-    let args = ["--network", "walker-test", "--name", "walker"];
+    let args = ["--network", "walker-test", "--name", "walker", "--active"];
     let walker = walker_generated::embed::<Walker>(&args).unwrap();
     walker.join().unwrap();
     let expected = [
@@ -145,7 +146,7 @@ impl StateMachine for Panicking {
 
 #[test]
 fn a_guard_that_panics_ends_the_component() {
-    let args = ["--network", "walker-panic", "--name", "walker"];
+    let args = ["--network", "walker-panic", "--name", "walker", "--active"];
     // The component may end before it is seen to run.
     let ended = walker_generated::embed::<Panicking>(&args).and_then(|walker| walker.join());
     assert!(ended.unwrap_err().to_string().contains("panicked"));
@@ -194,6 +195,18 @@ impl StateMachine for Tested {
     }
 }
 
+/// A worker that is active. Its machine starts with its activation, and takes no step before.
+fn started<W: Worker + StateMachine>(test: &mut TestContext) -> W {
+    let mut worker = W::initialize(test).unwrap();
+    test.run(&mut worker, MOMENT).unwrap();
+    test.transition(&mut worker, Transition::Configure).unwrap();
+    assert!(!test.machine.has_started());
+    let state = test.transition(&mut worker, Transition::Activate);
+    assert_eq!(state, Ok(LifecycleState::Active));
+    assert!(test.machine.has_started());
+    worker
+}
+
 const MOMENT: Duration = Duration::from_nanos(1);
 
 #[test]
@@ -203,7 +216,7 @@ fn a_run_handles_the_events_that_wait_before_the_first_period() {
         walker_generated::State::Emergency,
     ] {
         let mut test = TestContext::new();
-        let mut worker: Tested = test.start().unwrap();
+        let mut worker: Tested = started(&mut test);
         test.machine.fire(Event::Go);
         test.set_state(state);
         test.run(&mut worker, MOMENT).unwrap();
@@ -215,7 +228,7 @@ fn a_run_handles_the_events_that_wait_before_the_first_period() {
 #[test]
 fn a_fatal_error_of_an_entry_outweighs_a_failed_period() {
     let mut test = TestContext::new();
-    let mut worker: Tested = test.start().unwrap();
+    let mut worker: Tested = started(&mut test);
     worker.fails = true;
     let result = test.run(&mut worker, MOMENT);
     assert!(matches!(result, Err(WorkerError::Fatal(_))), "{result:?}");

@@ -45,5 +45,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     types: &[::interfaces::robo_comp_camera::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
+    managed: false,
     note: backend::NOTE,
 };

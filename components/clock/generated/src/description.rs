@@ -18,5 +18,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     types: &[],
     backends: backend::BACKENDS,
     simulates_time: true,
+    managed: false,
     note: backend::NOTE,
 };

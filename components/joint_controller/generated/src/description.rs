@@ -33,5 +33,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     types: &[::interfaces::robo_comp_joint_motor::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
+    managed: false,
     note: backend::NOTE,
 };

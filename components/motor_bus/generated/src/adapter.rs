@@ -6,6 +6,7 @@ use crate::description::DESCRIPTION;
 use crate::slots;
 use rc_runtime::middleware::typed::HandlerError;
 use rc_runtime::middleware::typed::Request;
+use rc_runtime::lifecycle::{Hook, Transition};
 use rc_runtime::{
     Component, Core, Embedded, ParamChange, Ports, StartError, Values, WorkerError,
 };
@@ -42,10 +43,72 @@ pub trait Worker: Sized {
         let _ = ctx;
     }
 
+    /// Prepares for work: opens devices, reserves memory. The component is inactive afterwards. After
+    /// `WorkerError::Failed` it is unconfigured as before; after `WorkerError::Emergency`, `error` follows. The same
+    /// holds for the next functions, with the state that each begins in.
+    fn configure(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        let _ = ctx;
+        Ok(())
+    }
+
+    /// Begins to work. Samples that it publishes are sent, those of `configure` are not. Afterwards the component is
+    /// active: `compute` and the handlers run.
+    fn activate(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        let _ = ctx;
+        Ok(())
+    }
+
+    /// Ends its work. It can publish a last time. The component is inactive afterwards.
+    fn deactivate(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        let _ = ctx;
+        Ok(())
+    }
+
+    /// Gives back what `configure` has taken. The component is unconfigured afterwards.
+    fn cleanup(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        let _ = ctx;
+        Ok(())
+    }
+
+    /// Runs once before the component is finalized, in which it only waits for its end. A component that is asked to
+    /// end while it is active runs `deactivate` and `cleanup` before.
+    fn shutdown(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        let _ = ctx;
+        Ok(())
+    }
+
+    /// Runs after the function of `transition` has returned `WorkerError::Emergency`. With `Ok`, the component is
+    /// unconfigured afterwards; with an error, which is what this default returns, it is finalized.
+    fn error(
+        &mut self,
+        ctx: &mut Context,
+        transition: Transition,
+        reason: &str,
+    ) -> Result<(), WorkerError> {
+        let _ = (ctx, transition);
+        Err(WorkerError::Failed(reason.to_owned()))
+    }
+
     /// Runs once before the component ends. It can still send commands and publish, for example to stop motors. A query
     /// returns `CallError::Stopping` while the component stops.
     fn finalize(&mut self, ctx: &mut Context) {
         let _ = ctx;
+    }
+}
+
+/// Runs a function of the worker for its life cycle.
+pub(crate) fn run_hook<W: Worker>(
+    worker: &mut W,
+    ctx: &mut Context,
+    hook: Hook<'_>,
+) -> Result<(), WorkerError> {
+    match hook {
+        Hook::Transition(Transition::Configure) => Worker::configure(worker, ctx),
+        Hook::Transition(Transition::Activate) => Worker::activate(worker, ctx),
+        Hook::Transition(Transition::Deactivate) => Worker::deactivate(worker, ctx),
+        Hook::Transition(Transition::Cleanup) => Worker::cleanup(worker, ctx),
+        Hook::Transition(Transition::Shutdown) => Worker::shutdown(worker, ctx),
+        Hook::Error(transition, reason) => Worker::error(worker, ctx, transition, reason),
     }
 }
 
@@ -94,6 +157,10 @@ impl<W: Worker + slots::JointMotor> Component for Adapter<W> {
         changes: &[ParamChange],
     ) -> Result<(), WorkerError> {
         Worker::params_changed(&mut self.worker, &mut self.ctx, changes)
+    }
+
+    fn run_hook(&mut self, hook: Hook<'_>) -> Result<(), WorkerError> {
+        run_hook(&mut self.worker, &mut self.ctx, hook)
     }
 
     fn emergency(&mut self) {

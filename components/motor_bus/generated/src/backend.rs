@@ -13,4 +13,4 @@ pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::conn
 pub(crate) const TYPES_JOINT_MOTOR: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"motor_bus\",\"model\":\"b90dd702490f8850\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"motor_bus\",\"model\":\"64c06866e5cdf049\",\"middleware\":\"iceoryx2\"}\0";

@@ -24,7 +24,7 @@ const SLOT_JOINT_MOTOR: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "motor_bus",
-    model_hash: 0xb90dd702490f8850,
+    model_hash: 0x64c06866e5cdf049,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 20000000),
     parameters: Some(parameters::SCHEMA),
@@ -33,5 +33,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     types: &[::interfaces::robo_comp_joint_motor::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
+    managed: true,
     note: backend::NOTE,
 };

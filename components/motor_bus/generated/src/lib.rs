@@ -22,6 +22,7 @@ pub mod types;
 pub use adapter::{Worker, embed, run};
 pub use context::Context;
 pub use parameters::Params;
+pub use rc_runtime::lifecycle;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;

@@ -5,10 +5,11 @@
     reason = "calls and samples are kept in tests only"
 )]
 
-use crate::adapter::Worker;
+use crate::adapter::{self, Worker};
 use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::parameters::Params;
+use rc_runtime::lifecycle::{LifecycleState, Missed, Transition};
 use rc_runtime::testing::{self, Configured, Parts, TestBed};
 use rc_runtime::{StartError, State, Time, Values, WorkerError};
 use std::ops::{Deref, DerefMut};
@@ -60,9 +61,22 @@ impl TestContext {
         Ok(Self { context_, bed_: bed })
     }
 
+    /// Takes the worker through a transition of its life cycle, as its process does, and returns the state afterwards. The
+    /// worker is unconfigured at first.
+    pub fn transition<W: Worker>(
+        &mut self,
+        worker: &mut W,
+        transition: Transition,
+    ) -> Result<LifecycleState, Missed> {
+        let context = &mut self.context_;
+        self.bed_.take(transition, |hook| adapter::run_hook(worker, context, hook))
+    }
+
     /// Runs the worker for this time, as its process does: `compute` now and after each period, and in the state Emergency,
     /// into which `WorkerError::Emergency` leads, `emergency` in its place. Ends when the worker stops the component. A
     /// `compute` that fails otherwise ends the run with its error.
+    ///
+    /// While the worker is not active, only time passes.
     pub fn run<W: Worker>(
         &mut self,
         worker: &mut W,
@@ -70,6 +84,10 @@ impl TestContext {
     ) -> Result<(), WorkerError> {
         let mut left = time;
         while !left.is_zero() && !self.is_stopping() {
+            if self.lifecycle() != Some(LifecycleState::Active) {
+                self.bed_.end_period(self.context_.core(), &mut left);
+                continue;
+            }
             if self.state() == State::Emergency {
                 worker.emergency(self);
             } else {

@@ -53,6 +53,7 @@ fn status() -> NetworkStatus {
             5 => ComponentState::Failed,
             _ => ComponentState::Running,
         },
+        lifecycle: None,
         pid: (at != 5).then_some(100 + at as i32),
         uptime_s: (at != 5).then_some(62.0 * (at * at) as f64),
         ready: true,

@@ -187,5 +187,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     types: &[::interfaces::rc_interop::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
+    managed: false,
     note: backend::NOTE,
 };

@@ -1,0 +1,90 @@
+//! The order in which managed components are configured, activated and deactivated.
+
+use crate::supervisor::supervise::Supervisor;
+use crate::supervisor::unit::Unit;
+use rc_deploy_network::plan::reachable;
+use rc_management::event::Severity;
+use rc_management::lifecycle::LifecycleState;
+use std::collections::BTreeSet;
+use std::time::Instant;
+
+/// The managed units that can be configured before any other one is active: those that need no
+/// unmanaged unit that needs a managed one.
+pub(super) fn configured_first(units: &[Unit], needs: &[BTreeSet<usize>]) -> BTreeSet<usize> {
+    let reach: Vec<BTreeSet<usize>> = (0..needs.len()).map(|i| reachable(needs, i)).collect();
+    let waits =
+        |j: &usize| !units[*j].is_managed() && reach[*j].iter().any(|&k| units[k].is_managed());
+    let managed = (0..units.len()).filter(|&i| units[i].is_managed());
+    managed.filter(|&i| !reach[i].iter().any(waits)).collect()
+}
+
+impl Supervisor<'_> {
+    /// Sends managed units the goals whose turn it is.
+    pub(super) fn advance_lifecycles(&mut self) {
+        let now = Instant::now();
+        if self.ending.is_some() {
+            // A goal that is late must not wake the loop again.
+            for unit in &mut self.units {
+                unit.missed_goal(now);
+            }
+            return;
+        }
+        for i in 0..self.units.len() {
+            if let Some(reason) = self.units[i].missed_goal(now) {
+                self.lifecycle_missed(i, &reason);
+            } else if let Some(goal) = self.units[i].next_goal()
+                && self.may_go(i, goal)
+            {
+                let limit = self.units[i].component.ready;
+                self.units[i].send_goal(goal, limit);
+            }
+        }
+    }
+
+    fn may_go(&self, i: usize, goal: LifecycleState) -> bool {
+        let active = LifecycleState::Active;
+        if goal == active {
+            let is_configured = |j: &usize| {
+                let unit = &self.units[*j];
+                unit.is_ready() || unit.is_gone()
+            };
+            let all_configured = self.is_up || self.configured_first.iter().all(is_configured);
+            return all_configured
+                && self.needs[i]
+                    .iter()
+                    .all(|&j| self.units[j].lets_others_work());
+        }
+        if self.units[i].lifecycle_state() != Some(active) {
+            return true;
+        }
+        // Dependents that are to be deactivated, too, go first.
+        let dependents = (0..self.units.len()).filter(|&k| self.needs[k].contains(&i));
+        let mut waiting = dependents.filter(|&k| {
+            let unit = &self.units[k];
+            let is_active = unit.lifecycle_state() == Some(active) || unit.is_in_transition();
+            unit.is_alive() && is_active && unit.lifecycle_goal() != Some(active)
+        });
+        waiting.next().is_none()
+    }
+
+    /// A unit has not come to its goal. The first start of a network is all or nothing; after that,
+    /// its command or its restart policy decides.
+    fn lifecycle_missed(&mut self, i: usize, reason: &str) {
+        let unit = &mut self.units[i];
+        if unit.is_asked_to_stop() {
+            return;
+        }
+        let is_first = !unit.has_settled() && !self.commands.changes_lifecycle(i);
+        if is_first && !unit.is_restarted() {
+            return self.fail(i, reason);
+        }
+        self.commands.failed(i, reason);
+        let unit = &mut self.units[i];
+        unit.event(self.report, Severity::Warning, "not-changed", reason);
+        if is_first {
+            unit.ask_to_stop();
+        } else {
+            unit.abandon_goal();
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! A managed component is a managed node for rclpy of ROS 2 Jazzy.
+
+#[path = "../../../deploy/tests/all/python.rs"]
+mod python;
+
+use rc_runtime::lifecycle::Hook;
+use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError, embed};
+use std::time::Duration;
+
+static NODE: Description = Description {
+    name: "managed",
+    model_hash: 1,
+    middleware: "ros2",
+    period: Duration::from_millis(2),
+    parameters: None,
+    folder: "/nowhere",
+    slots: &[],
+    types: &[],
+    backends: &[("ros2", |environment| rc_ros2::connect(environment, &[]))],
+    simulates_time: false,
+    managed: true,
+    note: b"",
+};
+
+struct Worker(Core);
+
+impl Worker {
+    #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
+    fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
+        Ok(Self(core))
+    }
+}
+
+impl Component for Worker {
+    fn core(&mut self) -> &mut Core {
+        &mut self.0
+    }
+
+    fn compute(&mut self) -> Result<(), WorkerError> {
+        Ok(())
+    }
+
+    fn run_hook(&mut self, _: Hook<'_>) -> Result<(), WorkerError> {
+        Ok(())
+    }
+
+    fn emergency(&mut self) {}
+
+    fn restore(&mut self) {}
+
+    fn finalize(&mut self) {}
+}
+
+#[test]
+fn rclpy_manages_a_component_as_a_node_of_its_own() {
+    let Some(python) = python::ros("rclpy_manages_a_component_as_a_node_of_its_own") else {
+        return;
+    };
+    let network = format!("lifecycle_{}", std::process::id());
+    let domain = (20 + (1 + std::process::id() * 3) % 80).to_string();
+    let set = format!("ros2.domain={domain}");
+    let mut args = vec!["--network", &network, "--name", "managed"];
+    for setting in [&set, "ros2.interfaces=lo"] {
+        args.extend(["--set-middleware", setting]);
+    }
+    let component = embed(&NODE, Worker::start, &args).expect("a component");
+    let program = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/rclpy/lifecycle.py");
+    let said = std::process::Command::new(python)
+        .args(["-B", program, &network])
+        .env("ROS_DOMAIN_ID", &domain)
+        .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        .env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp")
+        .output()
+        .expect("Python");
+    component.stop();
+    component.join().expect("a good end");
+    let out = String::from_utf8_lossy(&said.stdout);
+    let lines: Vec<&str> = out.lines().collect();
+    let expected = [
+        "at first unconfigured [1]",
+        "get_available_states 11 as rclpy",
+        "get_transition_graph 25 as rclpy",
+        "get_available_transitions 2 as rclpy",
+        "activate False unconfigured [1]",
+        "configure True inactive [2]",
+        "3 True active [3]",
+        "1 False active [3]",
+        "deactivate True inactive [2]",
+        "cleanup True unconfigured [1]",
+        "shutdown True finalized [4]",
+        "configure False finalized [4]",
+        "event configure unconfigured configuring",
+        "event transition_success configuring inactive",
+        "event activate inactive activating",
+        "event transition_success activating active",
+        "event deactivate active deactivating",
+        "event transition_success deactivating inactive",
+        "event cleanup inactive cleaningup",
+        "event transition_success cleaningup unconfigured",
+        "event shutdown unconfigured shuttingdown",
+        "event transition_success shuttingdown finalized",
+    ];
+    let failed = String::from_utf8_lossy(&said.stderr);
+    assert_eq!(lines, expected, "{failed}");
+}
