@@ -1,5 +1,5 @@
-//! The life cycle of a managed component: its state, the requests that wait for the worker's thread,
-//! and the steps of a transition.
+//! The life cycle of a managed component: its state, the requests that wait for the thread of the
+//! worker, and the steps of a transition.
 
 use crate::component::WorkerError;
 use crate::waker::Waker;
@@ -183,7 +183,8 @@ impl Lifecycle {
         Ok(())
     }
 
-    /// Sets the state to which the life cycle is to be brought; it takes the place of one that waits.
+    /// Sets the state to which the life cycle is to be brought. It takes the place of one that
+    /// waits.
     pub(crate) fn set_goal(&self, goal: Goal) {
         self.inner().goal = Some(goal);
         self.worker.wake();
@@ -288,8 +289,8 @@ impl Lifecycle {
         })
     }
 
-    /// Takes a component that ends to finalized, and refuses requests from now on. After a hook that
-    /// fails, `shutdown` follows.
+    /// Takes a component that ends to finalized, and refuses requests from now on. After a hook
+    /// that fails, `shutdown` follows.
     pub(crate) fn finish(&self, mut run: impl FnMut(Hook<'_>) -> Result<(), WorkerError>) {
         self.end();
         if self.go_to(LifecycleState::Finalized, &mut run).is_err() {

@@ -1,5 +1,5 @@
-//! The life cycle of managed components: through their supervisor, or, of components that were started
-//! by hand, over their own sockets.
+//! The life cycle of managed components: through their supervisor, or, of components that were
+//! started by hand, over their own sockets.
 
 use crate::connection::{self, Connection};
 use crate::{Error, by_hand};

@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 /// The life cycle of one managed component.
 #[derive(Debug)]
 pub(super) struct LifecycleControl {
-    /// The state to which it is to come. What others bring it to is the goal from then on, so that a
-    /// restart returns the component to it.
+    /// The state to which it is to come. What others bring it to is the goal from then on, so that
+    /// a restart returns the component to it.
     goal: LifecycleState,
     /// The number of the last goal that was sent in this run.
     number: u64,
