@@ -59,5 +59,7 @@ pub use transform::Transform;
 pub type Point = nalgebra::Point3<f64>;
 /// A direction or a difference of points.
 pub type Vector = nalgebra::Vector3<f64>;
+/// A rotation.
+pub type Matrix = nalgebra::Matrix3<f64>;
 /// A time since the start of the clock that its writer uses.
 pub type Time = std::time::Duration;

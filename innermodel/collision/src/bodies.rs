@@ -1,0 +1,239 @@
+//! The bodies of one version of a tree.
+
+use innermodel::kinds::{Mesh, Shape};
+use innermodel::shapes::{Body, body};
+use innermodel::{Change, Kind, NodeId, NodeRef, Snapshot, Transform};
+use innermodel_mesh::MeshError;
+use parry3d_f64::math::{Mat3, Pose, Rotation, Vector};
+use parry3d_f64::partitioning::Bvh;
+use parry3d_f64::shape::SharedShape;
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Collisions are computed in metres, for which the tolerances of the library are made.
+pub(crate) const METRE: f64 = 1000.0;
+
+/// The scale of a mesh, bit by bit.
+type Scale = [u64; 3];
+
+/// A mesh that gives no body.
+#[derive(Debug)]
+pub struct Problem {
+    /// The id of the node.
+    pub id: String,
+    /// Why.
+    pub error: MeshError,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Solid {
+    pub(crate) node: NodeId,
+    pub(crate) shape: SharedShape,
+    pub(crate) pose: Pose,
+    /// From the frame of the body to that of the node.
+    inner: Transform,
+    kind: Arc<Kind>,
+}
+
+/// The bodies of one version of a tree.
+#[derive(Debug)]
+pub struct Space {
+    pub(crate) tree: Snapshot,
+    /// With gaps where bodies were removed.
+    pub(crate) solids: Vec<Option<Solid>>,
+    free: Vec<u32>,
+    pub(crate) places: HashMap<NodeId, u32>,
+    pub(crate) bvh: Bvh,
+    meshes: HashMap<(PathBuf, Scale), SharedShape>,
+    problems: Vec<Problem>,
+}
+
+impl Space {
+    /// The bodies of a version. Meshes are read from their files.
+    pub fn new(tree: &Snapshot) -> Self {
+        let mut space = Self {
+            tree: tree.clone(),
+            solids: Vec::new(),
+            free: Vec::new(),
+            places: HashMap::new(),
+            bvh: Bvh::new(),
+            meshes: HashMap::new(),
+            problems: Vec::new(),
+        };
+        for node in tree.nodes() {
+            space.add(&node);
+        }
+        space
+    }
+
+    /// The version whose bodies these are.
+    pub fn tree(&self) -> &Snapshot {
+        &self.tree
+    }
+
+    /// How many bodies there are.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Whether there is no body.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    /// Meshes that gave no body since the last call.
+    pub fn problems(&mut self) -> Vec<Problem> {
+        std::mem::take(&mut self.problems)
+    }
+
+    /// Moves the bodies to where they are in another version of the same model. Returns how many
+    /// bodies were touched.
+    pub fn update(&mut self, tree: &Snapshot) -> usize {
+        let changes = tree.since(&self.tree);
+        self.tree = tree.clone();
+        let mut touched = 0;
+        for change in changes {
+            match change {
+                Change::Removed { node, .. } => touched += usize::from(self.remove(node)),
+                Change::Added(node) => {
+                    if let Ok(node) = tree.node(node) {
+                        touched += usize::from(self.add(&node));
+                    }
+                }
+                Change::Moved(node) | Change::Parent(node) => {
+                    let top = tree.node(node).ok();
+                    for node in top.iter().flat_map(NodeRef::subtree) {
+                        touched += usize::from(self.place(&node));
+                    }
+                }
+                Change::Data(node) => {
+                    let Ok(node) = tree.node(node) else {
+                        continue;
+                    };
+                    let known = self.solid(node.node_id());
+                    if known.is_none_or(|solid| !Arc::ptr_eq(&solid.kind, node.shared_kind())) {
+                        self.remove(node.node_id());
+                        touched += usize::from(self.add(&node));
+                    }
+                }
+            }
+        }
+        touched
+    }
+
+    pub(crate) fn solid(&self, node: NodeId) -> Option<&Solid> {
+        let place = self.places.get(&node)?;
+        self.solids.get(*place as usize)?.as_ref()
+    }
+
+    /// Adds the body of a node, if it has one.
+    fn add(&mut self, node: &NodeRef<'_>) -> bool {
+        let kind = Arc::clone(node.shared_kind());
+        let Some((body, inner)) = body(&kind) else {
+            return false;
+        };
+        let shape = match self.shape(&body) {
+            Ok(shape) => shape,
+            Err(error) => {
+                let id = node.id().to_owned();
+                self.problems.push(Problem { id, error });
+                return false;
+            }
+        };
+        let solid = Solid {
+            node: node.node_id(),
+            shape,
+            pose: pose(&(node.to_root() * inner)),
+            inner,
+            kind: Arc::clone(&kind),
+        };
+        let bounds = solid.shape.compute_aabb(&solid.pose);
+        let place = self.free.pop().unwrap_or_else(|| {
+            self.solids.push(None);
+            self.solids.len() as u32 - 1
+        });
+        self.solids[place as usize] = Some(solid);
+        self.places.insert(node.node_id(), place);
+        self.bvh.insert(bounds, place);
+        true
+    }
+
+    fn remove(&mut self, node: NodeId) -> bool {
+        let Some(place) = self.places.remove(&node) else {
+            return false;
+        };
+        self.solids[place as usize] = None;
+        self.free.push(place);
+        self.bvh.remove(place);
+        true
+    }
+
+    /// Moves the body of a node to where the node is.
+    fn place(&mut self, node: &NodeRef<'_>) -> bool {
+        let Some(place) = self.places.get(&node.node_id()).copied() else {
+            return false;
+        };
+        let Some(solid) = &mut self.solids[place as usize] else {
+            return false;
+        };
+        solid.pose = pose(&(node.to_root() * solid.inner));
+        let bounds = solid.shape.compute_aabb(&solid.pose);
+        self.bvh.insert(bounds, place);
+        true
+    }
+
+    fn shape(&mut self, body: &Body<'_>) -> Result<SharedShape, MeshError> {
+        Ok(match body {
+            Body::Box(size) => {
+                let [x, y, z] = size.map(|length| length / 2.0 / METRE);
+                SharedShape::cuboid(x, y, z)
+            }
+            Body::Solid(Shape::Sphere { radius }) => SharedShape::ball(radius / METRE),
+            Body::Solid(Shape::Cylinder { radius, length }) => {
+                SharedShape::cylinder(length / 2.0 / METRE, radius / METRE)
+            }
+            Body::Solid(Shape::Cone { radius, length }) => {
+                SharedShape::cone(length / 2.0 / METRE, radius / METRE)
+            }
+            Body::Mesh(mesh) => self.mesh(mesh)?,
+        })
+    }
+
+    /// The triangles of a mesh. Equal meshes share them.
+    fn mesh(&mut self, mesh: &Mesh) -> Result<SharedShape, MeshError> {
+        let path = mesh
+            .path
+            .clone()
+            .unwrap_or_else(|| mesh.file.clone().into());
+        let key = (path, mesh.scale.map(f64::to_bits));
+        if let Some(known) = self.meshes.get(&key) {
+            return Ok(known.clone());
+        }
+        let read = innermodel_mesh::read(&key.0)?;
+        let [sx, sy, sz] = mesh.scale.map(|scale| scale / METRE);
+        let vertices = read.vertices.iter();
+        let vertices = vertices
+            .map(|[x, y, z]| Vector::new(x * sx, y * sy, -z * sz))
+            .collect();
+        let shape = SharedShape::trimesh(vertices, read.triangles)
+            .map_err(|error| MeshError::Wrong(error.to_string()))?;
+        self.meshes.insert(key, shape.clone());
+        Ok(shape)
+    }
+}
+
+pub(crate) fn vector(v: &innermodel::Vector) -> Vector {
+    Vector::new(v.x, v.y, v.z)
+}
+
+/// The pose in metres.
+pub(crate) fn pose(transform: &Transform) -> Pose {
+    let r = &transform.rotation;
+    let column = |at: usize| Vector::new(r[(0, at)], r[(1, at)], r[(2, at)]);
+    let rotation = Mat3::from_cols(column(0), column(1), column(2));
+    Pose::from_parts(
+        vector(&transform.translation) / METRE,
+        Rotation::from_mat3(&rotation).normalize(),
+    )
+}

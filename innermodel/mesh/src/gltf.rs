@@ -1,0 +1,296 @@
+//! glTF 2.0, as `.gltf` with its buffers and as `.glb`: the triangles of the scene, with the
+//! transforms of their nodes. The buffers are files beside it, or inside as base64.
+
+use crate::{MeshError, TriangleMesh};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde::Deserialize;
+use std::path::Path;
+
+const TRIANGLES: u32 = 4;
+/// How deep nodes may be nested.
+const MAX_DEPTH: usize = 64;
+/// How many triangles a scene may have, with all that it repeats.
+const MAX_TRIANGLES: usize = 50_000_000;
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+#[derive(Default)]
+struct Root {
+    scene: usize,
+    scenes: Vec<Scene>,
+    nodes: Vec<Node>,
+    meshes: Vec<Mesh>,
+    accessors: Vec<Accessor>,
+    buffer_views: Vec<View>,
+    buffers: Vec<Buffer>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct Scene {
+    nodes: Vec<usize>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct Node {
+    children: Vec<usize>,
+    mesh: Option<usize>,
+    matrix: Option<[f64; 16]>,
+    translation: Option<[f64; 3]>,
+    rotation: Option<[f64; 4]>,
+    scale: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+struct Mesh {
+    primitives: Vec<Primitive>,
+}
+
+#[derive(Deserialize)]
+struct Primitive {
+    attributes: Attributes,
+    indices: Option<usize>,
+    mode: Option<u32>,
+}
+
+#[derive(Deserialize)]
+struct Attributes {
+    #[serde(rename = "POSITION")]
+    position: Option<usize>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Accessor {
+    buffer_view: Option<usize>,
+    #[serde(default)]
+    byte_offset: usize,
+    component_type: u32,
+    count: usize,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct View {
+    buffer: usize,
+    #[serde(default)]
+    byte_offset: usize,
+    byte_length: usize,
+    byte_stride: Option<usize>,
+}
+
+#[derive(Deserialize)]
+struct Buffer {
+    uri: Option<String>,
+}
+
+/// The first three rows of a matrix.
+type Matrix = [[f64; 4]; 3];
+
+pub(crate) fn read(bytes: &[u8], folder: &Path) -> Result<TriangleMesh, MeshError> {
+    let (json, binary) = parts(bytes)?;
+    let root: Root = serde_json::from_slice(json).map_err(|e| wrong(&e.to_string()))?;
+    let mut buffers = Vec::new();
+    for buffer in &root.buffers {
+        buffers.push(match &buffer.uri {
+            None => binary
+                .ok_or_else(|| wrong("a buffer has no file"))?
+                .to_vec(),
+            Some(uri) => match uri.split_once(";base64,") {
+                Some((_, text)) => STANDARD.decode(text).map_err(|e| wrong(&e.to_string()))?,
+                None => crate::bytes(&folder.join(uri))?,
+            },
+        });
+    }
+    let mut reader = Reader {
+        root: &root,
+        buffers,
+        mesh: TriangleMesh::default(),
+    };
+    let identity = [
+        [1.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0],
+    ];
+    let scene = root
+        .scenes
+        .get(root.scene)
+        .ok_or_else(|| wrong("there is no scene"))?;
+    for node in &scene.nodes {
+        reader.node(*node, &identity, 0)?;
+    }
+    Ok(reader.mesh)
+}
+
+fn wrong(what: &str) -> MeshError {
+    MeshError::Wrong(what.to_owned())
+}
+
+/// The JSON of a file, and the bytes that follow it in a `.glb`.
+fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshError> {
+    if !bytes.starts_with(b"glTF") {
+        return Ok((bytes, None));
+    }
+    let cut = || wrong("the file is cut");
+    let chunk = |at: usize| {
+        let length = bytes.get(at..at + 4).and_then(|b| b.try_into().ok());
+        let length = u32::from_le_bytes(length?) as usize;
+        bytes.get(at + 8..at + 8 + length)
+    };
+    let json = chunk(12).ok_or_else(cut)?;
+    Ok((json, chunk(20 + json.len().next_multiple_of(4))))
+}
+
+struct Reader<'r> {
+    root: &'r Root,
+    buffers: Vec<Vec<u8>>,
+    mesh: TriangleMesh,
+}
+
+impl Reader<'_> {
+    fn node(&mut self, at: usize, above: &Matrix, depth: usize) -> Result<(), MeshError> {
+        let node = self
+            .root
+            .nodes
+            .get(at)
+            .ok_or_else(|| wrong("a node is missing"))?;
+        if depth == MAX_DEPTH {
+            return Err(wrong("nodes are nested more than 64 deep"));
+        }
+        let here = product(above, &local(node));
+        if let Some(mesh) = node.mesh {
+            let mesh = self
+                .root
+                .meshes
+                .get(mesh)
+                .ok_or_else(|| wrong("a mesh is missing"))?;
+            for primitive in &mesh.primitives {
+                self.primitive(primitive, &here)?;
+            }
+        }
+        for child in &node.children {
+            self.node(*child, &here, depth + 1)?;
+        }
+        Ok(())
+    }
+
+    fn primitive(&mut self, primitive: &Primitive, to: &Matrix) -> Result<(), MeshError> {
+        let Some(position) = primitive.attributes.position else {
+            return Ok(());
+        };
+        if primitive.mode.unwrap_or(TRIANGLES) != TRIANGLES {
+            return Ok(());
+        }
+        let first = self.mesh.vertices.len() as u32;
+        let numbers = self.numbers(position, 3)?;
+        let vertices = numbers.chunks_exact(3).map(|p| {
+            [0, 1, 2]
+                .map(|row| to[row][0] * p[0] + to[row][1] * p[1] + to[row][2] * p[2] + to[row][3])
+        });
+        self.mesh.vertices.extend(vertices);
+        let count = self.mesh.vertices.len() as u32 - first;
+        let corners: Vec<u32> = match primitive.indices {
+            Some(indices) => self
+                .numbers(indices, 1)?
+                .iter()
+                .map(|n| *n as u32)
+                .collect(),
+            None => (0..count).collect(),
+        };
+        let triangles = corners
+            .chunks_exact(3)
+            .map(|c| [0, 1, 2].map(|n| first.saturating_add(c[n])));
+        self.mesh.triangles.extend(triangles);
+        if self.mesh.triangles.len() > MAX_TRIANGLES {
+            return Err(wrong("the scene has more than 50 million triangles"));
+        }
+        Ok(())
+    }
+
+    /// The numbers of an accessor, `width` in each element.
+    fn numbers(&self, at: usize, width: usize) -> Result<Vec<f64>, MeshError> {
+        let missing = || wrong("data of a mesh are missing");
+        let accessor = self.root.accessors.get(at).ok_or_else(missing)?;
+        let view = accessor
+            .buffer_view
+            .and_then(|view| self.root.buffer_views.get(view));
+        let view = view.ok_or_else(missing)?;
+        let buffer = self.buffers.get(view.buffer).ok_or_else(missing)?;
+        let end = view
+            .byte_offset
+            .checked_add(view.byte_length)
+            .ok_or_else(missing)?;
+        let bytes = buffer.get(view.byte_offset..end).ok_or_else(missing)?;
+        let size = match accessor.component_type {
+            5120 | 5121 => 1,
+            5122 | 5123 => 2,
+            5125 | 5126 => 4,
+            other => return Err(wrong(&format!("{other} is no type of numbers"))),
+        };
+        let stride = view.byte_stride.unwrap_or(size * width).max(1);
+        let mut numbers = Vec::new();
+        for element in 0..accessor.count {
+            for number in 0..width {
+                let place = element
+                    .checked_mul(stride)
+                    .and_then(|at| at.checked_add(accessor.byte_offset + number * size))
+                    .ok_or_else(missing)?;
+                let end = place.checked_add(size).ok_or_else(missing)?;
+                let bytes = bytes.get(place..end).ok_or_else(missing)?;
+                numbers.push(value(bytes, accessor.component_type));
+            }
+        }
+        Ok(numbers)
+    }
+}
+
+fn value(bytes: &[u8], form: u32) -> f64 {
+    let mut four = [0; 4];
+    four[..bytes.len()].copy_from_slice(bytes);
+    let whole = u32::from_le_bytes(four);
+    match form {
+        5126 => f64::from(f32::from_bits(whole)),
+        5120 => f64::from(bytes[0] as i8),
+        5122 => f64::from(whole as u16 as i16),
+        _ => f64::from(whole),
+    }
+}
+
+fn local(node: &Node) -> Matrix {
+    if let Some(m) = node.matrix {
+        // Column by column.
+        return [0, 1, 2].map(|row| [0, 1, 2, 3].map(|column| m[column * 4 + row]));
+    }
+    let t = node.translation.unwrap_or_default();
+    let s = node.scale.unwrap_or([1.0; 3]);
+    let [x, y, z, w] = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    let r = [
+        [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y - z * w),
+            2.0 * (x * z + y * w),
+        ],
+        [
+            2.0 * (x * y + z * w),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z - x * w),
+        ],
+        [
+            2.0 * (x * z - y * w),
+            2.0 * (y * z + x * w),
+            1.0 - 2.0 * (x * x + y * y),
+        ],
+    ];
+    [0, 1, 2].map(|row| [r[row][0] * s[0], r[row][1] * s[1], r[row][2] * s[2], t[row]])
+}
+
+fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    [0, 1, 2].map(|row| {
+        [0, 1, 2, 3].map(|column| {
+            let inner: f64 = (0..3).map(|n| a[row][n] * b[n][column]).sum();
+            inner + if column == 3 { a[row][3] } else { 0.0 }
+        })
+    })
+}

@@ -1,0 +1,113 @@
+//! Meshes of files: Wavefront OBJ, STL and glTF 2.0.
+//!
+//! [`read`] gives the triangles of a file in its own frame and unit. `InnerModel` mirrors z and
+//! scales: see `innermodel::kinds::Mesh`.
+
+mod gltf;
+mod obj;
+mod stl;
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+use thiserror::Error;
+
+/// The largest file that is read, in bytes.
+const LARGEST: u64 = 512 << 20;
+
+/// Triangles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriangleMesh {
+    /// The corners.
+    pub vertices: Vec<[f64; 3]>,
+    /// Three corners each, by their places in `vertices`. Each place exists.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Why a file gives no mesh.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// The system cannot read the file.
+    #[error("{0}")]
+    Unreadable(#[from] io::Error),
+    /// The format is not one of those that are read.
+    #[error("expected a mesh in .obj, .stl, .gltf or .glb, found .{0}")]
+    UnknownFormat(String),
+    /// The formats of 3D Studio and of OpenSceneGraph are not read.
+    #[error("cannot read .{0}; convert it to .obj first{1}")]
+    NeedsConversion(String, &'static str),
+    /// The file is larger than 512 MiB.
+    #[error("the file is larger than 512 MiB")]
+    TooLarge,
+    /// The content is wrong.
+    #[error("{0}")]
+    Wrong(String),
+    /// The file has no triangle.
+    #[error("the file has no triangle")]
+    Empty,
+}
+
+/// Reads a mesh. Its ending tells its format.
+pub fn read(path: &Path) -> Result<TriangleMesh, MeshError> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    let ending = ending.to_lowercase();
+    let read = match ending.as_str() {
+        "obj" => obj::read,
+        "stl" => stl::read,
+        "gltf" | "glb" => {
+            let folder = path.parent().unwrap_or(Path::new(""));
+            return checked(gltf::read(&bytes(path)?, folder)?);
+        }
+        "osg" | "ive" | "osgt" | "osgb" => {
+            let how = ": `osgconv FILE FILE.obj` of OpenSceneGraph does it";
+            return Err(MeshError::NeedsConversion(ending, how));
+        }
+        "3ds" | "dae" | "ply" | "blend" | "fbx" => {
+            let how = ": Blender imports and exports it, or `assimp export FILE FILE.obj`";
+            return Err(MeshError::NeedsConversion(ending, how));
+        }
+        _ => return Err(MeshError::UnknownFormat(ending)),
+    };
+    checked(read(&bytes(path)?)?)
+}
+
+/// The content of a regular file.
+fn bytes(path: &Path) -> Result<Vec<u8>, MeshError> {
+    // Check before opening: opening a device can have side effects.
+    let about = std::fs::metadata(path)?;
+    if !about.is_file() {
+        return Err(io::Error::other("this is not a regular file").into());
+    }
+    if about.len() > LARGEST {
+        return Err(MeshError::TooLarge);
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?.take(LARGEST).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// A mesh whose numbers are finite and whose triangles have corners.
+fn checked(mesh: TriangleMesh) -> Result<TriangleMesh, MeshError> {
+    let count = mesh.vertices.len();
+    if mesh.vertices.iter().flatten().any(|n| !n.is_finite()) {
+        return Err(MeshError::Wrong("a coordinate is not finite".to_owned()));
+    }
+    if mesh
+        .triangles
+        .iter()
+        .flatten()
+        .any(|at| *at as usize >= count)
+    {
+        return Err(MeshError::Wrong(
+            "a triangle has a corner that is not there".to_owned(),
+        ));
+    }
+    if mesh.triangles.is_empty() {
+        return Err(MeshError::Empty);
+    }
+    Ok(mesh)
+}
+
+#[cfg(test)]
+mod tests;

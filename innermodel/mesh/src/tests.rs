@@ -1,0 +1,148 @@
+//! Tests of the readers.
+
+use crate::{MeshError, TriangleMesh, read};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use std::path::PathBuf;
+
+fn written(name: &str, bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path: PathBuf = folder.path().join(name);
+    std::fs::write(&path, bytes).expect("a file");
+    read(&path)
+}
+
+fn triangle() -> TriangleMesh {
+    TriangleMesh {
+        vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.5]],
+        triangles: vec![[0, 1, 2]],
+    }
+}
+
+#[test]
+fn obj() {
+    let text = "# a\nv 0 0 0\nv 1 0 0 1.0\nvn 0 0 1\nv 0 2e0 .5\nf 1/1/1 2//1 -1\n";
+    assert_eq!(
+        written("a.OBJ", text.as_bytes()).expect("a mesh"),
+        triangle()
+    );
+    let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4";
+    let quad = written("a.obj", quad.as_bytes()).expect("a mesh");
+    assert_eq!(quad.triangles, [[0, 1, 2], [0, 2, 3]]);
+    for bad in [
+        "v 0 0\nf 1 1 1",
+        "v 0 0 0\nf 1 2 3",
+        "v 0 0 0\nf a b c",
+        "v 0 0 nan\nf 1 1 1",
+    ] {
+        assert!(
+            matches!(written("a.obj", bad.as_bytes()), Err(MeshError::Wrong(_))),
+            "{bad}"
+        );
+    }
+    assert!(matches!(
+        written("a.obj", b"v 0 0 0"),
+        Err(MeshError::Empty)
+    ));
+}
+
+#[test]
+fn stl() {
+    let text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 2 0.5\nendloop\nendfacet\nendsolid a\n";
+    assert_eq!(
+        written("a.stl", text.as_bytes()).expect("a mesh"),
+        triangle()
+    );
+    let mut bytes = vec![b's'; 80];
+    bytes[..5].copy_from_slice(b"solid");
+    bytes.extend(1_u32.to_le_bytes());
+    bytes.extend([0; 12]);
+    for number in triangle().vertices.iter().flatten() {
+        bytes.extend((*number as f32).to_le_bytes());
+    }
+    bytes.extend([0; 2]);
+    assert_eq!(written("a.stl", &bytes).expect("a mesh"), triangle());
+    bytes.pop();
+    assert!(matches!(written("a.stl", &bytes), Err(MeshError::Empty)));
+    assert!(matches!(
+        written("a.stl", b"nothing"),
+        Err(MeshError::Wrong(_))
+    ));
+}
+
+#[test]
+fn gltf() {
+    let mut bytes = Vec::new();
+    for number in triangle().vertices.iter().flatten() {
+        bytes.extend((*number as f32).to_le_bytes());
+    }
+    bytes.extend([0, 0, 1, 0, 2, 0]);
+    let json = |buffer: &str| {
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
+            "nodes":[{{"children":[1],"translation":[10,0,0]}},
+                {{"mesh":0,"scale":[2,2,2],"rotation":[0,0,0.7071067811865476,0.7071067811865476]}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}},
+                {{"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"}}],
+            "bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":6}}],
+            "buffers":[{{"byteLength":42{buffer}}}]}}"#
+        )
+    };
+    let base64 = STANDARD.encode(&bytes);
+    let inside = format!(r#","uri":"data:application/octet-stream;base64,{base64}""#);
+    let text = written("a.gltf", json(&inside).as_bytes()).expect("a mesh");
+    let json = json("");
+    let json = format!(
+        "{json}{}",
+        " ".repeat(json.len().next_multiple_of(4) - json.len())
+    );
+    let mut glb = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
+    glb.extend((json.len() as u32).to_le_bytes());
+    glb.extend(b"JSON");
+    glb.extend(json.as_bytes());
+    glb.extend((bytes.len() as u32).to_le_bytes());
+    glb.extend(b"BIN\0");
+    glb.extend(&bytes);
+    assert_eq!(written("a.glb", &glb).expect("a mesh"), text);
+    // A quarter of a turn about z, twice as large, ten to the right.
+    let expected = [[10.0, 0.0, 0.0], [10.0, 2.0, 0.0], [6.0, 0.0, 1.0]];
+    for (a, b) in text
+        .vertices
+        .iter()
+        .flatten()
+        .zip(expected.iter().flatten())
+    {
+        assert!((a - b).abs() < 1e-6, "{text:?}");
+    }
+    for length in 0..glb.len() {
+        let _ = written("a.glb", &glb[..length]);
+    }
+}
+
+#[test]
+fn other_formats_say_how_to_convert() {
+    let error = written("a.osg", b"").err().map(|error| error.to_string());
+    assert_eq!(
+        error.as_deref(),
+        Some(
+            "cannot read .osg; convert it to .obj first: `osgconv FILE FILE.obj` of OpenSceneGraph does it"
+        )
+    );
+    assert!(matches!(
+        written("a.3ds", b""),
+        Err(MeshError::NeedsConversion(..))
+    ));
+    assert!(matches!(
+        written("a.txt", b""),
+        Err(MeshError::UnknownFormat(_))
+    ));
+    assert!(matches!(
+        read("/nowhere.obj".as_ref()),
+        Err(MeshError::Unreadable(_))
+    ));
+    assert!(matches!(
+        read("/dev/null.obj/..".as_ref()),
+        Err(MeshError::UnknownFormat(_))
+    ));
+}
