@@ -5,6 +5,7 @@ use crate::languages;
 use crate::paths::{absolute, normal, relative};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 use toml_edit::{Array, DocumentMut, InlineTable, Item, TableLike, Value};
 
 /// The folder of a workspace's interfaces, unless `[workspace.metadata.robocomp]` names another
@@ -20,7 +21,7 @@ const RUNTIME: (&str, &str) = ("rc-runtime", "/runtime");
 #[derive(Clone, Debug)]
 pub struct Workspace {
     root: PathBuf,
-    manifest: DocumentMut,
+    manifest: Arc<DocumentMut>,
 }
 
 impl Workspace {
@@ -177,7 +178,7 @@ impl Workspace {
             return Ok(None);
         };
         let text = rc_files::read(&self.root.join("Cargo.toml"))?;
-        let new = self.add_middleware(manifest).map(|new| {
+        let new = self.add_middleware(&manifest).map(|new| {
             if text.contains("\r\n") && !text.replace("\r\n", "").contains('\n') {
                 new.replace("\r\n", "\n").replace('\n', "\r\n")
             } else {
@@ -187,12 +188,14 @@ impl Workspace {
         Ok(new.map(|new| (text, new)))
     }
 
-    fn add_middleware(&self, mut manifest: DocumentMut) -> Option<String> {
-        let dependencies = manifest.get_mut("workspace")?.get_mut("dependencies")?;
-        let dependencies = dependencies.as_table_like_mut()?;
-        if dependencies.contains_key(MIDDLEWARE.0) {
+    fn add_middleware(&self, manifest: &DocumentMut) -> Option<String> {
+        let known = ["workspace", "dependencies", MIDDLEWARE.0];
+        if get(manifest, &known).is_some() {
             return None;
         }
+        let mut manifest = manifest.clone();
+        let dependencies = manifest.get_mut("workspace")?.get_mut("dependencies")?;
+        let dependencies = dependencies.as_table_like_mut()?;
         let runtime = dependencies.get(RUNTIME.0)?;
         let mut like = InlineTable::new();
         if let Some(version) = runtime.as_str() {
@@ -265,20 +268,42 @@ fn matches(pattern: &str, name: &str) -> bool {
 }
 
 /// The manifest in `folder`, if there is one.
-fn manifest(folder: &Path) -> io::Result<Option<DocumentMut>> {
+fn manifest(folder: &Path) -> io::Result<Option<Arc<DocumentMut>>> {
     let path = folder.join("Cargo.toml");
     let named = |kind: io::ErrorKind, error: &dyn std::fmt::Display| {
         io::Error::new(kind, format!("{}: {error}", path.display()))
     };
     match rc_files::read(&path) {
-        Ok(text) => text
-            .parse()
+        Ok(text) => parsed(text)
             .map(Some)
-            .map_err(|error: toml_edit::TomlError| named(io::ErrorKind::InvalidInput, &error)),
+            .map_err(|error| named(io::ErrorKind::InvalidInput, &error)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
         Err(error) if error.kind() == io::ErrorKind::NotADirectory => Ok(None),
         Err(error) => Err(named(error.kind(), &error)),
     }
+}
+
+/// Texts of manifests, with what they say. A generation reads that of its workspace several times,
+/// and parsing it takes a hundred times as long as reading it.
+static PARSED: Mutex<Vec<(String, Arc<DocumentMut>)>> = Mutex::new(Vec::new());
+/// How many of them are kept.
+const KEPT: usize = 8;
+
+fn parsed(text: String) -> Result<Arc<DocumentMut>, toml_edit::TomlError> {
+    let known = |parsed: &[(String, Arc<DocumentMut>)]| {
+        let mut parsed = parsed.iter();
+        parsed.find_map(|(known, manifest)| (*known == text).then(|| manifest.clone()))
+    };
+    let found = PARSED.lock().ok().and_then(|parsed| known(&parsed));
+    if let Some(manifest) = found {
+        return Ok(manifest);
+    }
+    let manifest = Arc::new(text.parse::<DocumentMut>()?);
+    if let Ok(mut parsed) = PARSED.lock() {
+        parsed.truncate(KEPT - 1);
+        parsed.insert(0, (text, manifest.clone()));
+    }
+    Ok(manifest)
 }
 
 fn get<'a>(manifest: &'a DocumentMut, path: &[&str]) -> Option<&'a Item> {

@@ -5,8 +5,10 @@ use crate::innermodel;
 use crate::languages;
 use crate::project::Project;
 use crate::{dependencies, paths, ros, stubs};
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
+use rc_cdsl::model::{Role, Slot};
+use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use rc_idsl::Session;
+use rc_idsl::model::Operation;
 use rc_syntax::Loader;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -56,10 +58,39 @@ fn was_read(path: &Path, sources: &SourceMap) -> bool {
     sources.ids().any(|id| same(sources.path(id)))
 }
 
-/// Adds all that is wrong with `path` to `found`. Meshes and parts of an `InnerModel` file are also
-/// looked for in the folders `include`. An error is a file that the system does not give.
+/// Turns the error that a subscribed operation returns a value into a warning: RoboComp generates
+/// such components, and drops the value.
+fn as_in_robocomp(project: &Project, found: Diagnostics) -> Diagnostics {
+    let component = &project.component;
+    let returns = |slot: &Slot| {
+        let interface = component.library.interface(slot.interface);
+        interface.operations.iter().any(Operation::has_result)
+    };
+    let slots = component.slots.iter();
+    let subscribed: Vec<Span> = slots
+        .filter(|slot| slot.role == Role::SubscribesTo && returns(slot))
+        .map(|slot| slot.span)
+        .collect();
+    let is_of = |error: &Diagnostic, slot: &Span| {
+        let span = &error.span;
+        span.source == slot.source && slot.start <= span.start && span.end <= slot.end
+    };
+    let mut all = Diagnostics::new();
+    for mut error in found {
+        if error.code == "wrong-pattern" && subscribed.iter().any(|slot| is_of(&error, slot)) {
+            error.severity = Severity::Warning;
+        }
+        all.push(error);
+    }
+    all
+}
+
+/// Adds all that is wrong with `path` to `found`; `robocomp` says that the file is one of RoboComp.
+/// Meshes and parts of an `InnerModel` file are also looked for in the folders `include`. An error is
+/// a file that the system does not give.
 pub fn file(
     path: &Path,
+    robocomp: bool,
     sources: &mut SourceMap,
     loader: &dyn Loader,
     include: &[PathBuf],
@@ -68,6 +99,9 @@ pub fn file(
     match path.extension().and_then(|e| e.to_str()) {
         Some("cdsl") => {
             let (project, mut more) = Project::load(path, sources, loader)?;
+            if let Some(project) = project.as_ref().filter(|_| robocomp) {
+                more = as_in_robocomp(project, more);
+            }
             if let Some(node) = project.as_ref().filter(|project| project.is_node())
                 && !more.has_errors()
             {

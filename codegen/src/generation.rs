@@ -6,8 +6,9 @@ use crate::files::{self, Files, Step};
 use crate::generate;
 use crate::interface_crate::{Definitions, Error, InterfaceCrate};
 use crate::load::FileLoader;
+use crate::parallel;
 use crate::project::Project;
-use crate::rust::print::FIRST_TEST;
+use crate::rust::print::{self, FIRST_TEST};
 use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
 use rc_syntax::Loader;
@@ -41,7 +42,12 @@ impl Component {
         interfaces: &InterfaceCrate,
     ) -> Result<(Option<Self>, Diagnostics), Error> {
         let dependency = interfaces.dependency(&folder)?;
-        let (mut files, mut found) = generate::component(project, middleware, &dependency)?;
+        // Laying out code takes most of the time of a generation.
+        let (printed, defined) = parallel::both(
+            || generate::component(project, middleware, &dependency),
+            || Definitions::of(&project.component.library, &project.origins),
+        );
+        let (mut files, mut found) = printed?;
         let is_library = !lacks_library(&folder);
         if !is_library {
             files.remove(Path::new(LIBRARY));
@@ -50,7 +56,7 @@ impl Component {
         if folder.join("src").exists() {
             files.remove(Path::new(FIRST_TEST));
         }
-        let (definitions, more) = Definitions::of(&project.component.library, &project.origins)?;
+        let (definitions, more) = defined?;
         found.extend(more);
         found.extend(dependencies::compare(&project.component, &folder).1);
         let component = Self {
@@ -61,6 +67,12 @@ impl Component {
         };
         Ok((Some(component).filter(|_| !found.has_errors()), found))
     }
+}
+
+/// Reads what every generation needs, in the time in which descriptions are read.
+pub fn prepare() {
+    // Whoever needs it first waits for it, so nobody waits for the thread.
+    drop(std::thread::spawn(print::prepare));
 }
 
 /// Files with their folder, and the component that they are.

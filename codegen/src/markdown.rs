@@ -12,8 +12,8 @@ use tera::{Context, Tera};
 
 /// The templates of the pages.
 const TEMPLATES: &[(&str, &str)] = templates::templates!["markdown":
-    "operations.md" = "operations.md.tera",
-    "parameters.md" = "parameters.md.tera",
+    "operations.md",
+    "parameters.md",
 ];
 
 static TERA: OnceLock<Result<Tera, TemplateError>> = OnceLock::new();

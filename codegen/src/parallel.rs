@@ -32,6 +32,18 @@ pub fn map<J: Send, T: Send>(jobs: &mut [J], work: impl Fn(&mut J) -> T + Sync) 
     done.into_iter().map(|(_, made)| made).collect()
 }
 
+/// What both make, side by side.
+pub fn both<A: Send, B>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B) -> (A, B) {
+    std::thread::scope(|scope| {
+        let a = scope.spawn(a);
+        let b = b();
+        match a.join() {
+            Ok(a) => (a, b),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    })
+}
+
 #[cfg(test)]
 mod tests {
     #[test]

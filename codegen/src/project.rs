@@ -1,8 +1,9 @@
 //! One component with everything that its `.cdsl` names.
 
+use crate::cargo_workspace::Workspace;
 use crate::note::Note;
 use crate::origin::Origin;
-use crate::{dependencies, machine_names, paths, ros, rust};
+use crate::{dependencies, machine_names, names, paths, ros, rust};
 use rc_cdsl::Component;
 use rc_cdsl::model::Backend;
 use rc_configuration::model::Parameters;
@@ -11,6 +12,7 @@ use rc_smdsl::StateMachine;
 use rc_syntax::{Loader, Name, Trivia};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 /// A component that was loaded.
 #[derive(Debug)]
@@ -28,6 +30,8 @@ pub struct Project {
     /// Hash of all the description files that its generated code comes from, comments and white
     /// space aside.
     pub hash: u64,
+    /// The folder of its code, once it was looked for.
+    code: OnceLock<PathBuf>,
 }
 
 impl Project {
@@ -101,6 +105,7 @@ impl Project {
                 parameters,
                 state_machine,
                 hash,
+                code: OnceLock::new(),
             }),
             found,
         ))
@@ -109,8 +114,28 @@ impl Project {
     /// Whether the code that was generated for it last is that of a node of ROS 2, also where no
     /// slot of it says so.
     pub(crate) fn is_node(&self) -> bool {
-        let note = Note::of_generated(self.folder());
+        let note = Note::of_generated(self.code());
         note.is_ok_and(|note| note.is_some_and(|note| note.middleware == Backend::Ros2.word()))
+    }
+
+    /// The folder of its code: that of the `.cdsl` file, or the one that `rcgen --out` generated it
+    /// into, which is the package of its name in the workspace.
+    pub fn code(&self) -> &Path {
+        self.code.get_or_init(|| {
+            let own = self.folder();
+            let elsewhere = (!own.join("Cargo.toml").exists()).then(|| self.package());
+            elsewhere.flatten().unwrap_or_else(|| own.to_path_buf())
+        })
+    }
+
+    /// The folder of its package, if the workspace has one with code of this component.
+    fn package(&self) -> Option<PathBuf> {
+        let workspace = Workspace::of(self.folder()).ok()??;
+        let name = &self.component.name.text;
+        let folder = workspace.package(&names::package(name)).ok()??;
+        let folder = workspace.root().join(folder);
+        let note = Note::of_generated(&folder).ok()??;
+        (note.component == *name).then_some(folder)
     }
 
     /// The folder of the `.cdsl` file.

@@ -2,12 +2,19 @@
 
 use tera::Tera;
 
-/// The templates of a folder: the name of each, and its text.
+/// Templates of a folder: the name of each, which is that of its file without `.tera`, and its text.
 macro_rules! templates {
-    ($folder:literal: $($name:literal = $file:literal,)*) => {
+    ($folder:literal: $($name:literal),* $(,)?) => {
         &[$((
             $name,
-            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/templates/", $folder, "/", $file)),
+            include_str!(concat!(
+                env!("CARGO_MANIFEST_DIR"),
+                "/templates/",
+                $folder,
+                "/",
+                $name,
+                ".tera"
+            )),
         )),*]
     };
 }

@@ -1,6 +1,11 @@
 //! The layout of generated Rust: `prettyplease`'s, with an empty line between items and between functions.
 
-use syn::{Attribute, ImplItem, Item, TraitItem, parse_quote};
+use proc_macro2::Span;
+use syn::token::Bracket;
+use syn::{
+    AttrStyle, Attribute, Expr, ExprLit, Ident, ImplItem, Item, Lit, LitStr, Meta, MetaNameValue,
+    Token, TraitItem,
+};
 
 /// A documentation comment that stands for an empty line.
 const EMPTY_LINE: &str = "///@";
@@ -71,8 +76,23 @@ fn space(items: &mut [Item], begins: bool) {
     }
 }
 
+/// `#[doc = "@"]`, made without the parser.
 fn empty_line() -> Attribute {
-    parse_quote!(#[doc = "@"])
+    let span = Span::call_site();
+    let value = ExprLit {
+        attrs: Vec::new(),
+        lit: Lit::Str(LitStr::new("@", span)),
+    };
+    Attribute {
+        pound_token: Token![#](span),
+        style: AttrStyle::Outer,
+        bracket_token: Bracket(span),
+        meta: Meta::NameValue(MetaNameValue {
+            path: Ident::new("doc", span).into(),
+            eq_token: Token![=](span),
+            value: Expr::Lit(value),
+        }),
+    }
 }
 
 fn attributes(item: &mut Item) -> Option<&mut Vec<Attribute>> {

@@ -4,66 +4,79 @@ use super::component::{Component, Slot};
 use super::{layout, library, worker};
 use crate::files::{Files, GENERATED, Owner};
 use crate::parallel;
-use crate::templates::{self, TemplateError};
+use crate::templates::{self, TemplateError, templates};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use tera::{Context, Tera};
 
-/// Templates that are read together, when the first of them is needed.
-struct Group {
-    templates: &'static [(&'static str, &'static str)],
-    /// Whether `prettyplease` lays out what they print.
+/// A template, read with its parts when it is needed for the first time.
+struct Template {
+    /// The template itself comes first.
+    parts: &'static [(&'static str, &'static str)],
+    /// Whether `prettyplease` lays out what it prints.
     is_code: bool,
+    /// Whether every component needs it.
+    is_usual: bool,
     tera: OnceLock<Result<Tera, TemplateError>>,
 }
 
-impl Group {
-    const fn new(templates: &'static [(&'static str, &'static str)], is_code: bool) -> Self {
+impl Template {
+    /// A template of code.
+    const fn code(parts: &'static [(&'static str, &'static str)]) -> Self {
+        Self::new(parts, true, true)
+    }
+
+    /// A template of text that is printed as it stands.
+    const fn text(parts: &'static [(&'static str, &'static str)]) -> Self {
+        Self::new(parts, false, true)
+    }
+
+    const fn new(
+        parts: &'static [(&'static str, &'static str)],
+        is_code: bool,
+        is_usual: bool,
+    ) -> Self {
         Self {
-            templates,
+            parts,
             is_code,
+            is_usual,
             tera: OnceLock::new(),
         }
     }
+
+    fn tera(&self) -> Result<&Tera, TemplateError> {
+        let tera = self.tera.get_or_init(|| templates::tera(self.parts));
+        tera.as_ref().map_err(Clone::clone)
+    }
 }
 
-static GROUPS: [Group; 2] = [
-    Group::new(
-        templates::templates!["rust":
-            "macros" = "macros.tera",
-            "root.rs" = "root.rs.tera",
-            "module.rs" = "module.rs.tera",
-            "type" = "type.tera",
-            "in_place" = "in_place.tera",
-            "interface" = "interface.tera",
-            "lib.rs" = "lib.rs.tera",
-            "backend.rs" = "backend.rs.tera",
-            "types.rs" = "types.rs.tera",
-            "interfaces.rs" = "interfaces.rs.tera",
-            "description.rs" = "description.rs.tera",
-            "parameters.rs" = "parameters.rs.tera",
-            "machine.rs" = "machine.rs.tera",
-            "context.rs" = "context.rs.tera",
-            "testing.rs" = "testing.rs.tera",
-            "adapter.rs" = "adapter.rs.tera",
-            "slots.rs" = "slots.rs.tera",
-            "slot.rs" = "slot.rs.tera",
-        ],
-        true,
+static TEMPLATES: [Template; 21] = [
+    Template::code(
+        templates!["rust": "module.rs", "type", "in_place", "interface", "words", "members"],
     ),
-    Group::new(
-        templates::templates!["rust":
-            "cargo.toml" = "cargo.toml.tera",
-            "user_cargo.toml" = "user_cargo.toml.tera",
-            "user_main.rs" = "user_main.rs.tera",
-            "user_lib.rs" = "user_lib.rs.tera",
-            "user_worker.rs" = "user_worker.rs.tera",
-            "user_impl.rs" = "user_impl.rs.tera",
-            "user_handler.rs" = "user_handler.rs.tera",
-            "user_test.rs" = "user_test.rs.tera",
-            "stubs.rs" = "stubs.rs.tera",
-        ],
+    Template::code(templates!["rust": "testing.rs", "words"]),
+    Template::code(templates!["rust": "slot.rs", "words"]),
+    Template::code(templates!["rust": "adapter.rs"]),
+    Template::code(templates!["rust": "context.rs"]),
+    Template::code(templates!["rust": "description.rs", "words"]),
+    Template::code(templates!["rust": "lib.rs"]),
+    Template::code(templates!["rust": "backend.rs"]),
+    Template::code(templates!["rust": "types.rs"]),
+    Template::code(templates!["rust": "interfaces.rs"]),
+    Template::code(templates!["rust": "slots.rs"]),
+    Template::code(templates!["rust": "root.rs"]),
+    Template::code(templates!["rust": "parameters.rs", "words"]),
+    Template::new(templates!["rust": "machine.rs"], true, false),
+    Template::text(templates!["rust": "cargo.toml"]),
+    Template::text(templates!["rust": "user_cargo.toml"]),
+    Template::text(templates!["rust": "user_main.rs"]),
+    Template::text(templates!["rust": "user_lib.rs"]),
+    Template::text(templates!["rust": "user_worker.rs", "user_impl.rs", "user_handler.rs"]),
+    Template::text(templates!["rust": "user_test.rs"]),
+    Template::new(
+        templates!["rust": "stubs.rs", "user_impl.rs", "user_handler.rs", "user_lib.rs", "user_main.rs"],
+        false,
         false,
     ),
 ];
@@ -75,23 +88,27 @@ const RUSTFMT: &str =
 /// The test that a new component begins with.
 pub(crate) const FIRST_TEST: &str = "tests/worker.rs";
 
+/// Reads the templates that every component needs, which takes as long as reading its descriptions:
+/// for a thread beside that.
+pub(crate) fn prepare() {
+    let usual = TEMPLATES.iter().filter(|template| template.is_usual);
+    // An error is reported where the template is printed.
+    usual.for_each(|template| drop(template.tera()));
+}
+
 /// The text of a template; code is laid out.
-fn print(template: &str, context: &Context) -> Result<String, TemplateError> {
-    let is_there = |group: &&Group| group.templates.iter().any(|(name, _)| *name == template);
-    let group = GROUPS.iter().find(is_there);
-    let group = group.ok_or_else(|| TemplateError::new(format!("no template `{template}`")))?;
-    let tera = group.tera.get_or_init(|| templates::tera(group.templates));
-    let text = tera
-        .as_ref()
-        .map_err(Clone::clone)?
-        .render(template, context)?;
-    if !group.is_code {
+fn print(name: &str, context: &Context) -> Result<String, TemplateError> {
+    let mut all = TEMPLATES.iter();
+    let template = all.find(|template| template.parts[0].0 == name);
+    let template = template.ok_or_else(|| TemplateError::new(format!("no template `{name}`")))?;
+    let text = template.tera()?.render(name, context)?;
+    if !template.is_code {
         return Ok(format!("{}\n", text.trim_end()));
     }
     layout::file(&text).map_err(|error| {
         let line = error.span().start().line;
         let line = text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
-        TemplateError::new(format!("{template}: {error} near `{line}`"))
+        TemplateError::new(format!("{name}: {error} near `{line}`"))
     })
 }
 

@@ -176,7 +176,23 @@ fn share(workspace: &Path) {
     std::fs::write(manifest, text).expect("to write");
 }
 
-/// Every construct of the languages, names that generated code uses itself, and pasted handlers.
+/// A component as `rcgen new` alone writes it.
+fn start_new(workspace: &Path) {
+    let args = [
+        "new",
+        "fresh",
+        "--requires",
+        "Laser,DifferentialRobot",
+        "--publishes",
+        "LaserPub",
+        "--period",
+        "50ms",
+    ];
+    run(Command::new(RCGEN).args(args).current_dir(workspace));
+}
+
+/// Every construct of the languages, names that generated code uses itself, pasted handlers, a
+/// component without its optional peers, and what `rcgen init` and `rcgen new` write.
 #[test]
 fn every_construct_compiles() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -186,6 +202,8 @@ fn every_construct_compiles() {
     generate(&workspace, "placed", "iceoryx2");
     generate(&workspace, "walker", "iceoryx2");
     generate(&workspace, "arm", "iceoryx2");
+    generate(&workspace, "lone", "local");
+    start_new(&workspace);
     paste(&workspace);
     share(&workspace);
     let mut packages = ["-p", "interfaces", "-p", "scans"]
@@ -198,6 +216,8 @@ fn every_construct_compiles() {
         "placed",
         "walker",
         "arm",
+        "lone",
+        "fresh",
         "pasted",
         "scanner",
         "viewer",

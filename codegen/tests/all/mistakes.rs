@@ -152,3 +152,29 @@ fn a_mistyped_command() {
         );
     }
 }
+
+/// RoboComp accepts a subscribed operation that returns a value.
+#[test]
+fn a_subscribed_operation_with_a_result_is_a_warning_for_files_of_robocomp() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let idsl = "module Tags { interface Tags { int newTags(int count); }; };";
+    std::fs::write(folder.path().join("Tags.idsl"), idsl).expect("a file");
+    let component = |clause: &str| {
+        let text = format!(
+            "import \"Tags.idsl\";\nComponent c {{ Communications {{ {clause} Tags; }}; language cpp; }};\n"
+        );
+        std::fs::write(folder.path().join("c.cdsl"), text).expect("a file");
+    };
+    let check = |more: &[&str]| {
+        let words = [&["check", "c.cdsl", "--format", "short"], more].concat();
+        let (code, _, err) = rcgen(folder.path(), &words);
+        let severity = |word: &str| err.contains(&format!("{word}[wrong-pattern]"));
+        (code, severity("warning"), severity("error"))
+    };
+    component("subscribesTo");
+    assert_eq!(check(&[]), (1, false, true));
+    assert_eq!(check(&["--robocomp"]), (0, true, false));
+    // A publisher would have to make up the results.
+    component("publishes");
+    assert_eq!(check(&["--robocomp"]), (1, false, true));
+}

@@ -134,7 +134,8 @@ fn check(files: &[Block<'_>], example: &Block<'_>) -> (Vec<&'static str>, bool, 
             network.check_generated(&mut found);
         }
     } else {
-        rc_codegen::check::file(&path, &mut sources, &loader, &[], &mut found).expect("a file");
+        rc_codegen::check::file(&path, false, &mut sources, &loader, &[], &mut found)
+            .expect("a file");
     }
     if example.ending == "cdsl" && !found.has_errors() {
         let (project, _) = Project::load(&path, &mut sources, &loader).expect("a file");

@@ -7,16 +7,17 @@ use rc_codegen::languages;
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use std::path::PathBuf;
 
-pub(crate) fn check(files: &[PathBuf], common: &Common) -> Result<(), Failure> {
+pub(crate) fn check(files: &[PathBuf], robocomp: bool, common: &Common) -> Result<(), Failure> {
     let mut sources = SourceMap::new();
     let mut found = Diagnostics::new();
     let loader = FileLoader::new(&common.include);
     let mut refused = None;
     let system = |e: std::io::Error| Failure::System(e.to_string());
     for file in rc_codegen::check::files(files, &mut sources, &mut found).map_err(system)? {
-        if let Err(error) =
-            rc_codegen::check::file(&file, &mut sources, &loader, &common.include, &mut found)
-        {
+        let include = &common.include;
+        let checked =
+            rc_codegen::check::file(&file, robocomp, &mut sources, &loader, include, &mut found);
+        if let Err(error) = checked {
             unreadable(&file, &error, &mut sources, &mut found, &mut refused);
         }
     }

@@ -87,6 +87,10 @@ pub(crate) enum Command {
         /// that lie in a component's etc/, and folders with any of them.
         #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "xml", "toml"]))]
         files: Vec<PathBuf>,
+        /// Takes files as RoboComp does: an operation that returns a value may stand under
+        /// subscribesTo, with a warning. Generating code for it is still refused.
+        #[arg(long)]
+        robocomp: bool,
         #[command(flatten)]
         common: Common,
     },

@@ -255,6 +255,7 @@ impl Group {
     }
 
     fn generate(self, args: &Generate, alone: bool, summary: &mut Summary) -> Result<(), Failure> {
+        generation::prepare();
         let mut sources = SourceMap::new();
         let mut found = Diagnostics::new();
         let loader = FileLoader::new(&args.common.include);

@@ -28,7 +28,11 @@ fn main() -> ExitCode {
         Some(Command::New(args)) => start::new(args),
         Some(Command::Generate(args)) => generation::generate(args),
         Some(Command::Clean { paths, dry_run }) => clean::clean(paths, dry_run),
-        Some(Command::Check { files, common }) => checks::check(&files, &common),
+        Some(Command::Check {
+            files,
+            robocomp,
+            common,
+        }) => checks::check(&files, robocomp, &common),
         Some(Command::Fmt {
             files,
             check,

@@ -1,0 +1,37 @@
+//! A component whose optional peers are missing runs; run by `tests/compile.rs`.
+
+use lone_generated::{CallError, Context, Worker, WorkerError, embed};
+
+/// Calls both peers in each of three periods, then stops.
+struct Alone {
+    periods: usize,
+}
+
+impl Worker for Alone {
+    fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
+        assert!(!ctx.laser.is_connected() && !ctx.base.is_connected());
+        Ok(Self { periods: 0 })
+    }
+
+    fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        let scan = ctx.laser.get_laser_data();
+        assert!(matches!(scan, Err(CallError::NoServer(_))), "{scan:?}");
+        let stopped = ctx.base.stop_base();
+        assert!(
+            matches!(stopped, Err(CallError::NoServer(_))),
+            "{stopped:?}"
+        );
+        self.periods += 1;
+        if self.periods == 3 {
+            ctx.stop("done");
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn it_runs_and_calls_fail_at_once() {
+    let network = format!("lone-{}", std::process::id());
+    let lone = embed::<Alone>(&["--network", &network]).expect("a component that runs");
+    lone.join().expect("three periods without a panic");
+}
