@@ -20,7 +20,7 @@ pub(crate) fn config(instance: &Instance, project: Option<&Project>) -> Option<P
     if let Some(config) = &instance.config {
         return Some(normal(&instance.folder.join(&config.text)));
     }
-    Some(project?.folder().join("etc/config.toml")).filter(|path| path.exists())
+    Some(project?.code().join("etc/config.toml")).filter(|path| path.exists())
 }
 
 /// The checked configuration of an instance, as far as it has no errors.

@@ -39,7 +39,7 @@ impl Network {
         let mut workspaces: BTreeMap<PathBuf, Shared<'_>> = BTreeMap::new();
         for (project, middleware) in self.stale() {
             let interfaces =
-                InterfaceCrate::of(project.folder()).map_err(refused(action(project)))?;
+                InterfaceCrate::of(project.code()).map_err(refused(action(project)))?;
             let root = interfaces.root().to_path_buf();
             let shared = workspaces.entry(root).or_insert_with(|| Shared {
                 interfaces,
@@ -58,7 +58,7 @@ impl Network {
     fn stale(&self) -> Vec<(&Project, Backend)> {
         let mut stale: Vec<(&Project, Backend)> = Vec::new();
         for (instance, project, variant) in self.built() {
-            let note = Note::of_generated(project.folder());
+            let note = Note::of_generated(project.code());
             let middleware = match (&note, variant) {
                 // A folder with code of an older model, or with code that does not tell.
                 (Ok(Some(note)), None) if note.model == format!("{:016x}", project.hash) => {
@@ -70,7 +70,7 @@ impl Network {
                 }
                 (Ok(None) | Err(_), None) => instance.middleware,
                 // A variant needs the folder's own manifest and worker, not its generated code.
-                (_, Some(_)) if project.folder().join("Cargo.toml").exists() => continue,
+                (_, Some(_)) if project.code().join("Cargo.toml").exists() => continue,
                 (_, Some(_)) => Backend::Iceoryx2,
             };
             if stale.iter().all(|(known, _)| known.path != project.path) {
@@ -90,7 +90,7 @@ impl Shared<'_> {
     ) -> Result<(), Error> {
         let mut components = Vec::new();
         for (project, middleware) in &self.stale {
-            let folder = project.folder().to_path_buf();
+            let folder = project.code().to_path_buf();
             let (component, found) = Component::of(project, folder, *middleware, &self.interfaces)
                 .map_err(failed(project))?;
             done.found.extend(found);
@@ -117,7 +117,7 @@ impl Shared<'_> {
         }
         for (project, _) in &self.stale {
             // The compiler reports what is wrong with a worker that cannot be read.
-            if let Ok((Some(missing), found)) = stubs::of(project, project.folder(), sources) {
+            if let Ok((Some(missing), found)) = stubs::of(project, project.code(), sources) {
                 done.found.extend(found);
                 done.found.extend(missing.notes(project));
             }

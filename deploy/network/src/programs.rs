@@ -33,7 +33,7 @@ pub(crate) fn variants(
     let variant = |(instance, project): (&Instance, &Option<Rc<Project>>)| {
         let project = built(instance, project.as_ref())?;
         all.or_else(|| {
-            let note = Note::of_generated(project.folder()).ok()??;
+            let note = Note::of_generated(project.code()).ok()??;
             (note.middleware != instance.middleware.word()).then_some(instance.middleware)
         })
     };
@@ -123,6 +123,15 @@ fn may_run(path: &Path) -> bool {
     path.metadata().is_ok_and(|file| mode(file) & 0o111 != 0)
 }
 
+/// The command that generates a component into the folder of its code.
+fn how_to_generate(project: &Project) -> String {
+    let mut command = format!("rcgen {}", project.path.display());
+    if project.code() != project.folder() {
+        let _ = write!(command, " --out {}", project.code().display());
+    }
+    format!("generate it: `{command}`")
+}
+
 /// Checks that a variant can be generated and built.
 fn check_variant(
     instance: &Instance,
@@ -135,10 +144,10 @@ fn check_variant(
         let errors = more.iter().filter(|d| d.severity == Severity::Error);
         found.extend(errors.cloned());
     }
-    if !project.folder().join("Cargo.toml").exists() {
+    if !project.code().join("Cargo.toml").exists() {
         let named = instance.cdsl.as_ref().unwrap_or(&instance.name);
         let message = format!("`{}` has no code yet", instance.path);
-        let generate = format!("generate it: `rcgen {}`", project.path.display());
+        let generate = how_to_generate(project);
         let error = Diagnostic::error("missing-generated", named.span, message);
         found.push(error.help(generate));
     }
@@ -147,7 +156,7 @@ fn check_variant(
 /// Checks that the generated code in a component's folder is up to date.
 fn check_folder(instance: &Instance, project: &Project, found: &mut Diagnostics) {
     let name = &instance.path;
-    let (code, message) = match Note::of_generated(project.folder()) {
+    let (code, message) = match Note::of_generated(project.code()) {
         Ok(Some(note)) if note.model == hash(project) => return,
         Ok(_) => (
             "stale-generated",
@@ -159,15 +168,15 @@ fn check_folder(instance: &Instance, project: &Project, found: &mut Diagnostics)
         ),
     };
     let named = instance.cdsl.as_ref().unwrap_or(&instance.name);
-    let generate = format!("generate it: `rcgen {}`", project.path.display());
+    let generate = how_to_generate(project);
     found.push(Diagnostic::error(code, named.span, message).help(generate));
 }
 
 impl Network {
     /// Lets nothing ask cargo for target folders: they are `CARGO_TARGET_DIR`, or `target` in the
     /// workspaces. For what needs no program, and no manifest of a component.
-    pub fn ask_no_cargo(&mut self) {
-        self.workspaces.unasked = true;
+    pub fn ask_no_cargo(&self) {
+        self.workspaces.unasked.set(true);
     }
 
     /// The program of an instance; none where it has no component, or a component that is in no
@@ -188,7 +197,7 @@ impl Network {
             Some(middleware) => variant::program(&package, middleware),
             None => package,
         };
-        let Some(root) = Workspaces::root(project.folder())? else {
+        let Some(root) = Workspaces::root(project.code())? else {
             return Ok(None);
         };
         let target = self.workspaces.target(&root)?;
@@ -260,6 +269,13 @@ impl Network {
         self.located(profile, found);
     }
 
+    /// Checks the manifests that say where components are built. A component may be in no workspace.
+    pub fn check_manifests(&self, profile: Profile, found: &mut Diagnostics) {
+        let mut all = Diagnostics::new();
+        self.located(profile, &mut all);
+        found.extend(all.into_iter().filter(|error| error.code == "cargo-failed"));
+    }
+
     /// The executables of the instances, with the place that names each. Adds a finding for one
     /// that has no location.
     fn located(&self, profile: Profile, found: &mut Diagnostics) -> Vec<(usize, Span, PathBuf)> {
@@ -302,7 +318,7 @@ impl Network {
     ) -> Result<impl Iterator<Item = Result<Build, Error>>, Error> {
         let mut groups: BTreeMap<_, BTreeMap<String, &Project>> = BTreeMap::new();
         for (_, project, variant) in self.built() {
-            let root = Workspaces::root(project.folder());
+            let root = Workspaces::root(project.code());
             if let Some(root) = root.map_err(refused("prepare the build"))? {
                 let package = names::package(&project.component.name.text);
                 let packages = groups.entry((root, variant)).or_default();

@@ -285,7 +285,7 @@ fn component(
     staged: &Path,
     root: &Path,
 ) -> Result<(), Error> {
-    let folder = project.folder();
+    let folder = project.code();
     let folder = folder
         .canonicalize()
         .map_err(cannot(format!("open {}", folder.display())))?;

@@ -2,7 +2,7 @@
 
 use cargo_metadata::{Dependency, Error, MetadataCommand};
 use rc_codegen::cargo_workspace::Workspace;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Default)]
 pub(crate) struct Workspaces {
     /// Cargo is not asked.
-    pub(crate) unasked: bool,
+    pub(crate) unasked: Cell<bool>,
     known: RefCell<HashMap<PathBuf, Result<Known, Untold>>>,
 }
 
@@ -47,7 +47,7 @@ impl Workspaces {
     }
 
     fn known(&self, root: &Path) -> io::Result<Known> {
-        if self.unasked {
+        if self.unasked.get() {
             return Ok(usual(root));
         }
         let mut known = self.known.borrow_mut();

@@ -400,10 +400,13 @@ fn run(command: Command) -> Result<u8, Failure> {
         } => {
             let human = rc_diagnostics::Format::Human;
             let examine = description::examine(&input, unbuilt);
-            let mut network = description::load(&input, human, examine)?;
-            if unbuilt {
-                network.ask_no_cargo();
-            }
+            let network = description::load(&input, human, |network, found| {
+                examine(network, found);
+                if unbuilt {
+                    network.ask_no_cargo();
+                    network.check_manifests(input.profile, found);
+                }
+            })?;
             let preview = network.preview(input.profile)?;
             show(format, &preview, ToString::to_string)
         }

@@ -6,6 +6,7 @@ use super::output::{Failure, print_line, system};
 use crate::Options;
 use crate::guard::services;
 use crate::process::machine;
+use crate::process::own_program::own_program;
 use rc_deploy_client::error::print_error;
 use rc_deploy_client::status;
 use rc_deploy_network::{Network, Profile};
@@ -53,7 +54,7 @@ pub(super) fn up(
     };
     let plan = network.plan(input.profile)?;
     if detach {
-        let mut command = Process::new(std::env::current_exe().map_err(|e| system(&e))?);
+        let mut command = Process::new(own_program().map_err(|e| system(&e))?);
         command
             .arg("up")
             .arg(&input.file)

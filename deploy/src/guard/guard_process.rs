@@ -9,6 +9,7 @@
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{ProcessRegistry, RegisteredProcess};
 use crate::process::identity::{Identity, Mark};
+use crate::process::own_program::own_program;
 use rc_deploy_client::error::{Error, ErrorContext, print_error};
 use rc_deploy_network::services::Service;
 use rc_management::lines::{self, Lines, Overlong};
@@ -42,7 +43,7 @@ impl GuardCommand {
     /// This program, with the argument `guard`.
     pub fn own() -> io::Result<Self> {
         Ok(Self {
-            program: std::env::current_exe()?,
+            program: own_program()?,
             args: vec!["guard".to_owned()],
         })
     }

@@ -5,6 +5,7 @@ pub mod identity;
 pub(crate) mod launch;
 pub mod machine;
 pub(crate) mod orphans;
+pub(crate) mod own_program;
 pub(crate) mod realtime;
 pub(crate) mod signals;
 

@@ -4,6 +4,7 @@ use super::SupervisorMessage;
 use super::copies;
 use super::ssh::TOKEN;
 use super::timed_stream::{TimedStream, read_line};
+use crate::process::own_program::OWN;
 use rc_diagnostics::foreign::clean;
 use rc_management::agent::{AgentMessage, File};
 use rc_management::lines;
@@ -13,8 +14,6 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver};
 
-/// This program, even if its file has been replaced.
-const OWN: &str = "/proc/self/exe";
 /// How many lines a login may print before the script starts.
 const GREETING: usize = 1000;
 

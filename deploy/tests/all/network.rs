@@ -19,6 +19,7 @@ mod partial;
 mod patrol;
 mod pictures;
 mod probe;
+mod replaced;
 mod restored;
 mod ros_bytes;
 mod ros_fast;

@@ -1,5 +1,8 @@
 //! `rcdeploy` finds programs where cargo builds them.
 
+use rc_cdsl::model::Backend;
+use rc_codegen::{FileLoader, Project, generation};
+use rc_diagnostics::SourceMap;
 use std::path::Path;
 use std::process::Command;
 
@@ -82,6 +85,67 @@ fn a_workspace_that_cargo_rejects_is_reported_once_with_its_message() {
     assert!(report.contains("correct the manifest"), "{report}");
 }
 
+/// A description may lie apart from the package that `rcgen --out` generated from it.
+#[test]
+fn a_component_that_was_generated_elsewhere_is_found_in_its_workspace() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().canonicalize().expect("a folder");
+    let manifest =
+        "[workspace]\nmembers = [\"parts/*\"]\n[workspace.dependencies]\nrc-runtime = \"0.1\"\n";
+    write(&root.join("Cargo.toml"), manifest);
+    let (cdsl, out) = (root.join("models/hello.cdsl"), root.join("parts/hello"));
+    let text = "Component hello { Communications { }; language rust; };\n";
+    write(&cdsl, text);
+    let generate = || {
+        let mut sources = SourceMap::new();
+        let project = Project::load(&cdsl, &mut sources, &FileLoader::default());
+        let project = project.expect("a file").0.expect("a component");
+        let found = generation::generate(&project, out.clone(), Backend::Iceoryx2, &mut sources);
+        assert!(!found.expect("to write").has_errors());
+    };
+    generate();
+    write(
+        &root.join("deployments/hello.ddsl"),
+        &NETWORK.replace("../hello", "../models"),
+    );
+    let rcdeploy = |args: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+        command.args(args).arg("deployments/hello.ddsl");
+        // A robot has no cargo.
+        command.current_dir(&root).env("CARGO", "/nowhere/cargo");
+        command
+            .env_remove("CARGO_TARGET_DIR")
+            .output()
+            .expect("rcdeploy")
+    };
+    let report = |args: &[&str]| String::from_utf8(rcdeploy(args).stderr).expect("UTF-8");
+    // The program is missing, and nothing else.
+    let missing = report(&CHECK);
+    assert_eq!(missing.matches("error[").count(), 1, "{missing}");
+    let program = root.join("target/release/hello");
+    assert!(
+        missing.contains(&program.display().to_string()),
+        "{missing}"
+    );
+    let plan = rcdeploy(&["plan", "--unbuilt", "--format", "json"]);
+    let plan = String::from_utf8(plan.stdout).expect("UTF-8");
+    let configuration = out.join("etc/config.toml");
+    assert!(
+        plan.contains(&configuration.display().to_string()),
+        "{plan}"
+    );
+    // `up --build` generates a changed model there, and builds there.
+    write(&cdsl, &text.replace("language", "period 20ms; language"));
+    let stale = report(&CHECK);
+    assert!(stale.contains("error[stale-generated]"), "{stale}");
+    let option = format!(" --out {}`", out.display());
+    assert!(stale.contains(&option), "{stale}");
+    let built = report(&["up", "--build"]);
+    assert!(built.contains("cargo cannot be started"), "{built}");
+    assert!(!root.join("models/generated").exists());
+    assert!(!report(&CHECK).contains("stale-generated"));
+}
+
 #[test]
 fn a_plan_from_descriptions_does_not_run_cargo() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -144,7 +208,11 @@ fn every_command_rejects_an_invalid_manifest_as_input_error() {
         assert!(report.contains("--> deployments/hello.ddsl:1:"), "{report}");
     }
     let output = rcdeploy(folder.path(), "[workspace\n", &["plan", "--unbuilt"]).output();
-    assert_eq!(output.expect("rcdeploy").status.code(), Some(1));
+    let output = output.expect("rcdeploy");
+    let report = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{report}");
+    assert!(report.contains("error[cargo-failed]: "), "{report}");
+    assert!(report.contains("--> deployments/hello.ddsl:1:"), "{report}");
 }
 
 /// Before, the units named no program.

@@ -3,6 +3,7 @@
 mod life;
 mod lifecycle;
 mod machine;
+mod log;
 mod parameters;
 mod process;
 mod ros_arguments;
