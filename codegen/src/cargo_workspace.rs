@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_workspace_that_takes_a_package_is_its_own() {
+    fn a_package_belongs_to_the_nearest_workspace_that_includes_it() {
         let folder = tempfile::tempdir().expect("a folder");
         let root = folder.path().canonicalize().expect("a folder");
         write(
@@ -361,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn components_are_packages_and_what_members_name() {
+    fn components_are_found_in_packages_and_in_members() {
         let folder = tempfile::tempdir().expect("a folder");
         let root = folder.path().canonicalize().expect("a folder");
         write(
@@ -399,7 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn a_new_member_stands_as_the_others_do() {
+    fn a_new_member_has_the_layout_of_the_last_one() {
         let with = |manifest: &str, member: &str| {
             let folder = tempfile::tempdir().expect("a folder");
             write(&folder.path().join("Cargo.toml"), manifest);
@@ -434,7 +434,7 @@ mod tests {
     }
 
     #[test]
-    fn an_older_workspace_learns_where_the_middleware_is() {
+    fn an_older_workspace_gets_the_dependency_on_the_middleware() {
         let manifest = |dependency: &str| {
             let folder = tempfile::tempdir().expect("a folder");
             let text = format!("[workspace]\n# mine\n[workspace.dependencies]\n{dependency}\n");

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_one_value_of_toml() {
+    fn dependencies_are_escaped_as_values_of_toml() {
         for text in [
             "0.2",
             ">=1, <2",
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn the_users_choice_may_be_wider() {
+    fn a_manifest_may_have_more_features_than_the_description() {
         let fits = |written: &Dependency, text: &str| {
             let manifest: DocumentMut = format!("lib = {text}").parse().expect("TOML");
             super::fits(written, &manifest["lib"])

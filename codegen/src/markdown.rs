@@ -271,7 +271,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cell_ends_neither_its_row_nor_its_code() {
+    fn cells_escape_bars_backquotes_and_line_feeds() {
         assert_eq!(cell(&code("a|b")), "`a\\|b`");
         assert_eq!(code("tick ` tick"), "`` tick ` tick ``");
         assert_eq!(cell("two\nlines"), "two lines");

@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_note_is_read_from_the_file_that_it_is_generated_into() {
+    fn the_note_of_a_component_is_read_from_its_generated_source() {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join(GENERATED).join(SOURCE);
         let read = || Note::of_generated(folder.path());

@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_framework_is_an_address_a_version_or_a_folder() {
+    fn the_framework_is_a_git_address_a_version_or_a_folder() {
         let parse = |text: &str| Framework::parse(text);
         let dependency = |text: &str| parse(text).map(|framework| framework.dependency("runtime"));
         let git = |rest: &str| Ok(format!("{{ git = \"https://robots/rc\"{rest} }}"));

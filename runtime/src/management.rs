@@ -523,7 +523,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn requests_that_control_come_before_queries() {
+    fn control_requests_are_served_before_queries() {
         let paths = None;
         let requests = [
             Ok(Request::Status),

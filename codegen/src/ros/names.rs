@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_has_three_parts() {
+    fn a_type_name_has_package_kind_and_name() {
         let name = TypeName::parse("sensor_msgs/msg/LaserScan").expect("a name");
         assert_eq!(name.to_string(), "sensor_msgs/msg/LaserScan");
         assert_eq!(name.in_dds(), "sensor_msgs::msg::dds_::LaserScan_");

@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_a_name() {
+    fn names_of_packages_and_fields_follow_the_rules_of_ros() {
         for (name, right) in [
             ("sensor_msgs", true),
             ("a", false),

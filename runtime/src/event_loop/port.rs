@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_look_without_a_message_clears_no_wake_up() {
+    fn a_receive_without_a_message_keeps_the_notification() {
         let cleared = Arc::new(AtomicUsize::new(0));
         let silent = Silent(
             File::open("/dev/null").expect("a descriptor"),

@@ -158,7 +158,7 @@ fn a_panic_is_logged_with_the_function_and_the_active_states() {
 }
 
 #[test]
-fn not_each_dropped_event_is_a_warning() {
+fn warnings_of_dropped_events_are_limited() {
     let mut worker = worker(chart());
     let log = logged(|| {
         start(&mut worker).expect("to rest");
@@ -172,7 +172,7 @@ fn not_each_dropped_event_is_a_warning() {
 }
 
 #[test]
-fn the_status_tells_states_and_transitions() {
+fn the_status_lists_states_and_transitions() {
     let mut worker = worker(chart());
     let shared = Arc::clone(&worker.core.shared);
     let status = || {

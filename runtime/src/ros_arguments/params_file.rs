@@ -315,7 +315,7 @@ a:
     }
 
     #[test]
-    fn what_is_wrong_has_its_place() {
+    fn errors_of_a_parameter_file_have_positions() {
         for (text, place, message) in [
             (
                 "a:\n  ros__parameters:\n    x: [[1]]\n",
@@ -354,7 +354,7 @@ a:
     }
 
     #[test]
-    fn a_text_of_a_command_line_is_yaml() {
+    fn parameters_on_the_command_line_are_yaml() {
         assert_eq!(scalar("1.5"), json!(1.5));
         assert_eq!(scalar("[a, b]"), json!(["a", "b"]));
         assert_eq!(scalar("/dev/tty"), json!("/dev/tty"));

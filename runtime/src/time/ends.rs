@@ -191,7 +191,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_has_an_address_of_its_own() {
+    fn the_time_of_a_network_has_its_own_address() {
         let address = rc_middleware::network_time::address("patrol").expect("an address");
         assert_eq!(topic(&address).address.as_str(), "patrol/rc-time/tick");
         assert_eq!(calls(&address).address.as_str(), "patrol/rc-time");

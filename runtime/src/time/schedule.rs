@@ -48,7 +48,7 @@ mod tests {
     }
 
     #[test]
-    fn it_runs_once_a_period_and_counts_what_it_missed() {
+    fn a_schedule_runs_once_a_period_and_counts_missed_periods() {
         let period = Duration::from_millis(50);
         let mut schedule = Schedule::default();
         let taken =

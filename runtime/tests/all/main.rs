@@ -2,8 +2,8 @@
 
 mod life;
 mod lifecycle;
-mod machine;
 mod log;
+mod machine;
 mod parameters;
 mod process;
 mod ros_arguments;
