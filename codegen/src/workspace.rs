@@ -171,6 +171,33 @@ pub fn init(network: &str, framework: &Framework) -> Result<Files, interface_cra
     Ok(files)
 }
 
+/// Lets the workspace in `root` build into the target folder of a framework on this machine, with
+/// the versions and profiles of the framework. Cargo then compiles only those crates a second time
+/// that have other features here.
+///
+/// # Errors
+/// The framework is no folder, or has no Cargo.lock that can be read.
+pub fn share_target(files: &mut Files, root: &Path, framework: &Framework) -> Result<(), String> {
+    let Framework::Path(path) = framework else {
+        return Err("--shared-target: --framework must be a folder with this project".to_owned());
+    };
+    let lock = root.join(path).join("Cargo.lock");
+    let lock = rc_files::read(&lock).map_err(|error| format!("{}: {error}", lock.display()))?;
+    files.add("Cargo.lock", Owner::Specific, lock);
+    let target = toml_edit::Value::from(path.join("target").to_string_lossy().as_ref());
+    let configuration = format!(
+        "# The target folder of the framework: crates that it has compiled are not compiled again.\n\
+         [build]\ntarget-dir = {target}\n"
+    );
+    files.add(".cargo/config.toml", Owner::Specific, configuration);
+    let manifest = files.text(Path::new("Cargo.toml")).unwrap_or_default();
+    // As in the manifest of the framework.
+    let profile = "\n[profile.dev.package.\"*\"]\nopt-level = 1\ndebug = false\n";
+    let manifest = format!("{manifest}{profile}");
+    files.add("Cargo.toml", Owner::Specific, manifest);
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

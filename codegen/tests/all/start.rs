@@ -76,6 +76,37 @@ fn a_workspace_that_can_be_given_away() {
 }
 
 #[test]
+fn a_workspace_that_builds_into_the_target_folder_of_the_framework() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = Path::new(ROOT).canonicalize().expect("this project");
+    let init = |framework: &str| {
+        let args = ["init", "robot", "--shared-target", "--framework", framework];
+        rcgen(folder.path(), &args)
+    };
+    let (code, _, err) = init("0.1");
+    assert_eq!(code, 2, "{err}");
+    assert!(err.contains("must be a folder with this project"), "{err}");
+    let (code, _, err) = init(ROOT);
+    assert_eq!(code, 0, "{err}");
+    // What cargo compares: the folder, the versions, and the profiles.
+    let robot = folder.path().join("robot");
+    let target = format!("target-dir = \"{}\"\n", root.join("target").display());
+    let configuration = read(&robot.join(".cargo/config.toml"));
+    assert!(configuration.ends_with(&target), "{configuration}");
+    assert!(read(&robot.join("Cargo.lock")) == read(&root.join("Cargo.lock")));
+    let profile = "\n[profile.dev.package.\"*\"]\nopt-level = 1\ndebug = false\n";
+    for workspace in [&robot, &root] {
+        let manifest = read(&workspace.join("Cargo.toml"));
+        let own = "[profile.dev]\ndebug = \"line-tables-only\"\n";
+        assert!(
+            manifest.contains(own) && manifest.ends_with(profile),
+            "{manifest}"
+        );
+        assert_eq!(manifest.matches("[profile.").count(), 2, "{manifest}");
+    }
+}
+
+#[test]
 fn a_component_from_any_folder_of_the_workspace() {
     let (folder, robot) = workspace();
     let inside = robot.join("deployments");

@@ -67,6 +67,10 @@ pub(crate) enum Command {
         /// path.
         #[arg(long, value_name = "VERSION|GIT|PATH", default_value = HERE)]
         framework: String,
+        /// Builds into the target folder of the framework, which must be a folder: cargo compiles
+        /// half of the crates a second time, not all. Programs of both lie in one folder.
+        #[arg(long)]
+        shared_target: bool,
     },
     /// Makes a component in the workspace of the current folder, and generates it.
     New(New),

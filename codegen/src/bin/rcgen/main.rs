@@ -24,7 +24,11 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let cli: Cli = TOOL.parse();
     let outcome = match cli.command {
-        Some(Command::Init { dir, framework }) => start::init(&dir, &framework),
+        Some(Command::Init {
+            dir,
+            framework,
+            shared_target,
+        }) => start::init(&dir, &framework, shared_target),
         Some(Command::New(args)) => start::new(args),
         Some(Command::Generate(args)) => generation::generate(args),
         Some(Command::Clean { paths, dry_run }) => clean::clean(paths, dry_run),

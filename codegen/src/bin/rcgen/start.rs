@@ -10,7 +10,7 @@ use rc_codegen::paths::{absolute, relative};
 use rc_codegen::{FileLoader, Files, names, workspace};
 use std::path::Path;
 
-pub(crate) fn init(dir: &Path, framework: &str) -> Result<(), Failure> {
+pub(crate) fn init(dir: &Path, framework: &str, shared_target: bool) -> Result<(), Failure> {
     let root = absolute(dir).map_err(system)?;
     let framework = workspace::Framework::parse(framework).map_err(Failure::Usage)?;
     let framework = framework.seen_from(&root);
@@ -25,7 +25,10 @@ pub(crate) fn init(dir: &Path, framework: &str) -> Result<(), Failure> {
         name if name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.is_ascii() => name,
         _ => "robot".to_owned(),
     };
-    let files = workspace::init(&network, &framework).map_err(system)?;
+    let mut files = workspace::init(&network, &framework).map_err(system)?;
+    if shared_target {
+        workspace::share_target(&mut files, &root, &framework).map_err(Failure::Usage)?;
+    }
     write_new(&files, dir)?;
     if !framework.is_portable() {
         tell(format_args!(
