@@ -106,20 +106,20 @@ fn side(start: Start<'_>, share: f64, missing: &mut Vec<String>) -> Result<Side,
             |counts| &mut counts.switches,
         )?;
         if is_installed("strace") {
-            let folder = folder.path();
-            count(
-                &mut pair,
-                &mut side,
-                (share, &[0, 1]),
-                |[sender, receiver]| {
-                    Ok([
-                        Trace::start(sender, folder)?,
-                        Trace::start(receiver, folder)?,
-                    ])
-                },
-                |[sender, receiver], _| Ok([sender.end()?, receiver.end()?]),
-                |counts| &mut counts.calls,
-            )?;
+            for end in 0..2 {
+                count(
+                    &mut pair,
+                    &mut side,
+                    (share, &[end]),
+                    |pids| Trace::start(pids[end], folder.path()),
+                    |trace, _| {
+                        let mut counts = [0.0; 2];
+                        counts[end] = trace.end()?;
+                        Ok(counts)
+                    },
+                    |counts| &mut counts.calls,
+                )?;
+            }
         } else {
             missing.push("kernel calls, because `strace` is not installed".to_owned());
         }
