@@ -46,7 +46,7 @@ pub enum Clause {
     /// `simulates time;`
     SimulatesTime,
     /// `lifecycle managed;`
-    Managed,
+    Lifecycle(Name),
 }
 
 /// One crate of a `dependencies` clause.

@@ -123,7 +123,7 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
             match rule {
                 Rule::language => Clause::Language(texts.next()?),
                 Rule::simulates => Clause::SimulatesTime,
-                Rule::lifecycle => Clause::Managed,
+                Rule::lifecycle => Clause::Lifecycle(texts.next()?),
                 Rule::gui => Clause::Gui(texts.next()?, texts.next()),
                 Rule::options => Clause::Options(texts.collect()),
                 _ => Clause::Parameters(texts.next()?),

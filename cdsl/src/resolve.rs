@@ -76,6 +76,9 @@ fn interfaces_by_name(
     interfaces
 }
 
+/// The life cycle that a component may have.
+const MANAGED: &str = "managed";
+
 /// The number of unknown interfaces for which the import folders are searched.
 const MAX_IMPORT_LOOKUPS: usize = 100;
 
@@ -107,7 +110,14 @@ impl Resolver<'_> {
                     dependencies = all.iter().map(|one| self.dependency(one)).collect();
                 }
                 Clause::SimulatesTime => simulates_time = true,
-                Clause::Managed => managed = true,
+                Clause::Lifecycle(kind) if kind.text.eq_ignore_ascii_case(MANAGED) => {
+                    managed = true;
+                }
+                Clause::Lifecycle(kind) => {
+                    let message = format!("unknown life cycle `{}`", kind.text);
+                    let error = Diagnostic::error("unknown-lifecycle", kind.span, message);
+                    self.found.push(error.suggest(&kind.text, [MANAGED]));
+                }
                 Clause::Period(literal) => {
                     if let Some(ns) = literal.as_nanoseconds().filter(|ns| *ns >= 100_000) {
                         period = Duration::from_nanos(ns);

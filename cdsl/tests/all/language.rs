@@ -282,7 +282,7 @@ fn syntax_errors_in_clauses() {
     );
     check(
         USED,
-        "language rsut;\ngui Qtt (QWidgt);\noptions drs, foo;\nperiod 10us;",
+        "language rsut;\ngui Qtt (QWidgt);\noptions drs, foo;\nperiod 10us;\nlifecycle manged;",
         &expect![[r#"
             c.cdsl:5:10: error[unknown-language]: unknown language `rsut` (did you mean `rust`?)
             c.cdsl:6:1: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
@@ -292,6 +292,7 @@ fn syntax_errors_in_clauses() {
             c.cdsl:7:9: error[unknown-option]: unknown option `drs` (did you mean `dsr`?)
             c.cdsl:7:14: error[unknown-option]: unknown option `foo` (expected one of `dsr`, `agmagent`, `InnerModelViewer`)
             c.cdsl:8:8: error[bad-period]: expected a duration of at least 100us, such as `50ms`
+            c.cdsl:9:11: error[unknown-lifecycle]: unknown life cycle `manged` (did you mean `managed`?)
         "#]],
     );
     check(

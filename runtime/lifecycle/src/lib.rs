@@ -131,11 +131,11 @@ impl LifecycleState {
             (Self::ErrorProcessing, _) => Self::Finalized,
             (primary, _) if primary.is_primary() => primary,
             (_, Outcome::Error) => Self::ErrorProcessing,
-            (Self::Configuring | Self::Deactivating, Outcome::Success) => Self::Inactive,
+            (Self::Configuring | Self::Deactivating, Outcome::Success)
+            | (Self::CleaningUp | Self::Activating, Outcome::Failure) => Self::Inactive,
             (Self::Configuring, Outcome::Failure) | (Self::CleaningUp, Outcome::Success) => {
                 Self::Unconfigured
             }
-            (Self::CleaningUp | Self::Activating, Outcome::Failure) => Self::Inactive,
             (Self::Activating, Outcome::Success) | (Self::Deactivating, Outcome::Failure) => {
                 Self::Active
             }
