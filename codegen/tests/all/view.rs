@@ -92,6 +92,7 @@ fn the_view_as_json() {
         .file = "hand.cdsl"
         .hash = "cab64222661e8ca3"
         .machine = null
+        .managed = false
         .middleware = "dds"
         .middlewares[0] = "dds"
         .modules[0].constants = []
