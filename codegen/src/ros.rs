@@ -8,7 +8,6 @@ mod fields;
 mod mapping;
 pub mod names;
 mod standard;
-mod words;
 
 pub use check::annotations;
 pub(crate) use check::wrong_package;

@@ -115,6 +115,8 @@ pub enum Field {
     Domain(Literal),
     /// `time system;`
     SystemTime,
+    /// `record { exact; };`: its words.
+    Record(Vec<Name>),
 }
 
 /// The content of the field `restart`.

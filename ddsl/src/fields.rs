@@ -72,6 +72,7 @@ pub(crate) fn instance(
         cpu_span: None,
         priority: None,
         system_time: None,
+        exact: None,
         parameters: Vec::new(),
     };
     let mut references = References::default();
@@ -132,6 +133,10 @@ pub(crate) fn instance(
                 instance.priority = number.map(|n| (n as u8, word.span));
             }
             Field::SystemTime => instance.system_time = Some(word.span),
+            Field::Record(words) => {
+                check_unique(words.iter(), "field", found);
+                instance.exact = words.first().map(|word| word.span);
+            }
             Field::Parameters(parameters) => {
                 let mut seen: HashMap<&str, Span> = HashMap::new();
                 for Parameter { path, .. } in parameters {

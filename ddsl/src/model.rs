@@ -96,6 +96,8 @@ pub struct Instance {
     pub priority: Option<(u8, Span)>,
     /// The location of `time system;`: it has the clock of the system, whatever the network has.
     pub system_time: Option<Span>,
+    /// The location of `exact` in its `record`: everything that decides its life is recorded.
+    pub exact: Option<Span>,
     /// Values of parameters that take precedence over its configuration.
     pub parameters: Vec<Parameter>,
 }

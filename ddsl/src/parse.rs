@@ -34,7 +34,7 @@ const GROUP: [(&str, Rule); 9] = [
 ];
 /// A deployment has all declarations of a group but `export`.
 const DEPLOYMENT: &Keywords = GROUP.split_at(8).0;
-const COMPONENT: [(&str, Rule); 17] = [
+const COMPONENT: [(&str, Rule); 18] = [
     ("cdsl", Rule::text_field),
     ("executable", Rule::text_field),
     ("config", Rule::text_field),
@@ -52,7 +52,9 @@ const COMPONENT: [(&str, Rule); 17] = [
     ("middleware", Rule::middleware),
     ("domain", Rule::domain),
     ("time", Rule::own_time),
+    ("record", Rule::record),
 ];
+const RECORD: [(&str, Rule); 1] = [("exact", Rule::record_field)];
 const HOST: [(&str, Rule); 3] = [
     ("address", Rule::host_field),
     ("user", Rule::host_field),
@@ -270,8 +272,24 @@ fn field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<
             r.texts(pair);
             Field::SystemTime
         }
+        Rule::record => Field::Record(record(r, pair)),
         _ => Field::Priority(values(r, pair).into_iter().next()?),
     })
+}
+
+fn record(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Name> {
+    let mut words = Vec::new();
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::record_field => {
+                words.push(r.first_word(&part));
+                r.texts(part);
+            }
+            Rule::skipped => report_skipped(r, &part, &RECORD, "`exact`"),
+            _ => {}
+        }
+    }
+    words
 }
 
 fn parameters(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Parameter> {

@@ -31,6 +31,8 @@ pub(crate) struct Arguments {
     pub(crate) followers: Vec<String>,
     /// Whether a managed component that no supervisor has started configures and activates itself.
     pub(crate) active: bool,
+    /// The file of an exact recording.
+    pub(crate) record: Option<PathBuf>,
 }
 
 /// A policy for a topic by its name in ROS 2: `qos_overrides./scan.publisher.depth:=1` of its command line.

@@ -18,6 +18,8 @@ const LONGEST_WAIT: u64 = 24 * 60 * 60;
 pub(crate) enum Task {
     Run(Arguments),
     Check(Arguments),
+    /// Repeat the exact recording at standard input.
+    Replay(Arguments),
     /// Ask a running component, for at most this time until it is ready.
     Probe(Arguments, Duration),
     Print(String),
@@ -32,6 +34,7 @@ pub(crate) fn parse(
     let mut parser = lexopt::Parser::from_args(args);
     let mut check = false;
     let mut probe = false;
+    let mut replay = false;
     let mut wait = None;
     let mut out = Arguments {
         network: "default".to_owned(),
@@ -45,6 +48,7 @@ pub(crate) fn parse(
         clock: ClockChoice::default(),
         followers: Vec::new(),
         active: false,
+        record: None,
     };
     while let Some(arg) = parser.next()? {
         match arg {
@@ -73,6 +77,8 @@ pub(crate) fn parse(
                 )
                 .into());
             }
+            Long("record") => out.record = Some(parser.value()?.into()),
+            Long("replay") => replay = true,
             Long("check") => check = true,
             Long("probe") => probe = true,
             Long("wait") => wait = Some(seconds(&parser.value()?.string()?)?),
@@ -91,6 +97,8 @@ pub(crate) fn parse(
         Task::Probe(out, wait.unwrap_or_default())
     } else if check {
         Task::Check(out)
+    } else if replay {
+        Task::Replay(out)
     } else {
         Task::Run(out)
     })
@@ -198,6 +206,8 @@ fn help(description: &Description) -> String {
          simulated:MIDDLEWARE (heard over this one), source (this component publishes it)\n  \
          --followers NAMES     with --clock source: the components that a tick waits for, in their order, with commas\n  \
          --log LEVEL           error, warn, info, debug or trace (default: info)\n  \
+         --record FILE         write an exact recording of this run (MCAP), which `rcdeploy replay` repeats\n  \
+         --replay              repeat the exact recording that `rcdeploy replay` writes to standard input\n  \
          --check               check the configuration and exit\n  \
          --probe               ask the running component of this --network and --name: exit code 0 if it is ready,\n                        \
          1 if it starts, stops, hangs or does not answer in 2 s, 3 if it does not run\n  \

@@ -1,6 +1,7 @@
 //! The part of a worker's context that is the same in all components. Generated contexts dereference to it.
 
 use crate::clock::{Clock, Time};
+use crate::exact::Exact;
 use crate::lifecycle::{Lifecycle, LifecycleState};
 use crate::status::Shared;
 use rc_management::component::State;
@@ -15,10 +16,23 @@ pub struct Core {
     pub(crate) shared: Arc<Shared>,
     pub(crate) new_period: Option<Duration>,
     clock: Arc<dyn Clock>,
+    pub(crate) exact: Exact,
+    random: fastrand::Rng,
 }
 
 impl Core {
-    pub(crate) fn new(name: &str, network: &str, shared: Arc<Shared>) -> Self {
+    /// A component whose life is neither recorded nor repeated.
+    pub(crate) fn new(name: &str, network: &str, shared: Arc<Shared>, seed: u64) -> Self {
+        Self::exact(name, network, shared, Exact::Off, seed)
+    }
+
+    pub(crate) fn exact(
+        name: &str,
+        network: &str,
+        shared: Arc<Shared>,
+        exact: Exact,
+        seed: u64,
+    ) -> Self {
         let clock = Arc::clone(&shared.time.clock);
         Self {
             name: name.to_owned(),
@@ -26,6 +40,8 @@ impl Core {
             shared,
             new_period: None,
             clock,
+            exact,
+            random: fastrand::Rng::with_seed(seed),
         }
     }
 
@@ -49,10 +65,25 @@ impl Core {
     /// # }
     /// ```
     pub fn now(&self) -> Time {
-        self.clock.now()
+        self.exact.now(|| self.clock.now())
     }
 
-    /// The clock of [`Core::now`], for other threads of the worker.
+    /// Random numbers for the worker. An exact recording keeps their seed, so that a repeated run has the same ones.
+    /// In simulated time the seed is made of the component's name: every run of the network has the same numbers.
+    ///
+    /// ```no_run
+    /// # fn compute(core: &mut rc_runtime::Core) {
+    /// let noise = core.random().f64() - 0.5;
+    /// let side = core.random().bool();
+    /// let index = core.random().usize(0..10);
+    /// # let _ = (noise, side, index);
+    /// # }
+    /// ```
+    pub fn random(&mut self) -> &mut fastrand::Rng {
+        &mut self.random
+    }
+
+    /// The clock of [`Core::now`], for other threads of the worker. An exact recording does not know what they read.
     pub fn clock(&self) -> Arc<dyn Clock> {
         Arc::clone(&self.clock)
     }
@@ -95,11 +126,13 @@ impl Core {
     /// ```
     pub fn stop(&mut self, reason: &str) {
         tracing::info!("stopping: {reason}");
+        self.exact.stop(reason);
         self.shared.wake_event.stop();
     }
 
     /// Whether the component is to end. Long work in a handler or in `compute()` should look at it.
     pub fn is_stopping(&self) -> bool {
-        self.shared.wake_event.is_stopping()
+        self.exact
+            .is_stopping(|| self.shared.wake_event.is_stopping())
     }
 }

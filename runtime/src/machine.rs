@@ -241,10 +241,17 @@ fn take_from_outside<H: Hooks>(
     interpreter: &mut Interpreter,
     host: &mut Steps<'_, H>,
 ) -> Result<(), rc_machine::Error> {
+    let exact = host.hooks.core().exact.clone();
+    while let Some(event) = exact.next_fired() {
+        if host.session().fire(event).is_ok() {
+            interpreter.step(host)?;
+        }
+    }
     while let Some(fired) = host.hooks.parts().outside.pop_front() {
         if !fired.begin() {
             continue;
         }
+        exact.fired(fired.event);
         if host.session().fire(fired.event).is_err() {
             fired.end(Err("the machine has ended".to_owned()));
             continue;

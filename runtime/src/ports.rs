@@ -3,6 +3,7 @@
 use crate::addresses::address;
 use crate::clock::SimulatedClock;
 use crate::description::{Description, Slot};
+use crate::exact::{Exact, replayed_client, replayed_publisher};
 use crate::settings::topic_qos;
 use crate::tap::{TappedClient, TappedPublisher, Taps};
 use crate::time::follower::Follower;
@@ -52,6 +53,7 @@ pub struct Ports {
     clock: ClockKind,
     /// Of a source of time: what its worker and the event loop share.
     source: Option<Rc<RefCell<SourceState>>>,
+    exact: Exact,
 }
 
 impl Ports {
@@ -104,6 +106,7 @@ impl Ports {
             taps: Arc::new(Taps::new(description.slots.len(), None)),
             clock,
             source: None,
+            exact: Exact::Off,
         }
     }
 
@@ -120,6 +123,25 @@ impl Ports {
     /// Opens publishers behind `gate` from now on.
     pub(crate) fn set_gate(&mut self, gate: Gate) {
         self.gate = gate;
+    }
+
+    /// The connections of a component that is repeated: they end in its recording.
+    pub(crate) fn replayed(
+        description: &'static Description,
+        network: &str,
+        clock: ClockKind,
+        exact: &Exact,
+    ) -> Self {
+        let ports = Self::over(description, Vec::new(), Vec::new(), network, clock);
+        Self {
+            exact: exact.clone(),
+            ..ports
+        }
+    }
+
+    /// Records what is sent and received over connections that are opened from now on.
+    pub(crate) fn record(&mut self, exact: &Exact) {
+        self.exact = exact.clone();
     }
 
     /// Lets the worker set `clock` as a source of time without followers.
@@ -178,14 +200,19 @@ impl Ports {
 
     /// The network's time, for a worker that may advance it.
     pub fn time_source(&self) -> TimeSource {
-        TimeSource::new(self.source.clone())
+        TimeSource::new(self.source.clone(), self.exact.clone())
     }
 
     /// The sending end of one operation of a published slot.
     pub fn publisher(&self, slot: usize, operation: usize) -> Result<TypedPublisher, OpenError> {
-        let port = self
-            .backend(slot)?
-            .publisher(&self.topic_endpoint(slot, operation))?;
+        let port = match self.exact.replay() {
+            Some(replay) => replayed_publisher(replay, slot, operation),
+            None => {
+                let endpoint = self.topic_endpoint(slot, operation);
+                let port = self.backend(slot)?.publisher(&endpoint)?;
+                self.exact.publisher(slot, operation, port)
+            }
+        };
         let port = Box::new(TappedPublisher {
             port,
             taps: Arc::clone(&self.taps),
@@ -211,7 +238,13 @@ impl Ports {
 
     /// The calling end of a required slot.
     pub fn client(&self, slot: usize) -> Result<TypedClient, OpenError> {
-        let port = self.backend(slot)?.client(&self.call_endpoint(slot))?;
+        let port = match self.exact.replay() {
+            Some(replay) => replayed_client(replay, slot),
+            None => {
+                let port = self.backend(slot)?.client(&self.call_endpoint(slot))?;
+                self.exact.client(slot, port)
+            }
+        };
         self.watch(slot, port.queue());
         let taps = Arc::clone(&self.taps);
         let port = Box::new(TappedClient { port, taps, slot });
@@ -228,6 +261,7 @@ impl Ports {
                 Role::Implements => {
                     let port = self.backend(at)?.server(&self.call_endpoint(at))?;
                     self.watch(at, port.queue());
+                    let port = self.exact.server(at, port);
                     receivers.push((at, Receiver::Server(port)));
                 }
                 Role::SubscribesTo => {
@@ -235,6 +269,7 @@ impl Ports {
                         let endpoint = self.topic_endpoint(at, operation);
                         let port = self.backend(at)?.subscriber(&endpoint)?;
                         self.watch(at, port.queue());
+                        let port = self.exact.subscriber(at, operation, port);
                         let deadline = topic_qos(slot, operation, &self.settings).deadline;
                         receivers.push((
                             at,

@@ -10,6 +10,7 @@ use crate::context::Core;
 use crate::description::Description;
 use crate::error::StartError;
 use crate::event_loop::EventLoop;
+use crate::exact::{self, Exact, Recorded, Recorder};
 use crate::lifecycle::{self, Goal, LifecycleState};
 use crate::link::Link;
 use crate::log::{self, print, print_error};
@@ -19,13 +20,16 @@ use crate::ports::Ports;
 use crate::probe;
 use crate::settings::settings;
 use crate::status::{NetworkTime, Shared};
+use crate::time::protocol::turn_of;
 use crate::time::{ClockChoice, ends};
 use rc_configuration::Values;
 use rc_management::component::ClockKind;
 use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
 use std::ffi::OsString;
+use std::fs::File;
 use std::process::ExitCode;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration;
@@ -62,6 +66,7 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
             print(&format!("{}: {}\n", arguments.name, result.text()));
             return ExitCode::from(result.code());
         }
+        Task::Replay(arguments) => exact::replay(description, start, &arguments),
         Task::Run(arguments) => WakeEvent::new()
             .map_err(|e| StartError::cannot_create("an event", &e))
             .and_then(|wake_event| {
@@ -233,11 +238,23 @@ fn run_component<C: Component>(
         &loaded,
         matches!(hosting, Hosting::Process),
     )?;
+    let seed = seed(kind, &arguments.name);
+    let parameters = &configuration.parameters;
+    let began = exact::Start::new(
+        description,
+        &arguments.name,
+        &arguments.network,
+        kind,
+        seed,
+        parameters,
+    );
+    let exact = record(arguments, &began, &shared)?;
     let mut ports = Ports::new(description, &environment, &bindings, kind)?;
     ports.set_taps(management.taps());
     if let Some(lifecycle) = &shared.lifecycle {
         ports.set_gate(lifecycle.gate());
     }
+    ports.record(&exact);
     if let Some(log) = &log {
         ports.log(log)?;
     }
@@ -256,11 +273,17 @@ fn run_component<C: Component>(
         ports.lifecycle(&service)?;
     }
     let receivers = ports.receivers()?;
-    let core = Core::new(&arguments.name, &arguments.network, shared.clone());
-    let mut component = match start(core, &ports, &configuration.parameters) {
+    let (name, network) = (&arguments.name, &arguments.network);
+    let core = Core::exact(name, network, shared.clone(), exact.clone(), seed);
+    let started = exact.initialize(|| start(core, &ports, parameters));
+    let component = match started {
         // A stop during the initialisation is not a failure of the worker.
         Err(StartError::Worker(_)) if environment.wake_event.is_stopping() => return Ok(()),
         other => other?,
+    };
+    let mut component: Box<dyn Component> = match &exact {
+        Exact::Record(recorder) => Box::new(Recorded::new(component, recorder.clone())),
+        _ => Box::new(component),
     };
     {
         let mut status = shared.status();
@@ -271,7 +294,7 @@ fn run_component<C: Component>(
     // The ends of the network's time are closed after the last message has arrived.
     let (ended, time) = {
         let mut event_loop = EventLoop::new(
-            &mut component,
+            &mut *component,
             description,
             &ports,
             receivers,
@@ -310,6 +333,34 @@ fn run_component<C: Component>(
     drop(ports);
     drop(management);
     ended.map_err(StartError::System)
+}
+
+/// The seed of the worker's random numbers: in simulated time, every run has the same ones.
+fn seed(kind: ClockKind, name: &str) -> u64 {
+    match kind {
+        ClockKind::System | ClockKind::Ros => fastrand::u64(..),
+        ClockKind::Simulated | ClockKind::Source => turn_of(name),
+    }
+}
+
+/// Begins an exact recording, if the command line names one.
+fn record(
+    arguments: &Arguments,
+    began: &exact::Start,
+    shared: &Arc<Shared>,
+) -> Result<Exact, StartError> {
+    let Some(path) = &arguments.record else {
+        return Ok(Exact::Off);
+    };
+    if shared.lifecycle.is_some() {
+        let message =
+            "--record: a managed component has no exact recording; its transitions are not kept";
+        return Err(StartError::Usage(message.to_owned()));
+    }
+    let what = format!("the recording {}", path.display());
+    let recorder = File::create(path).and_then(|file| Recorder::begin(file, began, shared.clone()));
+    let recorder = recorder.map_err(|e| StartError::cannot_create(&what, &e))?;
+    Ok(Exact::Record(Rc::new(recorder)))
 }
 
 /// The clock of a component, as its command line and its settings choose it.

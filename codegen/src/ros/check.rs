@@ -3,11 +3,11 @@
 use super::mapping::{self, Field, Mapper};
 use super::names::{self, Kind, TypeName};
 use super::standard;
-use super::words;
 use crate::export::uses::{is_call, is_topic};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::Library;
 use rc_idsl::model::{Interface, Member, ModuleId, Operation, TypeDecl, TypeDeclKind};
+use rc_ros_types::words;
 use rc_syntax::Name;
 
 /// Checks every `@ros` against the types of ROS 2. Notes report types of unknown packages. The

@@ -1,9 +1,9 @@
 //! Maps a module to ROS 2 messages and services. Their encoding equals that of components: in
 //! XCDR1, a struct has the same encoding as its members.
 
+use super::comments;
 use super::fields::{Element, FieldType, Multiplicity};
 use super::names::{self, Kind, TypeName};
-use super::{comments, words};
 use crate::export::plain;
 use crate::export::uses::{is_call, is_topic};
 use rc_diagnostics::{Diagnostic, Diagnostics};
@@ -12,6 +12,7 @@ use rc_idsl::model::{
     Const, Enumerator, Interface, InterfaceId, Member, ModuleId, Operation, Type, TypeDeclKind,
     TypeId,
 };
+use rc_ros_types::words;
 use rc_syntax::Name;
 use std::collections::{BTreeSet, HashMap};
 

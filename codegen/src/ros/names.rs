@@ -1,8 +1,8 @@
 //! The names of types in ROS 2. The export and running components use the same names.
 
-use super::words;
 use rc_idsl::Library;
 use rc_idsl::model::{InterfaceId, ModuleId, Operation, Type, TypeDeclKind, TypeId};
+use rc_ros_types::words;
 use rc_syntax::Name;
 use std::fmt;
 

@@ -40,7 +40,7 @@ pub(super) fn has_package(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ros::words;
+    use rc_ros_types::words;
 
     #[test]
     fn the_types_of_ros_have_valid_names_and_known_fields() {

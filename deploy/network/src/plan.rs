@@ -61,6 +61,9 @@ pub struct Component {
     /// Its real-time priority (`SCHED_FIFO`, 1 to 99), if it has one.
     #[serde(default)]
     pub priority: Option<u8>,
+    /// Whether everything that decides its life is recorded.
+    #[serde(default)]
+    pub exact: bool,
     /// The middleware that it was generated for. Only for people.
     #[serde(default)]
     pub middleware: String,
@@ -152,6 +155,7 @@ impl Component {
             restart: Restart::default(),
             cpu: Vec::new(),
             priority: None,
+            exact: false,
             middleware: String::new(),
             host: None,
             files: Vec::new(),

@@ -134,6 +134,7 @@ impl Network {
                 restart: restart(instance.restart),
                 cpu: instance.cpu.clone(),
                 priority: instance.priority.map(|(priority, _)| priority),
+                exact: instance.exact.is_some(),
                 middleware: instance.middleware.word().to_owned(),
                 host: host.map(|host| plan::Host {
                     name: host.name.text.clone(),

@@ -2,6 +2,7 @@
 //! [`TOOL`] lists the exit codes.
 
 mod arguments;
+mod bag;
 mod call;
 mod completion;
 mod control;
@@ -13,6 +14,7 @@ mod messages;
 mod networks;
 mod output;
 mod params;
+mod replay;
 mod top;
 mod up;
 
@@ -372,6 +374,14 @@ enum Command {
         #[arg(long)]
         dry_run: bool,
     },
+    /// Looks into recordings, and takes parts of them.
+    #[command(subcommand)]
+    Bag(bag::Bag),
+    /// Lets a component live again by its exact recording, and compares all that it sends.
+    ///
+    /// The component runs alone, without a network, as fast as it can. The exit code is 1 if it does something else
+    /// than it did.
+    Replay(replay::Replay),
     #[command(flatten)]
     Common(Common),
     /// Runs components for a supervisor on another machine. Started by `up`, over ssh.
@@ -557,6 +567,8 @@ fn run(command: Command) -> Result<u8, Failure> {
             image,
             dry_run,
         } => export::export(&input, to, &out, image.as_deref(), dry_run),
+        Command::Bag(command) => bag::bag(command),
+        Command::Replay(options) => replay::replay(&options),
         Command::Common(Common::Completions { shell }) => {
             print_line(format_args!("{}", TOOL.completion_script(shell).trim_end()));
             Ok(0)

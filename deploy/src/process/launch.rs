@@ -13,11 +13,21 @@ use std::io::{self, Write};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 
 /// How many times the link is read after the process has ended.
 const LAST_READS: usize = 16;
+
+/// The exact recording of a component, beside its log. The recording of the run before keeps its name with `.1`.
+fn exact_recording(log: &Path) -> PathBuf {
+    let path = log.with_extension("exact.mcap");
+    if path.exists() {
+        // Without it, the component overwrites the older recording.
+        let _ = std::fs::rename(&path, log.with_extension("exact.1.mcap"));
+    }
+    path
+}
 
 /// A process of this machine.
 #[derive(Debug)]
@@ -77,6 +87,9 @@ impl LocalProcess {
             .stdin(Stdio::from(OwnedFd::from(theirs)))
             .stdout(Stdio::from(file))
             .stderr(Stdio::from(also_file));
+        if component.exact {
+            command.arg("--record").arg(exact_recording(log));
+        }
         let mut child = realtime::spawn(&mut command, &component.cpu, component.priority)?;
         // The command holds the component's end of the link.
         drop(command);

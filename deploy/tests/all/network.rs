@@ -7,6 +7,7 @@ mod completion;
 mod dds;
 mod dds_bytes;
 mod dds_python;
+mod exact;
 mod groups;
 mod iceoryx2_python;
 mod interop_client;

@@ -35,6 +35,17 @@ pub(crate) fn wheels(name: &str, requirements: &'static str, test: &str) -> Opti
     environment(name, requirements, &["--no-deps"], python_3_12, test)
 }
 
+/// Returns an interpreter that has the packages of a list, in the syntax of a file of pip. Without Python, or without a way
+/// to the packages, `test` is listed as skipped.
+#[allow(dead_code, reason = "some programs of tests need one package")]
+pub(crate) fn packages(
+    name: &str,
+    requirements: &'static str,
+    test: &str,
+) -> Option<&'static Path> {
+    environment(name, requirements, &[], || Ok("python3".into()), test)
+}
+
 /// The environment `name` with `requirements`, in the syntax of a file of pip, and more options of
 /// its installation.
 fn environment(

@@ -19,6 +19,7 @@ mod middleware;
 pub mod model;
 mod parameters;
 mod path;
+mod record;
 mod rules;
 mod save;
 #[cfg(feature = "tools")]

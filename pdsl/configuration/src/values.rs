@@ -38,7 +38,11 @@ impl Values {
         self.entries.push((name, entry));
     }
 
-    fn entry(&self, name: &str) -> Option<&Entry> {
+    pub(crate) fn entries(&self) -> &[(String, Entry)] {
+        &self.entries
+    }
+
+    pub(crate) fn entry(&self, name: &str) -> Option<&Entry> {
         self.entries
             .iter()
             .find(|(n, _)| n == name)

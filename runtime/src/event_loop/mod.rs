@@ -16,7 +16,8 @@ use crate::status::{Activity, Shared};
 use crate::time::TimeRole;
 use crate::tool_requests::ToolMessage;
 use network_time::stamp;
-use port::{Port, answer};
+use port::Port;
+pub(crate) use port::{answer, receive};
 use rc_management::component::State;
 use rc_management::observation::TappedKind;
 use rc_middleware::backend::Profile;
@@ -320,19 +321,24 @@ impl<'a> EventLoop<'a> {
         let connections = self.connections;
         let operations = self.description.slots[slot].operations;
         let taps = connections.taps();
+        let exact = self.component.core().exact.clone();
         let result: Result<(), NotHandled> = match message.operation {
             Some(operation) => {
                 let kind = (TappedKind::Sample, Some(operation));
                 taps.copy(slot, kind, header, Profile::Rpc, body);
-                let reader = &mut Reader::new(body);
                 let received = match idle {
                     Some(state) => Err(HandlerError(format!("the component is {state}"))),
-                    None => self.component.receive(slot, operation, reader),
+                    None => exact.sample(slot, operation, header, body, || {
+                        self.component
+                            .receive(slot, operation, &mut Reader::new(body))
+                    }),
                 };
                 received.map_err(Into::into)
             }
             None => taps.serve(slot, header, body, &mut reply, |reply| {
-                answer(self.component, slot, operations, idle, header, body, reply)
+                exact.request(slot, header, body, reply, |reply| {
+                    answer(self.component, slot, operations, idle, header, body, reply)
+                })
             }),
         };
         if let Err(NotHandled::Refused(_)) = &result {
@@ -409,12 +415,7 @@ impl<'a> EventLoop<'a> {
                 if idle.is_some() {
                     return;
                 }
-                let expected = operations[*operation].type_hash;
-                let received = if header.type_hash == 0 || header.type_hash == expected {
-                    component.receive(slot, *operation, &mut Reader::of(body, header.encoding))
-                } else {
-                    Err(HandlerError("it is of another type".to_owned()))
-                };
+                let received = receive(*component, slot, *operation, operations, header, body);
                 result = received.map_err(Into::into);
             }),
         };

@@ -6,7 +6,7 @@ use crate::component::Component;
 use crate::lifecycle::LifecycleState;
 use crate::ports::Receiver;
 use rc_middleware::typed::{HandlerError, Operation, Request};
-use rc_middleware::{Gaps, Header, Reply};
+use rc_middleware::{Gaps, Header, Reader, Reply};
 use std::time::{Duration, Instant};
 
 /// A receiving end with what the loop knows of it.
@@ -103,9 +103,25 @@ impl Port {
     }
 }
 
+/// Lets the worker handle a sample, if it has the type of the topic.
+pub(crate) fn receive(
+    component: &mut dyn Component,
+    slot: usize,
+    operation: usize,
+    operations: &[Operation],
+    header: Header,
+    body: &[u8],
+) -> Result<(), HandlerError> {
+    let expected = operations[operation].type_hash;
+    if header.type_hash != 0 && header.type_hash != expected {
+        return Err(HandlerError("it is of another type".to_owned()));
+    }
+    component.receive(slot, operation, &mut Reader::of(body, header.encoding))
+}
+
 /// Reads the envelope of a request, lets the worker answer and sends the reply. A request without an envelope gets no
 /// reply. In a state that does not serve the slot, no handler runs.
-pub(super) fn answer(
+pub(crate) fn answer(
     component: &mut dyn Component,
     slot: usize,
     operations: &[Operation],

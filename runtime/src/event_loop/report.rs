@@ -26,7 +26,7 @@ pub(super) enum End {
 
 /// Why a message was not handled.
 #[derive(Debug)]
-pub(super) enum NotHandled {
+pub(crate) enum NotHandled {
     Failed(HandlerError),
     /// The state of the component refuses it.
     Refused(String),

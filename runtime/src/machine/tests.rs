@@ -124,7 +124,7 @@ fn worker(chart: &'static Chart) -> Worker {
     let wake = WakeEvent::new().expect("an event");
     let shared = Arc::new(Shared::new(wake, Duration::from_millis(1), 0, time, false));
     Worker {
-        core: Core::new("m", "n", shared),
+        core: Core::new("m", "n", shared, 0),
         machine: Machine::new(chart, &[]),
     }
 }

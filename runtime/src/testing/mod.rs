@@ -80,6 +80,7 @@ pub fn configured(description: &'static Description) -> Result<Configured, Start
         clock: ClockChoice::Own,
         followers: Vec::new(),
         active: false,
+        record: None,
     };
     let loaded = configuration::load(description, &arguments)?;
     Ok(Configured {
@@ -120,7 +121,7 @@ impl TestBed {
         if let Some(lifecycle) = &shared.lifecycle {
             ports.set_gate(lifecycle.gate());
         }
-        let core = Core::new(description.name, NETWORK, Arc::clone(&shared));
+        let core = Core::new(description.name, NETWORK, Arc::clone(&shared), 0);
         let bed = Self {
             description,
             clock,

@@ -3,6 +3,7 @@
 use super::ends::{self, Receiving, drain};
 use super::protocol::{Done, TICK, Tick, turn_of, write_ros_clock};
 use crate::clock::{Clock, SimulatedClock, Time};
+use crate::exact::{Exact, Kind};
 use rc_middleware::qos::MAX_READERS;
 use rc_middleware::typed::TypedPublisher;
 use rc_middleware::{Address, Backend, OpenError, SendError, Server};
@@ -67,11 +68,11 @@ pub enum TimeError {
 /// # }
 /// ```
 #[derive(Debug)]
-pub struct TimeSource(Option<Rc<RefCell<State>>>);
+pub struct TimeSource(Option<Rc<RefCell<State>>>, Exact);
 
 impl TimeSource {
-    pub(crate) fn new(state: Option<Rc<RefCell<State>>>) -> Self {
-        Self(state)
+    pub(crate) fn new(state: Option<Rc<RefCell<State>>>, exact: Exact) -> Self {
+        Self(state, exact)
     }
 
     /// Whether the network takes its time from this component. Otherwise nothing here has an
@@ -84,15 +85,36 @@ impl TimeSource {
     /// for the tick before and [`TimeSource::missing`] is empty.
     pub fn advance(&mut self, step: Duration) -> Result<u64, TimeError> {
         let state = self.0.as_ref().ok_or(TimeError::Inactive)?;
-        let time = state.borrow().clock.now() + step;
-        state.borrow_mut().begin(time)
+        let clock = Arc::clone(&state.borrow().clock);
+        let time = self.1.now(|| clock.now()) + step;
+        self.set(time)
     }
 
     /// Sets time, possibly to an earlier one: followers begin their periods anew and report the
     /// jump. Otherwise as [`TimeSource::advance`].
     pub fn set(&mut self, time: Time) -> Result<u64, TimeError> {
         let state = self.0.as_ref().ok_or(TimeError::Inactive)?;
-        state.borrow_mut().begin(time)
+        self.1.advance(time);
+        let begun = || match state.borrow_mut().begin(time) {
+            Ok(tick) => tick.to_string(),
+            Err(TimeError::Waiting { tick, waiting_for }) => {
+                format!("{tick} {}", waiting_for.join(","))
+            }
+            Err(TimeError::Inactive) => String::new(),
+        };
+        let begun = self.1.text(Kind::Time, begun);
+        let (tick, waiting_for) = match begun.split_once(' ') {
+            Some((tick, names)) => (tick, Some(names)),
+            None => (begun.as_str(), None),
+        };
+        let tick = tick.parse().map_err(|_| TimeError::Inactive)?;
+        match waiting_for {
+            None => Ok(tick),
+            Some(names) => Err(TimeError::Waiting {
+                tick,
+                waiting_for: split(names),
+            }),
+        }
     }
 
     /// From the next tick on, `compute()` runs when every follower has done what was due in it, or
@@ -120,28 +142,34 @@ impl TimeSource {
 
     /// The number of the last tick.
     pub fn tick(&self) -> u64 {
-        self.0.as_ref().map_or(0, |state| state.borrow().number)
+        let tick = || self.0.as_ref().map_or(0, |state| state.borrow().number);
+        self.1.number(Kind::Time, tick)
     }
 
     /// Who has not done the last tick within its limit. In turn, this is the one whose turn it is.
     pub fn missing(&self) -> Vec<String> {
-        let missing = |state: &Rc<RefCell<State>>| state.borrow().missing.clone();
-        self.0.as_ref().map(missing).unwrap_or_default()
+        self.ask(|state| state.missing.join(","))
     }
 
     /// The components that follow.
     pub fn followers(&self) -> Vec<String> {
-        self.0
-            .as_ref()
-            .map(|state| state.borrow().names(|entry| entry.is_here))
-            .unwrap_or_default()
+        self.ask(|state| state.names(|entry| entry.is_here).join(","))
+    }
+
+    /// The names that `answer` lists with commas.
+    fn ask(&self, answer: impl FnOnce(&State) -> String) -> Vec<String> {
+        let Some(state) = &self.0 else {
+            return Vec::new();
+        };
+        split(&self.1.text(Kind::Time, || answer(&state.borrow())))
     }
 
     /// Waits no more for a follower, until it acknowledges again. Says whether there was one of
     /// this name.
     pub fn release(&mut self, name: &str) -> bool {
         let Some(state) = &self.0 else { return false };
-        state.borrow_mut().release(name)
+        let release = || u64::from(state.borrow_mut().release(name));
+        self.1.number(Kind::Time, release) != 0
     }
 
     fn with(&self, change: impl FnOnce(&mut State)) {
@@ -149,6 +177,11 @@ impl TimeSource {
             change(&mut state.borrow_mut());
         }
     }
+}
+
+fn split(names: &str) -> Vec<String> {
+    let names = names.split(',').filter(|name| !name.is_empty());
+    names.map(str::to_owned).collect()
 }
 
 /// What the worker and the event loop share.

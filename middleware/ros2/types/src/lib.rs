@@ -1,6 +1,7 @@
 //! Types of ROS 2: their fields as text, their descriptions, and their hashes.
 
 mod description;
+pub mod words;
 
 pub use description::{FieldDescription, IndividualType, TypeDescription};
 

@@ -13,7 +13,7 @@ static RESERVED_WORDS: LazyLock<HashSet<&str>> = LazyLock::new(|| {
 });
 
 /// The name of a field: `[a-z][a-z0-9_]*`, without a final `_` and without `__`.
-pub(super) fn field(name: &str) -> String {
+pub fn field(name: &str) -> String {
     let snake = with_leading_letter(&name.to_snake_case(), "n");
     if RESERVED_WORDS.contains(&snake.as_str()) {
         snake + "_value"
@@ -23,7 +23,7 @@ pub(super) fn field(name: &str) -> String {
 }
 
 /// The name of a constant: as a field, in upper case.
-pub(super) fn constant(name: &str) -> String {
+pub fn constant(name: &str) -> String {
     let shout = with_leading_letter(&name.to_shouty_snake_case(), "N");
     if RESERVED_WORDS.contains(&shout.as_str()) {
         shout + "_VALUE"
@@ -33,7 +33,7 @@ pub(super) fn constant(name: &str) -> String {
 }
 
 /// A part of the name of a type. Converts to `CamelCase` only if necessary.
-pub(super) fn camel(name: &str) -> String {
+pub fn camel(name: &str) -> String {
     let (first, rest) = name.split_at(name.len().min(1));
     let camel = if first == "_" || rest.contains('_') {
         name.to_upper_camel_case()
@@ -44,7 +44,7 @@ pub(super) fn camel(name: &str) -> String {
 }
 
 /// The name of a message or a service: `[A-Z][A-Za-z0-9]*`.
-pub(super) fn ty(name: &str) -> String {
+pub fn ty(name: &str) -> String {
     let camel = camel(name);
     if RESERVED_WORDS.contains(&camel.as_str()) {
         camel + "Type"
@@ -54,7 +54,7 @@ pub(super) fn ty(name: &str) -> String {
 }
 
 /// The package of a module: `RoboCompLaser` becomes `robocomp_laser_msgs`.
-pub(super) fn package(module: &str) -> String {
+pub fn package(module: &str) -> String {
     let own = module
         .strip_prefix("RoboComp")
         .unwrap_or(module)
@@ -64,7 +64,7 @@ pub(super) fn package(module: &str) -> String {
 }
 
 /// Whether this is a valid name of a package.
-pub(super) fn is_package(name: &str) -> bool {
+pub fn is_package(name: &str) -> bool {
     let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
     name.len() > 1
         && name.starts_with(|c: char| c.is_ascii_lowercase())
@@ -74,7 +74,7 @@ pub(super) fn is_package(name: &str) -> bool {
 }
 
 /// Whether this is a valid name of a type.
-pub(super) fn is_type(name: &str) -> bool {
+pub fn is_type(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_uppercase())
         && name.chars().all(|c| c.is_ascii_alphanumeric())
 }

@@ -1,0 +1,376 @@
+//! What a recording holds, as lists, tables and shorter recordings.
+
+use crate::definition;
+use crate::error::RecordError;
+use crate::reader::{Channel, Message, Reader, Record};
+use crate::schema::Schema;
+use crate::writer::{ChannelId, Limits, Writer};
+use rc_diagnostics::nearest;
+use rc_mcap::Stamp;
+use rc_values::{Struct, Value};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Which messages of a recording are meant.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// Topics, or their ends. Empty for all.
+    pub topics: Vec<String>,
+    /// The time after the first message from which on messages are meant.
+    pub from: Option<Duration>,
+    /// The time after the first message until which messages are meant.
+    pub to: Option<Duration>,
+}
+
+/// A selection while a recording is read.
+#[derive(Clone, Debug, Default)]
+pub struct Selecting {
+    selection: Selection,
+    first: Option<u64>,
+}
+
+impl Selection {
+    /// Begins to read.
+    pub fn begin(self) -> Selecting {
+        Selecting {
+            selection: self,
+            first: None,
+        }
+    }
+
+    /// Whether a topic is meant: it is named, or ends with a name that is given.
+    pub fn has_topic(&self, topic: &str) -> bool {
+        let is_meant = |name: &String| {
+            let name = name.trim_start_matches('/');
+            let topic = topic.trim_start_matches('/');
+            topic == name
+                || topic
+                    .strip_suffix(name)
+                    .is_some_and(|before| before.ends_with('/'))
+        };
+        self.topics.is_empty() || self.topics.iter().any(is_meant)
+    }
+
+    /// Fails for a name that no topic of the recording has; the error names the nearest topic.
+    pub fn check(&self, info: &Info) -> Result<(), RecordError> {
+        for name in &self.topics {
+            let one = Self {
+                topics: vec![name.clone()],
+                ..Self::default()
+            };
+            let topics = info.topics.keys();
+            if !topics.clone().any(|topic| one.has_topic(topic)) {
+                let ends = topics
+                    .clone()
+                    .flat_map(|topic| topic.rsplit('/').take(1).chain([topic.as_str()]));
+                let hint = match nearest(name, ends) {
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None => format!(
+                        "there are {}",
+                        topics.cloned().collect::<Vec<_>>().join(", ")
+                    ),
+                };
+                return Err(RecordError::Value(format!(
+                    "the recording has no topic `{name}`; {hint}"
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Selecting {
+    /// Whether a message is meant. `None`: neither this one nor any later one.
+    pub fn takes(&mut self, message: &Message) -> Option<bool> {
+        let first = *self.first.get_or_insert(message.log_time);
+        let after = Duration::from_nanos(message.log_time.saturating_sub(first));
+        if self.selection.to.is_some_and(|to| after > to) {
+            return None;
+        }
+        let late = self.selection.from.is_none_or(|from| after >= from);
+        Some(late && self.selection.has_topic(&message.channel.topic))
+    }
+}
+
+/// What is known of one topic.
+#[derive(Clone, Debug)]
+pub struct Topic {
+    /// Its first channel.
+    pub channel: Arc<Channel>,
+    /// The number of its messages.
+    pub count: u64,
+    /// Their bytes.
+    pub bytes: u64,
+    /// The number of its channels: one for each sender.
+    pub channels: usize,
+}
+
+/// What a recording holds.
+#[derive(Clone, Debug, Default)]
+pub struct Info {
+    /// The first and the last time, in nanoseconds.
+    pub times: Option<(u64, u64)>,
+    /// Its topics.
+    pub topics: BTreeMap<String, Topic>,
+    /// Its attachments: name and size.
+    pub attachments: Vec<(String, usize)>,
+    /// Its tables.
+    pub metadata: BTreeMap<String, BTreeMap<String, String>>,
+    /// Why it ends before its end, if it does.
+    pub cut: Option<String>,
+}
+
+impl Info {
+    /// Reads a recording to its end.
+    pub fn read(path: &Path) -> Result<Self, RecordError> {
+        let mut reader = Reader::open(path)?;
+        let mut info = Self::default();
+        while let Some(record) = reader.next() {
+            match record {
+                Record::Message(message) => {
+                    let time = message.log_time;
+                    let (first, last) = info.times.unwrap_or((time, time));
+                    info.times = Some((first.min(time), last.max(time)));
+                    let topic = info.topic(&message.channel);
+                    topic.count += 1;
+                    topic.bytes += message.data.len() as u64;
+                }
+                Record::Attachment(file) => info.attachments.push((file.name, file.data.len())),
+                Record::Metadata(name, table) => {
+                    info.metadata.insert(name, table);
+                }
+            }
+        }
+        for channel in reader.channels() {
+            info.topic(channel).channels += 1;
+        }
+        info.cut = reader.cut().map(str::to_owned);
+        Ok(info)
+    }
+
+    fn topic(&mut self, channel: &Arc<Channel>) -> &mut Topic {
+        let new = || Topic {
+            channel: Arc::clone(channel),
+            count: 0,
+            bytes: 0,
+            channels: 0,
+        };
+        self.topics.entry(channel.topic.clone()).or_insert_with(new)
+    }
+
+    /// The number of messages.
+    pub fn messages(&self) -> u64 {
+        self.topics.values().map(|topic| topic.count).sum()
+    }
+}
+
+/// Decodes the messages of a recording, each by the type of its channel.
+#[derive(Default)]
+pub struct Decoder {
+    types: BTreeMap<(String, String), Result<Arc<Struct>, String>>,
+}
+
+impl Decoder {
+    /// The value of a message.
+    pub fn value(&mut self, message: &Message) -> Result<Value, RecordError> {
+        let ty = self.ty(&message.channel)?;
+        definition::decode(&ty, message)
+    }
+
+    /// The type of a channel.
+    pub fn ty(&mut self, channel: &Channel) -> Result<Arc<Struct>, RecordError> {
+        let key = (channel.topic.clone(), channel.type_name.clone());
+        let read = || definition::of_channel(channel).map_err(|e| e.to_string());
+        let ty = self.types.entry(key).or_insert_with(read);
+        ty.clone().map_err(RecordError::Value)
+    }
+}
+
+/// Hands all messages of a selection to `take`, until it says that it is enough.
+pub fn each(
+    path: &Path,
+    selection: Selection,
+    take: &mut dyn FnMut(Message) -> Result<bool, RecordError>,
+) -> Result<Option<String>, RecordError> {
+    let mut reader = Reader::open(path)?;
+    let mut selecting = selection.begin();
+    while let Some(record) = reader.next() {
+        let Record::Message(message) = record else {
+            continue;
+        };
+        match selecting.takes(&message) {
+            None => return Ok(None),
+            Some(false) => {}
+            Some(true) => {
+                if !take(message)? {
+                    return Ok(None);
+                }
+            }
+        }
+    }
+    Ok(reader.cut().map(str::to_owned))
+}
+
+/// Writes the messages of a selection, with all attachments and tables, into a new recording. Returns their number.
+pub fn cut(path: &Path, selection: Selection, to: &Path) -> Result<u64, RecordError> {
+    let mut reader = Reader::open(path)?;
+    let mut writer = Writer::create(to, Limits::default())?;
+    let mut selecting = selection.begin();
+    let mut channels: BTreeMap<u16, ChannelId> = BTreeMap::new();
+    let mut count = 0;
+    while let Some(record) = reader.next() {
+        match record {
+            Record::Message(message) => match selecting.takes(&message) {
+                Some(true) => {
+                    copy(&mut writer, &mut channels, &message)?;
+                    count += 1;
+                }
+                // Attachments and tables may follow.
+                Some(false) | None => {}
+            },
+            Record::Attachment(file) => writer.attach(&file.name, &file.media_type, file.data)?,
+            Record::Metadata(name, table) => writer.metadata(&name, &table)?,
+        }
+    }
+    writer.finish()?;
+    Ok(count)
+}
+
+fn copy(
+    writer: &mut Writer,
+    channels: &mut BTreeMap<u16, ChannelId>,
+    message: &Message,
+) -> Result<(), RecordError> {
+    let channel = &message.channel;
+    let id = *channels.entry(channel.id).or_insert_with(|| {
+        let schema = (!channel.type_name.is_empty()).then(|| Schema {
+            name: channel.type_name.clone(),
+            encoding: channel.schema_encoding.clone(),
+            text: channel.schema.clone(),
+        });
+        writer.channel(
+            &channel.topic,
+            &channel.encoding,
+            schema,
+            channel.metadata.clone(),
+        )
+    });
+    let stamp = Stamp {
+        log_time: message.log_time,
+        publish_time: message.publish_time,
+        sequence: message.sequence,
+    };
+    writer.write(id, stamp, &message.data)
+}
+
+/// Writes a table of the messages of each selected topic as CSV: into `folder`, a file for each, or to `out` if
+/// there is one topic. Returns the files.
+pub fn csv(
+    path: &Path,
+    selection: Selection,
+    folder: Option<&Path>,
+    out: &mut dyn Write,
+) -> Result<Vec<PathBuf>, RecordError> {
+    struct Table {
+        file: Option<(PathBuf, std::io::BufWriter<std::fs::File>)>,
+        columns: Vec<String>,
+    }
+    let mut decoder = Decoder::default();
+    let mut tables: BTreeMap<String, Table> = BTreeMap::new();
+    each(path, selection, &mut |message| {
+        let topic = &message.channel.topic;
+        if message.channel.encoding != "cdr" {
+            return Ok(true);
+        }
+        let value = decoder.value(&message)?;
+        let mut cells = Vec::new();
+        flatten("", &value, &mut cells);
+        let mut text = String::new();
+        if !tables.contains_key(topic) {
+            if folder.is_none() && !tables.is_empty() {
+                let reason = "the selection has several topics; name one, or a folder with --out";
+                return Err(RecordError::Value(reason.to_owned()));
+            }
+            let file = folder.map(|folder| {
+                let name = topic.trim_matches('/').replace('/', "_");
+                let path = folder.join(format!("{name}.csv"));
+                let file = std::fs::File::create(&path);
+                let file = file.map_err(|e| RecordError::file(&path, &e))?;
+                Ok((path, std::io::BufWriter::new(file)))
+            });
+            let columns: Vec<String> = cells.iter().map(|(name, _)| name.clone()).collect();
+            text += "log_time_s,publish_time_s";
+            columns
+                .iter()
+                .for_each(|name| text += &format!(",{}", quoted(name)));
+            text.push('\n');
+            let file = file.transpose()?;
+            tables.insert(topic.clone(), Table { file, columns });
+        }
+        let Some(table) = tables.get_mut(topic) else {
+            return Ok(true);
+        };
+        text += &format!(
+            "{},{}",
+            seconds(message.log_time),
+            seconds(message.publish_time)
+        );
+        for name in &table.columns {
+            let cell = cells.iter().find(|(column, _)| column == name);
+            text += &format!(",{}", cell.map_or("", |(_, cell)| cell));
+        }
+        text.push('\n');
+        let written = match &mut table.file {
+            Some((_, file)) => file.write_all(text.as_bytes()),
+            None => out.write_all(text.as_bytes()),
+        };
+        written.map_err(|e| RecordError::Value(format!("the table cannot be written: {e}")))?;
+        Ok(true)
+    })?;
+    let mut files = Vec::new();
+    for (_, table) in tables {
+        if let Some((path, mut file)) = table.file {
+            file.flush().map_err(|e| RecordError::file(&path, &e))?;
+            files.push(path);
+        }
+    }
+    Ok(files)
+}
+
+/// Nanoseconds as seconds, with all digits.
+pub fn seconds(nanoseconds: u64) -> String {
+    format!(
+        "{}.{:09}",
+        nanoseconds / 1_000_000_000,
+        nanoseconds % 1_000_000_000
+    )
+}
+
+/// The members of a value as cells. A sequence is one cell, as JSON.
+fn flatten(prefix: &str, value: &Value, cells: &mut Vec<(String, String)>) {
+    match value {
+        Value::Struct(ty, values) => {
+            for (member, value) in ty.members.iter().zip(values) {
+                let dot = if prefix.is_empty() { "" } else { "." };
+                flatten(&format!("{prefix}{dot}{}", member.name), value, cells);
+            }
+        }
+        Value::Text(text) => cells.push((prefix.to_owned(), quoted(text))),
+        other => {
+            let json = serde_json::to_string(other).unwrap_or_default();
+            cells.push((prefix.to_owned(), quoted(&json)));
+        }
+    }
+}
+
+/// A cell, in quotes where it needs them (RFC 4180).
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}

@@ -1,0 +1,38 @@
+//! Errors of recordings.
+
+use std::path::PathBuf;
+
+/// A recording could not be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// The disk, the file or its folder refuses.
+    #[error("{}: {reason}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        reason: String,
+    },
+    /// The file is no MCAP.
+    #[error("{} is no recording: {reason}", path.display())]
+    NoRecording {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A message or a definition cannot be decoded.
+    #[error("{0}")]
+    Value(String),
+}
+
+impl RecordError {
+    /// The file with the reason of the system.
+    pub(crate) fn file(path: &std::path::Path, reason: &impl std::fmt::Display) -> Self {
+        Self::File {
+            path: path.to_owned(),
+            reason: reason.to_string(),
+        }
+    }
+}

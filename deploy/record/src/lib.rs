@@ -1,0 +1,55 @@
+//! Recordings: MCAP files that Foxglove and the tools of ROS 2 open.
+//!
+//! - [`writer`]: writes a recording, in parts if it grows long.
+//! - [`reader`]: reads one from its beginning, also if it was cut.
+//! - [`schema`]: types of interfaces as definitions of ROS 2 messages.
+//! - [`bag`]: what a recording holds, as lists, tables and shorter recordings.
+//! - [`definition`]: definitions of ROS 2 messages as types, to decode what a file holds.
+//! - [`envelope`]: calls without their envelopes, and with them again.
+//! - [`sink`]: a file on a thread of its own, or a ring in memory.
+//! - [`qos`]: the quality of service of a channel, as rosbag2 writes it.
+//!
+//! `docs/recording.md` describes the file.
+
+pub mod bag;
+pub mod definition;
+pub mod envelope;
+mod error;
+pub mod qos;
+pub mod reader;
+pub mod schema;
+pub mod sink;
+pub mod writer;
+
+pub use error::RecordError;
+pub use rc_mcap::{Stamp, system_time};
+pub use reader::{Attachment, Channel, Message, Reader, Record};
+pub use schema::Schema;
+pub use writer::{ChannelId, Limits, Writer};
+
+/// The encapsulation header of CDR, little endian, before each message.
+pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+
+/// The keys of the metadata of a channel.
+pub mod keys {
+    /// The address in the network.
+    pub const ADDRESS: &str = "robocomp.address";
+    /// The interface with its module, `RoboCompLaser::Laser`.
+    pub const INTERFACE: &str = "robocomp.interface";
+    /// The operation.
+    pub const OPERATION: &str = "robocomp.operation";
+    /// The hash of the types, 16 hexadecimal digits.
+    pub const HASH: &str = "robocomp.hash";
+    /// The sender, where the middleware names it.
+    pub const SENDER: &str = "robocomp.sender";
+    /// The component whose slot was tapped.
+    pub const COMPONENT: &str = "robocomp.component";
+    /// The middleware.
+    pub const MIDDLEWARE: &str = "robocomp.middleware";
+    /// `sample`, `request` or `reply`; `events`, `parameters` or `loss` for JSON.
+    pub const KIND: &str = "robocomp.kind";
+    /// The name of a component that is recorded exactly.
+    pub const EXACT: &str = "robocomp.exact";
+    /// The quality of service, as rosbag2 writes it.
+    pub const QOS: &str = "offered_qos_profiles";
+}

@@ -1,0 +1,272 @@
+//! Types of interfaces as definitions of ROS 2 messages, which Foxglove and the tools of ROS 2 read.
+//!
+//! The mapping is that of `rcgen export`, see `docs/ros2-mapping.md`. It expresses every type.
+
+use rc_ros_types::{STANDARD, words};
+use rc_values::{Member, Operation, Struct, Type};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The definition of a type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Schema {
+    /// The name of the type.
+    pub name: String,
+    /// The language of the definition.
+    pub encoding: String,
+    /// The definition.
+    pub text: Vec<u8>,
+}
+
+/// Separates the definitions of messages in a schema.
+const SEPARATOR: &str =
+    "================================================================================\n";
+
+/// What ROS 2 puts into a message without fields: one byte.
+const NOTHING: &str = "uint8 structure_needs_at_least_one_member\n";
+
+/// The samples of a topic. `external` is the name that ROS 2 knows for it, if the component says so.
+pub fn sample(interface: &str, operation: &Operation, external: Option<&str>) -> Schema {
+    if let Some(schema) = external.and_then(standard) {
+        return schema;
+    }
+    let mut definitions = Definitions::default();
+    let (name, text) = match only_structure(&operation.request) {
+        Some(only) => {
+            let name = definitions.name_of(only);
+            (name, definitions.fields_of(only))
+        }
+        None => {
+            let name = operation_name(interface, &operation.name);
+            let (package, place) = parts(&name);
+            let text = definitions.fields(&operation.request.members, package, place);
+            (name, text)
+        }
+    };
+    definitions.schema(external.unwrap_or(&with_kind(&name, "msg")), &text)
+}
+
+/// The requests of an operation.
+pub fn request(interface: &str, operation: &Operation) -> Schema {
+    let name = operation_name(interface, &operation.name);
+    let mut definitions = Definitions::default();
+    let (package, place) = parts(&name);
+    let text = definitions.fields(&operation.request.members, package, place);
+    definitions.schema(&format!("{}_Request", with_kind(&name, "srv")), &text)
+}
+
+/// The replies of an operation: the code, the exceptions, the output parameters and the result.
+pub fn reply(interface: &str, operation: &Operation) -> Schema {
+    let name = operation_name(interface, &operation.name);
+    let mut definitions = Definitions::default();
+    let (package, place) = parts(&name);
+    let mut text = String::new();
+    if !operation.throws.is_empty() {
+        text += "int32 code\n";
+        for exception in &operation.throws {
+            let (ty, field) = (
+                definitions.name_of(&exception.ty),
+                exception_field(&exception.ty),
+            );
+            text += &format!("{ty} {field}\n");
+            definitions.needs(&exception.ty);
+        }
+    }
+    let members = reply_members(&operation.reply);
+    if operation.throws.is_empty() || !members.is_empty() {
+        text += &definitions.fields(&members, package, place);
+    }
+    definitions.schema(&format!("{}_Response", with_kind(&name, "srv")), &text)
+}
+
+/// The members of a reply, with the name of the result in ROS 2.
+fn reply_members(reply: &Struct) -> Vec<Member> {
+    let members = reply.members.iter().cloned();
+    let members = members.map(|mut member| {
+        if member.name == "return" {
+            "result".clone_into(&mut member.name);
+        }
+        member
+    });
+    members.collect()
+}
+
+/// The field of an exception in a reply.
+pub fn exception_field(exception: &Struct) -> String {
+    words::field(last(&exception.name))
+}
+
+/// The structure that is the only parameter.
+fn only_structure(parameters: &Struct) -> Option<&Arc<Struct>> {
+    match parameters.members.as_slice() {
+        [
+            Member {
+                ty: Type::Struct(only),
+                optional: false,
+                ..
+            },
+        ] => Some(only),
+        _ => None,
+    }
+}
+
+/// `package/InterfaceOperation`.
+fn operation_name(interface: &str, operation: &str) -> String {
+    let (module, name) = interface.split_once("::").unwrap_or(("", interface));
+    let package = words::package(module);
+    format!(
+        "{package}/{}{}",
+        words::camel(name),
+        words::camel(operation)
+    )
+}
+
+fn parts(name: &str) -> (&str, &str) {
+    name.split_once('/').unwrap_or(("", name))
+}
+
+fn with_kind(name: &str, kind: &str) -> String {
+    let (package, name) = parts(name);
+    format!("{package}/{kind}/{name}")
+}
+
+fn last(name: &str) -> &str {
+    name.rsplit("::").next().unwrap_or(name)
+}
+
+/// A message of ROS 2 itself.
+fn standard(name: &str) -> Option<Schema> {
+    let mut out = Definitions::default();
+    let text = standard_fields(name, &mut out)?;
+    Some(out.schema(name, &text))
+}
+
+fn standard_fields(name: &str, out: &mut Definitions) -> Option<String> {
+    let definition = STANDARD.get(name)?;
+    let mut text = String::new();
+    for (ty, field) in &definition.fields {
+        text += &format!("{ty} {field}\n");
+        let element = ty.split('[').next().unwrap_or(ty);
+        if let Some((package, inner)) = element.split_once('/') {
+            let key = element.to_owned();
+            if !out.messages.contains_key(&key) {
+                out.messages.insert(key.clone(), String::new());
+                let inner = standard_fields(&format!("{package}/msg/{inner}"), out)?;
+                out.messages.insert(key, inner);
+            }
+        }
+    }
+    if definition.fields.is_empty() {
+        text += NOTHING;
+    }
+    Some(text)
+}
+
+/// The messages that a definition refers to, by `package/Name`.
+#[derive(Default)]
+struct Definitions {
+    messages: BTreeMap<String, String>,
+}
+
+impl Definitions {
+    fn schema(&self, name: &str, text: &str) -> Schema {
+        let mut text = text.to_owned();
+        for (name, fields) in &self.messages {
+            text += &format!("{SEPARATOR}MSG: {name}\n{fields}");
+        }
+        Schema {
+            name: name.to_owned(),
+            encoding: "ros2msg".to_owned(),
+            text: text.into_bytes(),
+        }
+    }
+
+    /// `package/Name` of a structure.
+    fn name_of(&self, of: &Struct) -> String {
+        let (module, name) = of.name.rsplit_once("::").unwrap_or(("", &of.name));
+        format!("{}/{}", words::package(module), words::ty(name))
+    }
+
+    fn fields_of(&mut self, of: &Struct) -> String {
+        let name = self.name_of(of);
+        let (package, place) = parts(&name);
+        self.fields(&of.members, package, place)
+    }
+
+    /// Adds the message of a structure.
+    fn needs(&mut self, of: &Arc<Struct>) {
+        let name = self.name_of(of);
+        if !self.messages.contains_key(&name) {
+            // A type does not hold itself; the entry stands for it while its members are written.
+            self.messages.insert(name.clone(), String::new());
+            let text = self.fields_of(of);
+            self.messages.insert(name, text);
+        }
+    }
+
+    /// The lines of members. `place` names the messages of what has no name of its own.
+    fn fields(&mut self, members: &[Member], package: &str, place: &str) -> String {
+        let mut text = String::new();
+        for member in members {
+            let inner = format!("{place}{}", words::camel(&member.name));
+            let ty = if member.optional {
+                let element = self.element(&member.ty, package, &format!("{inner}Element"));
+                format!("{element}[<=1]")
+            } else {
+                self.ty(&member.ty, package, &inner)
+            };
+            let unit = member.unit.as_ref();
+            let comment = unit.map_or(String::new(), |unit| format!(" # [{unit}]"));
+            text += &format!("{ty} {}{comment}\n", words::field(&member.name));
+        }
+        if members.is_empty() {
+            text += NOTHING;
+        }
+        text
+    }
+
+    fn ty(&mut self, ty: &Type, package: &str, place: &str) -> String {
+        match ty {
+            Type::Sequence { element, bound } => {
+                let element = self.element(element, package, &format!("{place}Element"));
+                match bound {
+                    Some(bound) => format!("{element}[<={bound}]"),
+                    None => format!("{element}[]"),
+                }
+            }
+            Type::Array { element, length } => {
+                let element = self.element(element, package, &format!("{place}Element"));
+                format!("{element}[{length}]")
+            }
+            Type::Map { key, value } => {
+                let name = format!("{package}/{place}Entry");
+                let key = self.ty(key, package, &format!("{place}EntryKey"));
+                let value = self.ty(value, package, &format!("{place}EntryValue"));
+                let fields = format!("{key} key\n{value} value\n");
+                self.messages.insert(name.clone(), fields);
+                format!("{name}[]")
+            }
+            other => self.element(other, package, place),
+        }
+    }
+
+    /// The type of one value. What has several gets a message with one field, which adds nothing on the wire.
+    fn element(&mut self, ty: &Type, package: &str, place: &str) -> String {
+        match ty {
+            Type::Primitive(primitive) => primitive.word().to_owned(),
+            Type::Text { bound: None } => "string".to_owned(),
+            Type::Text { bound: Some(bound) } => format!("string<={bound}"),
+            Type::Enum(_) => "int32".to_owned(),
+            Type::Struct(of) => {
+                self.needs(of);
+                self.name_of(of)
+            }
+            Type::Sequence { .. } | Type::Array { .. } | Type::Map { .. } => {
+                let name = format!("{package}/{place}");
+                let data = self.ty(ty, package, place);
+                self.messages.insert(name.clone(), format!("{data} data\n"));
+                name
+            }
+        }
+    }
+}

@@ -1,0 +1,447 @@
+//! Writes a recording.
+//!
+//! Messages are collected in chunks, which are compressed and written when they are full or old. A file that ends
+//! anywhere holds all chunks before its end. A long recording continues in further files: `x.mcap`, `x.1.mcap` …
+
+use crate::error::RecordError;
+use crate::schema::Schema;
+use lz4_flex::frame::FrameEncoder;
+use rc_mcap::{Stamp, op, system_time, write};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// The size of a chunk before compression, in bytes.
+const CHUNK: usize = 1024 * 1024;
+/// How long a message waits in memory, at most, while others follow.
+const FLUSH: Duration = Duration::from_secs(1);
+/// The name of the compression.
+const COMPRESSION: &str = "lz4";
+
+/// When a recording continues in another file.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Limits {
+    /// After this many bytes.
+    pub bytes: Option<u64>,
+    /// After this time.
+    pub time: Option<Duration>,
+}
+
+/// A channel of a [`Writer`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ChannelId(usize);
+
+/// Writes a recording.
+pub struct Writer {
+    path: PathBuf,
+    limits: Limits,
+    number: u32,
+    part: Option<Part>,
+    channels: Vec<ChannelEntry>,
+    /// What each part holds: name, media type, content.
+    attachments: Vec<(String, String, Vec<u8>)>,
+}
+
+struct ChannelEntry {
+    topic: String,
+    encoding: String,
+    schema: Option<Schema>,
+    metadata: BTreeMap<String, String>,
+}
+
+impl Writer {
+    /// Begins a recording in a new file. Fails if there is one.
+    pub fn create(path: &Path, limits: Limits) -> Result<Self, RecordError> {
+        Ok(Self {
+            path: path.to_owned(),
+            limits,
+            number: 0,
+            part: Some(Part::create(path)?),
+            channels: Vec::new(),
+            attachments: Vec::new(),
+        })
+    }
+
+    /// The files of the recording.
+    pub fn files(&self) -> Vec<PathBuf> {
+        (0..=self.number).map(|number| self.file(number)).collect()
+    }
+
+    /// The file of a part: `x.mcap`, `x.1.mcap`.
+    fn file(&self, number: u32) -> PathBuf {
+        match number {
+            0 => self.path.clone(),
+            number => self.path.with_extension(format!("{number}.mcap")),
+        }
+    }
+
+    /// Does something with the present part. After an error nothing more is written.
+    fn with<T>(
+        &mut self,
+        act: impl FnOnce(&mut Part, &[ChannelEntry]) -> std::io::Result<T>,
+    ) -> Result<T, RecordError> {
+        let path = self.file(self.number);
+        let Some(part) = &mut self.part else {
+            return Err(RecordError::file(&path, &"the recording has ended"));
+        };
+        act(part, &self.channels).map_err(|error| {
+            self.part = None;
+            RecordError::file(&path, &error)
+        })
+    }
+
+    /// Adds a channel: its topic, its encoding (`cdr`, `json`), its schema and what else is known of it.
+    pub fn channel(
+        &mut self,
+        topic: &str,
+        encoding: &str,
+        schema: Option<Schema>,
+        metadata: BTreeMap<String, String>,
+    ) -> ChannelId {
+        self.channels.push(ChannelEntry {
+            topic: topic.to_owned(),
+            encoding: encoding.to_owned(),
+            schema,
+            metadata,
+        });
+        ChannelId(self.channels.len() - 1)
+    }
+
+    /// Writes a message: `data` is everything, the encapsulation of CDR included.
+    pub fn write(
+        &mut self,
+        channel: ChannelId,
+        stamp: Stamp,
+        data: &[u8],
+    ) -> Result<(), RecordError> {
+        self.split_if_due()?;
+        self.with(|part, channels| part.message(channel.0, &channels[channel.0], stamp, data))
+    }
+
+    /// Writes what has waited for a second, so that a kill loses no more. Call it now and then.
+    pub fn flush_if_due(&mut self) -> Result<(), RecordError> {
+        self.with(|part, _| part.flush_if_due())
+    }
+
+    fn split_if_due(&mut self) -> Result<(), RecordError> {
+        let Some(part) = &self.part else {
+            return Ok(());
+        };
+        let long = self
+            .limits
+            .time
+            .is_some_and(|time| part.began.elapsed() >= time);
+        let large = self
+            .limits
+            .bytes
+            .is_some_and(|bytes| part.at + part.chunk.len() as u64 >= bytes);
+        if (long || large) && part.has_messages() {
+            self.close()?;
+            self.number += 1;
+            self.part = Some(Part::create(&self.file(self.number))?);
+            let attachments = std::mem::take(&mut self.attachments);
+            for (name, media_type, data) in &attachments {
+                self.with(|part, _| part.attach(name, media_type, data))?;
+            }
+            self.attachments = attachments;
+        }
+        Ok(())
+    }
+
+    /// Adds a file that belongs to the recording. Each part holds it.
+    pub fn attach(
+        &mut self,
+        name: &str,
+        media_type: &str,
+        data: Vec<u8>,
+    ) -> Result<(), RecordError> {
+        self.with(|part, _| part.attach(name, media_type, &data))?;
+        self.attachments
+            .push((name.to_owned(), media_type.to_owned(), data));
+        Ok(())
+    }
+
+    /// Adds a table of texts.
+    pub fn metadata(
+        &mut self,
+        name: &str,
+        table: &BTreeMap<String, String>,
+    ) -> Result<(), RecordError> {
+        self.with(|part, _| part.metadata(name, table))
+    }
+
+    fn close(&mut self) -> Result<(), RecordError> {
+        self.with(|part, channels| part.finish(channels))?;
+        self.part = None;
+        Ok(())
+    }
+
+    /// Ends the recording.
+    pub fn finish(mut self) -> Result<(), RecordError> {
+        self.close()
+    }
+}
+
+impl Drop for Writer {
+    fn drop(&mut self) {
+        if self.part.is_some() {
+            let _ = self.close();
+        }
+    }
+}
+
+/// The channels of a chunk: times and places of their messages.
+type Index = BTreeMap<u16, Vec<(u64, u64)>>;
+
+/// One file of a recording.
+struct Part {
+    file: File,
+    /// Where the next record begins.
+    at: u64,
+    chunk: Vec<u8>,
+    index: Index,
+    times: Option<(u64, u64)>,
+    began: Instant,
+    flushed: Instant,
+    schemas: Vec<(Schema, u16)>,
+    /// The numbers of channels in this file, with those of their schemas.
+    numbers: BTreeMap<usize, (u16, u16)>,
+    /// The records of the summary, which repeats what and where everything is.
+    chunk_indexes: Vec<u8>,
+    other_indexes: Vec<u8>,
+    counts: BTreeMap<u16, u64>,
+    all_times: Option<(u64, u64)>,
+    chunks: u32,
+    attachments: u32,
+    tables: u32,
+}
+
+fn spread(times: Option<(u64, u64)>, time: u64) -> Option<(u64, u64)> {
+    let (first, last) = times.unwrap_or((time, time));
+    Some((first.min(time), last.max(time)))
+}
+
+impl Part {
+    fn create(path: &Path) -> Result<Self, RecordError> {
+        let wrong = |e: std::io::Error| RecordError::file(path, &e);
+        let file = File::create_new(path).map_err(wrong)?;
+        let now = Instant::now();
+        let mut part = Self {
+            file,
+            at: 0,
+            chunk: Vec::with_capacity(CHUNK + CHUNK / 4),
+            index: Index::new(),
+            times: None,
+            began: now,
+            flushed: now,
+            schemas: Vec::new(),
+            numbers: BTreeMap::new(),
+            chunk_indexes: Vec::new(),
+            other_indexes: Vec::new(),
+            counts: BTreeMap::new(),
+            all_times: None,
+            chunks: 0,
+            attachments: 0,
+            tables: 0,
+        };
+        let mut begin = rc_mcap::MAGIC.to_vec();
+        let library = concat!("robocomp ", env!("CARGO_PKG_VERSION"));
+        write::header(&mut begin, "ros2", library);
+        part.put(&begin).map_err(wrong)?;
+        Ok(part)
+    }
+
+    fn has_messages(&self) -> bool {
+        !self.counts.is_empty()
+    }
+
+    fn put(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        self.file.write_all(bytes)?;
+        self.at += bytes.len() as u64;
+        Ok(())
+    }
+
+    fn message(
+        &mut self,
+        channel: usize,
+        entry: &ChannelEntry,
+        stamp: Stamp,
+        data: &[u8],
+    ) -> std::io::Result<()> {
+        if self.chunk.len() >= CHUNK {
+            self.flush()?;
+        }
+        let number = self.number(channel, entry)?;
+        let at = self.chunk.len() as u64;
+        write::message(&mut self.chunk, number, stamp, &[data]);
+        let time = stamp.log_time;
+        self.index.entry(number).or_default().push((time, at));
+        self.times = spread(self.times, time);
+        *self.counts.entry(number).or_default() += 1;
+        self.flush_if_due()
+    }
+
+    /// The number of a channel in this file.
+    fn number(&mut self, channel: usize, entry: &ChannelEntry) -> std::io::Result<u16> {
+        if let Some((number, _)) = self.numbers.get(&channel) {
+            return Ok(*number);
+        }
+        let full = |_| std::io::Error::other("a recording has at most 65535 channels and types");
+        let schema = match &entry.schema {
+            None => 0,
+            Some(schema) => match self.schemas.iter().find(|(known, _)| known == schema) {
+                Some((_, number)) => *number,
+                None => {
+                    let number = u16::try_from(self.schemas.len() + 1).map_err(full)?;
+                    self.schemas.push((schema.clone(), number));
+                    write_schema(&mut self.chunk, schema, number);
+                    number
+                }
+            },
+        };
+        let number = u16::try_from(self.numbers.len()).map_err(full)?;
+        self.numbers.insert(channel, (number, schema));
+        write_channel(&mut self.chunk, entry, number, schema);
+        Ok(number)
+    }
+
+    fn flush_if_due(&mut self) -> std::io::Result<()> {
+        if self.flushed.elapsed() >= FLUSH {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Compresses and writes the chunk.
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.flushed = Instant::now();
+        let Some((first, last)) = self.times.take() else {
+            return Ok(());
+        };
+        self.all_times = spread(spread(self.all_times, first), last);
+        let chunk = std::mem::take(&mut self.chunk);
+        let index = std::mem::take(&mut self.index);
+        let mut encoder = FrameEncoder::new(Vec::with_capacity(chunk.len() / 2));
+        encoder.write_all(&chunk)?;
+        let compressed = encoder.finish().map_err(std::io::Error::other)?;
+        let mut out = Vec::with_capacity(compressed.len() + 1024);
+        write::record(&mut out, op::CHUNK, |out| {
+            write::numbers(out, &[first, last, chunk.len() as u64]);
+            out.extend(crc32fast::hash(&chunk).to_le_bytes());
+            write::text(out, COMPRESSION);
+            write::numbers(out, &[compressed.len() as u64]);
+            out.extend(&compressed);
+        });
+        let (begin, length) = (self.at, out.len() as u64);
+        let mut offsets = Vec::new();
+        for (channel, places) in &index {
+            offsets.push((*channel, begin + out.len() as u64));
+            write::record(&mut out, op::MESSAGE_INDEX, |out| {
+                out.extend(channel.to_le_bytes());
+                write::counted(out, |out| {
+                    places
+                        .iter()
+                        .for_each(|(time, at)| write::numbers(out, &[*time, *at]));
+                });
+            });
+        }
+        self.put(&out)?;
+        self.chunks += 1;
+        write::record(&mut self.chunk_indexes, op::CHUNK_INDEX, |index| {
+            write::numbers(index, &[first, last, begin, length]);
+            write::counted(index, |index| {
+                for (channel, offset) in &offsets {
+                    index.extend(channel.to_le_bytes());
+                    write::numbers(index, &[*offset]);
+                }
+            });
+            write::numbers(index, &[out.len() as u64 - length]);
+            write::text(index, COMPRESSION);
+            write::numbers(index, &[compressed.len() as u64, chunk.len() as u64]);
+        });
+        self.chunk = chunk;
+        self.chunk.clear();
+        Ok(())
+    }
+
+    fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> std::io::Result<()> {
+        self.flush()?;
+        let now = system_time();
+        let mut out = Vec::new();
+        write::attachment(&mut out, now, now, name, media_type, data);
+        let (begin, length) = (self.at, out.len() as u64);
+        write::record(&mut self.other_indexes, op::ATTACHMENT_INDEX, |index| {
+            write::numbers(index, &[begin, length, now, now, data.len() as u64]);
+            write::text(index, name);
+            write::text(index, media_type);
+        });
+        self.attachments += 1;
+        self.put(&out)
+    }
+
+    fn metadata(&mut self, name: &str, table: &BTreeMap<String, String>) -> std::io::Result<()> {
+        self.flush()?;
+        let mut out = Vec::new();
+        let entries = table
+            .iter()
+            .map(|(key, value)| (key.as_str(), value.as_str()));
+        write::metadata(&mut out, name, entries);
+        let (begin, length) = (self.at, out.len() as u64);
+        write::record(&mut self.other_indexes, op::METADATA_INDEX, |index| {
+            write::numbers(index, &[begin, length]);
+            write::text(index, name);
+        });
+        self.tables += 1;
+        self.put(&out)
+    }
+
+    /// Writes the last chunk, the summary and the end.
+    fn finish(&mut self, channels: &[ChannelEntry]) -> std::io::Result<()> {
+        self.flush()?;
+        let mut out = Vec::new();
+        write::data_end(&mut out);
+        let summary = self.at + out.len() as u64;
+        for (schema, number) in &self.schemas {
+            write_schema(&mut out, schema, *number);
+        }
+        for (at, (number, schema)) in &self.numbers {
+            write_channel(&mut out, &channels[*at], *number, *schema);
+        }
+        let (first, last) = self.all_times.unwrap_or_default();
+        write::record(&mut out, op::STATISTICS, |out| {
+            write::numbers(out, &[self.counts.values().sum()]);
+            out.extend((self.schemas.len() as u16).to_le_bytes());
+            for count in [
+                self.numbers.len() as u32,
+                self.attachments,
+                self.tables,
+                self.chunks,
+            ] {
+                out.extend(count.to_le_bytes());
+            }
+            write::numbers(out, &[first, last]);
+            write::counted(out, |out| {
+                for (channel, count) in &self.counts {
+                    out.extend(channel.to_le_bytes());
+                    write::numbers(out, &[*count]);
+                }
+            });
+        });
+        out.extend(&self.chunk_indexes);
+        out.extend(&self.other_indexes);
+        write::end(&mut out, summary);
+        self.put(&out)
+    }
+}
+
+fn write_schema(out: &mut Vec<u8>, schema: &Schema, number: u16) {
+    write::schema(out, number, &schema.name, &schema.encoding, &schema.text);
+}
+
+fn write_channel(out: &mut Vec<u8>, entry: &ChannelEntry, number: u16, schema: u16) {
+    let metadata = entry.metadata.iter();
+    let metadata = metadata.map(|(key, value)| (key.as_str(), value.as_str()));
+    write::channel(out, number, schema, &entry.topic, &entry.encoding, metadata);
+}

@@ -1,0 +1,209 @@
+//! Files: what is written comes back, also of a file that was cut; a long recording has several.
+
+use crate::types::{channel, interface, message, schema_of, values};
+use rc_record::bag::{Decoder, Info, Selection, csv, cut};
+use rc_record::{Limits, Reader, Record, Stamp, Writer, definition};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+/// The time between two messages, in nanoseconds.
+const STEP: u64 = 1_000_000;
+
+fn stamp(at: u64) -> Stamp {
+    Stamp {
+        log_time: 5_000_000_000 + at * STEP,
+        publish_time: at,
+        sequence: at as u32,
+    }
+}
+
+/// Writes `count` messages, of two operations in turn.
+fn write(path: &Path, count: u64, limits: Limits) -> Writer {
+    let interface = interface();
+    let mut writer = Writer::create(path, limits).expect("to create");
+    writer
+        .attach("net.ddsl", "text/plain", b"Deployment net {}".to_vec())
+        .expect("to attach");
+    let channels = ["newScan", "moved"].map(|name| channel(&mut writer, &interface, name));
+    let messages = values().map(|(name, value, _)| message(&interface, name, &value));
+    for at in 0..count {
+        let which = (at % 2) as usize;
+        writer
+            .write(channels[which], stamp(at), &messages[which])
+            .expect("to write");
+    }
+    writer
+}
+
+fn read(path: &Path) -> (Vec<u64>, Option<String>) {
+    let mut reader = Reader::open(path).expect("a recording");
+    let mut times = Vec::new();
+    while let Some(record) = reader.next() {
+        if let Record::Message(message) = record {
+            assert_eq!(
+                message.log_time,
+                5_000_000_000 + message.publish_time * STEP
+            );
+            times.push(message.publish_time);
+        }
+    }
+    (times, reader.cut().map(str::to_owned))
+}
+
+#[test]
+fn what_is_written_comes_back_by_its_own_definition() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("x.mcap");
+    write(&path, 2, Limits::default())
+        .finish()
+        .expect("to finish");
+    let mut decoder = Decoder::default();
+    let mut reader = Reader::open(&path).expect("a recording");
+    let expected = values();
+    let mut at = 0;
+    while let Some(record) = reader.next() {
+        match record {
+            Record::Message(message) => {
+                let value = decoder.value(&message).expect("a value");
+                let json = serde_json::to_value(&value).expect("JSON");
+                assert_eq!(json, expected[at].2);
+                at += 1;
+            }
+            Record::Attachment(file) => assert_eq!(file.data, b"Deployment net {}"),
+            Record::Metadata(..) => {}
+        }
+    }
+    assert_eq!((at, reader.cut()), (2, None));
+}
+
+#[test]
+fn an_empty_sample_is_one_byte() {
+    let interface = interface();
+    let schema = schema_of(&interface, "tick");
+    assert_eq!(schema.name, "robocomp_test_msgs/msg/ScanPubTick");
+    let text = String::from_utf8(schema.text).expect("text");
+    let ty = definition::parse(&schema.name, &text).expect("a type");
+    assert_eq!(ty.members.len(), 1);
+}
+
+#[test]
+fn a_file_that_was_cut_holds_all_chunks_before_its_end() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (whole, part) = (folder.path().join("x.mcap"), folder.path().join("y.mcap"));
+    let count = 40_000;
+    write(&whole, count, Limits::default())
+        .finish()
+        .expect("to finish");
+    let all = read(&whole);
+    assert_eq!((all.0.len() as u64, &all.1), (count, &None));
+    let bytes = std::fs::read(&whole).expect("bytes");
+    let mut before = 0;
+    for step in 0..=20 {
+        let end = 8 + (bytes.len() - 9) * step / 20;
+        std::fs::write(&part, &bytes[..end]).expect("to write");
+        let (times, cut) = read(&part);
+        // The order is kept, and a longer part holds no less.
+        assert!(times.iter().copied().eq(0..times.len() as u64));
+        assert!(times.len() >= before, "{step}");
+        before = times.len();
+        if cut.is_none() {
+            assert_eq!(times.len() as u64, count, "{step}");
+        }
+    }
+    assert_eq!(before as u64, count);
+    // Several chunks: half of the file holds more than a third of the messages.
+    std::fs::write(&part, &bytes[..bytes.len() / 2]).expect("to write");
+    assert!(read(&part).0.len() as u64 > count / 3);
+    // Damage in a chunk ends the reading there.
+    let mut damaged = bytes.clone();
+    damaged[400] ^= 0x55;
+    std::fs::write(&part, damaged).expect("to write");
+    let (times, cut) = read(&part);
+    assert!(cut.is_some() && (times.len() as u64) < count, "{cut:?}");
+    // No MCAP at all.
+    std::fs::write(&part, "hello").expect("to write");
+    assert!(Reader::open(&part).is_err());
+}
+
+#[test]
+fn a_long_recording_continues_in_other_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("x.mcap");
+    let limits = Limits {
+        bytes: Some(1 << 20),
+        time: None,
+    };
+    let count = 30_000;
+    let writer = write(&path, count, limits);
+    let files = writer.files();
+    writer.finish().expect("to finish");
+    assert!(
+        files.len() > 2 && files[1].ends_with("x.1.mcap"),
+        "{files:?}"
+    );
+    let mut all = Vec::new();
+    for file in &files {
+        let (times, cut) = read(file);
+        assert_eq!(cut, None);
+        all.extend(times);
+        assert_eq!(Info::read(file).expect("info").attachments.len(), 1);
+    }
+    assert!(all.into_iter().eq(0..count));
+}
+
+#[test]
+fn parts_and_tables_of_a_recording() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, part) = (folder.path().join("x.mcap"), folder.path().join("y.mcap"));
+    let mut writer = write(&path, 100, Limits::default());
+    let table = BTreeMap::from([("lost".to_owned(), "3".to_owned())]);
+    writer.metadata("recording", &table).expect("to write");
+    writer.finish().expect("to finish");
+    let selection = Selection {
+        topics: vec!["moved".to_owned()],
+        from: Some(Duration::from_millis(10)),
+        to: Some(Duration::from_millis(19)),
+    };
+    let info = Info::read(&path).expect("info");
+    assert_eq!(info.messages(), 100);
+    assert_eq!(info.metadata["recording"], table);
+    selection.check(&info).expect("it has the topic");
+    assert_eq!(cut(&path, selection.clone(), &part).expect("to cut"), 5);
+    let cut = Info::read(&part).expect("info");
+    assert_eq!(
+        (cut.messages(), cut.attachments.len(), cut.topics.len()),
+        (5, 1, 1)
+    );
+    assert_eq!(cut.metadata["recording"], table);
+
+    let mut text = Vec::new();
+    csv(&path, selection, None, &mut text).expect("a table");
+    let text = String::from_utf8(text).expect("text");
+    let mut lines = text.lines();
+    assert_eq!(
+        lines.next(),
+        Some("log_time_s,publish_time_s,to.x,to.from_y,count")
+    );
+    assert_eq!(
+        lines.next(),
+        Some("5.011000000,0.000000011,2.5,0.125,18446744073709551615")
+    );
+    assert_eq!(lines.count(), 4);
+
+    let unknown = Selection {
+        topics: vec!["movd".to_owned()],
+        ..Selection::default()
+    };
+    let error = unknown.check(&info).expect_err("unknown").to_string();
+    assert!(error.contains("did you mean `moved`?"), "{error}");
+}
+
+#[test]
+fn a_recording_replaces_no_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("x.mcap");
+    std::fs::write(&path, "mine").expect("to write");
+    assert!(Writer::create(&path, Limits::default()).is_err());
+    assert_eq!(std::fs::read_to_string(&path).expect("to read"), "mine");
+}

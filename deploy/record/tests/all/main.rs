@@ -1,0 +1,9 @@
+//! Recordings: written and read, cut, split, and opened by the libraries of others.
+
+#[path = "../../../tests/all/python.rs"]
+#[allow(dead_code, reason = "tests of networks use more of it")]
+mod python;
+
+mod files;
+mod strangers;
+mod types;

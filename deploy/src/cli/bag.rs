@@ -1,0 +1,267 @@
+//! `rcdeploy bag`: looks into recordings.
+
+use super::arguments::format;
+use super::output::{Failure, print_line, print_note, show, system};
+use clap::{Args, Subcommand};
+use rc_command_line::{files, words};
+use rc_deploy_client::Format;
+use rc_diagnostics::foreign::clean;
+use rc_record::bag::{self, Decoder, Info, Selection};
+use rc_record::{RecordError, keys};
+use rc_values::Style;
+use serde_json::{Value as Json, json};
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Duration;
+
+impl From<RecordError> for Failure {
+    fn from(error: RecordError) -> Self {
+        let code = match error {
+            RecordError::File { .. } => 3,
+            _ => 1,
+        };
+        Self(code, error.to_string())
+    }
+}
+
+/// Which messages of a recording a command means.
+#[derive(Args, Clone)]
+pub(super) struct Selected {
+    /// Only these topics: their names or the ends of their names, with commas.
+    #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
+    pub(super) topics: Vec<String>,
+    /// From this time after the beginning on, as in `10s`.
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    pub(super) from: Option<Duration>,
+    /// Until this time after the beginning.
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    pub(super) to: Option<Duration>,
+}
+
+impl From<Selected> for Selection {
+    fn from(selected: Selected) -> Self {
+        Self {
+            topics: selected.topics,
+            from: selected.from,
+            to: selected.to,
+        }
+    }
+}
+
+/// Parses `10s`, `1min 30s`, `250ms`.
+pub(super) fn duration(text: &str) -> Result<Duration, String> {
+    let parsed = rc_settings::duration::parse(text).map(Duration::from_nanos);
+    parsed.ok_or_else(|| "a time looks like `10s`, `1.5min` or `250ms`".to_owned())
+}
+
+#[derive(Subcommand)]
+pub(super) enum Bag {
+    /// Shows what a recording holds: duration, topics, types, losses, attachments.
+    Info {
+        /// The recording.
+        #[arg(value_name = "FILE.mcap", add = files(&["mcap"]))]
+        file: PathBuf,
+        /// The form of the output: human or json (one document).
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+        format: Format,
+    },
+    /// Prints the messages of a recording.
+    List {
+        /// The recording.
+        #[arg(value_name = "FILE.mcap", add = files(&["mcap"]))]
+        file: PathBuf,
+        #[command(flatten)]
+        selected: Selected,
+        /// Prints this many messages.
+        #[arg(short = 'n', long)]
+        count: Option<u64>,
+        /// The form of the output: human or json (one object a line).
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+        format: Format,
+    },
+    /// Writes a part of a recording into a new one.
+    Cut {
+        /// The recording.
+        #[arg(value_name = "FILE.mcap", add = files(&["mcap"]))]
+        file: PathBuf,
+        #[command(flatten)]
+        selected: Selected,
+        /// The new recording.
+        #[arg(short, long, value_name = "FILE.mcap")]
+        output: PathBuf,
+    },
+    /// Writes messages as a table.
+    Export {
+        /// The form of the table: csv.
+        #[arg(value_name = "FORMAT", value_parser = ["csv"])]
+        table: String,
+        /// The recording.
+        #[arg(value_name = "FILE.mcap", add = files(&["mcap"]))]
+        file: PathBuf,
+        #[command(flatten)]
+        selected: Selected,
+        /// The folder of the tables, one for each topic. Without it, the table of one topic is
+        /// printed.
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+}
+
+pub(super) fn bag(command: Bag) -> Result<u8, Failure> {
+    match command {
+        Bag::Info { file, format } => {
+            let info = Info::read(&file)?;
+            show(format, &document(&info), |_| table(&info))
+        }
+        Bag::List {
+            file,
+            selected,
+            count,
+            format,
+        } => list(&file, selected.into(), count, format),
+        Bag::Cut {
+            file,
+            selected,
+            output,
+        } => {
+            let selection = Selection::from(selected);
+            selection.check(&Info::read(&file)?)?;
+            let count = bag::cut(&file, selection, &output)?;
+            print_line(format_args!("{}: {count} messages", output.display()));
+            Ok(0)
+        }
+        Bag::Export {
+            file,
+            selected,
+            out,
+            ..
+        } => {
+            let selection = Selection::from(selected);
+            selection.check(&Info::read(&file)?)?;
+            if let Some(folder) = &out {
+                std::fs::create_dir_all(folder).map_err(|e| system(&e))?;
+            }
+            let files = bag::csv(&file, selection, out.as_deref(), &mut std::io::stdout())?;
+            for file in files {
+                print_line(format_args!("{}", file.display()));
+            }
+            Ok(0)
+        }
+    }
+}
+
+fn list(
+    file: &std::path::Path,
+    selection: Selection,
+    count: Option<u64>,
+    format: Format,
+) -> Result<u8, Failure> {
+    selection.check(&Info::read(file)?)?;
+    let mut decoder = Decoder::default();
+    let mut left = count.unwrap_or(u64::MAX);
+    let out = &mut std::io::stdout();
+    let cut = bag::each(file, selection, &mut |message| {
+        if left == 0 {
+            return Ok(false);
+        }
+        left -= 1;
+        let topic = &message.channel.topic;
+        let value = match message.channel.encoding.as_str() {
+            "json" => Ok(serde_json::from_slice::<Json>(&message.data).unwrap_or_default()),
+            _ => decoder
+                .value(&message)
+                .map(|value| serde_json::to_value(&value).unwrap_or_default()),
+        };
+        let (time, sent) = (
+            bag::seconds(message.log_time),
+            bag::seconds(message.publish_time),
+        );
+        let text = match (format, value) {
+            (Format::Json, value) => {
+                let mut line = json!({ "topic": topic, "log_time": time, "publish_time": sent });
+                match value {
+                    Ok(value) => line["value"] = value,
+                    Err(error) => line["error"] = Json::from(error.to_string()),
+                }
+                format!("{line}\n")
+            }
+            (Format::Human, Ok(value)) if message.channel.encoding == "json" => {
+                format!("{time} {topic}\n{}\n", clean(&value.to_string()))
+            }
+            (Format::Human, Ok(_)) => {
+                let text = decoder.value(&message)?.text(&Style::default());
+                format!("{time} {topic}\n{text}")
+            }
+            (Format::Human, Err(error)) => {
+                format!("{time} {topic}\n{} bytes: {error}\n", message.data.len())
+            }
+        };
+        Ok(out.write_all(text.as_bytes()).is_ok())
+    })?;
+    if let Some(reason) = cut {
+        print_note(&format_args!("the recording ends before its end: {reason}"));
+    }
+    Ok(0)
+}
+
+/// The document of `bag info --format json`.
+fn document(info: &Info) -> Json {
+    let topics = info.topics.iter().map(|(name, topic)| {
+        let channel = &topic.channel;
+        json!({
+            "topic": name,
+            "type": channel.type_name,
+            "encoding": channel.encoding,
+            "schema": channel.schema_encoding,
+            "kind": channel.get(keys::KIND),
+            "hash": channel.get(keys::HASH),
+            "middleware": channel.get(keys::MIDDLEWARE),
+            "exact": channel.get(keys::EXACT),
+            "senders": topic.channels,
+            "messages": topic.count,
+            "bytes": topic.bytes,
+        })
+    });
+    let attachments = info.attachments.iter();
+    let attachments = attachments.map(|(name, size)| json!({ "name": name, "bytes": size }));
+    json!({
+        "begin": info.times.map(|(first, _)| bag::seconds(first)),
+        "end": info.times.map(|(_, last)| bag::seconds(last)),
+        "messages": info.messages(),
+        "topics": topics.collect::<Vec<_>>(),
+        "attachments": attachments.collect::<Vec<_>>(),
+        "metadata": info.metadata,
+        "cut": info.cut,
+    })
+}
+
+fn table(info: &Info) -> String {
+    let mut text = String::new();
+    if let Some((first, last)) = info.times {
+        let length = Duration::from_nanos(last.saturating_sub(first));
+        text += &format!("duration     {:.3} s\n", length.as_secs_f64());
+        text += &format!("begin        {} s\n", bag::seconds(first));
+    }
+    text += &format!("messages     {}\n", info.messages());
+    if let Some(reason) = &info.cut {
+        text += &format!("cut          the file ends before its end: {reason}\n");
+    }
+    for (name, size) in &info.attachments {
+        text += &format!("attachment   {name} ({size} bytes)\n");
+    }
+    for (name, entries) in &info.metadata {
+        for (key, value) in entries {
+            text += &format!("{name:<12} {}: {}\n", clean(key), clean(value));
+        }
+    }
+    let width = info.topics.keys().map(|name| name.chars().count());
+    let width = width.max().unwrap_or(0);
+    for (name, topic) in &info.topics {
+        let ty = match topic.channel.type_name.as_str() {
+            "" => &topic.channel.encoding,
+            ty => ty,
+        };
+        text += &format!("{name:<width$}  {:>8}  {ty}\n", topic.count);
+    }
+    text
+}

@@ -1,0 +1,118 @@
+//! Exact recordings: the patrol in simulated time lives again, and a run that differs is found.
+
+use crate::network::site::{Ran, Site};
+use std::path::{Path, PathBuf};
+
+/// How many poses a run has: twenty seconds of simulated time.
+const POSES: u32 = 400;
+
+/// The components that are recorded.
+const RECORDED: [&str; 3] = ["simulator", "avoider", "monitor"];
+
+fn patrol(site: &Site) {
+    let exact = "record { exact; };";
+    let text = format!(
+        "Deployment patrol\n{{\n    time simulated by clock;\n\n    \
+         Component simulator {{ cdsl \"../simulator/simulator.cdsl\"; {exact} }};\n    \
+         Component monitor {{ cdsl \"../pose_monitor/pose_monitor.cdsl\"; config \"monitor.toml\"; {exact} }};\n    \
+         Component avoider {{ cdsl \"../avoider/avoider.cdsl\"; {exact} }};\n    \
+         Component clock {{ cdsl \"../clock/clock.cdsl\"; config \"clock.toml\"; {exact} }};\n\n    \
+         bind monitor.FullPoseEstimationPub -> simulator.FullPoseEstimationPub;\n}};\n"
+    );
+    site.write_ddsl(&text);
+    let clock = "[parameters]\nstep = \"50ms\"\nrate = 0.0\nlimit = \"500ms\"\n";
+    site.write("clock.toml", clock);
+}
+
+fn recording(site: &Site, component: &str) -> PathBuf {
+    let folder = site.path("state/robocomp").join(&site.network);
+    folder.join(format!("{component}.exact.mcap"))
+}
+
+fn replay(site: &Site, file: &Path) -> Ran {
+    site.rcdeploy(&["replay", "--check", &file.display().to_string()], false)
+}
+
+/// Puts another byte into the recording of the avoider: what a worker with another constant would have sent.
+fn falsify(from: &Path, to: &Path) -> usize {
+    let mut bytes = std::fs::read(from).expect("a recording");
+    // The speed of 400 mm/s as a float32, in one of the commands.
+    let speed = 400_f32.to_le_bytes();
+    let places: Vec<usize> = bytes
+        .windows(4)
+        .enumerate()
+        .filter(|(_, window)| *window == speed)
+        .map(|(at, _)| at)
+        .collect();
+    let at = places[places.len() / 2];
+    bytes[at + 2] ^= 1;
+    std::fs::write(to, bytes).expect("to write");
+    places.len()
+}
+
+#[test]
+fn the_patrol_lives_again_exactly() {
+    let site = Site::new("exact");
+    site.monitor("trace", POSES);
+    patrol(&site);
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    site.await_end_of("monitor");
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+    for component in RECORDED.into_iter().chain(["clock"]) {
+        let ran = replay(&site, &recording(&site, component));
+        assert_eq!(ran.code, 0, "{component}: {ran:?}");
+        assert!(ran.stdout.contains("the run is the same"), "{ran:?}");
+        println!("{}", ran.stdout);
+    }
+
+    // By the name of the network.
+    let ran = site.rcdeploy(
+        &["replay", &site.network, "avoider", "--format", "json"],
+        false,
+    );
+    assert_eq!(ran.code, 0, "{ran:?}");
+    let report: serde_json::Value = serde_json::from_str(&ran.stdout).expect("one document");
+    assert_eq!(report["equal"], true);
+    assert!(
+        report["compared"].as_u64() > Some(u64::from(POSES)),
+        "{report}"
+    );
+
+    let other = site.path("other.mcap");
+    falsify(&recording(&site, "avoider"), &other);
+    let ran = replay(&site, &other);
+    assert_eq!(ran.code, 1, "{ran:?}");
+    assert!(ran.stdout.contains("the run differs in turn"), "{ran:?}");
+    assert!(
+        ran.stdout.contains("send DifferentialRobot.setSpeedBase"),
+        "{ran:?}"
+    );
+    println!("{}", ran.stdout);
+
+    // A recording that was cut ends before its end, and is right until there.
+    let bytes = std::fs::read(recording(&site, "avoider")).expect("a recording");
+    std::fs::write(&other, &bytes[..bytes.len() / 2]).expect("to write");
+    let ran = replay(&site, &other);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    assert!(ran.stderr.contains("ends before its end"), "{ran:?}");
+    let ran = site.rcdeploy(&["bag", "info", &other.display().to_string()], false);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    assert!(ran.stdout.contains("cut "), "{ran:?}");
+
+    // Not a recording of this component.
+    let file = recording(&site, "avoider").display().to_string();
+    let ran = site.rcdeploy(&["replay", &file, "avoidr"], false);
+    assert_eq!(ran.code, 1, "{ran:?}");
+    assert!(ran.stderr.contains("did you mean `avoider`?"), "{ran:?}");
+    let simulator = Site::executable("simulator").display().to_string();
+    let ran = site.rcdeploy(&["replay", &file, "--program", &simulator], false);
+    assert_eq!(ran.code, 3, "{ran:?}");
+    assert!(
+        ran.stderr.contains("the recording is of `avoider`"),
+        "{ran:?}"
+    );
+    let ran = site.rcdeploy(&["replay", &site.ddsl().display().to_string()], false);
+    assert_eq!(ran.code, 2, "{ran:?}");
+}

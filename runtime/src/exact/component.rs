@@ -1,0 +1,124 @@
+//! A component whose turns are recorded.
+
+use super::entry::{Entry, Kind};
+use super::recorder::Recorder;
+use crate::component::{Component, WorkerError};
+use crate::context::Core;
+use crate::lifecycle::Hook;
+use crate::machine::Parts;
+use rc_configuration::{ParamChange, Values};
+use rc_middleware::Reader;
+use rc_middleware::typed::{HandlerError, Request};
+use std::borrow::Cow;
+use std::rc::Rc;
+
+/// Passes all calls to a component, and records them. Samples and requests are recorded where they arrive.
+pub(crate) struct Recorded<C> {
+    component: C,
+    recorder: Rc<Recorder>,
+}
+
+impl<C: Component> Recorded<C> {
+    pub(crate) fn new(component: C, recorder: Rc<Recorder>) -> Self {
+        Self {
+            component,
+            recorder,
+        }
+    }
+
+    fn turn<T>(&mut self, kind: Kind, text: String, run: impl FnOnce(&mut C) -> T) -> T {
+        self.recorder.begin_turn(&Entry {
+            text: Cow::Owned(text),
+            ..Entry::of(kind)
+        });
+        run(&mut self.component)
+    }
+
+    fn ended(&self, result: Result<(), WorkerError>) -> Result<(), WorkerError> {
+        self.recorder.result(&result);
+        self.recorder.end_turn();
+        result
+    }
+}
+
+impl<C: Component> Component for Recorded<C> {
+    fn core(&mut self) -> &mut Core {
+        self.component.core()
+    }
+
+    fn compute(&mut self) -> Result<(), WorkerError> {
+        let result = self.turn(Kind::Compute, String::new(), Component::compute);
+        self.ended(result)
+    }
+
+    fn set_parameters(&mut self, values: &Values) {
+        self.turn(Kind::Parameters, values.to_record().to_string(), |c| {
+            c.set_parameters(values);
+        });
+        self.recorder.end_turn();
+    }
+
+    fn parameters_changed(&mut self, changes: &[ParamChange]) -> Result<(), WorkerError> {
+        let text = ParamChange::to_record(changes).to_string();
+        let result = self.turn(Kind::Changed, text, |c| c.parameters_changed(changes));
+        self.ended(result)
+    }
+
+    fn react(&mut self) -> Result<(), WorkerError> {
+        let Some(machine) = self.component.machine() else {
+            return self.component.react();
+        };
+        let before = (machine.has_events(), machine.next_due());
+        let result = self.turn(Kind::React, String::new(), Component::react);
+        self.recorder.result(&result);
+        let machine = self.component.machine();
+        let after = machine.map(|machine| (machine.has_events(), machine.next_due()));
+        let has_effect = before.0 || after != Some(before);
+        self.recorder.end_idle_turn(has_effect);
+        result
+    }
+
+    fn machine(&mut self) -> Option<&mut Parts> {
+        self.component.machine()
+    }
+
+    fn run_hook(&mut self, hook: Hook<'_>) -> Result<(), WorkerError> {
+        self.component.run_hook(hook)
+    }
+
+    fn emergency(&mut self) {
+        self.turn(Kind::Emergency, String::new(), Component::emergency);
+        self.recorder.end_turn();
+    }
+
+    fn restore(&mut self) {
+        self.turn(Kind::Restore, String::new(), Component::restore);
+        self.recorder.end_turn();
+    }
+
+    fn finalize(&mut self) {
+        self.turn(Kind::Finalize, String::new(), Component::finalize);
+        self.recorder.end_turn();
+    }
+
+    fn sending_peers(&self, peers: &mut [usize]) {
+        self.component.sending_peers(peers);
+    }
+
+    fn unavailable(&mut self, slot: usize) -> Option<String> {
+        self.component.unavailable(slot)
+    }
+
+    fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+        self.component.serve(slot, request)
+    }
+
+    fn receive(
+        &mut self,
+        slot: usize,
+        operation: usize,
+        reader: &mut Reader<'_>,
+    ) -> Result<(), HandlerError> {
+        self.component.receive(slot, operation, reader)
+    }
+}

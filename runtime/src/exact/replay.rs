@@ -1,0 +1,403 @@
+//! Runs a component again, by its recording alone.
+
+use super::entry::{Entry, Kind};
+use super::report::Report;
+use super::{Exact, Start, error_codes, replayed_ports};
+use crate::arguments::Arguments;
+use crate::clock::{SimulatedClock, Time};
+use crate::component::{Component, WorkerError};
+use crate::configuration;
+use crate::context::Core;
+use crate::description::Description;
+use crate::error::StartError;
+use crate::event_loop::{answer, receive};
+use crate::log;
+use crate::ports::Ports;
+use crate::process;
+use crate::status::{NetworkTime, Shared};
+use rc_configuration::{ParamChange, Values};
+use rc_management::component::{ClockKind, State};
+use rc_middleware::{DecodeError, Reader, WakeEvent};
+use std::cell::{Cell, RefCell};
+use std::collections::VecDeque;
+use std::fmt;
+use std::io::{self, Read};
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The longest part of a turn, in bytes. A recorder writes a part of 1 MiB and one message more.
+const LONGEST_PART: usize = 256 * 1024 * 1024;
+/// How many entries before a difference a report shows.
+const BEFORE: usize = 24;
+
+/// The recording, as far as it has not been repeated.
+pub(crate) struct Replay {
+    description: &'static Description,
+    clock: Arc<SimulatedClock>,
+    input: RefCell<Box<dyn Read>>,
+    /// Entries with the numbers of their turns.
+    waiting: RefCell<VecDeque<(u64, Entry<'static>)>>,
+    before: RefCell<VecDeque<(u64, Entry<'static>)>>,
+    is_in_turn: Cell<bool>,
+    turn: Cell<u64>,
+    turns: Cell<u64>,
+    outputs: Cell<u64>,
+}
+
+impl fmt::Debug for Replay {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Replay(turn {})", self.turn.get())
+    }
+}
+
+impl Replay {
+    fn new(
+        description: &'static Description,
+        clock: Arc<SimulatedClock>,
+        input: Box<dyn Read>,
+    ) -> Self {
+        Self {
+            description,
+            clock,
+            input: RefCell::new(input),
+            waiting: RefCell::default(),
+            before: RefCell::default(),
+            is_in_turn: Cell::new(false),
+            turn: Cell::new(0),
+            turns: Cell::new(0),
+            outputs: Cell::new(0),
+        }
+    }
+
+    /// Whether the worker runs, and not the runtime.
+    pub(super) fn is_in_turn(&self) -> bool {
+        self.is_in_turn.get()
+    }
+
+    /// The next entry, which stays. `None` at the end of the recording.
+    fn peek(&self) -> Option<Entry<'static>> {
+        if self.waiting.borrow().is_empty() {
+            match self.read() {
+                Ok(true) => {}
+                Ok(false) => return None,
+                Err(error) => self.end(Some(format!("the recording cannot be read: {error}"))),
+            }
+        }
+        self.waiting
+            .borrow()
+            .front()
+            .map(|(_, entry)| entry.clone())
+    }
+
+    /// Whether the next entry is of this kind.
+    fn is_next(&self, kind: Kind) -> bool {
+        let is_loaded = !self.waiting.borrow().is_empty() || self.peek().is_some();
+        let waiting = self.waiting.borrow();
+        is_loaded && waiting.front().is_some_and(|(_, entry)| entry.kind == kind)
+    }
+
+    /// Reads the next part of a turn. `false` at the end.
+    fn read(&self) -> Result<bool, String> {
+        let mut input = self.input.borrow_mut();
+        let mut length = [0; 4];
+        match input.read_exact(&mut length) {
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(false),
+            other => other.map_err(|e| e.to_string())?,
+        }
+        let length = u32::from_le_bytes(length) as usize;
+        if length > LONGEST_PART {
+            return Err(format!("a part has {length} bytes"));
+        }
+        let mut bytes = vec![0; length];
+        input.read_exact(&mut bytes).map_err(|e| e.to_string())?;
+        let mut reader = Reader::new(&bytes);
+        let mut decode = || {
+            let turn = reader.get()?;
+            let count: u32 = reader.get()?;
+            let entries = (0..count).map(|_| Ok((turn, Entry::read(&mut reader)?)));
+            entries.collect::<Result<VecDeque<_>, DecodeError>>()
+        };
+        let entries = decode().map_err(|e| e.to_string())?;
+        *self.waiting.borrow_mut() = entries;
+        Ok(true)
+    }
+
+    fn pop(&self) -> Option<Entry<'static>> {
+        self.peek()?;
+        let (turn, entry) = self.waiting.borrow_mut().pop_front()?;
+        self.turn.set(turn);
+        let mut before = self.before.borrow_mut();
+        if before.len() == BEFORE {
+            before.pop_front();
+        }
+        before.push_back((turn, entry.clone()));
+        Some(entry)
+    }
+
+    /// The input that the worker asks for. If the recording ends here, the run ends; if the recorded worker did
+    /// something else here, the run ends with a difference.
+    pub(super) fn take(&self, kind: Kind, slot: usize, operation: usize) -> Entry<'static> {
+        let Some(recorded) = self.peek() else {
+            self.end(None)
+        };
+        let here = usize::from(recorded.slot) == slot;
+        let here = here && (kind == Kind::Answer || usize::from(recorded.operation) == operation);
+        if recorded.kind != kind || !here {
+            self.differ(Some(&Entry::at(kind, slot, operation)), Some(&recorded));
+        }
+        if kind == Kind::Now {
+            self.clock.set(Time::from_nanos(recorded.value));
+        }
+        self.pop().unwrap_or(recorded)
+    }
+
+    /// Compares what the worker does with what it did.
+    pub(super) fn compare(&self, entry: &Entry<'_>) {
+        if !self.is_in_turn() {
+            return;
+        }
+        let Some(recorded) = self.peek() else {
+            self.end(None)
+        };
+        if *entry != recorded {
+            self.differ(Some(&entry.clone().into_owned()), Some(&recorded));
+        }
+        self.outputs.set(self.outputs.get() + 1);
+        self.pop();
+    }
+
+    /// The error of the last sending, if it failed.
+    pub(super) fn failure(&self) -> Option<Entry<'static>> {
+        self.is_next(Kind::Failed).then(|| self.pop()).flatten()
+    }
+
+    /// The event that a tool fired here.
+    pub(super) fn fired(&self) -> Option<Entry<'static>> {
+        self.is_next(Kind::Fired).then(|| self.pop()).flatten()
+    }
+
+    fn report(&self) -> Report<'_> {
+        Report {
+            description: self.description,
+            turn: self.turn.get(),
+            turns: self.turns.get(),
+            outputs: self.outputs.get(),
+            time: crate::clock::Clock::now(&*self.clock),
+        }
+    }
+
+    /// Ends the process with a difference.
+    fn differ(&self, found: Option<&Entry<'_>>, recorded: Option<&Entry<'_>>) -> ! {
+        let before = self.before.borrow();
+        log::print(&self.report().difference(found, recorded, &before));
+        std::process::exit(0)
+    }
+
+    /// Ends the process at the end of the recording, or where it cannot be read any more.
+    fn end(&self, error: Option<String>) -> ! {
+        log::print(&self.report().end(error));
+        std::process::exit(0)
+    }
+
+    /// The next turn.
+    fn begin_turn(&self, component: &mut dyn FnMut(Setting)) -> Option<Entry<'static>> {
+        self.is_in_turn.set(false);
+        let first = self.peek()?;
+        if !first.kind.begins_turn() {
+            self.differ(None, Some(&first));
+        }
+        self.pop();
+        self.turns.set(self.turns.get() + 1);
+        self.settings(component)?;
+        self.is_in_turn.set(true);
+        Some(first)
+    }
+
+    /// Applies the state and the period, where they are other ones from here on.
+    fn settings(&self, component: &mut dyn FnMut(Setting)) -> Option<()> {
+        loop {
+            if self.is_next(Kind::State) {
+                let word = self.pop()?.text;
+                component(Setting::State(state_of(&word)));
+            } else if self.is_next(Kind::Period) {
+                component(Setting::Period(Duration::from_nanos(self.pop()?.value)));
+            } else {
+                return Some(());
+            }
+        }
+    }
+
+    /// Compares the result of a function of the worker.
+    fn result(&self, result: &Result<(), WorkerError>) {
+        if let Err(error) = result {
+            self.compare(&error_codes::of_worker(error));
+        }
+    }
+}
+
+/// What a turn begins with, if it has changed.
+enum Setting {
+    State(State),
+    Period(Duration),
+}
+
+fn state_of(word: &str) -> State {
+    let all = [State::Running, State::Emergency, State::Stopping];
+    all.into_iter()
+        .find(|state| state.word() == word)
+        .unwrap_or(State::Starting)
+}
+
+/// Repeats the recording that standard input has: parts of turns, each behind its length (`uint32`). Prints a report as
+/// JSON, and ends the process where the worker does something else than it did.
+pub(crate) fn replay<C: Component>(
+    description: &'static Description,
+    start: process::Start<C>,
+    arguments: &Arguments,
+) -> Result<(), StartError> {
+    log::start(arguments.log.as_deref(), true)?;
+    let clock = Arc::new(SimulatedClock::default());
+    let input = Box::new(io::BufReader::new(io::stdin()));
+    let replay = Rc::new(Replay::new(description, Arc::clone(&clock), input));
+    let wrong = |reason: String| StartError::Usage(format!("--replay: {reason}"));
+    let first = replay.pop().filter(|entry| entry.kind == Kind::Start);
+    let first = first.ok_or_else(|| wrong("standard input has no recording".to_owned()))?;
+    let began = Start::from_json(&first.text).map_err(wrong)?;
+    let values = values(description, arguments, &began).map_err(wrong)?;
+    let wake_event = WakeEvent::new().map_err(|e| StartError::cannot_create("an event", &e))?;
+    let slots = description.slots.len();
+    let time = NetworkTime::new(began.clock, clock.clone());
+    let shared = Arc::new(Shared::new(
+        wake_event,
+        description.period,
+        slots,
+        time,
+        false,
+    ));
+    let exact = Exact::Replay(Rc::clone(&replay));
+    let mut ports = Ports::replayed(description, &began.network, began.clock, &exact);
+    if began.clock == ClockKind::Source {
+        ports.simulate_time(&clock);
+    }
+    let core = Core::exact(
+        &began.name,
+        &began.network,
+        shared.clone(),
+        exact,
+        began.seed,
+    );
+    let settings = |setting: Setting| match setting {
+        Setting::State(state) => shared.status().state = state,
+        Setting::Period(period) => shared.status().period = period,
+    };
+    replay.settings(&mut { settings });
+    let initialize = replay.begin_turn(&mut { settings });
+    if initialize.is_none_or(|turn| turn.kind != Kind::Initialize) {
+        return Err(wrong(
+            "the recording does not begin with the start".to_owned(),
+        ));
+    }
+    let component = start(core, &ports, &values);
+    let mut component = match component {
+        Ok(component) => component,
+        Err(StartError::Worker(reason)) => {
+            replay.compare(&error_codes::of_worker(&WorkerError::Failed(reason)));
+            replay.end(None)
+        }
+        Err(other) => return Err(other),
+    };
+    loop {
+        let turn = replay.begin_turn(&mut |setting| {
+            if matches!(setting, Setting::Period(_)) {
+                component.core().new_period = None;
+            }
+            settings(setting);
+        });
+        let Some(turn) = turn else { replay.end(None) };
+        run_turn(&replay, &mut component, &turn).map_err(wrong)?;
+    }
+}
+
+/// Lets the worker do one turn again.
+fn run_turn(
+    replay: &Rc<Replay>,
+    component: &mut dyn Component,
+    turn: &Entry<'_>,
+) -> Result<(), String> {
+    let slot = usize::from(turn.slot);
+    match turn.kind {
+        Kind::Compute => replay.result(&component.compute()),
+        Kind::React => replay.result(&component.react()),
+        Kind::Emergency => component.emergency(),
+        Kind::Restore => component.restore(),
+        Kind::Finalize => component.finalize(),
+        Kind::Parameters => component.set_parameters(&Values::from_record(&json(turn)?, None)?),
+        Kind::Changed => {
+            let changes = ParamChange::from_record(&json(turn)?)?;
+            replay.result(&component.parameters_changed(&changes));
+        }
+        Kind::Sample => {
+            let operation = usize::from(turn.operation);
+            let slots = replay.description.slots;
+            if slots
+                .get(slot)
+                .is_none_or(|s| operation >= s.operations.len())
+            {
+                return Err("the recording is of other slots".to_owned());
+            }
+            // What the handler says is in the log; a value that cannot be read is the same again.
+            let header = turn.header(turn.value);
+            let operations = slots[slot].operations;
+            let _ = receive(component, slot, operation, operations, header, &turn.data);
+        }
+        Kind::Request => {
+            let mut reply = replayed_ports::Replying::new(turn.operation);
+            let Some(of) = replay.description.slots.get(slot) else {
+                return Err("the recording is of other slots".to_owned());
+            };
+            let header = turn.header(turn.value);
+            let _ = answer(
+                component,
+                slot,
+                of.operations,
+                None,
+                header,
+                &turn.data,
+                &mut reply,
+            );
+            reply.compare(replay, slot);
+        }
+        _ => return Err(format!("a turn cannot begin with `{}`", turn.kind.word())),
+    }
+    Ok(())
+}
+
+fn json(turn: &Entry<'_>) -> Result<serde_json::Value, String> {
+    serde_json::from_str(&turn.text).map_err(|e| e.to_string())
+}
+
+/// The parameters at the start. Secrets are not recorded: they are those of the configuration.
+fn values(
+    description: &Description,
+    arguments: &Arguments,
+    began: &Start,
+) -> Result<Values, String> {
+    let model = format!("{:016x}", description.model_hash);
+    if began.component != description.name {
+        return Err(format!(
+            "the recording is of `{}`, and this is `{}`",
+            began.component, description.name
+        ));
+    }
+    if began.model != model {
+        return Err(format!(
+            "the recording is of {} with other description files (model {}, this one has {model}); \
+             build the version that was recorded",
+            began.component, began.model
+        ));
+    }
+    let configured = configuration::load(description, arguments).ok();
+    let secrets = configured.map(|loaded| loaded.configuration.parameters);
+    Values::from_record(&began.parameters, secrets.as_ref())
+}

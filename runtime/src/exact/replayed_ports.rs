@@ -1,0 +1,144 @@
+//! The ports of a component that is repeated: they end in its recording.
+
+use super::entry::{Entry, Kind, number};
+use super::error_codes;
+use super::ports::profile_of;
+use super::replay::Replay;
+use rc_middleware::request_body::{RequestBody, buffer};
+use rc_middleware::{CallError, Client, Header, Profile, Publisher, Reply, SendError};
+use std::borrow::Cow;
+use std::rc::Rc;
+use std::time::Duration;
+
+/// A publisher.
+pub(super) struct Publishing {
+    replay: Rc<Replay>,
+    slot: usize,
+    operation: usize,
+}
+
+impl Publishing {
+    pub(super) fn new(replay: &Rc<Replay>, slot: usize, operation: usize) -> Self {
+        Self {
+            replay: Rc::clone(replay),
+            slot,
+            operation,
+        }
+    }
+}
+
+impl Publisher for Publishing {
+    fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
+        let (slot, operation) = (self.slot, self.operation);
+        let sent = Entry::message(Kind::Publish, slot, operation, header, body);
+        self.replay.compare(&sent);
+        match self.replay.failure() {
+            Some(entry) => Err(error_codes::send_error(&entry)),
+            None => Ok(()),
+        }
+    }
+
+    fn peers(&self) -> usize {
+        let entry = self.replay.take(Kind::Peers, self.slot, self.operation);
+        entry.value as usize
+    }
+}
+
+/// A client.
+pub(super) struct Calling {
+    replay: Rc<Replay>,
+    slot: usize,
+    guid: [u8; 16],
+    profile: Profile,
+}
+
+impl Calling {
+    pub(super) fn new(replay: &Rc<Replay>, slot: usize) -> Self {
+        let opened = replay.take(Kind::Opened, slot, 0);
+        Self {
+            replay: Rc::clone(replay),
+            slot,
+            guid: opened.data[..].try_into().unwrap_or_default(),
+            profile: profile_of(opened.value),
+        }
+    }
+}
+
+impl Client for Calling {
+    fn guid(&self) -> [u8; 16] {
+        self.guid
+    }
+
+    fn profile(&self) -> Profile {
+        self.profile
+    }
+
+    fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
+        let request = buffer(request)?;
+        let sent = Entry::message(Kind::Send, self.slot, 0, header, &request);
+        self.replay.compare(&sent);
+        match self.replay.failure() {
+            Some(entry) => Err(error_codes::call_error(&entry)),
+            None => Ok(()),
+        }
+    }
+
+    fn call(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        let request = buffer(request)?;
+        let sent = Entry::message(Kind::Call, self.slot, 0, header, &request);
+        self.replay.compare(&Entry {
+            value: limit.as_nanos() as u64,
+            ..sent
+        });
+        let answer = self.replay.take(Kind::Answer, self.slot, 0);
+        if error_codes::is_error(&answer) {
+            return Err(error_codes::call_error(&answer));
+        }
+        take(answer.header(u64::from(answer.operation)), &answer.data);
+        Ok(())
+    }
+
+    fn peers(&self) -> usize {
+        self.replay.take(Kind::Peers, self.slot, 0).value as usize
+    }
+}
+
+/// The reply to a request.
+pub(super) struct Replying {
+    body: Vec<u8>,
+    profile: Profile,
+}
+
+impl Replying {
+    pub(super) fn new(profile: u16) -> Self {
+        Self {
+            body: Vec::new(),
+            profile: profile_of(u64::from(profile)),
+        }
+    }
+
+    /// Compares the reply with the recorded one.
+    pub(super) fn compare(self, replay: &Replay, slot: usize) {
+        replay.compare(&Entry {
+            value: number(rc_middleware::Encoding::Cdr),
+            data: Cow::Owned(self.body),
+            ..Entry::at(Kind::Reply, slot, 0)
+        });
+    }
+}
+
+impl Reply for Replying {
+    fn body(&mut self) -> &mut Vec<u8> {
+        &mut self.body
+    }
+
+    fn profile(&self) -> Profile {
+        self.profile
+    }
+}
