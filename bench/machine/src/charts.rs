@@ -107,7 +107,9 @@ pub(crate) fn nested(all: bool) -> Ours {
     let mut text = format!("{HEAD} initial=\"on\"><parallel id=\"on\">");
     for region in ["a", "b"] {
         let leaf = |branch: &str, to: &str| {
-            format!("<state id=\"{region}{branch}5\"><transition event=\"next\" target=\"{region}{to}5\"/></state>")
+            format!(
+                "<state id=\"{region}{branch}5\"><transition event=\"next\" target=\"{region}{to}5\"/></state>"
+            )
         };
         let around = |branch: &str, inside: String| {
             (1..5).rev().fold(inside, |inside, level| {

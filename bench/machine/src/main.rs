@@ -36,9 +36,24 @@ fn median(mut times: Vec<f64>) -> f64 {
 
 fn main() {
     let rows: [(&str, f64, Ours, Box<dyn Stepped>); 3] = [
-        ("flat, 20 states", 200.0, charts::flat(), Box::new(theirs::Flat::new())),
-        ("two regions, five levels deep, innermost states", 1000.0, charts::nested(false), Box::new(theirs::Nested::new(false))),
-        ("two regions, five levels deep, all levels", 1000.0, charts::nested(true), Box::new(theirs::Nested::new(true))),
+        (
+            "flat, 20 states",
+            200.0,
+            charts::flat(),
+            Box::new(theirs::Flat::new()),
+        ),
+        (
+            "two regions, five levels deep, innermost states",
+            1000.0,
+            charts::nested(false),
+            Box::new(theirs::Nested::new(false)),
+        ),
+        (
+            "two regions, five levels deep, all levels",
+            1000.0,
+            charts::nested(true),
+            Box::new(theirs::Nested::new(true)),
+        ),
     ];
     println!("| a step, ns | goal | components | statig | states entered |\n|---|---|---|---|---|");
     let mut met = true;

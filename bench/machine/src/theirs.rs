@@ -193,6 +193,9 @@ impl Stepped for Nested {
     }
 
     fn entries(&self) -> u64 {
-        self.0.iter().map(|region| region.inner().counts.exits).sum()
+        self.0
+            .iter()
+            .map(|region| region.inner().counts.exits)
+            .sum()
     }
 }

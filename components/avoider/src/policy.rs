@@ -1,9 +1,9 @@
-//! How to get around without bumping into anything: from one scan to one motion.
+//! How to get around without bumping into anything: what a scan means, and the motions.
 //!
 //! While the way is clear the robot drives, and leans towards the most open direction ahead: doors
 //! are open, walls are not. When something is in the way it turns on the spot, to the side with
 //! more room, and keeps to that side until the way is clear by a margin: otherwise it would shake
-//! its head in every corner.
+//! its head in every corner. The states of the machine say which of both it does.
 
 /// Half the width of the sector ahead, in rad.
 const AHEAD: f32 = 0.6;
@@ -49,62 +49,63 @@ pub(crate) struct Motion {
     pub(crate) turn: f32,
 }
 
+/// A side to which the robot turns on the spot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Side {
+pub(crate) enum Side {
     Left,
     Right,
 }
 
-/// The state between two scans.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Policy {
-    /// The side to which the robot is turning on the spot.
-    turning: Option<Side>,
-}
-
-impl Policy {
-    /// Decides on the next motion. A scan without measures stops the robot.
-    pub(crate) fn decide(&mut self, scan: &[Measure], settings: &Settings) -> Motion {
-        if scan.is_empty() {
-            return Motion::default();
-        }
-        let needed = settings.safe_distance * if self.turning.is_some() { MARGIN } else { 1.0 };
-        if is_clear(scan, needed) {
-            self.turning = None;
-            let lean = (LEAN * opening(scan)).clamp(-settings.turn_speed, settings.turn_speed);
-            return Motion {
-                advance: settings.speed,
-                turn: lean,
-            };
-        }
-        let side = *self.turning.get_or_insert_with(|| freer_side(scan));
-        let turn = if side == Side::Left {
-            settings.turn_speed
+impl Side {
+    /// The side on which things are farther, on average.
+    pub(crate) fn freer(scan: &[Measure]) -> Self {
+        let left = mean(scan, |angle| angle > 0.0);
+        let right = mean(scan, |angle| angle < 0.0);
+        if left >= right {
+            Self::Left
         } else {
-            -settings.turn_speed
+            Self::Right
+        }
+    }
+
+    /// A turn to this side, on the spot.
+    pub(crate) fn turn(self, settings: &Settings) -> Motion {
+        let turn = match self {
+            Self::Left => settings.turn_speed,
+            Self::Right => -settings.turn_speed,
         };
         Motion { advance: 0.0, turn }
     }
 }
 
-/// Whether the robot can drive on.
-fn is_clear(scan: &[Measure], needed: f32) -> bool {
+/// Whether a robot that drives can drive on.
+pub(crate) fn is_clear(scan: &[Measure], settings: &Settings) -> bool {
+    has_room(scan, settings.safe_distance)
+}
+
+/// Whether a robot that stands or turns can drive again.
+pub(crate) fn is_clear_again(scan: &[Measure], settings: &Settings) -> bool {
+    !scan.is_empty() && has_room(scan, settings.safe_distance * MARGIN)
+}
+
+/// The way on, with a turn towards the most open direction ahead. Without a scan, the robot stands.
+pub(crate) fn cruise(scan: &[Measure], settings: &Settings) -> Motion {
+    if scan.is_empty() {
+        return Motion::default();
+    }
+    Motion {
+        advance: settings.speed,
+        turn: (LEAN * opening(scan)).clamp(-settings.turn_speed, settings.turn_speed),
+    }
+}
+
+/// Whether nothing is nearer than this.
+fn has_room(scan: &[Measure], needed: f32) -> bool {
     scan.iter().all(|measure| match measure.angle.abs() {
         angle if angle <= AHEAD => measure.distance >= needed,
         angle if angle <= ASIDE => measure.distance >= needed * ASIDE_PART,
         _ => true,
     })
-}
-
-/// The side on which things are farther, on average.
-fn freer_side(scan: &[Measure]) -> Side {
-    let left = mean(scan, |angle| angle > 0.0);
-    let right = mean(scan, |angle| angle < 0.0);
-    if left >= right {
-        Side::Left
-    } else {
-        Side::Right
-    }
 }
 
 /// The direction within view in which things are farthest, in rad; straight ahead among equals.
@@ -159,26 +160,24 @@ mod tests {
 
     #[test]
     fn an_open_floor_is_crossed_straight_on() {
-        let motion = Policy::default().decide(&scan(|_| 4000.0), &SETTINGS);
-        assert_eq!(
-            motion,
-            Motion {
-                advance: 300.0,
-                turn: 0.0
-            }
-        );
+        let floor = scan(|_| 4000.0);
+        assert!(is_clear(&floor, &SETTINGS));
+        let straight = Motion {
+            advance: 300.0,
+            turn: 0.0,
+        };
+        assert_eq!(cruise(&floor, &SETTINGS), straight);
     }
 
     #[test]
     fn the_robot_leans_towards_an_opening() {
         let door_on_the_left = scan(|angle| if angle > 0.4 { 4000.0 } else { 1500.0 });
-        let motion = Policy::default().decide(&door_on_the_left, &SETTINGS);
+        let motion = cruise(&door_on_the_left, &SETTINGS);
         assert!(motion.advance == 300.0 && motion.turn > 0.0, "{motion:?}");
     }
 
     #[test]
-    fn it_turns_on_the_spot_to_the_freer_side_and_keeps_to_it() {
-        let mut policy = Policy::default();
+    fn it_turns_on_the_spot_to_the_freer_side() {
         let blocked = |left: f32, right: f32| {
             scan(move |angle| {
                 if angle.abs() < 0.3 {
@@ -190,30 +189,18 @@ mod tests {
                 }
             })
         };
-        assert_eq!(
-            policy.decide(&blocked(2000.0, 1000.0), &SETTINGS),
-            Motion {
-                advance: 0.0,
-                turn: 0.9
-            }
-        );
-        assert_eq!(
-            policy.decide(&blocked(1000.0, 2000.0), &SETTINGS),
-            Motion {
-                advance: 0.0,
-                turn: 0.9
-            }
-        );
-        // Far enough to drive on, but not by the margin.
-        assert_eq!(policy.decide(&scan(|_| 550.0), &SETTINGS).advance, 0.0);
-        assert_eq!(policy.decide(&scan(|_| 650.0), &SETTINGS).advance, 300.0);
-        assert_eq!(
-            policy.decide(&blocked(1000.0, 2000.0), &SETTINGS),
-            Motion {
-                advance: 0.0,
-                turn: -0.9
-            }
-        );
+        let (left, right) = (blocked(2000.0, 1000.0), blocked(1000.0, 2000.0));
+        assert!(!is_clear(&left, &SETTINGS));
+        let turn = |scan: &[Measure]| Side::freer(scan).turn(&SETTINGS);
+        assert_eq!((turn(&left).advance, turn(&left).turn), (0.0, 0.9));
+        assert_eq!((turn(&right).advance, turn(&right).turn), (0.0, -0.9));
+    }
+
+    #[test]
+    fn after_a_turn_the_way_must_be_clear_by_a_margin() {
+        let (near, far) = (scan(|_| 550.0), scan(|_| 650.0));
+        assert!(is_clear(&near, &SETTINGS) && !is_clear_again(&near, &SETTINGS));
+        assert!(is_clear_again(&far, &SETTINGS));
     }
 
     #[test]
@@ -227,12 +214,13 @@ mod tests {
                 }
             })
         };
-        assert_eq!(Policy::default().decide(&at(1.2), &SETTINGS).advance, 0.0);
-        assert_eq!(Policy::default().decide(&at(1.5), &SETTINGS).advance, 300.0);
+        assert!(!is_clear(&at(1.2), &SETTINGS));
+        assert!(is_clear(&at(1.5), &SETTINGS));
     }
 
     #[test]
     fn a_blind_robot_stands() {
-        assert_eq!(Policy::default().decide(&[], &SETTINGS), Motion::default());
+        assert_eq!(cruise(&[], &SETTINGS), Motion::default());
+        assert!(!is_clear_again(&[], &SETTINGS));
     }
 }

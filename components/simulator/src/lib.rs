@@ -1,5 +1,6 @@
 //! The component `simulator`.
 
+mod battery;
 mod lidar;
 mod noise;
 #[cfg(test)]

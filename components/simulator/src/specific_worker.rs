@@ -1,17 +1,20 @@
 //! Serves the simulated robot: its scanner, its base and its true pose.
 
+use crate::battery::Battery;
 use crate::lidar::Lidar;
 use crate::world::{Robot, Simulation, Speed};
 use planar_map::{Map, Pose, libm};
 use simulator_generated::tracing::{info, warn};
 use simulator_generated::{
-    Context, DifferentialRobot, FullPoseEuler, GetBasePoseError, GetBaseStateError, Laser,
-    LaserConfData, TBaseState, TData, TMechParams, Worker, WorkerError,
+    BatteryStatus, Context, DifferentialRobot, FullPoseEuler, GetBasePoseError, GetBaseStateError,
+    GetBatteryStateError, Laser, LaserConfData, TBaseState, TBattery, TData, TMechParams, Worker,
+    WorkerError,
 };
 
 /// The simulated world, and when its time passes.
 pub struct SpecificWorker {
     simulation: Simulation,
+    battery: Battery,
     lockstep: bool,
 }
 
@@ -41,8 +44,13 @@ impl Worker for SpecificWorker {
             params.map.display(),
             map.segments().len()
         );
+        let battery = &params.battery;
         Ok(Self {
             simulation,
+            battery: Battery::new(
+                battery.endurance.as_secs_f64(),
+                battery.charging.as_secs_f64(),
+            ),
             lockstep: params.lockstep,
         })
     }
@@ -57,7 +65,12 @@ impl Worker for SpecificWorker {
 
 impl SpecificWorker {
     fn step(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        if self.battery.is_empty() {
+            self.simulation.ask(Speed::default());
+        }
         self.simulation.step();
+        let stands = self.simulation.wanted == Speed::default();
+        self.battery.step(ctx.params.step.as_secs_f64(), stands);
         ctx.full_pose_estimation_pub
             .new_full_pose(&self.full_pose())?;
         Ok(())
@@ -208,5 +221,11 @@ impl DifferentialRobot for SpecificWorker {
 
     fn correct_odometer(&mut self, _ctx: &mut Context, x: i32, z: i32, alpha: f32) {
         self.simulation.corrected = pose(x, z, alpha);
+    }
+}
+
+impl BatteryStatus for SpecificWorker {
+    fn get_battery_state(&mut self, _ctx: &mut Context) -> Result<TBattery, GetBatteryStateError> {
+        Ok(self.battery.state())
     }
 }

@@ -31,6 +31,7 @@ mod ros_real;
 mod ros_traps;
 mod settings;
 pub(crate) mod site;
+mod states;
 mod swap;
 mod terminal;
 mod time;

@@ -105,3 +105,9 @@ fn the_picture_of_the_network_is_up_to_date() {
     );
     expect_file!["../../../docs/images/patrol.svg"].assert_eq(&picture);
 }
+
+#[test]
+fn the_picture_of_the_machine_is_up_to_date() {
+    let picture = output("rcgen", &["graph", "components/avoider/avoider.scxml"]);
+    expect_file!["../../../docs/images/avoider.svg"].assert_eq(&picture);
+}

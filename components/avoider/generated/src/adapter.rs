@@ -3,6 +3,8 @@
 
 use crate::context::Context;
 use crate::description::DESCRIPTION;
+use crate::machine::{Joined, StateMachine};
+use rc_runtime::machine;
 use rc_runtime::{
     Component, Core, Embedded, ParamChange, Ports, StartError, Values, WorkerError,
 };
@@ -14,8 +16,11 @@ pub trait Worker: Sized {
     /// Creates the worker when its clients and publishers are open.
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError>;
 
-    /// Runs once a period.
-    fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError>;
+    /// Runs once a period while no active state has a `during`.
+    fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        let _ = ctx;
+        Ok(())
+    }
 
     /// Runs after parameters of the running component changed, with all changes of one request. `ctx.params` holds the
     /// new values. Return an error to reject the request: the requester receives it, and `ctx.params` gets the
@@ -46,38 +51,90 @@ pub trait Worker: Sized {
     }
 }
 
+/// One period: what the active states do, or `compute`, then the events that wait.
+pub(crate) fn step<W: Worker + StateMachine>(
+    worker: &mut W,
+    ctx: &mut Context,
+) -> Result<(), WorkerError> {
+    let result = match machine::during(
+        &mut Joined {
+            worker: &mut *worker,
+            ctx: &mut *ctx,
+        },
+    ) {
+        Ok(true) => Worker::compute(worker, ctx),
+        Ok(false) => Ok(()),
+        Err(error) => Err(error),
+    };
+    let rested = machine::rest(&mut Joined { worker, ctx });
+    if matches!(result, Err(WorkerError::Fatal(_))) {
+        result
+    } else {
+        rested.and(result)
+    }
+}
+
 struct Adapter<W> {
     worker: W,
     ctx: Context,
 }
 
 /// Runs the component with the command line of this process until it ends.
-pub fn run<W: Worker>() -> ExitCode {
+pub fn run<W: Worker + StateMachine>() -> ExitCode {
     rc_runtime::run(&DESCRIPTION, start::<W>)
 }
 
 /// Runs the component on a thread of this process, with a command line as for its binary: for tests.
-pub fn embed<W: Worker + 'static>(args: &[&str]) -> Result<Embedded, StartError> {
+pub fn embed<W: Worker + StateMachine + 'static>(
+    args: &[&str],
+) -> Result<Embedded, StartError> {
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
 }
 
-fn start<W: Worker>(
+fn start<W: Worker + StateMachine>(
     core: Core,
     ports: &Ports,
     values: &Values,
 ) -> Result<Adapter<W>, StartError> {
     let mut ctx = Context::new(core, ports, values)?;
-    let worker = W::initialize(&mut ctx)?;
+    let worker = begin(&mut ctx)?;
     Ok(Adapter { worker, ctx })
 }
 
-impl<W: Worker> Component for Adapter<W> {
+/// Creates the worker and starts its machine.
+pub(crate) fn begin<W: Worker + StateMachine>(
+    ctx: &mut Context,
+) -> Result<W, StartError> {
+    let mut worker = W::initialize(ctx)?;
+    machine::start(
+        &mut Joined {
+            worker: &mut worker,
+            ctx: &mut *ctx,
+        },
+    )?;
+    Ok(worker)
+}
+
+impl<W: Worker + StateMachine> Component for Adapter<W> {
     fn core(&mut self) -> &mut Core {
         self.ctx.core()
     }
 
     fn compute(&mut self) -> Result<(), WorkerError> {
-        Worker::compute(&mut self.worker, &mut self.ctx)
+        step(&mut self.worker, &mut self.ctx)
+    }
+
+    fn react(&mut self) -> Result<(), WorkerError> {
+        machine::react(
+            &mut Joined {
+                worker: &mut self.worker,
+                ctx: &mut self.ctx,
+            },
+        )
+    }
+
+    fn machine(&mut self) -> Option<&mut machine::Parts> {
+        Some(self.ctx.machine.parts())
     }
 
     fn set_parameters(&mut self, values: &Values) {
@@ -100,6 +157,12 @@ impl<W: Worker> Component for Adapter<W> {
     }
 
     fn finalize(&mut self) {
+        machine::stop(
+            &mut Joined {
+                worker: &mut self.worker,
+                ctx: &mut self.ctx,
+            },
+        );
         Worker::finalize(&mut self.worker, &mut self.ctx);
     }
 

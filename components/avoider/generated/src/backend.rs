@@ -15,5 +15,8 @@ pub(crate) const TYPES_LASER: &[&str] = &[];
 /// The middleware's names for the types of `DifferentialRobot`, if it has its own.
 pub(crate) const TYPES_DIFFERENTIAL_ROBOT: &[&str] = &[];
 
+/// The middleware's names for the types of `BatteryStatus`, if it has its own.
+pub(crate) const TYPES_BATTERY_STATUS: &[&str] = &[];
+
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"avoider\",\"model\":\"c7ba47822087ce9e\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"avoider\",\"model\":\"0f21acdcac24fda2\",\"middleware\":\"iceoryx2\"}\0";

@@ -2,7 +2,9 @@
 //! The context of the worker: its parameters, its clients and its publishers.
 
 use crate::interfaces;
+use crate::machine::{CHART, EXTERNAL, Event, State};
 use crate::parameters::Params;
+use rc_runtime::machine::Machine;
 use rc_runtime::middleware::OpenError;
 use rc_runtime::{Core, Ports, Values};
 use std::ops::{Deref, DerefMut};
@@ -20,10 +22,15 @@ pub struct Context {
     core: Core,
     /// The parameters of the configuration.
     pub params: Params,
+    /// The state machine: fires events, and knows the active states.
+    pub machine: Machine<State, Event>,
     /// requires `Laser`
     pub laser: interfaces::laser::LaserClient,
     /// requires `DifferentialRobot`
     pub differential_robot: interfaces::differential_robot::DifferentialRobotClient,
+    /// requires `BatteryStatus`, optional: without a server, calls return
+    /// `CallError::NoServer`, and `is_connected` is false.
+    pub battery_status: interfaces::battery_status::BatteryStatusClient,
 }
 
 impl Context {
@@ -35,9 +42,13 @@ impl Context {
         Ok(Self {
             core,
             params: Params::from_values(values),
+            machine: Machine::new(&CHART, EXTERNAL),
             laser: interfaces::laser::LaserClient::new(ports.client(0)?),
             differential_robot: interfaces::differential_robot::DifferentialRobotClient::new(
                 ports.client(1)?,
+            ),
+            battery_status: interfaces::battery_status::BatteryStatusClient::new(
+                ports.client(2)?,
             ),
         })
     }
@@ -53,6 +64,7 @@ impl Context {
     pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
         peers[0] = usize::from(self.laser.is_connected());
         peers[1] = usize::from(self.differential_robot.is_connected());
+        peers[2] = usize::from(self.battery_status.is_connected());
     }
 }
 

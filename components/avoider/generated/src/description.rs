@@ -33,16 +33,29 @@ const SLOT_DIFFERENTIAL_ROBOT: Slot = Slot {
     external_types: backend::TYPES_DIFFERENTIAL_ROBOT,
 };
 
+const SLOT_BATTERY_STATUS: Slot = Slot {
+    name: "BatteryStatus",
+    role: Role::Requires,
+    interface: "BatteryStatus",
+    type_name: "RoboCompBatteryStatus::BatteryStatus",
+    type_hash: 0x066a7d0aeff2706f,
+    backend: backend::MIDDLEWARE,
+    qos: Qos::CALL,
+    operations: interfaces::battery_status::OPERATIONS,
+    external_types: backend::TYPES_BATTERY_STATUS,
+};
+
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "avoider",
-    model_hash: 0xc7ba47822087ce9e,
+    model_hash: 0x0f21acdcac24fda2,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_LASER, SLOT_DIFFERENTIAL_ROBOT],
+    slots: &[SLOT_LASER, SLOT_DIFFERENTIAL_ROBOT, SLOT_BATTERY_STATUS],
     types: &[
+        ::interfaces::robo_comp_battery_status::RC_DESCRIPTION,
         ::interfaces::robo_comp_differential_robot::RC_DESCRIPTION,
         ::interfaces::robo_comp_generic_base::RC_DESCRIPTION,
         ::interfaces::robo_comp_laser::RC_DESCRIPTION,

@@ -13,6 +13,7 @@ mod backend;
 mod context;
 mod description;
 pub mod interfaces;
+pub mod machine;
 pub mod parameters;
 #[cfg(feature = "testing")]
 pub mod testing;
@@ -20,6 +21,7 @@ pub mod types;
 
 pub use adapter::{Worker, embed, run};
 pub use context::Context;
+pub use machine::StateMachine;
 pub use parameters::Params;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::network_time;

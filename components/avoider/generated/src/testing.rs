@@ -5,7 +5,8 @@
     reason = "calls and samples are kept in tests only"
 )]
 
-use crate::adapter::Worker;
+use crate::adapter::{self, Worker};
+use crate::machine::StateMachine;
 use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::interfaces;
@@ -34,6 +35,8 @@ pub struct TestContext {
     pub laser: LaserFake,
     /// The server of `DifferentialRobot`, as the test answers for it.
     pub differential_robot: DifferentialRobotFake,
+    /// The server of `BatteryStatus`, as the test answers for it.
+    pub battery_status: BatteryStatusFake,
 }
 
 impl TestContext {
@@ -68,24 +71,43 @@ impl TestContext {
             context_,
             laser: LaserFake::new(&bed),
             differential_robot: DifferentialRobotFake::new(&bed),
+            battery_status: BatteryStatusFake::new(&bed),
             bed_: bed,
         })
+    }
+
+    /// Creates the worker and starts its machine.
+    pub fn start<W: Worker + StateMachine>(&mut self) -> Result<W, StartError> {
+        adapter::begin(&mut self.context_)
     }
 
     /// Runs the worker for this time, as its process does: `compute` now and after each period, and in the state Emergency,
     /// into which `WorkerError::Emergency` leads, `emergency` in its place. Ends when the worker stops the component. A
     /// `compute` that fails otherwise ends the run with its error.
-    pub fn run<W: Worker>(
+    ///
+    /// The machine of the worker takes its steps, too.
+    pub fn run<W: Worker + StateMachine>(
         &mut self,
         worker: &mut W,
         time: Duration,
     ) -> Result<(), WorkerError> {
         let mut left = time;
         while !left.is_zero() && !self.is_stopping() {
+            let mut joined = crate::machine::Joined {
+                worker: &mut *worker,
+                ctx: &mut self.context_,
+            };
+            match rc_runtime::machine::react(&mut joined) {
+                Err(WorkerError::Emergency(_)) => self.set_state(State::Emergency),
+                other => other?,
+            }
+            if self.is_stopping() {
+                break;
+            }
             if self.state() == State::Emergency {
                 worker.emergency(self);
             } else {
-                match worker.compute(self) {
+                match adapter::step(worker, &mut self.context_) {
                     Err(WorkerError::Emergency(_)) => self.set_state(State::Emergency),
                     other => other?,
                 }
@@ -114,6 +136,7 @@ impl TestContext {
     pub fn answer_defaults(&mut self) {
         self.laser.answer_defaults();
         self.differential_robot.answer_defaults();
+        self.battery_status.answer_defaults();
     }
 }
 
@@ -611,6 +634,91 @@ impl DifferentialRobotFake {
 
 impl Deref for DifferentialRobotFake {
     type Target = FakeServer<DifferentialRobotCall>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+/// A call to `BatteryStatus`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BatteryStatusCall {
+    /// `getBatteryState`
+    GetBatteryState,
+}
+
+fn read_battery_status(
+    request: &mut Request<'_>,
+) -> Result<BatteryStatusCall, HandlerError> {
+    if request.operation == interfaces::battery_status::GET_BATTERY_STATE.id {
+        return request
+            .arguments(
+                &interfaces::battery_status::GET_BATTERY_STATE,
+                interfaces::battery_status::read_get_battery_state,
+            )
+            .map(|()| BatteryStatusCall::GetBatteryState);
+    }
+    Err(testing::unknown(request))
+}
+
+/// A server of `BatteryStatus` for tests: it replies as configured, records the calls, and fails on demand. An
+/// operation without result needs no answer.
+#[derive(Clone)]
+pub struct BatteryStatusFake(FakeServer<BatteryStatusCall>);
+
+impl BatteryStatusFake {
+    fn new(bed: &TestBed) -> Self {
+        let server = FakeServer::new(bed, 2, read_battery_status);
+        Self(server)
+    }
+
+    /// Answers every query that has no answer yet with default values.
+    pub fn answer_defaults(&self) {
+        self.or_default(
+            &interfaces::battery_status::GET_BATTERY_STATE,
+            |request| {
+                interfaces::battery_status::reply_get_battery_state(
+                    request,
+                    Default::default(),
+                )
+            },
+        );
+    }
+
+    /// Answers `getBatteryState` with what `answer` returns.
+    pub fn on_get_battery_state(
+        &self,
+        mut answer: impl FnMut(
+        ) -> Result<
+                types::robo_comp_battery_status::TBattery,
+                interfaces::battery_status::GetBatteryStateError,
+            > + 'static,
+    ) {
+        self.answer(
+            &interfaces::battery_status::GET_BATTERY_STATE,
+            interfaces::battery_status::read_get_battery_state,
+            move |(), request| {
+                match answer() {
+                    Ok(result) => {
+                        interfaces::battery_status::reply_get_battery_state(
+                            request,
+                            result,
+                        )
+                    }
+                    Err(error) => {
+                        interfaces::battery_status::refuse_get_battery_state(
+                            request,
+                            error,
+                        )
+                    }
+                }
+            },
+        );
+    }
+}
+
+impl Deref for BatteryStatusFake {
+    type Target = FakeServer<BatteryStatusCall>;
 
     fn deref(&self) -> &Self::Target {
         &self.0

@@ -10,6 +10,7 @@
 pub mod rc_bench;
 pub mod rc_interop;
 pub mod rc_soak;
+pub mod robo_comp_battery_status;
 pub mod robo_comp_camera;
 pub mod robo_comp_common_behavior;
 pub mod robo_comp_differential_robot;

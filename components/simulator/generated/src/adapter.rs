@@ -55,14 +55,14 @@ struct Adapter<W> {
 }
 
 /// Runs the component with the command line of this process until it ends.
-pub fn run<W: Worker + slots::DifferentialRobot + slots::Laser>() -> ExitCode {
+pub fn run<W: Worker + slots::BatteryStatus + slots::DifferentialRobot + slots::Laser>() -> ExitCode {
     rc_runtime::run(&DESCRIPTION, start::<W>)
 }
 
 /// Runs the component on a thread of this process, with a command line as for its binary: for tests.
-pub fn embed<W: Worker + slots::DifferentialRobot + slots::Laser + 'static>(
-    args: &[&str],
-) -> Result<Embedded, StartError> {
+pub fn embed<
+    W: Worker + slots::BatteryStatus + slots::DifferentialRobot + slots::Laser + 'static,
+>(args: &[&str]) -> Result<Embedded, StartError> {
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
 }
 
@@ -76,7 +76,9 @@ fn start<W: Worker>(
     Ok(Adapter { worker, ctx })
 }
 
-impl<W: Worker + slots::DifferentialRobot + slots::Laser> Component for Adapter<W> {
+impl<
+    W: Worker + slots::BatteryStatus + slots::DifferentialRobot + slots::Laser,
+> Component for Adapter<W> {
     fn core(&mut self) -> &mut Core {
         self.ctx.core()
     }
@@ -126,6 +128,7 @@ impl<W: Worker + slots::DifferentialRobot + slots::Laser> Component for Adapter<
                     request,
                 )
             }
+            2 => slots::battery_status::serve(&mut self.worker, &mut self.ctx, request),
             _ => request.unknown(),
         }
     }

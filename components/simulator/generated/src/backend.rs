@@ -15,8 +15,11 @@ pub(crate) const TYPES_LASER: &[&str] = &[];
 /// The middleware's names for the types of `DifferentialRobot`, if it has its own.
 pub(crate) const TYPES_DIFFERENTIAL_ROBOT: &[&str] = &[];
 
+/// The middleware's names for the types of `BatteryStatus`, if it has its own.
+pub(crate) const TYPES_BATTERY_STATUS: &[&str] = &[];
+
 /// The middleware's names for the types of `FullPoseEstimationPub`, if it has its own.
 pub(crate) const TYPES_FULL_POSE_ESTIMATION_PUB: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"simulator\",\"model\":\"e8b72e4a14460490\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"simulator\",\"model\":\"4a707f50f791fd4d\",\"middleware\":\"iceoryx2\"}\0";

@@ -34,7 +34,7 @@ impl Context {
             core,
             params: Params::from_values(values),
             full_pose_estimation_pub: interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::new(
-                ports.publishers(2),
+                ports.publishers(3),
             )?,
         })
     }
@@ -48,7 +48,7 @@ impl Context {
     }
 
     pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
-        peers[2] = self.full_pose_estimation_pub.subscribers();
+        peers[3] = self.full_pose_estimation_pub.subscribers();
     }
 }
 

@@ -34,6 +34,18 @@ const SLOT_DIFFERENTIAL_ROBOT: Slot = Slot {
     external_types: backend::TYPES_DIFFERENTIAL_ROBOT,
 };
 
+const SLOT_BATTERY_STATUS: Slot = Slot {
+    name: "BatteryStatus",
+    role: Role::Implements,
+    interface: "BatteryStatus",
+    type_name: "RoboCompBatteryStatus::BatteryStatus",
+    type_hash: 0x066a7d0aeff2706f,
+    backend: backend::MIDDLEWARE,
+    qos: Qos::CALL,
+    operations: interfaces::battery_status::OPERATIONS,
+    external_types: backend::TYPES_BATTERY_STATUS,
+};
+
 const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
     name: "FullPoseEstimationPub",
     role: Role::Publishes,
@@ -54,13 +66,19 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "simulator",
-    model_hash: 0xe8b72e4a14460490,
+    model_hash: 0x4a707f50f791fd4d,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_LASER, SLOT_DIFFERENTIAL_ROBOT, SLOT_FULL_POSE_ESTIMATION_PUB],
+    slots: &[
+        SLOT_LASER,
+        SLOT_DIFFERENTIAL_ROBOT,
+        SLOT_BATTERY_STATUS,
+        SLOT_FULL_POSE_ESTIMATION_PUB,
+    ],
     types: &[
+        ::interfaces::robo_comp_battery_status::RC_DESCRIPTION,
         ::interfaces::robo_comp_differential_robot::RC_DESCRIPTION,
         ::interfaces::robo_comp_full_pose_estimation::RC_DESCRIPTION,
         ::interfaces::robo_comp_full_pose_estimation_pub::RC_DESCRIPTION,

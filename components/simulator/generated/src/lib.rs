@@ -27,6 +27,7 @@ pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;
 pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
 pub use self::interfaces::*;
+pub use slots::BatteryStatus;
 pub use slots::DifferentialRobot;
 pub use slots::Laser;
 pub use types::*;

@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"simulator","parameters":[{"name":"map","doc":["The floor: see maps/house.map. A relative path starts at the working directory."],"kind":{"scalar":{"type":"path"}},"default":{"text":"../maps/house.map"}},{"name":"step","doc":["Simulated time that passes in one step."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":50000000}},{"name":"lockstep","doc":["One step for each setSpeedBase instead of one for each compute. With the avoider's lockstep a run is then the","same on every machine."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false}},{"name":"seed","doc":["What the noise begins with; the same seed gives the same noise."],"kind":{"scalar":{"type":"long"}},"default":{"int":1}},{"name":"robot","kind":{"group":[{"name":"radius","kind":{"scalar":{"type":"double"}},"default":{"float":200.0},"range":{"min":{"float":10.0},"max":{"float":1000.0}},"unit":"mm"},{"name":"max_speed","kind":{"scalar":{"type":"double"}},"default":{"float":1000.0},"range":{"min":{"float":1.0},"max":{"float":5000.0}},"unit":"mm/s"},{"name":"max_turn","kind":{"scalar":{"type":"double"}},"default":{"float":3.0},"range":{"min":{"float":0.1},"max":{"float":20.0}},"unit":"rad/s"}]}},{"name":"laser","kind":{"group":[{"name":"beams","kind":{"scalar":{"type":"int"}},"default":{"int":181},"range":{"min":{"int":2},"max":{"int":4000}}},{"name":"field_of_view","kind":{"scalar":{"type":"double"}},"default":{"float":3.141592653589793},"range":{"min":{"float":0.1},"max":{"float":6.283185307179586}},"unit":"rad"},{"name":"max_range","kind":{"scalar":{"type":"double"}},"default":{"float":5000.0},"range":{"min":{"float":100.0},"max":{"float":100000.0}},"unit":"mm"},{"name":"noise","doc":["Standard deviation of a distance."],"kind":{"scalar":{"type":"double"}},"default":{"float":10.0},"range":{"min":{"float":0.0},"max":{"float":1000.0}},"unit":"mm"}]}}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"simulator","parameters":[{"name":"map","doc":["The floor: see maps/house.map. A relative path starts at the working directory."],"kind":{"scalar":{"type":"path"}},"default":{"text":"../maps/house.map"}},{"name":"step","doc":["Simulated time that passes in one step."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":50000000}},{"name":"lockstep","doc":["One step for each setSpeedBase instead of one for each compute. With the avoider's lockstep a run is then the","same on every machine."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false}},{"name":"seed","doc":["What the noise begins with; the same seed gives the same noise."],"kind":{"scalar":{"type":"long"}},"default":{"int":1}},{"name":"robot","kind":{"group":[{"name":"radius","kind":{"scalar":{"type":"double"}},"default":{"float":200.0},"range":{"min":{"float":10.0},"max":{"float":1000.0}},"unit":"mm"},{"name":"max_speed","kind":{"scalar":{"type":"double"}},"default":{"float":1000.0},"range":{"min":{"float":1.0},"max":{"float":5000.0}},"unit":"mm/s"},{"name":"max_turn","kind":{"scalar":{"type":"double"}},"default":{"float":3.0},"range":{"min":{"float":0.1},"max":{"float":20.0}},"unit":"rad/s"}]}},{"name":"laser","kind":{"group":[{"name":"beams","kind":{"scalar":{"type":"int"}},"default":{"int":181},"range":{"min":{"int":2},"max":{"int":4000}}},{"name":"field_of_view","kind":{"scalar":{"type":"double"}},"default":{"float":3.141592653589793},"range":{"min":{"float":0.1},"max":{"float":6.283185307179586}},"unit":"rad"},{"name":"max_range","kind":{"scalar":{"type":"double"}},"default":{"float":5000.0},"range":{"min":{"float":100.0},"max":{"float":100000.0}},"unit":"mm"},{"name":"noise","doc":["Standard deviation of a distance."],"kind":{"scalar":{"type":"double"}},"default":{"float":10.0},"range":{"min":{"float":0.0},"max":{"float":1000.0}},"unit":"mm"}]}},{"name":"battery","doc":["It is discharged while the robot moves, and charged while it stands."],"kind":{"group":[{"name":"endurance","doc":["How long a full one lasts."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":7200000000000},"range":{"min":{"duration":1000000000},"max":{"duration":86400000000000}}},{"name":"charging","doc":["How long an empty one takes to charge."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":1200000000000},"range":{"min":{"duration":1000000000},"max":{"duration":86400000000000}}}]}}]}"###;
 
 /// The group `robot`.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,6 +55,29 @@ impl LaserParams {
     }
 }
 
+/// The group `battery`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BatteryParams {
+    /// How long a full one lasts.
+    ///
+    /// Allowed: a duration such as "50ms", or a number of milliseconds, from 1s to 86400s.
+    pub endurance: std::time::Duration,
+    /// How long an empty one takes to charge.
+    ///
+    /// Allowed: a duration such as "50ms", or a number of milliseconds, from 1s to 86400s.
+    pub charging: std::time::Duration,
+}
+
+impl BatteryParams {
+    /// Takes the values of a configuration that was checked.
+    pub(crate) fn from_values(values: &Values) -> Self {
+        Self {
+            endurance: values.duration("endurance"),
+            charging: values.duration("charging"),
+        }
+    }
+}
+
 /// The parameters `simulator`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Params {
@@ -79,6 +102,10 @@ pub struct Params {
     pub robot: RobotParams,
     /// Allowed: a table.
     pub laser: LaserParams,
+    /// It is discharged while the robot moves, and charged while it stands.
+    ///
+    /// Allowed: a table.
+    pub battery: BatteryParams,
 }
 
 impl Params {
@@ -91,6 +118,7 @@ impl Params {
             seed: values.int("seed"),
             robot: RobotParams::from_values(values.group("robot")),
             laser: LaserParams::from_values(values.group("laser")),
+            battery: BatteryParams::from_values(values.group("battery")),
         }
     }
 }

@@ -3,6 +3,8 @@
 
 pub(crate) mod laser;
 pub(crate) mod differential_robot;
+pub(crate) mod battery_status;
 
 pub use laser::Laser;
 pub use differential_robot::DifferentialRobot;
+pub use battery_status::BatteryStatus;

@@ -66,7 +66,7 @@ impl TestContext {
             context_,
             full_pose_estimation_pub: FakeSubscriber::new(
                 &bed,
-                2,
+                3,
                 read_full_pose_estimation_pub,
             ),
             bed_: bed,
