@@ -134,7 +134,7 @@ fn errors_outside_states() {
     check_file(
         "states a;",
         &expect![[r#"
-            m.scxml:1:1: error[malformed-xml]: malformed XML: unknown token
+            m.scxml:1:1: error[other-format]: expected SCXML, found SMDSL (name the file `m.smdsl`)
         "#]],
     );
     check_file(

@@ -11,23 +11,23 @@ fn a_wide_terminal_shows_all_columns() {
         120,
         30,
         &expect![[r#"
-        patrol  4 running  1 emergency  1 failed                                                                        8.5% 25M
-        COMPONENT                STATE         UP   CPU   MEM  IN/s OUT/s CALLS/s COMPUTE p50/p99 HANDLER p50/p99 RESTARTS  LOST
-        simulator                running       0s  0.3%  3.0M     0  1.5k      20      55us/1.2ms      12us/340us        0     0
-        avoider                  running    1m02s  1.0%  4.0M     0     0      20      55us/1.2ms               -        0     0
-        ▾ left                   emergency      -  4.1%   11M  3.0k     0       0      55us/1.2ms      12us/340us        0     0
-          ▾ arm                  1/1        4m08s  1.7%  5.0M  1.5k     0       0      55us/1.2ms      12us/340us        0     0
-            gripper              running    4m08s  1.7%  5.0M  1.5k     0       0      55us/1.2ms      12us/340us        0     0
-          eye                    emergency  9m18s  2.4%  6.0M  1.5k     0       0      55us/1.2ms      12us/340us        0     0
-        ▾ right                  1/1       16m32s  3.1%  7.0M  1.5k     0       0      55us/1.2ms      12us/340us        1    12
-          eye                    running   16m32s  3.1%  7.0M  1.5k     0       0      55us/1.2ms      12us/340us        1    12
-        monitor                  failed         -     -     -     -     -       -               -               -        1     0
-        ── events ──────────────────────────────────────────────────────────────────────────────────────────────────────────────
-        13:56:01 network patrol is up
-        13:56:02 monitor: ended: signal 11 (SIGSEGV); the last lines of /robot/log:
-                     reading map
-                     no map
-        13:56:03 left.eye: says that it cannot do its work
+            patrol  4 running  1 emergency  1 failed                                                                        8.5% 25M
+            COMPONENT                STATE         UP   CPU   MEM  IN/s OUT/s CALLS/s COMPUTE p50/p99 HANDLER p50/p99 RESTARTS  LOST
+            simulator                running       0s  0.3%  3.0M     0  1.5k      20      55us/1.2ms      12us/340us        0     0
+            avoider  cruising charg… running    1m02s  1.0%  4.0M     0     0      20      55us/1.2ms               -        0     0
+            ▾ left                   emergency      -  4.1%   11M  3.0k     0       0      55us/1.2ms      12us/340us        0     0
+              ▾ arm                  1/1        4m08s  1.7%  5.0M  1.5k     0       0      55us/1.2ms      12us/340us        0     0
+                gripper              running    4m08s  1.7%  5.0M  1.5k     0       0      55us/1.2ms      12us/340us        0     0
+              eye                    emergency  9m18s  2.4%  6.0M  1.5k     0       0      55us/1.2ms      12us/340us        0     0
+            ▾ right                  1/1       16m32s  3.1%  7.0M  1.5k     0       0      55us/1.2ms      12us/340us        1    12
+              eye                    running   16m32s  3.1%  7.0M  1.5k     0       0      55us/1.2ms      12us/340us        1    12
+            monitor                  failed         -     -     -     -     -       -               -               -        1     0
+            ── events ──────────────────────────────────────────────────────────────────────────────────────────────────────────────
+            13:56:01 network patrol is up
+            13:56:02 monitor: ended: signal 11 (SIGSEGV); the last lines of /robot/log:
+                         reading map
+                         no map
+            13:56:03 left.eye: says that it cannot do its work
 
 
 
@@ -40,8 +40,8 @@ fn a_wide_terminal_shows_all_columns() {
 
 
 
-        r restart  x stop  s start  e emergency  enter log  p parameters  c connections  ? help  q stop the network
-    "#]],
+            r restart  x stop  s start  e emergency  enter log  p parameters  c connections  ? help  q stop the network
+        "#]],
     );
 }
 
@@ -52,31 +52,31 @@ fn a_medium_terminal_shows_the_most_important_columns() {
         80,
         24,
         &expect![[r#"
-        patrol  4 running  1 emergency  1 failed                                8.5% 25M
-        COMPONENT        STATE         UP   CPU   MEM  IN/s OUT/s CALLS/s RESTARTS  LOST
-        simulator        running       0s  0.3%  3.0M     0  1.5k      20        0     0
-        avoider          running    1m02s  1.0%  4.0M     0     0      20        0     0
-        ▾ left           emergency      -  4.1%   11M  3.0k     0       0        0     0
-          ▾ arm          1/1        4m08s  1.7%  5.0M  1.5k     0       0        0     0
-            gripper      running    4m08s  1.7%  5.0M  1.5k     0       0        0     0
-          eye            emergency  9m18s  2.4%  6.0M  1.5k     0       0        0     0
-        ▾ right          1/1       16m32s  3.1%  7.0M  1.5k     0       0        1    12
-          eye            running   16m32s  3.1%  7.0M  1.5k     0       0        1    12
-        monitor          failed         -     -     -     -     -       -        1     0
-        ── events ──────────────────────────────────────────────────────────────────────
-        13:56:01 network patrol is up
-        13:56:02 monitor: ended: signal 11 (SIGSEGV); the last lines of /robot/log:
-                     reading map
-                     no map
-        13:56:03 left.eye: says that it cannot do its work
+            patrol  4 running  1 emergency  1 failed                                8.5% 25M
+            COMPONENT        STATE         UP   CPU   MEM  IN/s OUT/s CALLS/s RESTARTS  LOST
+            simulator        running       0s  0.3%  3.0M     0  1.5k      20        0     0
+            avoider  cruisi… running    1m02s  1.0%  4.0M     0     0      20        0     0
+            ▾ left           emergency      -  4.1%   11M  3.0k     0       0        0     0
+              ▾ arm          1/1        4m08s  1.7%  5.0M  1.5k     0       0        0     0
+                gripper      running    4m08s  1.7%  5.0M  1.5k     0       0        0     0
+              eye            emergency  9m18s  2.4%  6.0M  1.5k     0       0        0     0
+            ▾ right          1/1       16m32s  3.1%  7.0M  1.5k     0       0        1    12
+              eye            running   16m32s  3.1%  7.0M  1.5k     0       0        1    12
+            monitor          failed         -     -     -     -     -       -        1     0
+            ── events ──────────────────────────────────────────────────────────────────────
+            13:56:01 network patrol is up
+            13:56:02 monitor: ended: signal 11 (SIGSEGV); the last lines of /robot/log:
+                         reading map
+                         no map
+            13:56:03 left.eye: says that it cannot do its work
 
 
 
 
 
 
-        r restart  x stop  s start  e emergency  enter log  ? help  q leave
-    "#]],
+            r restart  x stop  s start  e emergency  enter log  ? help  q leave
+        "#]],
     );
 }
 
@@ -87,17 +87,17 @@ fn a_small_terminal_shows_names_and_states() {
         40,
         10,
         &expect![[r#"
-        patrol  4 running  1 emergency  1 failed
-        COMPONENT          STATE       CPU   MEM
-        simulator          running    0.3%  3.0M
-        avoider            running    1.0%  4.0M
-        ▾ left             emergency  4.1%   11M
-          ▾ arm            1/1        1.7%  5.0M
-            gripper        running    1.7%  5.0M
-        ── events ──────────────────────────────
-        13:56:03 left.eye: says that it cannot d
-        r restart  ? help  q stop the network
-    "#]],
+            patrol  4 running  1 emergency  1 failed
+            COMPONENT          STATE       CPU   MEM
+            simulator          running    0.3%  3.0M
+            avoider  cruising… running    1.0%  4.0M
+            ▾ left             emergency  4.1%   11M
+              ▾ arm            1/1        1.7%  5.0M
+                gripper        running    1.7%  5.0M
+            ── events ──────────────────────────────
+            13:56:03 left.eye: says that it cannot d
+            r restart  ? help  q stop the network
+        "#]],
     );
 }
 
