@@ -259,8 +259,7 @@ pub(super) fn show(network: &str, wanted: &str, format: Format) -> Result<u8, Fa
             }
             .into());
         }
-        // The same interface or operation at several ends looks the same.
-        many => match many.iter().find(|item| matches!(item, Shown::Interface(_))) {
+        many => match one_of(many) {
             Some(one) => one,
             None => {
                 let found = many
@@ -274,6 +273,17 @@ pub(super) fn show(network: &str, wanted: &str, format: Format) -> Result<u8, Fa
     };
     let document = document(item);
     print(format, &document, |_| text(item))
+}
+
+/// The same interface, or the same operation at several ends, looks the same.
+fn one_of<'s, 'n>(many: &[&'s Shown<'n>]) -> Option<&'s Shown<'n>> {
+    let interface = many.iter().find(|item| matches!(item, Shown::Interface(_)));
+    let first = many.first()?;
+    let Shown::Operation(operation, _) = first else {
+        return interface.copied();
+    };
+    let is_same = |item: &&Shown<'_>| matches!(item, Shown::Operation(other, _) if other.hash == operation.hash);
+    many.iter().all(is_same).then_some(*first)
 }
 
 fn members(of: &Struct) -> Vec<Value> {

@@ -216,6 +216,16 @@ pub(super) fn echo(watched: &Watched, echo: &Echo) -> Result<u8, Failure> {
                 return Ok(true);
             }
         };
+        // A request has other members than its reply.
+        let is_call = matches!(source, Source::Calls(_));
+        if is_call
+            && echo
+                .fields
+                .iter()
+                .any(|path| decoded.value.field(path).is_err())
+        {
+            return Ok(true);
+        }
         if pause.is_some_and(|pause| printed.is_some_and(|at| at.elapsed() < pause)) {
             return Ok(true);
         }
@@ -478,6 +488,7 @@ pub(super) fn measure(
 ) -> Result<u8, Failure> {
     let window = std::cell::RefCell::new(Window::default());
     let mut last: Option<u64> = None;
+    let start = now();
     let take = |source: &Source, observed: &Observed<'_>| {
         if let Source::Calls(operation) = source {
             let mut reader = Reader::new(observed.body);
@@ -485,6 +496,10 @@ pub(super) fn measure(
             if observed.kind != MessageKind::Request || id != Ok(operation.operation.id) {
                 return Ok(true);
             }
+        }
+        // What a publisher keeps for late subscribers was sent before.
+        if (1..start).contains(&observed.header.sent) {
+            return Ok(true);
         }
         let mut window = window.borrow_mut();
         window.count += 1;

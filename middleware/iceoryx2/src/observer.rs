@@ -37,7 +37,9 @@ pub(crate) fn port_name() -> PortName {
 
 /// The subscribers of components.
 pub(crate) fn subscribers(topic: &TopicService) -> usize {
-    topic.dynamic_config().number_of_subscribers() - observers(topic)
+    let all = topic.dynamic_config().number_of_subscribers();
+    // A tool may have come in between.
+    all.saturating_sub(observers(topic))
 }
 
 /// The publishers of components.
@@ -157,7 +159,8 @@ fn sources(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Sources, OpenE
     let name = names::transient_local(address);
     let transient_local = existing_topic(session, &name, types)?;
     let wants_history = endpoint.qos.durability == Durability::TransientLocal;
-    let history = if wants_history { usize::MAX } else { 0 };
+    // The newest sample is enough to show what a publisher has sent once.
+    let history = usize::from(wants_history);
     Ok((source(volatile, 0)?, source(transient_local, history)?))
 }
 

@@ -61,16 +61,14 @@ impl Value {
                 _ => {
                     let names = ty.members.iter().map(|member| member.name.as_str());
                     let near = nearest(name, names.clone());
-                    let near =
-                        near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
                     let all: Vec<&str> = names.collect();
-                    let has = if all.is_empty() {
-                        "no members".to_owned()
-                    } else {
-                        all.join(", ")
+                    let help = match near {
+                        Some(near) => format!("did you mean `{near}`?"),
+                        None if all.is_empty() => "there are no members".to_owned(),
+                        None => format!("the members are {}", all.join(", ")),
                     };
                     Err(ValueError::new(format!(
-                        "there is no member `{name}`{near} The members are: {has}"
+                        "there is no member `{name}`; {help}"
                     )))
                 }
             },

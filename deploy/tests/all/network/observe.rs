@@ -173,16 +173,11 @@ fn tools_are_no_peers_and_take_no_place() {
         "FullPoseEstimationPub={}/simulator/FullPoseEstimationPub",
         site.network
     );
-    let second = site.start(
+    let second = site.start_program(
         "pose_monitor",
-        &[
-            "--network",
-            &site.network,
-            "--name",
-            "second",
-            "--bind",
-            &bind,
-        ],
+        "second",
+        &["--name", "second", "--bind", &bind],
+        &[],
     );
     Site::until("another subscriber is counted", || peers()[2] == json!(2));
     drop(second);
