@@ -205,13 +205,12 @@ impl Ports {
 
     /// The sending end of one operation of a published slot.
     pub fn publisher(&self, slot: usize, operation: usize) -> Result<TypedPublisher, OpenError> {
-        let port = match self.exact.replay() {
-            Some(replay) => replayed_publisher(replay, slot, operation),
-            None => {
-                let endpoint = self.topic_endpoint(slot, operation);
-                let port = self.backend(slot)?.publisher(&endpoint)?;
-                self.exact.publisher(slot, operation, port)
-            }
+        let port = if let Some(replay) = self.exact.replay() {
+            replayed_publisher(replay, slot, operation)
+        } else {
+            let endpoint = self.topic_endpoint(slot, operation);
+            let port = self.backend(slot)?.publisher(&endpoint)?;
+            self.exact.publisher(slot, operation, port)
         };
         let port = Box::new(TappedPublisher {
             port,
@@ -238,12 +237,11 @@ impl Ports {
 
     /// The calling end of a required slot.
     pub fn client(&self, slot: usize) -> Result<TypedClient, OpenError> {
-        let port = match self.exact.replay() {
-            Some(replay) => replayed_client(replay, slot),
-            None => {
-                let port = self.backend(slot)?.client(&self.call_endpoint(slot))?;
-                self.exact.client(slot, port)
-            }
+        let port = if let Some(replay) = self.exact.replay() {
+            replayed_client(replay, slot)
+        } else {
+            let port = self.backend(slot)?.client(&self.call_endpoint(slot))?;
+            self.exact.client(slot, port)
         };
         self.watch(slot, port.queue());
         let taps = Arc::clone(&self.taps);

@@ -37,14 +37,13 @@ impl Backends {
         let known = |(name, settings, _): &(String, BTreeMap<String, String>, _)| {
             *name == topic.middleware && *settings == wanted
         };
-        let at = match self.joined.iter().position(known) {
-            Some(at) => at,
-            None => {
-                let backend = self.join(&topic.middleware, &wanted)?;
-                self.joined
-                    .push((topic.middleware.clone(), wanted, backend));
-                self.joined.len() - 1
-            }
+        let at = if let Some(at) = self.joined.iter().position(known) {
+            at
+        } else {
+            let backend = self.join(&topic.middleware, &wanted)?;
+            self.joined
+                .push((topic.middleware.clone(), wanted, backend));
+            self.joined.len() - 1
         };
         Ok(self.joined[at].2.as_ref())
     }

@@ -93,12 +93,11 @@ impl Observer {
 
     /// Observes a topic from now on.
     pub fn open(&mut self, topic: &Topic) -> Result<FeedId, Error> {
-        let source = match copied_by(topic) {
-            Some(end) => self.tapped(&end.component, &end.slot, Some(&topic.operation.name))?,
-            None => {
-                let endpoint = receiving(topic)?;
-                Source::Port(self.backends.of(topic)?.subscriber(&endpoint)?)
-            }
+        let source = if let Some(end) = copied_by(topic) {
+            self.tapped(&end.component, &end.slot, Some(&topic.operation.name))?
+        } else {
+            let endpoint = receiving(topic)?;
+            Source::Port(self.backends.of(topic)?.subscriber(&endpoint)?)
         };
         Ok(self.add(source))
     }

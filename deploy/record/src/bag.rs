@@ -223,14 +223,13 @@ pub fn cut(path: &Path, selection: Selection, to: &Path) -> Result<u64, RecordEr
     let mut count = 0;
     while let Some(record) = reader.next() {
         match record {
-            Record::Message(message) => match selecting.takes(&message) {
-                Some(true) => {
+            // Attachments and tables may follow what the selection leaves out.
+            Record::Message(message) => {
+                if selecting.takes(&message) == Some(true) {
                     copy(&mut writer, &mut channels, &message)?;
                     count += 1;
                 }
-                // Attachments and tables may follow.
-                Some(false) | None => {}
-            },
+            }
             Record::Attachment(file) => writer.attach(&file.name, &file.media_type, file.data)?,
             Record::Metadata(name, table) => writer.metadata(&name, &table)?,
         }

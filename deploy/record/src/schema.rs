@@ -31,17 +31,13 @@ pub fn sample(interface: &str, operation: &Operation, external: Option<&str>) ->
         return schema;
     }
     let mut definitions = Definitions::default();
-    let (name, text) = match only_structure(&operation.request) {
-        Some(only) => {
-            let name = definitions.name_of(only);
-            (name, definitions.fields_of(only))
-        }
-        None => {
-            let name = operation_name(interface, &operation.name);
-            let (package, place) = parts(&name);
-            let text = definitions.fields(&operation.request.members, package, place);
-            (name, text)
-        }
+    let (name, text) = if let Some(only) = only_structure(&operation.request) {
+        (name_of(only), definitions.fields_of(only))
+    } else {
+        let name = operation_name(interface, &operation.name);
+        let (package, place) = parts(&name);
+        let text = definitions.fields(&operation.request.members, package, place);
+        (name, text)
     };
     definitions.schema(external.unwrap_or(&with_kind(&name, "msg")), &text)
 }
@@ -64,10 +60,7 @@ pub fn reply(interface: &str, operation: &Operation) -> Schema {
     if !operation.throws.is_empty() {
         text += "int32 code\n";
         for exception in &operation.throws {
-            let (ty, field) = (
-                definitions.name_of(&exception.ty),
-                exception_field(&exception.ty),
-            );
+            let (ty, field) = (name_of(&exception.ty), exception_field(&exception.ty));
             text += &format!("{ty} {field}\n");
             definitions.needs(&exception.ty);
         }
@@ -168,6 +161,12 @@ struct Definitions {
     messages: BTreeMap<String, String>,
 }
 
+/// `package/Name` of a structure.
+fn name_of(of: &Struct) -> String {
+    let (module, name) = of.name.rsplit_once("::").unwrap_or(("", &of.name));
+    format!("{}/{}", words::package(module), words::ty(name))
+}
+
 impl Definitions {
     fn schema(&self, name: &str, text: &str) -> Schema {
         let mut text = text.to_owned();
@@ -181,21 +180,15 @@ impl Definitions {
         }
     }
 
-    /// `package/Name` of a structure.
-    fn name_of(&self, of: &Struct) -> String {
-        let (module, name) = of.name.rsplit_once("::").unwrap_or(("", &of.name));
-        format!("{}/{}", words::package(module), words::ty(name))
-    }
-
     fn fields_of(&mut self, of: &Struct) -> String {
-        let name = self.name_of(of);
+        let name = name_of(of);
         let (package, place) = parts(&name);
         self.fields(&of.members, package, place)
     }
 
     /// Adds the message of a structure.
     fn needs(&mut self, of: &Arc<Struct>) {
-        let name = self.name_of(of);
+        let name = name_of(of);
         if !self.messages.contains_key(&name) {
             // A type does not hold itself; the entry stands for it while its members are written.
             self.messages.insert(name.clone(), String::new());
@@ -259,7 +252,7 @@ impl Definitions {
             Type::Enum(_) => "int32".to_owned(),
             Type::Struct(of) => {
                 self.needs(of);
-                self.name_of(of)
+                name_of(of)
             }
             Type::Sequence { .. } | Type::Array { .. } | Type::Map { .. } => {
                 let name = format!("{package}/{place}");

@@ -173,7 +173,7 @@ impl Writer {
     }
 
     fn close(&mut self) -> Result<(), RecordError> {
-        self.with(|part, channels| part.finish(channels))?;
+        self.with(Part::finish)?;
         self.part = None;
         Ok(())
     }
@@ -218,9 +218,9 @@ struct Part {
     tables: u32,
 }
 
-fn spread(times: Option<(u64, u64)>, time: u64) -> Option<(u64, u64)> {
+fn spread(times: Option<(u64, u64)>, time: u64) -> (u64, u64) {
     let (first, last) = times.unwrap_or((time, time));
-    Some((first.min(time), last.max(time)))
+    (first.min(time), last.max(time))
 }
 
 impl Part {
@@ -278,7 +278,7 @@ impl Part {
         write::message(&mut self.chunk, number, stamp, &[data]);
         let time = stamp.log_time;
         self.index.entry(number).or_default().push((time, at));
-        self.times = spread(self.times, time);
+        self.times = Some(spread(self.times, time));
         *self.counts.entry(number).or_default() += 1;
         self.flush_if_due()
     }
@@ -291,15 +291,17 @@ impl Part {
         let full = |_| std::io::Error::other("a recording has at most 65535 channels and types");
         let schema = match &entry.schema {
             None => 0,
-            Some(schema) => match self.schemas.iter().find(|(known, _)| known == schema) {
-                Some((_, number)) => *number,
-                None => {
+            Some(schema) => {
+                let known = self.schemas.iter().find(|(known, _)| known == schema);
+                if let Some((_, number)) = known {
+                    *number
+                } else {
                     let number = u16::try_from(self.schemas.len() + 1).map_err(full)?;
                     self.schemas.push((schema.clone(), number));
                     write_schema(&mut self.chunk, schema, number);
                     number
                 }
-            },
+            }
         };
         let number = u16::try_from(self.numbers.len()).map_err(full)?;
         self.numbers.insert(channel, (number, schema));
@@ -320,7 +322,7 @@ impl Part {
         let Some((first, last)) = self.times.take() else {
             return Ok(());
         };
-        self.all_times = spread(spread(self.all_times, first), last);
+        self.all_times = Some(spread(Some(spread(self.all_times, first)), last));
         let chunk = std::mem::take(&mut self.chunk);
         let index = std::mem::take(&mut self.index);
         let mut encoder = FrameEncoder::new(Vec::with_capacity(chunk.len() / 2));

@@ -259,17 +259,14 @@ pub(super) fn show(network: &str, wanted: &str, format: Format) -> Result<u8, Fa
             }
             .into());
         }
-        many => match one_of(many) {
-            Some(one) => one,
-            None => {
-                let found = many
-                    .iter()
-                    .map(|item| format!("`{}`", item.name()))
-                    .collect();
-                let name = clean(wanted);
-                return Err(Error::Ambiguous { name, found }.into());
-            }
-        },
+        many => one_of(many).ok_or_else(|| {
+            let found = many
+                .iter()
+                .map(|item| format!("`{}`", item.name()))
+                .collect();
+            let name = clean(wanted);
+            Error::Ambiguous { name, found }
+        })?,
     };
     let document = document(item);
     print(format, &document, |_| text(item))

@@ -103,7 +103,7 @@ pub(super) fn replay(options: &Replay) -> Result<u8, Failure> {
             .map_err(|e| system(&e))?;
     }
     let status = child.wait().map_err(|e| system(&e))?;
-    let cut = feeder.join().unwrap_or_else(|_| Ok(None));
+    let cut = feeder.join().unwrap_or(Ok(None));
     let printed = String::from_utf8_lossy(&printed);
     let report = printed.lines().rev().find_map(|line| {
         let json: Json = serde_json::from_str(line).ok()?;

@@ -88,10 +88,10 @@ impl Supervisor<'_> {
         let is_managed = |i: &usize| self.units[*i].is_managed();
         if names.is_empty() {
             let found: BTreeSet<usize> = (0..all.len()).filter(is_managed).collect();
-            return match found.is_empty() {
-                true => Err("no component of this network is managed".to_owned()),
-                false => Ok(found),
-            };
+            if found.is_empty() {
+                return Err("no component of this network is managed".to_owned());
+            }
+            return Ok(found);
         }
         let mut found = BTreeSet::new();
         for name in names {

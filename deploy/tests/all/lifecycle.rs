@@ -19,7 +19,7 @@ fn managed(name: &str, fails: &str, after: &[&str]) -> Component {
             limit: None,
             backoff: Duration::from_millis(20),
         },
-        ..component(name, &format!("managed {fails}").trim_end(), after)
+        ..component(name, format!("managed {fails}").trim_end(), after)
     }
 }
 

@@ -14,6 +14,7 @@ const LIMIT: Duration = Duration::from_mins(5);
 
 /// Returns an interpreter that has `package`, written as `NAME==VERSION`. Without Python, or without
 /// a way to the package, `test` is listed as skipped.
+#[allow(dead_code, reason = "some programs of tests need a list of packages")]
 pub(crate) fn interpreter(package: &'static str, test: &str) -> Option<&'static Path> {
     let name = package.replace("==", "-");
     environment(&name, package, &[], || Ok("python3".into()), test)

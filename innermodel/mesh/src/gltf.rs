@@ -259,14 +259,13 @@ fn value(bytes: &[u8], form: u32) -> f64 {
 }
 
 fn local(node: &Node) -> Matrix {
-    if let Some(m) = node.matrix {
-        // Column by column.
-        return [0, 1, 2].map(|row| [0, 1, 2, 3].map(|column| m[column * 4 + row]));
+    if let Some(columns) = node.matrix {
+        return [0, 1, 2].map(|row| [0, 1, 2, 3].map(|column| columns[column * 4 + row]));
     }
-    let t = node.translation.unwrap_or_default();
-    let s = node.scale.unwrap_or([1.0; 3]);
+    let moved = node.translation.unwrap_or_default();
+    let scale = node.scale.unwrap_or([1.0; 3]);
     let [x, y, z, w] = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-    let r = [
+    let turn = [
         [
             1.0 - 2.0 * (y * y + z * z),
             2.0 * (x * y - z * w),
@@ -283,7 +282,10 @@ fn local(node: &Node) -> Matrix {
             1.0 - 2.0 * (x * x + y * y),
         ],
     ];
-    [0, 1, 2].map(|row| [r[row][0] * s[0], r[row][1] * s[1], r[row][2] * s[2], t[row]])
+    [0, 1, 2].map(|row| {
+        let [right, up, back] = turn[row];
+        [right * scale[0], up * scale[1], back * scale[2], moved[row]]
+    })
 }
 
 fn product(a: &Matrix, b: &Matrix) -> Matrix {

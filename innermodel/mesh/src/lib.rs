@@ -34,7 +34,7 @@ pub enum MeshError {
     /// The format is not one of those that are read.
     #[error("expected a mesh in .obj, .stl, .gltf or .glb, found .{0}")]
     UnknownFormat(String),
-    /// The formats of 3D Studio and of OpenSceneGraph are not read.
+    /// The formats of 3D Studio and of `OpenSceneGraph` are not read.
     #[error("cannot read .{0}; convert it to .obj first{1}")]
     NeedsConversion(String, &'static str),
     /// The file is larger than 512 MiB.

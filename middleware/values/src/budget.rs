@@ -26,18 +26,14 @@ impl Budget {
     /// Accounts for memory before it is allocated.
     pub(crate) fn take(&mut self, count: usize, size: usize) -> Result<(), ValueError> {
         let taken = count.checked_mul(size);
-        match taken.and_then(|taken| self.left.checked_sub(taken)) {
-            Some(left) => {
-                self.left = left;
-                Ok(())
-            }
-            None => {
-                let most = self.whole >> 20;
-                Err(ValueError::new(format!(
-                    "the value takes more than {most} MiB of memory"
-                )))
-            }
-        }
+        let Some(left) = taken.and_then(|taken| self.left.checked_sub(taken)) else {
+            let most = self.whole >> 20;
+            return Err(ValueError::new(format!(
+                "the value takes more than {most} MiB of memory"
+            )));
+        };
+        self.left = left;
+        Ok(())
     }
 
     pub(crate) fn take_values(&mut self, count: usize) -> Result<(), ValueError> {

@@ -252,18 +252,12 @@ impl<'m> Resolver<'m> {
 
     fn ty(&mut self, place: &str, text: &str, level: u32) -> Result<Type, DescriptionError> {
         let parsed = parse(text).map_err(|reason| DescriptionError::new(place, reason))?;
-        self.parsed(place, parsed, level)
+        self.parsed(parsed, level)
     }
 
-    fn parsed(
-        &mut self,
-        place: &str,
-        parsed: Parsed,
-        level: u32,
-    ) -> Result<Type, DescriptionError> {
-        let mut boxed = |parsed: Parsed| {
-            Ok::<_, DescriptionError>(Arc::new(self.parsed(place, parsed, level)?))
-        };
+    fn parsed(&mut self, parsed: Parsed, level: u32) -> Result<Type, DescriptionError> {
+        let mut boxed =
+            |parsed: Parsed| Ok::<_, DescriptionError>(Arc::new(self.parsed(parsed, level)?));
         Ok(match parsed {
             Parsed::Primitive(primitive) => Type::Primitive(primitive),
             Parsed::Text(bound) => Type::Text { bound },

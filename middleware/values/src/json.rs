@@ -82,9 +82,8 @@ fn unknown(ty: &Struct, name: &str) -> ValueError {
 
 fn member(member: &Member, json: Option<&Json>, budget: &mut Budget) -> Result<Value, ValueError> {
     let value = match (json, &member.default) {
-        (Some(Json::Null), _) if member.optional => return Ok(Value::Missing),
+        (Some(Json::Null) | None, _) if member.optional => return Ok(Value::Missing),
         (Some(json), _) => value(&member.ty, json, budget)?,
-        (None, _) if member.optional => return Ok(Value::Missing),
         (None, Some(default)) => {
             budget.take_values(1)?;
             default.clone()

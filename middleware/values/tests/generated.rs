@@ -394,7 +394,7 @@ fn types_that_grow_without_limit_are_refused() {
         let ty = structure(&catalog, "M::T0");
         let error = default(&ty).expect_err("two to the thirtieth members");
         assert!(error.reason.contains("MiB"), "{error}");
-        assert!(decode(&ty, Encoding::Cdr, &[1; 100_000]).is_err());
+        assert!(decode(&ty, Encoding::Cdr, &vec![1; 100_000]).is_err());
     }
     let own = r#"{"module": "M", "types": [{"name": "A", "struct": [{"name": "a", "type": "sequence<M::A>"}]}]}"#;
     let module: Module = serde_json::from_str(own).expect("a module");

@@ -10,20 +10,21 @@ use std::time::Duration;
 const ERRORS: u16 = 16;
 
 /// The error of a call as an entry, and as the worker gets it: as it can be repeated.
-pub(super) fn of_call(kind: Kind, slot: usize, error: CallError) -> (Entry<'static>, CallError) {
+pub(super) fn of_call(kind: Kind, slot: usize, error: &CallError) -> (Entry<'static>, CallError) {
     let entry = |number: u16, limit: Duration, text: &str| Entry {
         value: limit.as_nanos() as u64,
         text: Cow::Owned(text.to_owned()),
         ..Entry::at(kind, slot, usize::from(ERRORS + number))
     };
     let none = Duration::ZERO;
-    let recorded = match &error {
+    let recorded = match error {
         CallError::NoServer(address) => entry(0, none, address),
         CallError::Deadline { address, limit } => entry(1, *limit, address),
         CallError::ServerDied(address) => entry(2, none, address),
         CallError::QueueFull(address) => entry(3, none, address),
         CallError::Refused(reason) => entry(4, none, reason),
         CallError::Stopping => entry(5, none, ""),
+        CallError::Unavailable { state } => entry(7, none, state),
         CallError::Backend { address, reason } => entry(6, none, &format!("{address}\n{reason}")),
         other => entry(6, none, &format!("\n{other}")),
     };
@@ -44,6 +45,7 @@ pub(super) fn call_error(entry: &Entry<'_>) -> CallError {
         3 => CallError::QueueFull(text),
         4 => CallError::Refused(text),
         5 => CallError::Stopping,
+        7 => CallError::Unavailable { state: text },
         _ => {
             let (address, reason) = parts(&text);
             CallError::Backend { address, reason }

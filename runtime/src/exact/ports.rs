@@ -84,7 +84,7 @@ impl Calling {
         }
     }
 
-    fn failed(&self, kind: Kind, error: CallError) -> CallError {
+    fn failed(&self, kind: Kind, error: &CallError) -> CallError {
         let (entry, error) = error_codes::of_call(kind, self.slot, error);
         self.recorder.push(&entry);
         error
@@ -121,7 +121,7 @@ impl Client for Calling {
         let sent = Entry::message(Kind::Send, self.slot, 0, header, &request);
         self.recorder.push(&sent);
         let result = self.port.send(header, &request);
-        result.map_err(|error| self.failed(Kind::Failed, error))
+        result.map_err(|error| self.failed(Kind::Failed, &error))
     }
 
     fn call(
@@ -146,7 +146,7 @@ impl Client for Calling {
                 recorder.push(&answer);
                 take(header, body);
             });
-        result.map_err(|error| self.failed(Kind::Answer, error))
+        result.map_err(|error| self.failed(Kind::Answer, &error))
     }
 
     fn peers(&self) -> usize {
@@ -240,7 +240,7 @@ impl Server for Serving {
         let (recorder, slot) = (&self.recorder, self.slot);
         self.port.serve(&mut |header, body, reply| {
             recorder.request(slot, header, body, reply, |reply| {
-                handler(header, body, reply)
+                handler(header, body, reply);
             });
         })
     }
