@@ -12,7 +12,11 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The interfaces that come with this program, so that it works wherever it is installed.
-const SHIPPED: [(&str, &str); 10] = [
+const SHIPPED: [(&str, &str); 11] = [
+    (
+        "BatteryStatus.idsl",
+        include_str!("../../components/interfaces/BatteryStatus.idsl"),
+    ),
     (
         "Camera.idsl",
         include_str!("../../components/interfaces/Camera.idsl"),

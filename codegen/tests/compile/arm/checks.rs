@@ -125,8 +125,14 @@ fn a_state_refuses_calls_and_events_change_it() {
     assert!(speeds > 0);
     // Events that nothing takes, that are not for others, that do not exist.
     for (event, expected) in [
-        ("HoldingToCompliant", "no transition takes `HoldingToCompliant` in `working.joint.compliant`, `working.hand.open`"),
-        ("OpenToClosing", "`OpenToClosing` may not be fired from outside"),
+        (
+            "HoldingToCompliant",
+            "no transition takes `HoldingToCompliant` in `working.joint.compliant`, `working.hand.open`",
+        ),
+        (
+            "OpenToClosing",
+            "`OpenToClosing` may not be fired from outside",
+        ),
         ("ComputeToWorkin", "did you mean `ComputeToWorking`?"),
     ] {
         let reply = fire(network, event);
@@ -199,8 +205,11 @@ fn random_events_lead_to_the_end() {
         let mut random = seed;
         let mut steps = 0;
         while !test.machine.has_ended() {
-            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            test.machine.fire(EVENTS[(random >> 33) as usize % EVENTS.len()]);
+            random = random
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            test.machine
+                .fire(EVENTS[(random >> 33) as usize % EVENTS.len()]);
             test.run(&mut worker, Duration::from_nanos(1)).unwrap();
             let joint = test.machine.is_in(State::Joint);
             assert_eq!(joint, test.machine.is_in(State::Hand), "both regions");

@@ -50,7 +50,7 @@ fn a_running_network_is_listed_shown_measured_and_called() {
         "{listed}"
     );
     let services = listed["services"].as_array().expect("a list");
-    assert_eq!(services.len(), 2, "{listed}");
+    assert_eq!(services.len(), 3, "{listed}");
 
     let shown = site.tool("show", &["FullPoseEuler"]);
     assert!(
@@ -147,9 +147,8 @@ fn tools_are_no_peers_and_take_no_place() {
             .map(|slot| slot["peers"].clone())
             .collect::<Vec<Value>>()
     };
-    Site::until("all are connected", || {
-        peers() == [json!(1), json!(1), json!(1)]
-    });
+    let connected = [json!(1), json!(1), json!(1), json!(1)];
+    Site::until("all are connected", || peers() == connected);
     let mut tools: Vec<Child> = (0..4)
         .map(|_| site.running_tool("echo", &["newFullPose"]))
         .collect();
@@ -163,7 +162,7 @@ fn tools_are_no_peers_and_take_no_place() {
         let fifth = site.tool("echo", &["newFullPose", "--once", "--timeout", "1"]);
         fifth.stderr.contains("4 tools observe it already")
     });
-    assert_eq!(peers(), [json!(1), json!(1), json!(1)]);
+    assert_eq!(peers(), connected);
     let sent = json_of(&{
         let ran = site.tool("send", &["newFullPose", r#"{"pose": {"x": 1}}"#]);
         assert_eq!(ran.code, 0, "{ran:?}");
@@ -185,7 +184,7 @@ fn tools_are_no_peers_and_take_no_place() {
         &["--name", "second", "--bind", &bind],
         &[],
     );
-    Site::until("another subscriber is counted", || peers()[2] == json!(2));
+    Site::until("another subscriber is counted", || peers()[3] == json!(2));
     drop(second);
     for tool in &mut tools {
         tool.kill().expect("to kill it");

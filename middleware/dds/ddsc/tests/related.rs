@@ -93,7 +93,7 @@ fn an_identity_travels_beside_a_sample() {
 
 #[test]
 fn a_lent_sample_arrives_with_what_stands_before_its_body() {
-    let ((_here, here), (_there, there)) = (join(98, 3, ""), join(98, 4, ""));
+    let ((_here, here), (_there, there)) = (join(96, 5, ""), join(96, 6, ""));
     let (writer, reader, mut sequence) = met(&here, &there);
     for size in [101, 5000, 300_003] {
         for before in [0, 16] {
