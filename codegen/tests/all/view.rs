@@ -96,6 +96,7 @@ fn the_view_as_json() {
         .middleware = "dds"
         .middlewares[0] = "dds"
         .modules[0].constants = []
+        .modules[0].description = "{\"module\":\"Grip\",\"types\":[\n{\"name\":\"Slipped\",\"exception\":[{\"name\":\"what\",\"type\":\"string\"}]}\n],\"interfaces\":[\n{\"name\":\"Gripper\",\"operations\":[\n{\"name\":\"close\",\"id\":812347249,\"hash\":\"01880733007d7fcd\",\"pattern\":\"query\",\"inputs\":[{\"name\":\"force\",\"type\":\"float32\",\"unit\":\"N\",\"range\":[0.0,40.0]}],\"outputs\":[{\"name\":\"fingers\",\"type\":\"int32\"}],\"result\":\"bool\",\"throws\":[[\"Grip::Slipped\",1315908228]]},\n{\"name\":\"open\",\"id\":1938485116,\"hash\":\"a20dde1af9833c70\",\"pattern\":\"command\"}\n]},\n{\"name\":\"GripPub\",\"operations\":[\n{\"name\":\"held\",\"id\":1570746894,\"hash\":\"d6b2a94cc2429363\",\"pattern\":\"command\",\"inputs\":[{\"name\":\"what\",\"type\":\"string\",\"optional\":true}]}\n]}\n]}"
         .modules[0].doc[0] = "Things that grip."
         .modules[0].interfaces[0].calls = true
         .modules[0].interfaces[0].doc[0] = "A hand."
@@ -198,6 +199,7 @@ fn the_view_as_json() {
         .period.seconds = 0
         .ros_types = []
         .simulates_time = false
+        .slots[0].available = []
         .slots[0].external_types = []
         .slots[0].in_place = false
         .slots[0].interface = "Gripper"
@@ -217,6 +219,7 @@ fn the_view_as_json() {
         .slots[0].role = "implements"
         .slots[0].sends = false
         .slots[0].type_hash = "9cacd1f49eae63a0"
+        .slots[1].available = []
         .slots[1].external_types = []
         .slots[1].in_place = false
         .slots[1].interface = "GripPub"
