@@ -72,6 +72,15 @@ impl Request {
     }
 }
 
+/// Ends a life cycle when it is dropped: no requester waits for a component that failed to start.
+pub(crate) struct EndsWhenDropped(pub(crate) Arc<Lifecycle>);
+
+impl Drop for EndsWhenDropped {
+    fn drop(&mut self) {
+        self.0.end();
+    }
+}
+
 /// A state to which the life cycle is to be brought.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Goal {

@@ -272,6 +272,8 @@ fn run_component<C: Component>(
         let service: Arc<dyn LifecycleService> = Arc::new(lifecycle::Service(lifecycle.clone()));
         ports.lifecycle(&service)?;
     }
+    // Dropped before the ports, which wait for requests of the life cycle that are under way.
+    let _ends = shared.lifecycle.clone().map(lifecycle::EndsWhenDropped);
     let receivers = ports.receivers()?;
     let (name, network) = (&arguments.name, &arguments.network);
     let core = Core::exact(name, network, shared.clone(), exact.clone(), seed);

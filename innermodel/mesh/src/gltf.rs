@@ -12,6 +12,8 @@ const TRIANGLES: u32 = 4;
 const MAX_DEPTH: usize = 64;
 /// How many triangles a scene may have, with all that it repeats.
 const MAX_TRIANGLES: usize = 50_000_000;
+/// How many nodes a scene may have; one that is the child of several counts for each.
+const MAX_NODES: usize = 1_000_000;
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -108,6 +110,7 @@ pub(crate) fn read(bytes: &[u8], folder: &Path) -> Result<TriangleMesh, MeshErro
         root: &root,
         buffers,
         mesh: TriangleMesh::default(),
+        visited: 0,
     };
     let identity = [
         [1.0, 0.0, 0.0, 0.0],
@@ -147,6 +150,7 @@ struct Reader<'r> {
     root: &'r Root,
     buffers: Vec<Vec<u8>>,
     mesh: TriangleMesh,
+    visited: usize,
 }
 
 impl Reader<'_> {
@@ -158,6 +162,10 @@ impl Reader<'_> {
             .ok_or_else(|| wrong("a node is missing"))?;
         if depth == MAX_DEPTH {
             return Err(wrong("nodes are nested more than 64 deep"));
+        }
+        self.visited += 1;
+        if self.visited > MAX_NODES {
+            return Err(wrong("the scene has more than a million nodes"));
         }
         let here = product(above, &local(node));
         if let Some(mesh) = node.mesh {
@@ -190,6 +198,9 @@ impl Reader<'_> {
                 .map(|row| to[row][0] * p[0] + to[row][1] * p[1] + to[row][2] * p[2] + to[row][3])
         });
         self.mesh.vertices.extend(vertices);
+        if self.mesh.vertices.len() > 3 * MAX_TRIANGLES {
+            return Err(wrong("the scene has more than 150 million vertices"));
+        }
         let count = self.mesh.vertices.len() as u32 - first;
         let corners: Vec<u32> = match primitive.indices {
             Some(indices) => self
@@ -235,7 +246,8 @@ impl Reader<'_> {
             for number in 0..width {
                 let place = element
                     .checked_mul(stride)
-                    .and_then(|at| at.checked_add(accessor.byte_offset + number * size))
+                    .and_then(|at| at.checked_add(accessor.byte_offset))
+                    .and_then(|at| at.checked_add(number * size))
                     .ok_or_else(missing)?;
                 let end = place.checked_add(size).ok_or_else(missing)?;
                 let bytes = bytes.get(place..end).ok_or_else(missing)?;

@@ -252,12 +252,18 @@ impl<'m> Resolver<'m> {
 
     fn ty(&mut self, place: &str, text: &str, level: u32) -> Result<Type, DescriptionError> {
         let parsed = parse(text).map_err(|reason| DescriptionError::new(place, reason))?;
-        self.parsed(parsed, level)
+        self.parsed(place, parsed, level)
     }
 
-    fn parsed(&mut self, parsed: Parsed, level: u32) -> Result<Type, DescriptionError> {
-        let mut boxed =
-            |parsed: Parsed| Ok::<_, DescriptionError>(Arc::new(self.parsed(parsed, level)?));
+    fn parsed(
+        &mut self,
+        place: &str,
+        parsed: Parsed,
+        level: u32,
+    ) -> Result<Type, DescriptionError> {
+        let mut boxed = |parsed: Parsed| {
+            Ok::<_, DescriptionError>(Arc::new(self.parsed(place, parsed, level)?))
+        };
         Ok(match parsed {
             Parsed::Primitive(primitive) => Type::Primitive(primitive),
             Parsed::Text(bound) => Type::Text { bound },
@@ -269,10 +275,15 @@ impl<'m> Resolver<'m> {
                 element: boxed(*element)?,
                 length,
             },
-            Parsed::Map(key, value) => Type::Map {
-                key: boxed(*key)?,
-                value: boxed(*value)?,
-            },
+            Parsed::Map(key, value) => {
+                let key = boxed(*key)?;
+                if !matches!(*key, Type::Primitive(_) | Type::Text { .. } | Type::Enum(_)) {
+                    let reason = "the keys of a dictionary are numbers, text or enumerators";
+                    return Err(DescriptionError::new(place, reason));
+                }
+                let value = boxed(*value)?;
+                Type::Map { key, value }
+            }
             Parsed::Named(name) => self.named(&name, level + 1)?,
         })
     }

@@ -46,7 +46,7 @@ fn a_running_network_is_listed_shown_measured_and_called() {
     assert!(
         topic["publishers"][0]["rate_hz"]
             .as_f64()
-            .is_some_and(|hz| hz > 1.0),
+            .is_some_and(|hz| hz > 0.0),
         "{listed}"
     );
     let services = listed["services"].as_array().expect("a list");
@@ -83,7 +83,7 @@ fn a_running_network_is_listed_shown_measured_and_called() {
     assert!(calls.stdout.contains("\"kind\":\"reply\""), "{calls:?}");
 
     let hz = json_of(&site.tool("hz", &["newFullPose", "--lines", "1", "--format", "json"]));
-    assert!(hz["rate_hz"].as_f64().is_some_and(|hz| hz > 1.0), "{hz}");
+    assert!(hz["rate_hz"].as_f64().is_some_and(|hz| hz > 0.0), "{hz}");
 
     let called = json_of(&site.tool("call", &["getLaserConfData", "--format", "json"]));
     assert!(
@@ -171,7 +171,7 @@ fn tools_are_no_peers_and_take_no_place() {
     assert!(
         sent["topics"][0]["publishers"][0]["rate_hz"]
             .as_f64()
-            .is_some_and(|hz| hz > 1.0),
+            .is_some_and(|hz| hz > 0.0),
         "{sent}"
     );
     let bind = format!(

@@ -62,8 +62,8 @@ impl Drop for Loan {
 /// when the sample is dropped.
 pub struct Sample(CSample);
 
-// SAFETY: the memory is counted atomically by the library and never written after the sample was
-// made.
+// SAFETY: the memory is counted atomically by the library. After the sample was made, only its last
+// owner writes it (`unique`).
 unsafe impl Send for Sample {}
 
 impl Sample {
@@ -98,15 +98,15 @@ impl Sample {
 
 impl Sample {
     /// The sample behind [`BEFORE_BODY`] bytes, the last of which are its encapsulation, for writing.
-    /// `None` if somebody else in this process reads it, too.
+    /// `None` if another reader in this process has it, too, or if there is no room before it.
     pub fn unique(&mut self) -> Option<&mut [u8]> {
         // SAFETY: `data` is a sample of `rc_take` until `rc_release`.
         if unsafe { raw::rc_is_unique(self.0.data) } == 0 {
             return None;
         }
         let (begin, size) = (self.0.bytes.cast_mut(), HEADROOM + self.0.size);
-        // SAFETY: `blob_new` of `shim.c` makes a sample with `HEADROOM` initialised bytes in front of
-        // it, in the same memory, which C hands out for writing. Nobody else has a reference.
+        // SAFETY: `rc_is_unique` has found `HEADROOM` bytes in front of the sample, in the same memory
+        // (`blob_new` of `shim.c` initialises them), and no other reference.
         Some(unsafe { std::slice::from_raw_parts_mut(begin.sub(HEADROOM), size) })
     }
 }

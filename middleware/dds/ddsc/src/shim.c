@@ -743,7 +743,9 @@ void rc_release (struct ddsi_serdata *data)
 /* Whether the caller alone holds a sample of rc_take, so that it may write to it. */
 int32_t rc_is_unique (const struct ddsi_serdata *data)
 {
-  const bool is_unique = ddsrt_atomic_ld32 (&data->refc) == 1;
+  const struct blob *d = (const struct blob *) data;
+  /* A sample of a writer in this process may begin in its headroom (`rc_send`). */
+  const bool is_unique = ddsrt_atomic_ld32 (&data->refc) == 1 && d->bytes - d->memory >= HEADROOM;
   /* What others read before they let go of it was read before this. */
   ddsrt_atomic_fence_acq ();
   return is_unique;

@@ -137,7 +137,8 @@ pub(super) fn grown(samples: &[Sample]) -> Vec<String> {
         }
     }
     let descriptors = |samples| median(samples, |s| s.descriptors as f64);
-    if descriptors(last) > descriptors(second) {
+    // One comes and goes: that which announces new files of iceoryx2, while none is made.
+    if descriptors(last) > descriptors(second) + 1.0 {
         complaints.push(format!(
             "descriptors grew from {} to {}",
             descriptors(second),
