@@ -63,8 +63,8 @@ impl EventLoop<'_> {
         }
     }
 
-    /// Takes a component that ends through `deactivate`, `cleanup` and `shutdown`. A hook that fails
-    /// keeps none of the others from running.
+    /// Takes a component that ends through `deactivate`, `cleanup` and `shutdown`. After a hook that
+    /// fails, only `shutdown` follows.
     pub(super) fn finish_lifecycle(&mut self) {
         let Some(lifecycle) = self.shared.lifecycle.clone() else {
             return;
