@@ -10,7 +10,7 @@ use crate::leader::LeaderLock;
 use crate::names::Place;
 use crate::nodes::{self, Dead};
 use crate::rounds::{RoundCounter, Rounds};
-use crate::{holder, open_lock, port_tags};
+use crate::{open_lock, port_tags};
 use iceoryx2::node::NodeView as _;
 use iceoryx2::prelude::Config;
 use std::io;
@@ -52,9 +52,8 @@ impl DeadNodes {
     }
 
     /// Waits until all nodes that are dead now are cleaned up, or does it, while `goes_on` returns
-    /// true. `goes_on` receives the name of each node that this process removes. Returns how many
-    /// nodes were removed meanwhile, whichever process removed them, and whether the round was
-    /// completed.
+    /// true. `goes_on` receives the name of each node that this process removes. Returns how many nodes were removed meanwhile, whichever process removed them, and
+    /// whether the round was completed.
     pub(crate) fn clean(&self, goes_on: impl FnMut(Option<&str>) -> bool) -> (usize, bool) {
         self.clean_since(self.rounds(), goes_on, |_| false)
     }
@@ -152,8 +151,8 @@ impl DeadNodes {
     }
 }
 
-/// A thread that cleans up after each [`CleanupThread::wake`], and once some time after its start,
-/// unless a deployer cleans up. Ends when this value is dropped.
+/// A thread that cleans up some time after its start and after each [`CleanupThread::wake`]. Ends
+/// when this value is dropped.
 pub(crate) struct CleanupThread {
     wake: Option<SyncSender<()>>,
     ended: Arc<AtomicBool>,
@@ -170,10 +169,6 @@ impl CleanupThread {
             let goes_on = || !end.load(Ordering::Relaxed);
             let mut since = dead_nodes.rounds();
             let mut woken_by = woken.recv_timeout(JOIN_PAUSE);
-            if woken_by == Err(RecvTimeoutError::Timeout) && holder::is_there(&dead_nodes.root) {
-                woken_by = woken.recv().map_err(|_| RecvTimeoutError::Disconnected);
-                since = dead_nodes.rounds();
-            }
             while woken_by != Err(RecvTimeoutError::Disconnected) {
                 let (gone, _) = dead_nodes.clean_since(since, |_| goes_on(), |_| false);
                 if gone == 0 && goes_on() {

@@ -1,10 +1,6 @@
 //! Keeps the services of a network open. A process that is killed while it starts can leave a
 //! service incomplete, but only if no other process has that service open. A deployer that holds
 //! all services prevents this.
-//!
-//! A deployer also cleans up after each death that it hears of. It locks a file in the root folder,
-//! by which the processes of the network know that none of them has to look for dead ones when it
-//! starts: to list all nodes takes time in proportion to their number.
 
 use crate::service::{
     CallService, EventPorts, EventService, TopicService, calls, event, topic, transient_local_topic,
@@ -12,17 +8,12 @@ use crate::service::{
 use crate::session::Session;
 use crate::{bounded, names};
 use rc_middleware::{Durability, Endpoint, Environment, OpenError};
-use rustix::fs::{FlockOperation, flock};
-use std::fs::File;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Keeps services open until it is dropped.
 pub struct Holder {
     held: Vec<Held>,
     session: Arc<Session>,
-    /// Without it, processes that start clean up, too.
-    _lock: Option<File>,
 }
 
 /// The open services of one address.
@@ -36,17 +27,9 @@ enum Held {
 impl Holder {
     /// Joins the network of `environment`.
     pub fn new(environment: &Environment) -> Result<Self, OpenError> {
-        let session = Session::open(environment)?;
-        let lock = File::create(path(&session.place.root)).ok();
-        // It is taken while a process looks at it, or by a deployer that was stopped.
-        let lock =
-            lock.filter(|lock| flock(lock, FlockOperation::NonBlockingLockExclusive).is_ok());
-        // After a deployer that was killed, and whatever died without one.
-        session.request_cleanup();
         Ok(Self {
             held: Vec::new(),
-            session,
-            _lock: lock,
+            session: Session::open(environment)?,
         })
     }
 
@@ -101,14 +84,4 @@ impl Holder {
     pub fn clean_while(&self, goes_on: &mut dyn FnMut(Option<&str>) -> bool) {
         self.session.clean_while(goes_on);
     }
-}
-
-/// Whether a deployer cleans up in the network with this root folder.
-pub(crate) fn is_there(root: &Path) -> bool {
-    let lock = File::open(path(root));
-    lock.is_ok_and(|lock| flock(&lock, FlockOperation::NonBlockingLockShared).is_err())
-}
-
-fn path(root: &Path) -> PathBuf {
-    root.join("holder.lock")
 }

@@ -135,7 +135,6 @@ fn openings_proceed_during_the_clean_up_of_many_processes() {
     const DEAD: usize = 24;
     let network = Network::new("kb");
     let holder = rc_iceoryx2::Holder::new(&network.environment("holder")).expect("a holder");
-    await_first_clean_up(&network);
     let mut killed: Vec<_> = (0..DEAD).map(|_| network.begin("idle")).collect();
     killed.iter_mut().for_each(|process| process.says("ready"));
     killed.iter_mut().for_each(Process::kill);
@@ -198,34 +197,6 @@ fn one_clean_up_serves_all_that_wait() {
     assert_eq!(removed - before[2], DEAD as u64);
     assert!(begun - before[0] <= 3, "{} rounds", begun - before[0]);
     assert_eq!(completed, begun);
-}
-
-/// A deployer hears of each death, so that a process that starts need not list all others.
-#[test]
-fn a_process_that_starts_looks_for_dead_ones_only_without_a_deployer() {
-    let network = Network::new("kd");
-    let environment = network.environment("holder");
-    let root = environment.directory.middleware(rc_iceoryx2::NAME);
-    let holder = rc_iceoryx2::Holder::new(&environment).expect("a holder");
-    await_first_clean_up(&network);
-    let before = rounds(&root);
-    let first = network.start("idle");
-    wait(&[], Duration::from_millis(600));
-    assert_eq!(rounds(&root), before);
-    drop(holder);
-    let _second = network.start("idle");
-    until("the second one cleans up", || rounds(&root)[1] > before[1]);
-    drop(first);
-}
-
-/// A holder cleans up after its predecessors once, on a thread of its own.
-fn await_first_clean_up(network: &Network) {
-    let directory = network.environment("holder").directory;
-    let root = directory.middleware(rc_iceoryx2::NAME);
-    until("the holder has cleaned up", || {
-        let [begun, completed, _] = rounds(&root);
-        begun > 0 && begun == completed
-    });
 }
 
 /// How many clean-ups have begun, how many were completed, and how many nodes they removed: the
@@ -391,7 +362,6 @@ fn a_holder_keeps_services_and_a_wipe_removes_them() {
     let network = Network::new(&format!("a-network-with-a-name-of-{}", "x".repeat(60)));
     let environment = network.environment("holder");
     let mut holder = rc_iceoryx2::Holder::new(&environment).expect("a holder");
-    await_first_clean_up(&network);
     holder
         .hold_topic(&endpoint("default/Laser/scan"))
         .expect("to hold");
