@@ -135,14 +135,6 @@ impl Observer {
         FeedId(self.feeds.len() - 1)
     }
 
-    /// The number of publishers of a topic that are known, for a feed of a middleware.
-    pub fn publishers(&self, feed: FeedId) -> Option<usize> {
-        match &self.feeds.get(feed.0)?.source {
-            Source::Port(port) => Some(port.peers()),
-            Source::Tap(..) => None,
-        }
-    }
-
     /// Whether the component of a tapped slot has ended.
     pub fn has_ended(&self, feed: FeedId) -> bool {
         self.feeds.get(feed.0).is_none_or(|feed| feed.ended)

@@ -6,7 +6,6 @@
 //! - [`bag`]: what a recording holds, as lists, tables and shorter recordings.
 //! - [`definition`]: definitions of ROS 2 messages as types, to decode what a file holds.
 //! - [`envelope`]: calls without their envelopes, and with them again.
-//! - [`sink`]: a file on a thread of its own, or a ring in memory.
 //! - [`qos`]: the quality of service of a channel, as rosbag2 writes it.
 //!
 //! `docs/recording.md` describes the file.
@@ -18,7 +17,6 @@ mod error;
 pub mod qos;
 pub mod reader;
 pub mod schema;
-pub mod sink;
 pub mod writer;
 
 pub use error::RecordError;

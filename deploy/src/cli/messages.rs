@@ -415,9 +415,9 @@ impl Calls {
             })
         };
         match kind {
-            rpc::ReplyKind::Case(case) if observed.profile == rc_middleware::Profile::Ros => {
+            rpc::ReplyKind::Case(_) if observed.profile == rc_middleware::Profile::Ros => {
                 rpc::open_body(&mut reader, observed.profile);
-                ros_reply(of, case, &mut reader).and_then(|(kind, value)| decoded(kind, value))
+                ros_reply(of, &mut reader).and_then(|(kind, value)| decoded(kind, value))
             }
             rpc::ReplyKind::Case(0)
                 if observed.header.encoding == rc_middleware::Encoding::Image =>
@@ -444,7 +444,6 @@ impl Calls {
 /// A reply in ROS 2: where the operation throws, a code, all exceptions and the result.
 fn ros_reply(
     of: &rc_values::Operation,
-    _case: i32,
     reader: &mut Reader<'_>,
 ) -> Result<(&'static str, Value), Error> {
     let wrong =
