@@ -3,12 +3,15 @@
 //!
 //! Half of the kills are in networks without a supervisor, half under rcdeploy. The network is the
 //! one of the components simulator, avoider and `pose_monitor`: a query, a command and a topic.
-//! `--minutes` runs twenty components under rcdeploy, kills one a second, and makes other troubles, see
-//! `minutes` and `trouble`.
+//! `--minutes` runs some twenty components under rcdeploy, kills one a second, and makes other troubles,
+//! see `minutes` and `trouble`. `--smoke` builds nothing: the test run has built all programs, and a build
+//! would replace them while other tests run them.
 
 mod by_hand;
 mod ground;
+mod hostile;
 mod minutes;
+mod mounts;
 mod supervised;
 mod trouble;
 
@@ -22,16 +25,26 @@ pub(crate) struct Orders {
     /// `None` kills as fast as possible.
     time: Option<Duration>,
     seed: u64,
+    /// Whether the programs are built first.
+    build: bool,
 }
 
 impl Orders {
-    /// Parses `[--kills N | --minutes N | --seconds N] [--seed S]`; `None` if the arguments are invalid.
+    /// Parses `[--kills N | --minutes N | --seconds N] [--seed S] [--smoke]`; `None` if the arguments are invalid.
     pub(crate) fn parse(words: &[&str]) -> Option<Self> {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         let mut orders = Self {
             kills: 500,
             time: None,
             seed: now.map_or(0, |since| since.as_secs()),
+            build: true,
+        };
+        let words = match words {
+            [before @ .., "--smoke"] => {
+                orders.build = false;
+                before
+            }
+            all => all,
         };
         for pair in words.chunks(2) {
             match *pair {
@@ -54,9 +67,14 @@ impl Orders {
 
 /// Runs the kills and prints a summary.
 pub(crate) fn run(orders: &Orders) -> Result<(), Failure> {
-    build()?;
+    if orders.build {
+        build()?;
+    }
     let Orders { kills, seed, .. } = *orders;
     if let Some(time) = orders.time {
+        if let Err(why) = mounts::enter() {
+            println!("skipped: a full shared memory and a full disk: no mounts of its own: {why}");
+        }
         return minutes::run(time, seed);
     }
     println!("chaos: {kills} kills, seed {seed}");
@@ -99,10 +117,12 @@ struct Kills {
 /// One half of the kills.
 type Half = fn(&Ground, &mut Dice, Kills, &mut Tally) -> Result<(), Failure>;
 
-/// Builds the programs. After a test run there is nothing to build.
+/// Builds the programs. `--workspace` makes cargo choose the features of the whole workspace, so that
+/// it compiles no library a second time.
 fn build() -> Result<(), Failure> {
-    let words = "build --quiet --bins -p simulator -p avoider -p pose_monitor -p camera -p image_monitor -p rc-deploy";
-    let words: Vec<&str> = words.split(' ').collect();
+    let programs = "simulator avoider pose_monitor camera image_monitor clock interop rcdeploy";
+    let mut words = vec!["build", "--quiet", "--workspace"];
+    words.extend(programs.split(' ').flat_map(|program| ["--bin", program]));
     if cargo(&words)?.status()?.success() {
         Ok(())
     } else {

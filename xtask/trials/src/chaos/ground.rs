@@ -19,52 +19,69 @@ pub(super) const NAMES: [&str; 3] = ["simulator", "monitor", "avoider"];
 /// The programs of the components.
 pub(super) const PROGRAMS: [&str; 3] = ["simulator", "pose_monitor", "avoider"];
 
-/// The limit until all components work again: far above the expected time, for a busy machine.
-pub(super) const RECOVERY: Duration = Duration::from_secs(20);
+/// The limit until all components work again: what takes longer hangs, on the slowest machine.
+pub(super) const RECOVERY: Duration = Duration::from_mins(1);
 /// The limit for an end.
-pub(super) const END: Duration = Duration::from_secs(20);
+pub(super) const END: Duration = Duration::from_mins(1);
 /// The limit for an answer of a component.
-const ANSWER: Duration = Duration::from_secs(2);
+const ANSWER: Duration = Duration::from_secs(10);
+/// The time that a component has to become ready, as the network says. The goal is far below it.
+const READY: &str = "60s";
 /// The pause between two polls.
 pub(super) const LOOK: Duration = Duration::from_millis(2);
 
 /// A folder for run directories, logs and working directories.
-pub(super) struct Ground(TempDir);
+pub(super) struct Ground {
+    folder: TempDir,
+    /// A disk for logs, if they are not in the folder.
+    logs: Option<&'static Path>,
+}
 
 impl Ground {
+    /// A folder in memory.
     pub(super) fn new() -> Result<Self, Failure> {
+        Self::below(Path::new("/dev/shm"), None)
+    }
+
+    /// A folder below this one; `logs` is another disk for logs.
+    pub(super) fn below(base: &Path, logs: Option<&'static Path>) -> Result<Self, Failure> {
         let folder = tempfile::Builder::new()
             .prefix("rc-chaos-")
-            .tempdir_in("/dev/shm")?;
-        let ground = Self(folder);
+            .tempdir_in(base)?;
+        let ground = Self { folder, logs };
         for name in ["run", "state", "work"] {
-            std::fs::create_dir(ground.0.path().join(name))?;
+            std::fs::create_dir(ground.path(name))?;
         }
         // The working directory of the components, from which their map is `../maps/house.map`.
         let components = root().canonicalize()?.join("components");
-        std::os::unix::fs::symlink(components.join("maps"), ground.0.path().join("maps"))?;
+        std::os::unix::fs::symlink(components.join("maps"), ground.path("maps"))?;
         std::fs::write(ground.deployment(), deployment(&components))?;
         Ok(ground)
     }
 
+    /// A file or a folder in this one.
+    pub(super) fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
     /// The description of the network for rcdeploy.
     pub(super) fn deployment(&self) -> PathBuf {
-        self.0.path().join("work/chaos.ddsl")
+        self.path("work/chaos.ddsl")
     }
 
     /// A command for a program of this workspace, in this folder.
     pub(super) fn command(&self, program: &str) -> Result<Command, Failure> {
-        let folder = self.0.path();
         let log = File::options()
             .create(true)
             .append(true)
-            .open(folder.join(format!("{program}.log")))?;
+            .open(self.path(&format!("{program}.log")))?;
+        let state = self.logs.map_or_else(|| self.path("state"), Path::to_owned);
         let mut command = Command::new(target()?.join("debug").join(program));
         command
-            .current_dir(folder.join("work"))
+            .current_dir(self.path("work"))
             .env("CARGO_TARGET_DIR", target()?)
-            .env("XDG_RUNTIME_DIR", folder.join("run"))
-            .env("XDG_STATE_HOME", folder.join("state"))
+            .env("XDG_RUNTIME_DIR", self.path("run"))
+            .env("XDG_STATE_HOME", state)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(log);
@@ -72,13 +89,18 @@ impl Ground {
     }
 
     fn directory(&self) -> RunDirectory {
-        RunDirectory::below(&self.0.path().join("run/robocomp"), NETWORK)
+        RunDirectory::below(&self.path("run/robocomp"), NETWORK)
     }
 
     /// Requests the status over `NAME.sock`.
     pub(super) fn status(&self, name: &str) -> Result<Value, Failure> {
+        self.call(name, &component::Request::Status)
+    }
+
+    /// A request over `NAME.sock`.
+    pub(super) fn call(&self, name: &str, request: &component::Request) -> Result<Value, Failure> {
         let mut client = Client::connect(&self.directory().socket(name), ANSWER)?;
-        Ok(client.call(&component::Request::Status, ANSWER)?)
+        Ok(client.call(request, ANSWER)?)
     }
 
     /// Whether a component reports that it runs.
@@ -151,7 +173,7 @@ impl Ground {
 
     fn is_ours(&self, process: &str) -> bool {
         let environment = std::fs::read(format!("{process}/environ")).unwrap_or_default();
-        let mark = format!("XDG_RUNTIME_DIR={}", self.0.path().join("run").display());
+        let mark = format!("XDG_RUNTIME_DIR={}", self.path("run").display());
         environment
             .split(|byte| *byte == 0)
             .any(|one| one == mark.as_bytes())
@@ -186,13 +208,21 @@ impl Ground {
         let directory = self.directory();
         let files = rc_iceoryx2::leftovers(&directory);
         left.extend(files.iter().map(|path| path.display().to_string()));
-        left.extend(everything_in(&self.0.path().join("run/robocomp")));
+        left.extend(everything_in(&self.path("run/robocomp")));
         Ok(left)
     }
 
-    /// Keeps the folder, and returns its path.
+    /// Keeps the folder, and returns its path. Logs on another disk end with this process, so they
+    /// are copied.
     pub(super) fn keep(self) -> PathBuf {
-        self.0.keep()
+        if let Some(logs) = self.logs {
+            let state = self.path("state");
+            let copy = Command::new("cp").arg("-r").arg(logs).arg(state).status();
+            if !copy.is_ok_and(|status| status.success()) {
+                eprintln!("xtask: the logs could not be copied");
+            }
+        }
+        self.folder.keep()
     }
 }
 
@@ -246,11 +276,21 @@ impl<'c> Text<'c> {
         Self { components, text }
     }
 
+    /// A declaration of the network.
+    pub(super) fn declare(&mut self, text: &str) {
+        self.text += &format!("    {text}\n");
+    }
+
     /// A component of this repository, with `more` fields.
     pub(super) fn component(&mut self, name: &str, program: &str, more: &str) {
-        let path = self.components.join(program).join(program);
+        self.component_of(&self.components.join(program), name, program, more);
+    }
+
+    /// The component in this folder, with `more` fields.
+    pub(super) fn component_of(&mut self, folder: &Path, name: &str, program: &str, more: &str) {
+        let path = folder.join(program);
         self.text += &format!(
-            "    Component {name}\n    {{\n        cdsl \"{}.cdsl\";\n        restart on_failure backoff 1ms;\n{more}    }};\n",
+            "    Component {name}\n    {{\n        cdsl \"{}.cdsl\";\n        ready {READY};\n        restart on_failure backoff 1ms;\n{more}    }};\n",
             path.display()
         );
     }

@@ -1,41 +1,81 @@
 //! Troubles of a network under load that are no kill of a single process: many deaths at once, a
-//! supervisor or a guard that is stopped for a while, a supervisor without a free descriptor.
+//! supervisor or a guard that is stopped for a while, a supervisor without a free descriptor, a full
+//! shared memory, a full and a busy disk, a clock that jumps.
+//!
+//! A busy disk is one to which another program writes without end and waits for the medium: it stands
+//! for a slow one. The clock is the source of time of some components, since nobody without privileges
+//! sets that of the system: it runs an hour ahead in each tick, and begins anew.
 
 use super::Dice;
 use super::ground::Ground;
+use super::minutes::CLOCK;
+use super::mounts::{self, MEMORY};
 use super::supervised::pid;
 use crate::programs::Failure;
+use rc_management::component::Request;
 use rustix::process::{Pid, Resource, Rlimit, Signal, getrlimit, kill_process, prlimit};
-use serde_json::Value;
-use std::time::Duration;
+use serde_json::{Value, json};
+use std::fs::File;
+use std::io::{ErrorKind, Seek as _, Write as _};
+use std::path::Path;
+use std::time::{Duration, Instant};
 
 /// The longest time of a trouble that ends by itself.
 const LONGEST: Duration = Duration::from_secs(1);
 /// What the system says to a process that has no free descriptor.
 pub(super) const NO_DESCRIPTOR: &str = "Too many open files";
+/// The file of a trouble that writes.
+const FILLER: &str = "rc-chaos-filler";
+/// How much is written at once, and how much a busy disk has to keep.
+const BLOCK: usize = 1 << 20;
+const BLOCKS: u32 = 16;
+
+/// The kinds of troubles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    MassKill,
+    StoppedSupervisor,
+    StoppedGuard,
+    NoDescriptor,
+    FullMemory,
+    FullDisk,
+    BusyDisk,
+    Clock,
+}
+
+const KINDS: [(Kind, &str); 8] = [
+    (Kind::MassKill, "half of the components were killed at once"),
+    (Kind::StoppedSupervisor, "rcdeploy was stopped"),
+    (Kind::StoppedGuard, "its guard was stopped"),
+    (Kind::NoDescriptor, "rcdeploy had no free descriptor"),
+    (Kind::FullMemory, "the shared memory was full"),
+    (Kind::FullDisk, "the disk of the logs was full"),
+    (Kind::BusyDisk, "the disk of the network was busy"),
+    (Kind::Clock, "the source of time jumped"),
+];
 
 /// How often each trouble was made.
 #[derive(Default)]
 pub(super) struct Troubles {
-    mass_kills: u32,
+    made: [u32; KINDS.len()],
     /// Components that were killed together with others.
-    pub(super) killed: u32,
-    stopped_supervisors: u32,
-    stopped_guards: u32,
-    without_descriptors: u32,
+    killed: u32,
+    /// Components that failed because the shared memory was full.
+    fallen: u32,
 }
 
 impl Troubles {
-    /// Makes one trouble, and waits until it is over.
-    pub(super) fn make(&mut self, ground: &Ground, dice: &mut Dice) -> Result<(), Failure> {
+    /// Makes one trouble, and waits until it is over. Returns whether components may have failed for it.
+    pub(super) fn make(&mut self, ground: &Ground, dice: &mut Dice) -> Result<bool, Failure> {
         let status = ground.status("rcdeploy").unwrap_or_default();
         let (supervisor, guard) = (process(&status["pid"]), process(&status["guard"]));
-        let Some(supervisor) = supervisor else {
-            return Ok(());
+        let at = dice.below(KINDS.len());
+        let (kind, time) = (KINDS[at].0, dice.time(LONGEST));
+        let (Some(supervisor), Some(guard)) = (supervisor, guard) else {
+            return Ok(false);
         };
-        let time = dice.time(LONGEST);
-        match (dice.below(4), guard) {
-            (0, _) => {
+        match (kind, mounts::logs()) {
+            (Kind::MassKill, _) => {
                 let components = status["components"].as_array();
                 let pids = components.into_iter().flatten().map(|c| &c["pid"]);
                 for pid in pids.filter_map(pid) {
@@ -43,37 +83,41 @@ impl Troubles {
                         self.killed += u32::from(ground.kill(pid));
                     }
                 }
-                self.mass_kills += 1;
             }
-            (1, _) => {
-                stop(supervisor, time)?;
-                self.stopped_supervisors += 1;
-            }
-            (2, Some(guard)) => {
-                stop(guard, time)?;
-                self.stopped_guards += 1;
-            }
-            _ => {
-                without_descriptors(supervisor, time)?;
-                self.without_descriptors += 1;
-            }
+            (Kind::StoppedSupervisor, _) => stop(supervisor, time)?,
+            (Kind::StoppedGuard, _) => stop(guard, time)?,
+            (Kind::NoDescriptor, _) => without_descriptors(supervisor, time)?,
+            (Kind::FullMemory, Some(_)) => full(Path::new(MEMORY), time)?,
+            (Kind::FullDisk, Some(logs)) => full(logs, time)?,
+            // The memory and the disk of others.
+            (Kind::FullMemory | Kind::FullDisk, None) => return Ok(false),
+            (Kind::BusyDisk, _) => busy(&ground.path("work"), time)?,
+            (Kind::Clock, _) => jump(ground, &status, time),
         }
-        Ok(())
+        self.made[at] += 1;
+        Ok(kind == Kind::FullMemory)
+    }
+
+    /// Notes that a component has failed because of a trouble.
+    pub(super) fn fell(&mut self) {
+        self.fallen += 1;
     }
 }
 
 impl std::fmt::Display for Troubles {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "{} times half of the components were killed at once ({} in all), rcdeploy was stopped {} times, its guard {} times, \
-             rcdeploy had no free descriptor {} times",
-            self.mass_kills,
-            self.killed,
-            self.stopped_supervisors,
-            self.stopped_guards,
-            self.without_descriptors
-        )
+        for ((kind, what), count) in KINDS.iter().zip(self.made) {
+            write!(f, "{what} {count} times")?;
+            match kind {
+                Kind::MassKill => write!(f, " ({} in all)", self.killed)?,
+                Kind::FullMemory => write!(f, " ({} failed)", self.fallen)?,
+                _ => {}
+            }
+            if *kind != Kind::Clock {
+                f.write_str(", ")?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -101,4 +145,65 @@ fn without_descriptors(process: Pid, time: Duration) -> Result<(), Failure> {
     std::thread::sleep(time);
     prlimit(Some(process), Resource::Nofile, before)?;
     Ok(())
+}
+
+/// Fills the disk of a folder for a time.
+fn full(folder: &Path, time: Duration) -> Result<(), Failure> {
+    let path = folder.join(FILLER);
+    let mut file = File::create(&path)?;
+    let block = vec![1; BLOCK];
+    let written = loop {
+        match file.write(&block) {
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::StorageFull => break Ok(()),
+            Err(error) => break Err(error),
+        }
+    };
+    if written.is_ok() {
+        std::thread::sleep(time);
+    }
+    std::fs::remove_file(path)?;
+    Ok(written?)
+}
+
+/// Writes to the disk of a folder for a time, and waits for each write.
+fn busy(folder: &Path, time: Duration) -> Result<(), Failure> {
+    let end = Instant::now() + time;
+    let path = folder.join(FILLER);
+    let mut file = File::create(&path)?;
+    let block = vec![1; BLOCK];
+    let mut write = || {
+        while Instant::now() < end {
+            file.rewind()?;
+            for _ in 0..BLOCKS {
+                file.write_all(&block)?;
+            }
+            file.sync_all()?;
+        }
+        Ok(())
+    };
+    let written: std::io::Result<()> = write();
+    std::fs::remove_file(path)?;
+    Ok(written?)
+}
+
+/// Lets the simulated time run ahead, then begin anew.
+fn jump(ground: &Ground, status: &Value, time: Duration) {
+    let set = |step: &str, rate: f64| {
+        let changes = json!({ "step": step, "rate": rate });
+        let changes = changes.as_object().cloned().unwrap_or_default();
+        // The source may be dead at the moment.
+        let _ = ground.call(CLOCK, &Request::ParametersSet { changes });
+    };
+    set("1h", 0.0);
+    std::thread::sleep(time);
+    set("10ms", 1.0);
+    let components = status["components"].as_array();
+    let mut components = components.into_iter().flatten();
+    if let Some(pid) = components
+        .find(|component| component["name"] == CLOCK)
+        .and_then(|clock| pid(&clock["pid"]))
+    {
+        ground.kill(pid);
+    }
 }
