@@ -20,7 +20,9 @@ use tasks::{Step, Task, Typed};
 /// The limit of a command. The first one that builds compiles the framework.
 const LIMIT: Duration = Duration::from_mins(20);
 /// How long a component may take until its log shows what a task has made.
-const SHOWN: Duration = Duration::from_secs(20);
+const SHOWN: Duration = Duration::from_mins(1);
+/// How many lines of a log are read: all of this minute.
+const LINES: &str = "100000";
 
 /// Does all tasks, and prints a table. With `smoke`, the builds are those of the test run.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
@@ -30,6 +32,10 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
         finish(cargo(&words)?, LIMIT)?;
     }
     let folder = tempfile::tempdir()?;
+    // Paths of sockets are short, and the folder for temporary files may have a long one.
+    let runtime = tempfile::Builder::new()
+        .prefix("rc-")
+        .tempdir_in("/dev/shm")?;
     let name = format!("experiment_{}", std::process::id());
     // Copies, since other builds replace the programs in the target folder meanwhile.
     let tools = folder.path().join("bin");
@@ -46,6 +52,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
         } else {
             folder.path().join("target")
         },
+        runtime: runtime.path().to_owned(),
         network: name,
         smoke,
     };
@@ -71,6 +78,7 @@ struct Workspace {
     tools: PathBuf,
     root: PathBuf,
     target: PathBuf,
+    runtime: PathBuf,
     network: String,
     smoke: bool,
 }
@@ -80,6 +88,9 @@ impl Workspace {
     fn perform(&self, task: &Task) -> Result<(Typed, Duration), Failure> {
         let mut typed = Typed::default();
         let mut took = Duration::ZERO;
+        let shown_by = task.shows.map(|(component, _)| component);
+        // A log begins with what earlier tasks have printed; before the first one, there is none.
+        let before = shown_by.map(|component| self.log(component).unwrap_or_default().len());
         for step in &task.steps {
             typed.add(step);
             match step {
@@ -98,8 +109,8 @@ impl Workspace {
                 }
             }
         }
-        if let Some((component, text)) = &task.shows {
-            let shown = self.wait_for(component, text);
+        if let Some((component, text)) = task.shows {
+            let shown = self.wait_for(component, text, before.unwrap_or_default());
             self.run(&["rcdeploy", "down", &self.network])?;
             shown?;
         }
@@ -135,16 +146,18 @@ impl Workspace {
         } else {
             self.root.parent().unwrap_or(&self.root)
         };
-        let runtime = self.root.with_file_name("run");
-        fs::create_dir_all(&runtime)?;
         let mut command = Command::new(self.tools.join(words[0]));
         command
             .args(&words[1..])
             .current_dir(folder)
             .env("CARGO_TARGET_DIR", &self.target)
-            .env("XDG_RUNTIME_DIR", runtime)
+            .env("XDG_RUNTIME_DIR", &self.runtime)
             .env("XDG_STATE_HOME", self.root.with_file_name("state"))
             .stdin(Stdio::null());
+        if self.smoke {
+            // The test run has all crates already.
+            command.env("CARGO_NET_OFFLINE", "true");
+        }
         output(command, LIMIT)
     }
 
@@ -191,16 +204,21 @@ impl Workspace {
         Ok(())
     }
 
-    /// Waits until the log of a component contains `text`.
-    fn wait_for(&self, component: &str, text: &str) -> Result<(), Failure> {
+    fn log(&self, component: &str) -> Result<String, Failure> {
+        self.run(&["rcdeploy", "logs", "-n", LINES, &self.network, component])
+    }
+
+    /// Waits until the log of a component contains `text` behind its first `before` bytes.
+    fn wait_for(&self, component: &str, text: &str, before: usize) -> Result<(), Failure> {
         let end = Instant::now() + SHOWN;
         loop {
-            let log = self.run(&["rcdeploy", "logs", &self.network, component])?;
-            if log.contains(text) {
+            let log = self.log(component)?;
+            let new = log.get(before..).unwrap_or(&log);
+            if new.contains(text) {
                 return Ok(());
             }
             if Instant::now() > end {
-                return Err(format!("the log of {component} has no `{text}`:\n{log}").into());
+                return Err(format!("the log of {component} has no `{text}`:\n{new}").into());
             }
             std::thread::sleep(Duration::from_millis(20));
         }

@@ -86,13 +86,11 @@ fn main() -> ExitCode {
             soak.map_err(|e| e.to_string())
         }
         // A step of `cargo xtask test`.
-        ["variants"] => variant::build_interop(Profile::Dev)
-            .map(drop)
-            .map_err(|e| e.to_string()),
+        ["variants"] => variant::build_for_tests().map_err(|e| e.to_string()),
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | machine | observe [--smoke] | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] | deny [--smoke] | experiment [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | machine | observe [--smoke] | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }

@@ -5,7 +5,7 @@ use crate::bench::BUILD;
 use crate::programs::{Failure, finish, root};
 use rc_cdsl::model::Backend;
 use rc_codegen::load::FileLoader;
-use rc_deploy_network::{self as network, Profile};
+use rc_deploy_network::{Overrides, Profile, load};
 use rc_diagnostics::{Diagnostic, Format, Severity, SourceMap, render};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -16,7 +16,7 @@ pub(crate) const DDS: [&str; 6] = [
     "--set-middleware",
     "dds.lease=10s",
     "--set-middleware",
-    "dds.domain=190",
+    "dds.domain=96",
     "--set-middleware",
     "dds.interfaces=lo",
 ];
@@ -38,11 +38,45 @@ pub(crate) fn build(
     middleware: Backend,
     profile: Profile,
 ) -> Result<[PathBuf; 2], Failure> {
+    pair(name, middleware, profile, true)
+}
+
+/// The executables of [`build`], which an earlier call has built.
+pub(crate) fn built(
+    name: &str,
+    middleware: Backend,
+    profile: Profile,
+) -> Result<[PathBuf; 2], Failure> {
+    let programs = pair(name, middleware, profile, false)?;
+    match programs.iter().find(|program| !program.exists()) {
+        Some(missing) => {
+            let missing = missing.display();
+            Err(format!("{missing} is missing; `cargo xtask test` builds it").into())
+        }
+        None => Ok(programs),
+    }
+}
+
+fn pair(
+    name: &str,
+    middleware: Backend,
+    profile: Profile,
+    builds: bool,
+) -> Result<[PathBuf; 2], Failure> {
     let path = root().join("bench").join(name).with_extension("ddsl");
-    let programs = build_network(&path, middleware, profile, |_| true)?;
+    let programs = network(&path, middleware, profile, builds, |_| true)?;
     programs
         .try_into()
         .map_err(|_| format!("{} has more or less than two components", path.display()).into())
+}
+
+/// Builds what the tests start, before they run.
+pub(crate) fn build_for_tests() -> Result<(), Failure> {
+    build_interop(Profile::Dev)?;
+    for middleware in [Backend::Dds, Backend::Ros2] {
+        build("soak", middleware, Profile::Dev)?;
+    }
+    Ok(())
 }
 
 /// Builds the component of the interoperability tests for ROS 2; its own middleware is DDS.
@@ -50,32 +84,34 @@ pub(crate) fn build_interop(profile: Profile) -> Result<PathBuf, Failure> {
     let path = root().join("middleware/interop/interop.ddsl");
     // Programs of the tests are its providers.
     let is_error = |found: &Diagnostic| found.code != "no-provider";
-    let programs = build_network(&path, Backend::Ros2, profile, is_error)?;
+    let programs = network(&path, Backend::Ros2, profile, true, is_error)?;
     programs
         .into_iter()
         .next()
         .ok_or_else(|| format!("{} has no component", path.display()).into())
 }
 
-/// Builds all components of a network for another middleware. Returns the executables in their
-/// order. An error of the network stops the build if `is_error` accepts it.
-fn build_network(
+/// The executables of a network for another middleware, in the order of its components. `builds` says
+/// whether they are built. An error of the network is one if `is_error` accepts it.
+fn network(
     path: &Path,
     middleware: Backend,
     profile: Profile,
+    builds: bool,
     is_error: impl Fn(&Diagnostic) -> bool,
 ) -> Result<Vec<PathBuf>, Failure> {
     let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
-    let overrides = network::Overrides {
+    let overrides = Overrides {
         middleware: Some(middleware),
-        ..network::Overrides::default()
+        ..Overrides::default()
     };
-    let (network, found) = network::load(path, &overrides, &mut sources, &loader)?;
+    let (network, found) = load(path, &overrides, &mut sources, &loader)?;
     let mut errors = found.iter().filter(|d| d.severity == Severity::Error);
     let network = network
         .filter(|_| !errors.any(is_error))
         .ok_or_else(|| render(&sources, &found, Format::Human))?;
-    for build in network.builds(profile)? {
+    let needed = builds.then(|| network.builds(profile)).transpose()?;
+    for build in needed.into_iter().flatten() {
         let build = build?;
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         cargo.current_dir(&build.root).args(&build.args);

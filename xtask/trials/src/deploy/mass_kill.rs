@@ -48,7 +48,13 @@ pub(super) fn run(
     first: Duration,
 ) -> Result<bool, Failure> {
     let mut place = Place::new(count, profile, None)?;
-    "restart on_failure; ".clone_into(&mut place.fields);
+    // An unoptimised component on a busy machine needs more time than the usual ten seconds.
+    let ready = if profile == Profile::Dev {
+        "ready 60s; "
+    } else {
+        ""
+    };
+    place.fields = format!("restart on_failure; {ready}");
     let mut command = place.command(Starter::Rcdeploy)?;
     command.stdout(Stdio::piped());
     let mut up = Running(command.spawn()?);

@@ -1,10 +1,12 @@
 //! A short run of `cargo xtask bench deploy`: each starter starts, is measured, and ends, and half of a
 //! network recovers from its death.
 
+use crate::alone;
 use std::process::Command;
 
 #[test]
 fn everybody_starts_and_ends_a_few_programs() {
+    let _alone = alone();
     let run = Command::new(env!("CARGO_BIN_EXE_trials"))
         .args(["bench", "deploy", "--smoke"])
         .output()

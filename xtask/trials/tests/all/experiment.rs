@@ -1,10 +1,12 @@
 //! A short run of `cargo xtask experiment`: each task works, with the lines that BENCHMARKS.md
 //! lists.
 
+use crate::alone;
 use std::process::Command;
 
 #[test]
 fn each_task_of_the_paper_works_with_the_documented_lines() {
+    let _alone = alone();
     let run = Command::new(env!("CARGO_BIN_EXE_trials"))
         .args(["experiment", "--smoke"])
         .output()

@@ -1,16 +1,17 @@
 //! A short soak: the requirements of `cargo xtask soak` hold for twenty seconds, and it detects
 //! when they do not.
 
+use crate::quiet;
 use rc_middleware::RunDirectory;
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
+use std::sync::RwLockReadGuard;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// The limit for a line and for the end; before the first line, variants are built.
+/// The limit for a line and for the end.
 const LIMIT: Duration = Duration::from_mins(1);
-const BUILD: Duration = Duration::from_mins(15);
 
 /// A running soak. A failing test kills it; its components then end, because nobody reads their
 /// output.
@@ -19,10 +20,12 @@ struct Soak {
     lines: Receiver<String>,
     /// The words of its first line: `network NAME, soak_source PID, soak_sink PID`.
     begin: Vec<String>,
+    _quiet: RwLockReadGuard<'static, ()>,
 }
 
 impl Soak {
     fn start(words: &[&str]) -> Self {
+        let quiet = quiet();
         let mut child = Command::new(env!("CARGO_BIN_EXE_trials"))
             .args(words)
             .stdout(Stdio::piped())
@@ -42,8 +45,9 @@ impl Soak {
             child,
             lines,
             begin: Vec::new(),
+            _quiet: quiet,
         };
-        let begin = soak.line(BUILD);
+        let begin = soak.line(LIMIT);
         soak.begin = begin
             .split([' ', ','])
             .filter(|word| !word.is_empty())
