@@ -18,8 +18,9 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io::{self, ErrorKind, Write};
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
+use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -159,6 +160,10 @@ fn watch(network: &str, hold: HoldServices, cleanup: &dyn Fn()) -> Result<(), Er
     let mut holder = Holder::start(network, hold, &supervisor).context("make a thread")?;
     let registry = match listen(&supervisor, &mut holder) {
         LinkEnd::Farewell => return Ok(()),
+        LinkEnd::Stuck => {
+            let stuck = io::Error::from(ErrorKind::TimedOut);
+            return Err(stuck).context("end a thread that still creates services");
+        }
         // The supervisor was killed before its first report: nothing runs yet.
         LinkEnd::Gone(None) => return wipe(&lock, holder, cleanup),
         LinkEnd::Gone(Some(registry)) => registry,
@@ -186,13 +191,26 @@ fn watch(network: &str, hold: HoldServices, cleanup: &dyn Fn()) -> Result<(), Er
 
 /// Removes the traces of the network, unless a new network has taken its place.
 fn wipe(lock: &Lock, mut holder: Holder, cleanup: &dyn Fn()) -> Result<(), Error> {
-    holder.release();
+    if !holder.release() {
+        return Err(begin_anew()).context("end a thread that still creates services");
+    }
     if lock.is_current() {
         cleanup();
         lock.remove_directory()
             .context("remove the run directory")?;
     }
     Ok(())
+}
+
+/// Replaces this process by the same program, which has the same streams and none of the threads. It
+/// finds that its supervisor is gone, and removes the traces. Returns if that is not possible.
+fn begin_anew() -> io::Error {
+    match own_program() {
+        Ok(program) => Command::new(program)
+            .args(std::env::args_os().skip(1))
+            .exec(),
+        Err(error) => error,
+    }
 }
 
 /// The thread that holds the services.
@@ -236,16 +254,21 @@ impl Holder {
         }
     }
 
-    /// Ends the thread after its present task. Waits for it, with a limit.
-    fn release(&mut self) {
+    /// Ends the thread after its present task. Waits for it, with a limit. Returns whether it has
+    /// ended: if not, it may still create a service.
+    fn release(&mut self) -> bool {
         self.tasks = None;
         let end = Instant::now() + HOLD_LIMIT;
         let Some(thread) = self.thread.take() else {
-            return;
+            return true;
         };
-        while !thread.is_finished() && Instant::now() < end {
+        while !thread.is_finished() {
+            if Instant::now() >= end {
+                return false;
+            }
             std::thread::sleep(HOLD_LOOK);
         }
+        true
     }
 }
 
@@ -255,6 +278,8 @@ enum LinkEnd {
     Farewell,
     /// The supervisor was killed. Its processes are in the registry.
     Gone(Option<ProcessRegistry>),
+    /// The services cannot be released while this process lives. The supervisor cleans up.
+    Stuck,
 }
 
 /// Reads the reports of the supervisor until they end.
@@ -278,7 +303,9 @@ fn listen(supervisor: &UnixStream, holder: &mut Holder) -> LinkEnd {
                 }
                 (Ok(Report::CleanUp { deaths }), _) => holder.give(HoldTask::CleanUp { deaths }),
                 (Ok(Report::Release), _) => {
-                    holder.release();
+                    if !holder.release() {
+                        return LinkEnd::Stuck;
+                    }
                     // A supervisor that was killed does not read.
                     let _ = { supervisor }.write_all(&lines::encode(&Answer::Released));
                 }

@@ -19,9 +19,9 @@ use std::time::{Duration, Instant};
 
 const NAME: &str = "rcdeploy.lock";
 
-/// How long an `up` waits for the guard of an earlier one: the limit for the end of its components,
-/// and a margin.
-const PATIENCE: Duration = Duration::from_secs(8);
+/// How long an `up` waits for the guard of an earlier one: the limits for the end of its components
+/// (3 s), for their kill (2 s) and for the end of its own thread (10 s), and a margin.
+const PATIENCE: Duration = Duration::from_secs(20);
 /// How long it waits for a guard that is stopped.
 const STOPPED_PATIENCE: Duration = Duration::from_secs(2);
 

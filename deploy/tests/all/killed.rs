@@ -4,7 +4,7 @@ use crate::bench::{self, Bench, await_end, component, kill, well};
 use rc_deploy::Component;
 use rc_deploy::process::Identity;
 use rustix::process::Signal;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A network with a component that exits by itself, one that does not, and one with children.
 fn mixed(bench: &Bench) -> bench::Up {
@@ -90,6 +90,43 @@ fn an_up_names_the_stopped_guard_of_a_killed_supervisor() {
     up.signal(Signal::INT);
     assert_eq!(up.end().0, Some(0));
     bench.assert_nothing_left();
+}
+
+/// The guard of a network whose only service is never ready. Returns when it has begun to create it.
+fn late(bench: &Bench) -> (bench::Up, Identity) {
+    let up = bench.start_in(
+        vec![well("a")],
+        &["--hold", "1"],
+        &[("RC_TEST_LATE", "yes")],
+    );
+    let file = bench.run_directory().join("late");
+    let end = Instant::now() + bench::LIMIT;
+    while !file.exists() {
+        assert!(Instant::now() < end, "the guard does not begin");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    (up, guard(bench))
+}
+
+/// It would create files after all have been removed.
+#[test]
+fn a_guard_that_is_late_leaves_nothing_when_its_network_stops() {
+    let bench = Bench::new();
+    let (up, guard) = late(&bench);
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    await_end(&[guard]);
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_guard_that_is_late_leaves_nothing_after_a_killed_supervisor() {
+    let bench = Bench::new();
+    let (up, guard) = late(&bench);
+    up.kill();
+    await_end(&[guard]);
+    bench.assert_nothing_left();
+    assert_eq!(bench.cleanups(), 1);
 }
 
 #[test]

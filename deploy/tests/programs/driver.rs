@@ -2,7 +2,8 @@
 //!
 //! Its clean-up writes a line to the file `RC_TEST_CLEANED`. A thread panics as soon as the file
 //! `RC_TEST_PANIC` exists. Its guard holds half of its services only when the file `RC_TEST_HOLD`
-//! exists, and has cleaned up only when the file `RC_TEST_CLEAN` exists.
+//! exists, and has cleaned up only when the file `RC_TEST_CLEAN` exists. With `RC_TEST_LATE` it creates
+//! files in the run directory without end.
 
 use rc_deploy::{Format, GuardCommand, HoldProgress, HoldTask, Options, Plan, Service, Verb};
 use rc_management::lifecycle::Transition;
@@ -39,7 +40,15 @@ fn services(plan: &Plan, count: usize) -> Vec<Service> {
 }
 
 /// Holds nothing, and reports that it does; the second half only when the file exists.
-fn hold(_: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgress)) {
+fn hold(network: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgress)) {
+    if std::env::var_os("RC_TEST_LATE").is_some() && tasks.recv().is_ok() {
+        let directory = rc_middleware::RunDirectory::of(network);
+        loop {
+            let _ = std::fs::create_dir_all(directory.path());
+            let _ = std::fs::write(directory.path().join("late"), "");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
     let permit = std::env::var_os("RC_TEST_HOLD").map(PathBuf::from);
     let clean = std::env::var_os("RC_TEST_CLEAN").map(PathBuf::from);
     for (count, task) in tasks.iter().enumerate() {

@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// The longest wait of a test.
-pub const LIMIT: Duration = Duration::from_secs(15);
+pub const LIMIT: Duration = Duration::from_mins(1);
 
 static NETWORKS: AtomicU32 = AtomicU32::new(0);
 
