@@ -20,6 +20,8 @@ use std::time::{Duration, Instant};
 const LONGEST: u64 = 64 * 1024;
 /// Longest wait for another component that opens endpoints.
 const LOCK_LIMIT: Duration = Duration::from_secs(10);
+/// Longest wait of an endpoint that leaves for a component that opens or leaves.
+const LEAVE_LIMIT: Duration = Duration::from_secs(1);
 /// The file that a component locks while it opens endpoints.
 const LOCK: &str = "turn";
 /// Pause between two attempts.
@@ -70,13 +72,12 @@ impl Drop for OpenLock {
 }
 
 impl LocalRegistry {
-    /// The registry of `domain` in the folder of this backend.
-    pub fn open(folder: &Path, domain: u32) -> io::Result<Self> {
-        let registry = Self {
+    /// The registry of `domain` in the folder of this backend. The first endpoint creates it, so a
+    /// component that ends before it has one leaves nothing.
+    pub fn new(folder: &Path, domain: u32) -> Self {
+        Self {
             directory: folder.join(domain.to_string()),
-        };
-        registry.make_directory()?;
-        Ok(registry)
+        }
     }
 
     fn make_directory(&self) -> io::Result<()> {
@@ -95,7 +96,7 @@ impl LocalRegistry {
                     return Ok(OpenLock { file, directory });
                 }
                 Ok(None) => {}
-                // The last endpoint has left since the folder was made.
+                // There is no endpoint yet, or the last one has left.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => self.make_directory()?,
                 Err(error) => return Err(error),
             }
@@ -214,11 +215,18 @@ impl RegistrationGuard {
 impl Drop for RegistrationGuard {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.path);
-        // The holder of the lock maintains the folder.
-        if let Some(directory) = self.path.parent()
-            && let Ok(Some(file)) = lock(&directory.join(LOCK), false)
-        {
-            remove_if_empty(directory, &file);
+        let Some(directory) = self.path.parent() else {
+            return;
+        };
+        let deadline = Instant::now() + LEAVE_LIMIT;
+        // The holder of the lock may have seen this registration, and leaves the folder.
+        loop {
+            match lock(&directory.join(LOCK), false) {
+                Ok(Some(file)) => return remove_if_empty(directory, &file),
+                Ok(None) if Instant::now() < deadline => std::thread::sleep(LOCK_PAUSE),
+                // Another process is stopped while it holds the lock, or has removed the folder.
+                _ => return,
+            }
         }
     }
 }
@@ -298,11 +306,36 @@ mod tests {
     use crate::Role;
     use rc_middleware::TypeIdentity;
 
+    /// The last ones often leave together: a supervisor or a terminal stops all.
     #[test]
-    fn a_registration_exists_while_its_owner_lives() {
-        let folder = std::env::temp_dir().join(format!("rc-registry-{}", std::process::id()));
-        let registry = LocalRegistry::open(&folder, 7).expect("a registry");
-        let endpoint = Identity {
+    fn endpoints_that_leave_together_leave_nothing() {
+        const LEAVING: u8 = 4;
+        let folder = std::env::temp_dir().join(format!("rc-leaving-{}", std::process::id()));
+        for _ in 0..100 {
+            let registry = LocalRegistry::new(&folder, 7);
+            let lock = registry.open_lock().expect("the lock");
+            let register = |at| {
+                registry
+                    .register(&[at; 16], &writer())
+                    .expect("to register")
+            };
+            let all: Vec<RegistrationGuard> = (0..LEAVING).map(register).collect();
+            drop(lock);
+            let together = std::sync::Barrier::new(all.len());
+            std::thread::scope(|scope| {
+                for one in all {
+                    scope.spawn(|| {
+                        together.wait();
+                        drop(one);
+                    });
+                }
+            });
+            assert!(!folder.exists());
+        }
+    }
+
+    fn writer() -> Identity {
+        Identity {
             topic: "a/b".to_owned(),
             kind: EndpointKind::Writer,
             info: EndpointInfo {
@@ -320,7 +353,14 @@ mod tests {
                 deadline: Some(Duration::from_millis(20)),
                 ..QosContract::default()
             },
-        };
+        }
+    }
+
+    #[test]
+    fn a_registration_exists_while_its_owner_lives() {
+        let folder = std::env::temp_dir().join(format!("rc-registry-{}", std::process::id()));
+        let registry = LocalRegistry::new(&folder, 7);
+        let endpoint = writer();
         let lock = registry.open_lock().expect("the lock");
         let own = registry.register(&[1; 16], &endpoint);
         let mut own = own.expect("to register");

@@ -9,7 +9,6 @@ use crate::{
 use rc_middleware::{Environment, OpenError, TypeIdentity, WakeEvent};
 use std::cell::Cell;
 use std::fmt::Display;
-use std::io;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -44,15 +43,15 @@ pub(crate) struct Opener {
 }
 
 impl Opener {
-    /// Opens the registry of `domain` in `folder`, the folder of the backend in the run directory.
+    /// Registers endpoints of `domain` in `folder`, the folder of the backend in the run directory.
     pub(crate) fn new(
         environment: &Environment,
         folder: &Path,
         domain: u32,
         patience: Patience,
-    ) -> io::Result<Self> {
-        Ok(Self {
-            registry: LocalRegistry::open(folder, domain)?,
+    ) -> Self {
+        Self {
+            registry: LocalRegistry::new(folder, domain),
             host: host(folder),
             instance: environment.instance.clone(),
             wake_event: environment.wake_event.clone(),
@@ -60,7 +59,7 @@ impl Opener {
             remote_patience: patience.remote,
             observes: Cell::new(false),
             patience: Cell::new(patience.local),
-        })
+        }
     }
 
     /// Makes all endpoints from now on those of a tool.

@@ -52,8 +52,7 @@ impl Session {
             refused(environment, format!("{what}: {error}"))
         };
         let folder = environment.directory.middleware(joining.middleware);
-        let opener = Opener::new(environment, &folder, joining.domain, PATIENCE)
-            .map_err(|error| failed(&folder.display().to_string(), &error))?;
+        let opener = Opener::new(environment, &folder, joining.domain, PATIENCE);
         let domain = domain(joining.domain, &joining.configuration).map_err(|error| {
             let help = udp::advice(joining.domain);
             failed("Cyclone DDS does not start", &format!("{error}; {help}"))

@@ -330,3 +330,37 @@ fn a_component_that_prints_to_a_pipe_has_no_log() {
     avoider.kill().expect("to kill it");
     avoider.wait().expect("to reap it");
 }
+
+/// The last one removes all files of the network, also of those that were killed, and one that fails
+/// before it has a connection leaves none.
+#[test]
+fn components_over_dds_that_were_started_by_hand_leave_nothing() {
+    let site = Site::new("byhand3");
+    let over = |interface: &str| {
+        let interface = format!("dds.interfaces={interface}");
+        ["--set-middleware", "dds.domain=98", "--set-middleware"]
+            .map(str::to_owned)
+            .into_iter()
+            .chain([interface])
+            .collect::<Vec<String>>()
+    };
+    let start = || {
+        let arguments = over("lo");
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        site.start("interop", &arguments)
+    };
+    let killed = start();
+    assert!(site.directory().middleware("dds").exists());
+    kill_process(killed.pid(), Signal::KILL).expect("to kill it");
+    killed.end();
+    let last = start();
+    kill_process(last.pid(), Signal::TERM).expect("to end it");
+    assert_eq!(last.end(), Some(0));
+    assert!(!site.directory().path().exists());
+    let mut arguments = over("nowhere");
+    arguments.extend(["--network".to_owned(), site.network.clone()]);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let failed = site.component("interop", &arguments);
+    assert_eq!(failed.code, 3, "{failed:?}");
+    assert!(!site.directory().path().exists(), "{failed:?}");
+}
