@@ -6,6 +6,7 @@ use crate::description::{Description, Slot};
 use crate::exact::{Exact, replayed_client, replayed_publisher};
 use crate::settings::topic_qos;
 use crate::tap::{TappedClient, TappedPublisher, Taps};
+use crate::testing::{DefaultReply, DefaultingClient};
 use crate::time::follower::Follower;
 use crate::time::source::{Source, State as SourceState};
 use crate::time::{TimeRole, TimeSource};
@@ -54,6 +55,8 @@ pub struct Ports {
     /// Of a source of time: what its worker and the event loop share.
     source: Option<Rc<RefCell<SourceState>>>,
     exact: Exact,
+    /// For tests: the replies of slots without a server, each with the index of its slot.
+    defaults: &'static [(usize, DefaultReply)],
 }
 
 impl Ports {
@@ -107,7 +110,13 @@ impl Ports {
             clock,
             source: None,
             exact: Exact::Off,
+            defaults: &[],
         }
+    }
+
+    /// Answers calls that no server takes, before any client is opened.
+    pub(crate) fn set_defaults(&mut self, defaults: &'static [(usize, DefaultReply)]) {
+        self.defaults = defaults;
     }
 
     /// Lets tools tap the slots, before any of them is opened.
@@ -241,6 +250,13 @@ impl Ports {
             replayed_client(replay, slot)
         } else {
             let port = self.backend(slot)?.client(&self.call_endpoint(slot))?;
+            let port = match self.defaults.iter().find(|(of, _)| *of == slot) {
+                Some((_, reply)) => Box::new(DefaultingClient {
+                    port,
+                    reply: *reply,
+                }),
+                None => port,
+            };
             self.exact.client(slot, port)
         };
         self.watch(slot, port.queue());

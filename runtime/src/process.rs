@@ -20,6 +20,7 @@ use crate::ports::Ports;
 use crate::probe;
 use crate::settings::settings;
 use crate::status::{NetworkTime, Shared};
+use crate::testing::DefaultReply;
 use crate::time::protocol::turn_of;
 use crate::time::{ClockChoice, ends};
 use rc_configuration::Values;
@@ -77,6 +78,7 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
                         &arguments,
                         wake_event,
                         &Hosting::Process,
+                        &[],
                     )
                 };
                 std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).unwrap_or_else(|_| {
@@ -146,6 +148,16 @@ pub fn embed<C: Component + 'static>(
     start: Start<C>,
     args: &[&str],
 ) -> Result<Embedded, StartError> {
+    embed_with_defaults(description, start, &[], args)
+}
+
+/// The same, but a call that no server takes gets the reply of its slot in `defaults`.
+pub fn embed_with_defaults<C: Component + 'static>(
+    description: &'static Description,
+    start: Start<C>,
+    defaults: &'static [(usize, DefaultReply)],
+    args: &[&str],
+) -> Result<Embedded, StartError> {
     let task = command_line::parse(description, args.iter().map(OsString::from))
         .map_err(|error| StartError::Usage(error.to_string()))?;
     let Task::Run(arguments) = task else {
@@ -165,6 +177,7 @@ pub fn embed<C: Component + 'static>(
                 &arguments,
                 clone,
                 &Hosting::Thread(running),
+                defaults,
             )
         })
         .map_err(|e| StartError::cannot_create("a thread", &e))?;
@@ -198,6 +211,7 @@ fn run_component<C: Component>(
     arguments: &Arguments,
     wake_event: WakeEvent,
     hosting: &Hosting,
+    defaults: &'static [(usize, DefaultReply)],
 ) -> Result<(), StartError> {
     let loaded = configuration::load(description, arguments)?;
     let configuration = &loaded.configuration;
@@ -251,6 +265,7 @@ fn run_component<C: Component>(
     let exact = record(arguments, &began, &shared)?;
     let mut ports = Ports::new(description, &environment, &bindings, kind)?;
     ports.set_taps(management.taps());
+    ports.set_defaults(defaults);
     if let Some(lifecycle) = &shared.lifecycle {
         ports.set_gate(lifecycle.gate());
     }

@@ -34,6 +34,8 @@ pub(crate) struct Fake {
     /// The type of the fake server, and of the functions that read what it gets.
     server: String,
     read: String,
+    /// The function that replies with default values.
+    default: String,
     /// What the fake keeps: a call or a sample.
     kept: String,
     /// The module of the interface below `interfaces`.
@@ -109,6 +111,7 @@ fn fake(
         calls,
         server: names::free(format!("{base}Fake"), taken),
         read: format!("read_{}", bare(&field)),
+        default: format!("default_{}", bare(&field)),
         kept: names::free(format!("{base}{kept}"), taken),
         operations: operations.collect(),
         field,

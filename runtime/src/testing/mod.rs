@@ -3,12 +3,16 @@
 //!
 //! A worker under test has its real [`Core`], clients and publishers. Their ports end in this
 //! module: a call goes to a [`FakeServer`], a sample to a [`FakeSubscriber`]. All of it stays on
-//! the thread of the test.
+//! the thread of the test. [`embed`] runs a whole component, whose missing servers are replaced.
 
 mod backend;
+mod defaults;
 mod server;
 mod subscriber;
 
+pub use crate::process::embed_with_defaults as embed;
+pub use defaults::DefaultReply;
+pub(crate) use defaults::DefaultingClient;
 pub use rc_middleware::in_place::boxed as in_place;
 pub use server::{FakeServer, Fault, unknown};
 pub use subscriber::FakeSubscriber;

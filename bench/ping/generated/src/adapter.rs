@@ -32,7 +32,7 @@ pub trait Worker: Sized {
     }
 }
 
-struct Adapter<W> {
+pub(crate) struct Adapter<W> {
     worker: W,
     ctx: Context,
 }
@@ -47,7 +47,7 @@ pub fn embed<W: Worker + 'static>(args: &[&str]) -> Result<Embedded, StartError>
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
 }
 
-fn start<W: Worker>(
+pub(crate) fn start<W: Worker>(
     core: Core,
     ports: &Ports,
     values: &Values,

@@ -49,7 +49,7 @@ pub trait Worker: Sized {
     }
 }
 
-struct Adapter<W> {
+pub(crate) struct Adapter<W> {
     worker: W,
     ctx: Context,
 }
@@ -66,7 +66,7 @@ pub fn embed<
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
 }
 
-fn start<W: Worker>(
+pub(crate) fn start<W: Worker>(
     core: Core,
     ports: &Ports,
     values: &Values,

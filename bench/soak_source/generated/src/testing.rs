@@ -5,14 +5,16 @@
     reason = "calls and samples are kept in tests only"
 )]
 
-use crate::adapter::Worker;
+use crate::adapter::{self, Worker};
 use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::interfaces;
 use crate::types;
 use rc_runtime::middleware::typed::{HandlerError, Request};
+use rc_runtime::testing::DefaultReply;
 use rc_runtime::middleware::{DecodeError, Reader};
 use rc_runtime::testing::{self, Configured, Parts, TestBed};
+use rc_runtime::Embedded;
 use rc_runtime::{StartError, State, Time, Values, WorkerError};
 use std::ops::{Deref, DerefMut};
 use std::time::Duration;
@@ -117,6 +119,15 @@ impl TestContext {
     }
 }
 
+/// Runs the whole component on a thread of this process, as [`embed`](crate::embed) does. A call that no server takes gets
+/// default values, and a slot without a server counts as connected.
+pub fn embed_with_defaults<W: Worker + 'static>(
+    args: &[&str],
+) -> Result<Embedded, StartError> {
+    const DEFAULTS: &[(usize, DefaultReply)] = &[(0, default_echo)];
+    testing::embed(&DESCRIPTION, adapter::start::<W>, DEFAULTS, args)
+}
+
 impl Deref for TestContext {
     type Target = Context;
 
@@ -147,6 +158,15 @@ fn read_echo(request: &mut Request<'_>) -> Result<EchoCall, HandlerError> {
     Err(testing::unknown(request))
 }
 
+/// Replies with default values.
+fn default_echo(request: &mut Request<'_>) -> Result<(), HandlerError> {
+    if request.operation == interfaces::echo::ECHO.id {
+        request.arguments(&interfaces::echo::ECHO, interfaces::echo::read_echo)?;
+        return interfaces::echo::reply_echo(request, Default::default());
+    }
+    Err(testing::unknown(request))
+}
+
 /// A server of `Echo` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
@@ -160,10 +180,7 @@ impl EchoFake {
 
     /// Answers every query that has no answer yet with default values.
     pub fn answer_defaults(&self) {
-        self.or_default(
-            &interfaces::echo::ECHO,
-            |request| { interfaces::echo::reply_echo(request, Default::default()) },
-        );
+        self.or_default(&interfaces::echo::ECHO, default_echo);
     }
 
     /// Answers `echo` with what `answer` returns.

@@ -74,7 +74,7 @@ pub(crate) fn step<W: Worker + StateMachine>(
     }
 }
 
-struct Adapter<W> {
+pub(crate) struct Adapter<W> {
     worker: W,
     ctx: Context,
 }
@@ -91,7 +91,7 @@ pub fn embed<W: Worker + StateMachine + 'static>(
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
 }
 
-fn start<W: Worker + StateMachine>(
+pub(crate) fn start<W: Worker + StateMachine>(
     core: Core,
     ports: &Ports,
     values: &Values,

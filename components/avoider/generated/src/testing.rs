@@ -13,7 +13,9 @@ use crate::interfaces;
 use crate::parameters::Params;
 use crate::types;
 use rc_runtime::middleware::typed::{HandlerError, Request};
+use rc_runtime::testing::DefaultReply;
 use rc_runtime::testing::{self, Configured, Parts, TestBed};
+use rc_runtime::Embedded;
 use rc_runtime::{StartError, State, Time, Values, WorkerError};
 use std::ops::{Deref, DerefMut};
 use std::time::Duration;
@@ -140,6 +142,19 @@ impl TestContext {
     }
 }
 
+/// Runs the whole component on a thread of this process, as [`embed`](crate::embed) does. A call that no server takes gets
+/// default values, and a slot without a server counts as connected.
+pub fn embed_with_defaults<W: Worker + StateMachine + 'static>(
+    args: &[&str],
+) -> Result<Embedded, StartError> {
+    const DEFAULTS: &[(usize, DefaultReply)] = &[
+        (0, default_laser),
+        (1, default_differential_robot),
+        (2, default_battery_status),
+    ];
+    testing::embed(&DESCRIPTION, adapter::start::<W>, DEFAULTS, args)
+}
+
 impl Deref for TestContext {
     type Target = Context;
 
@@ -193,6 +208,38 @@ fn read_laser(request: &mut Request<'_>) -> Result<LaserCall, HandlerError> {
     Err(testing::unknown(request))
 }
 
+/// Replies with default values.
+fn default_laser(request: &mut Request<'_>) -> Result<(), HandlerError> {
+    if request.operation == interfaces::laser::GET_LASER_DATA.id {
+        request
+            .arguments(
+                &interfaces::laser::GET_LASER_DATA,
+                interfaces::laser::read_get_laser_data,
+            )?;
+        return interfaces::laser::reply_get_laser_data(request, Default::default());
+    }
+    if request.operation == interfaces::laser::GET_LASER_AND_B_STATE_DATA.id {
+        request
+            .arguments(
+                &interfaces::laser::GET_LASER_AND_B_STATE_DATA,
+                interfaces::laser::read_get_laser_and_b_state_data,
+            )?;
+        return interfaces::laser::reply_get_laser_and_b_state_data(
+            request,
+            (Default::default(), Default::default()),
+        );
+    }
+    if request.operation == interfaces::laser::GET_LASER_CONF_DATA.id {
+        request
+            .arguments(
+                &interfaces::laser::GET_LASER_CONF_DATA,
+                interfaces::laser::read_get_laser_conf_data,
+            )?;
+        return interfaces::laser::reply_get_laser_conf_data(request, Default::default());
+    }
+    Err(testing::unknown(request))
+}
+
 /// A server of `Laser` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
@@ -206,27 +253,9 @@ impl LaserFake {
 
     /// Answers every query that has no answer yet with default values.
     pub fn answer_defaults(&self) {
-        self.or_default(
-            &interfaces::laser::GET_LASER_DATA,
-            |request| {
-                interfaces::laser::reply_get_laser_data(request, Default::default())
-            },
-        );
-        self.or_default(
-            &interfaces::laser::GET_LASER_AND_B_STATE_DATA,
-            |request| {
-                interfaces::laser::reply_get_laser_and_b_state_data(
-                    request,
-                    (Default::default(), Default::default()),
-                )
-            },
-        );
-        self.or_default(
-            &interfaces::laser::GET_LASER_CONF_DATA,
-            |request| {
-                interfaces::laser::reply_get_laser_conf_data(request, Default::default())
-            },
-        );
+        self.or_default(&interfaces::laser::GET_LASER_DATA, default_laser);
+        self.or_default(&interfaces::laser::GET_LASER_AND_B_STATE_DATA, default_laser);
+        self.or_default(&interfaces::laser::GET_LASER_CONF_DATA, default_laser);
     }
 
     /// Answers `getLaserData` with what `answer` returns.
@@ -397,6 +426,92 @@ fn read_differential_robot(
     Err(testing::unknown(request))
 }
 
+/// Replies with default values.
+fn default_differential_robot(request: &mut Request<'_>) -> Result<(), HandlerError> {
+    if request.operation == interfaces::differential_robot::GET_BASE_STATE.id {
+        request
+            .arguments(
+                &interfaces::differential_robot::GET_BASE_STATE,
+                interfaces::differential_robot::read_get_base_state,
+            )?;
+        return interfaces::differential_robot::reply_get_base_state(
+            request,
+            Default::default(),
+        );
+    }
+    if request.operation == interfaces::differential_robot::GET_BASE_POSE.id {
+        request
+            .arguments(
+                &interfaces::differential_robot::GET_BASE_POSE,
+                interfaces::differential_robot::read_get_base_pose,
+            )?;
+        return interfaces::differential_robot::reply_get_base_pose(
+            request,
+            (Default::default(), Default::default(), Default::default()),
+        );
+    }
+    if request.operation == interfaces::differential_robot::GET_MECH_PARAMS.id {
+        request
+            .arguments(
+                &interfaces::differential_robot::GET_MECH_PARAMS,
+                interfaces::differential_robot::read_get_mech_params,
+            )?;
+        return interfaces::differential_robot::reply_get_mech_params(
+            request,
+            Default::default(),
+        );
+    }
+    if request.operation == interfaces::differential_robot::SET_SPEED_BASE.id {
+        request
+            .arguments(
+                &interfaces::differential_robot::SET_SPEED_BASE,
+                interfaces::differential_robot::read_set_speed_base,
+            )?;
+        return Ok(());
+    }
+    if request.operation == interfaces::differential_robot::STOP_BASE.id {
+        request
+            .arguments(
+                &interfaces::differential_robot::STOP_BASE,
+                interfaces::differential_robot::read_stop_base,
+            )?;
+        return Ok(());
+    }
+    if request.operation == interfaces::differential_robot::RESET_ODOMETER.id {
+        request
+            .arguments(
+                &interfaces::differential_robot::RESET_ODOMETER,
+                interfaces::differential_robot::read_reset_odometer,
+            )?;
+        return Ok(());
+    }
+    if request.operation == interfaces::differential_robot::SET_ODOMETER.id {
+        request
+            .arguments(
+                &interfaces::differential_robot::SET_ODOMETER,
+                interfaces::differential_robot::read_set_odometer,
+            )?;
+        return Ok(());
+    }
+    if request.operation == interfaces::differential_robot::SET_ODOMETER_POSE.id {
+        request
+            .arguments(
+                &interfaces::differential_robot::SET_ODOMETER_POSE,
+                interfaces::differential_robot::read_set_odometer_pose,
+            )?;
+        return Ok(());
+    }
+    if request.operation == interfaces::differential_robot::CORRECT_ODOMETER.id {
+        request
+            .arguments(
+                &interfaces::differential_robot::CORRECT_ODOMETER,
+                interfaces::differential_robot::read_correct_odometer,
+            )?;
+        return Ok(());
+    }
+    Err(testing::unknown(request))
+}
+
 /// A server of `DifferentialRobot` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
@@ -405,13 +520,36 @@ pub struct DifferentialRobotFake(FakeServer<DifferentialRobotCall>);
 impl DifferentialRobotFake {
     fn new(bed: &TestBed) -> Self {
         let server = FakeServer::new(bed, 1, read_differential_robot);
-        server.or_default(&interfaces::differential_robot::SET_SPEED_BASE, |_| Ok(()));
-        server.or_default(&interfaces::differential_robot::STOP_BASE, |_| Ok(()));
-        server.or_default(&interfaces::differential_robot::RESET_ODOMETER, |_| Ok(()));
-        server.or_default(&interfaces::differential_robot::SET_ODOMETER, |_| Ok(()));
         server
-            .or_default(&interfaces::differential_robot::SET_ODOMETER_POSE, |_| Ok(()));
-        server.or_default(&interfaces::differential_robot::CORRECT_ODOMETER, |_| Ok(()));
+            .or_default(
+                &interfaces::differential_robot::SET_SPEED_BASE,
+                default_differential_robot,
+            );
+        server
+            .or_default(
+                &interfaces::differential_robot::STOP_BASE,
+                default_differential_robot,
+            );
+        server
+            .or_default(
+                &interfaces::differential_robot::RESET_ODOMETER,
+                default_differential_robot,
+            );
+        server
+            .or_default(
+                &interfaces::differential_robot::SET_ODOMETER,
+                default_differential_robot,
+            );
+        server
+            .or_default(
+                &interfaces::differential_robot::SET_ODOMETER_POSE,
+                default_differential_robot,
+            );
+        server
+            .or_default(
+                &interfaces::differential_robot::CORRECT_ODOMETER,
+                default_differential_robot,
+            );
         Self(server)
     }
 
@@ -419,30 +557,15 @@ impl DifferentialRobotFake {
     pub fn answer_defaults(&self) {
         self.or_default(
             &interfaces::differential_robot::GET_BASE_STATE,
-            |request| {
-                interfaces::differential_robot::reply_get_base_state(
-                    request,
-                    Default::default(),
-                )
-            },
+            default_differential_robot,
         );
         self.or_default(
             &interfaces::differential_robot::GET_BASE_POSE,
-            |request| {
-                interfaces::differential_robot::reply_get_base_pose(
-                    request,
-                    (Default::default(), Default::default(), Default::default()),
-                )
-            },
+            default_differential_robot,
         );
         self.or_default(
             &interfaces::differential_robot::GET_MECH_PARAMS,
-            |request| {
-                interfaces::differential_robot::reply_get_mech_params(
-                    request,
-                    Default::default(),
-                )
-            },
+            default_differential_robot,
         );
     }
 
@@ -661,6 +784,22 @@ fn read_battery_status(
     Err(testing::unknown(request))
 }
 
+/// Replies with default values.
+fn default_battery_status(request: &mut Request<'_>) -> Result<(), HandlerError> {
+    if request.operation == interfaces::battery_status::GET_BATTERY_STATE.id {
+        request
+            .arguments(
+                &interfaces::battery_status::GET_BATTERY_STATE,
+                interfaces::battery_status::read_get_battery_state,
+            )?;
+        return interfaces::battery_status::reply_get_battery_state(
+            request,
+            Default::default(),
+        );
+    }
+    Err(testing::unknown(request))
+}
+
 /// A server of `BatteryStatus` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
@@ -676,12 +815,7 @@ impl BatteryStatusFake {
     pub fn answer_defaults(&self) {
         self.or_default(
             &interfaces::battery_status::GET_BATTERY_STATE,
-            |request| {
-                interfaces::battery_status::reply_get_battery_state(
-                    request,
-                    Default::default(),
-                )
-            },
+            default_battery_status,
         );
     }
 

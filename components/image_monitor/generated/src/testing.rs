@@ -5,13 +5,16 @@
     reason = "calls and samples are kept in tests only"
 )]
 
-use crate::adapter::Worker;
+use crate::adapter::{self, Worker};
 use crate::context::Context;
 use crate::description::DESCRIPTION;
+use crate::slots;
 use crate::interfaces;
 use crate::types;
 use rc_runtime::middleware::typed::{HandlerError, Request};
+use rc_runtime::testing::DefaultReply;
 use rc_runtime::testing::{self, Configured, Parts, TestBed};
+use rc_runtime::Embedded;
 use rc_runtime::{StartError, State, Time, Values, WorkerError};
 use std::ops::{Deref, DerefMut};
 use std::time::Duration;
@@ -110,6 +113,15 @@ impl TestContext {
     }
 }
 
+/// Runs the whole component on a thread of this process, as [`embed`](crate::embed) does. A call that no server takes gets
+/// default values, and a slot without a server counts as connected.
+pub fn embed_with_defaults<W: Worker + slots::CameraPub + 'static>(
+    args: &[&str],
+) -> Result<Embedded, StartError> {
+    const DEFAULTS: &[(usize, DefaultReply)] = &[(0, default_camera)];
+    testing::embed(&DESCRIPTION, adapter::start::<W>, DEFAULTS, args)
+}
+
 impl Deref for TestContext {
     type Target = Context;
 
@@ -143,6 +155,19 @@ fn read_camera(request: &mut Request<'_>) -> Result<CameraCall, HandlerError> {
     Err(testing::unknown(request))
 }
 
+/// Replies with default values.
+fn default_camera(request: &mut Request<'_>) -> Result<(), HandlerError> {
+    if request.operation == interfaces::camera::GET_IMAGE.id {
+        request
+            .arguments(
+                &interfaces::camera::GET_IMAGE,
+                interfaces::camera::read_get_image,
+            )?;
+        return interfaces::camera::reply_get_image(request, Default::default());
+    }
+    Err(testing::unknown(request))
+}
+
 /// A server of `Camera` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
@@ -156,12 +181,7 @@ impl CameraFake {
 
     /// Answers every query that has no answer yet with default values.
     pub fn answer_defaults(&self) {
-        self.or_default(
-            &interfaces::camera::GET_IMAGE,
-            |request| {
-                interfaces::camera::reply_get_image(request, Default::default())
-            },
-        );
+        self.or_default(&interfaces::camera::GET_IMAGE, default_camera);
     }
 
     /// Answers `getImage` with what `answer` returns.

@@ -5,14 +5,16 @@
     reason = "calls and samples are kept in tests only"
 )]
 
-use crate::adapter::Worker;
+use crate::adapter::{self, Worker};
 use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::interfaces;
 use crate::parameters::Params;
 use crate::types;
 use rc_runtime::middleware::typed::{HandlerError, Request};
+use rc_runtime::testing::DefaultReply;
 use rc_runtime::testing::{self, Configured, Parts, TestBed};
+use rc_runtime::Embedded;
 use rc_runtime::{StartError, State, Time, Values, WorkerError};
 use std::ops::{Deref, DerefMut};
 use std::time::Duration;
@@ -111,6 +113,15 @@ impl TestContext {
     pub fn answer_defaults(&mut self) {
         self.joint_motor.answer_defaults();
     }
+}
+
+/// Runs the whole component on a thread of this process, as [`embed`](crate::embed) does. A call that no server takes gets
+/// default values, and a slot without a server counts as connected.
+pub fn embed_with_defaults<W: Worker + 'static>(
+    args: &[&str],
+) -> Result<Embedded, StartError> {
+    const DEFAULTS: &[(usize, DefaultReply)] = &[(0, default_joint_motor)];
+    testing::embed(&DESCRIPTION, adapter::start::<W>, DEFAULTS, args)
 }
 
 impl Deref for TestContext {
@@ -270,6 +281,125 @@ fn read_joint_motor(request: &mut Request<'_>) -> Result<JointMotorCall, Handler
     Err(testing::unknown(request))
 }
 
+/// Replies with default values.
+fn default_joint_motor(request: &mut Request<'_>) -> Result<(), HandlerError> {
+    if request.operation == interfaces::joint_motor::SET_POSITION.id {
+        request
+            .arguments(
+                &interfaces::joint_motor::SET_POSITION,
+                interfaces::joint_motor::read_set_position,
+            )?;
+        return interfaces::joint_motor::reply_set_position(request);
+    }
+    if request.operation == interfaces::joint_motor::SET_VELOCITY.id {
+        request
+            .arguments(
+                &interfaces::joint_motor::SET_VELOCITY,
+                interfaces::joint_motor::read_set_velocity,
+            )?;
+        return interfaces::joint_motor::reply_set_velocity(request);
+    }
+    if request.operation == interfaces::joint_motor::SET_ZERO_POS.id {
+        request
+            .arguments(
+                &interfaces::joint_motor::SET_ZERO_POS,
+                interfaces::joint_motor::read_set_zero_pos,
+            )?;
+        return interfaces::joint_motor::reply_set_zero_pos(request);
+    }
+    if request.operation == interfaces::joint_motor::SET_SYNC_POSITION.id {
+        request
+            .arguments(
+                &interfaces::joint_motor::SET_SYNC_POSITION,
+                interfaces::joint_motor::read_set_sync_position,
+            )?;
+        return interfaces::joint_motor::reply_set_sync_position(request);
+    }
+    if request.operation == interfaces::joint_motor::SET_SYNC_VELOCITY.id {
+        request
+            .arguments(
+                &interfaces::joint_motor::SET_SYNC_VELOCITY,
+                interfaces::joint_motor::read_set_sync_velocity,
+            )?;
+        return interfaces::joint_motor::reply_set_sync_velocity(request);
+    }
+    if request.operation == interfaces::joint_motor::SET_SYNC_ZERO_POS.id {
+        request
+            .arguments(
+                &interfaces::joint_motor::SET_SYNC_ZERO_POS,
+                interfaces::joint_motor::read_set_sync_zero_pos,
+            )?;
+        return interfaces::joint_motor::reply_set_sync_zero_pos(request);
+    }
+    if request.operation == interfaces::joint_motor::GET_MOTOR_PARAMS.id {
+        request
+            .arguments(
+                &interfaces::joint_motor::GET_MOTOR_PARAMS,
+                interfaces::joint_motor::read_get_motor_params,
+            )?;
+        return interfaces::joint_motor::reply_get_motor_params(
+            request,
+            Default::default(),
+        );
+    }
+    if request.operation == interfaces::joint_motor::GET_MOTOR_STATE.id {
+        request
+            .arguments(
+                &interfaces::joint_motor::GET_MOTOR_STATE,
+                interfaces::joint_motor::read_get_motor_state,
+            )?;
+        return interfaces::joint_motor::reply_get_motor_state(
+            request,
+            Default::default(),
+        );
+    }
+    if request.operation == interfaces::joint_motor::GET_MOTOR_STATE_MAP.id {
+        request
+            .arguments(
+                &interfaces::joint_motor::GET_MOTOR_STATE_MAP,
+                interfaces::joint_motor::read_get_motor_state_map,
+            )?;
+        return interfaces::joint_motor::reply_get_motor_state_map(
+            request,
+            Default::default(),
+        );
+    }
+    if request.operation == interfaces::joint_motor::GET_ALL_MOTOR_STATE.id {
+        request
+            .arguments(
+                &interfaces::joint_motor::GET_ALL_MOTOR_STATE,
+                interfaces::joint_motor::read_get_all_motor_state,
+            )?;
+        return interfaces::joint_motor::reply_get_all_motor_state(
+            request,
+            Default::default(),
+        );
+    }
+    if request.operation == interfaces::joint_motor::GET_ALL_MOTOR_PARAMS.id {
+        request
+            .arguments(
+                &interfaces::joint_motor::GET_ALL_MOTOR_PARAMS,
+                interfaces::joint_motor::read_get_all_motor_params,
+            )?;
+        return interfaces::joint_motor::reply_get_all_motor_params(
+            request,
+            Default::default(),
+        );
+    }
+    if request.operation == interfaces::joint_motor::GET_BUS_PARAMS.id {
+        request
+            .arguments(
+                &interfaces::joint_motor::GET_BUS_PARAMS,
+                interfaces::joint_motor::read_get_bus_params,
+            )?;
+        return interfaces::joint_motor::reply_get_bus_params(
+            request,
+            Default::default(),
+        );
+    }
+    Err(testing::unknown(request))
+}
+
 /// A server of `JointMotor` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
@@ -278,95 +408,44 @@ pub struct JointMotorFake(FakeServer<JointMotorCall>);
 impl JointMotorFake {
     fn new(bed: &TestBed) -> Self {
         let server = FakeServer::new(bed, 0, read_joint_motor);
-        server
-            .or_default(
-                &interfaces::joint_motor::SET_POSITION,
-                interfaces::joint_motor::reply_set_position,
-            );
-        server
-            .or_default(
-                &interfaces::joint_motor::SET_VELOCITY,
-                interfaces::joint_motor::reply_set_velocity,
-            );
-        server
-            .or_default(
-                &interfaces::joint_motor::SET_ZERO_POS,
-                interfaces::joint_motor::reply_set_zero_pos,
-            );
+        server.or_default(&interfaces::joint_motor::SET_POSITION, default_joint_motor);
+        server.or_default(&interfaces::joint_motor::SET_VELOCITY, default_joint_motor);
+        server.or_default(&interfaces::joint_motor::SET_ZERO_POS, default_joint_motor);
         server
             .or_default(
                 &interfaces::joint_motor::SET_SYNC_POSITION,
-                interfaces::joint_motor::reply_set_sync_position,
+                default_joint_motor,
             );
         server
             .or_default(
                 &interfaces::joint_motor::SET_SYNC_VELOCITY,
-                interfaces::joint_motor::reply_set_sync_velocity,
+                default_joint_motor,
             );
         server
             .or_default(
                 &interfaces::joint_motor::SET_SYNC_ZERO_POS,
-                interfaces::joint_motor::reply_set_sync_zero_pos,
+                default_joint_motor,
             );
         Self(server)
     }
 
     /// Answers every query that has no answer yet with default values.
     pub fn answer_defaults(&self) {
-        self.or_default(
-            &interfaces::joint_motor::GET_MOTOR_PARAMS,
-            |request| {
-                interfaces::joint_motor::reply_get_motor_params(
-                    request,
-                    Default::default(),
-                )
-            },
-        );
-        self.or_default(
-            &interfaces::joint_motor::GET_MOTOR_STATE,
-            |request| {
-                interfaces::joint_motor::reply_get_motor_state(
-                    request,
-                    Default::default(),
-                )
-            },
-        );
+        self.or_default(&interfaces::joint_motor::GET_MOTOR_PARAMS, default_joint_motor);
+        self.or_default(&interfaces::joint_motor::GET_MOTOR_STATE, default_joint_motor);
         self.or_default(
             &interfaces::joint_motor::GET_MOTOR_STATE_MAP,
-            |request| {
-                interfaces::joint_motor::reply_get_motor_state_map(
-                    request,
-                    Default::default(),
-                )
-            },
+            default_joint_motor,
         );
         self.or_default(
             &interfaces::joint_motor::GET_ALL_MOTOR_STATE,
-            |request| {
-                interfaces::joint_motor::reply_get_all_motor_state(
-                    request,
-                    Default::default(),
-                )
-            },
+            default_joint_motor,
         );
         self.or_default(
             &interfaces::joint_motor::GET_ALL_MOTOR_PARAMS,
-            |request| {
-                interfaces::joint_motor::reply_get_all_motor_params(
-                    request,
-                    Default::default(),
-                )
-            },
+            default_joint_motor,
         );
-        self.or_default(
-            &interfaces::joint_motor::GET_BUS_PARAMS,
-            |request| {
-                interfaces::joint_motor::reply_get_bus_params(
-                    request,
-                    Default::default(),
-                )
-            },
-        );
+        self.or_default(&interfaces::joint_motor::GET_BUS_PARAMS, default_joint_motor);
     }
 
     /// Answers `setPosition` with what `answer` returns.

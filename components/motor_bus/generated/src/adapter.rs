@@ -112,7 +112,7 @@ pub(crate) fn run_hook<W: Worker>(
     }
 }
 
-struct Adapter<W> {
+pub(crate) struct Adapter<W> {
     worker: W,
     ctx: Context,
 }
@@ -129,7 +129,7 @@ pub fn embed<W: Worker + slots::JointMotor + 'static>(
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
 }
 
-fn start<W: Worker>(
+pub(crate) fn start<W: Worker>(
     core: Core,
     ports: &Ports,
     values: &Values,

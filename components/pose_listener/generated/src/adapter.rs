@@ -35,7 +35,7 @@ pub trait Worker: Sized {
     }
 }
 
-struct Adapter<W> {
+pub(crate) struct Adapter<W> {
     worker: W,
     ctx: Context,
 }
@@ -52,7 +52,7 @@ pub fn embed<W: Worker + slots::Ros + 'static>(
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
 }
 
-fn start<W: Worker>(
+pub(crate) fn start<W: Worker>(
     core: Core,
     ports: &Ports,
     values: &Values,

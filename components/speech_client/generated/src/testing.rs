@@ -5,14 +5,16 @@
     reason = "calls and samples are kept in tests only"
 )]
 
-use crate::adapter::Worker;
+use crate::adapter::{self, Worker};
 use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::interfaces;
 use crate::parameters::Params;
 use crate::types;
 use rc_runtime::middleware::typed::{HandlerError, Request};
+use rc_runtime::testing::DefaultReply;
 use rc_runtime::testing::{self, Configured, Parts, TestBed};
+use rc_runtime::Embedded;
 use rc_runtime::{StartError, State, Time, Values, WorkerError};
 use std::ops::{Deref, DerefMut};
 use std::time::Duration;
@@ -113,6 +115,15 @@ impl TestContext {
     }
 }
 
+/// Runs the whole component on a thread of this process, as [`embed`](crate::embed) does. A call that no server takes gets
+/// default values, and a slot without a server counts as connected.
+pub fn embed_with_defaults<W: Worker + 'static>(
+    args: &[&str],
+) -> Result<Embedded, StartError> {
+    const DEFAULTS: &[(usize, DefaultReply)] = &[(0, default_speech)];
+    testing::embed(&DESCRIPTION, adapter::start::<W>, DEFAULTS, args)
+}
+
 impl Deref for TestContext {
     type Target = Context;
 
@@ -164,6 +175,28 @@ fn read_speech(request: &mut Request<'_>) -> Result<SpeechCall, HandlerError> {
     Err(testing::unknown(request))
 }
 
+/// Replies with default values.
+fn default_speech(request: &mut Request<'_>) -> Result<(), HandlerError> {
+    if request.operation == interfaces::speech::SAY.id {
+        request.arguments(&interfaces::speech::SAY, interfaces::speech::read_say)?;
+        return interfaces::speech::reply_say(request, Default::default());
+    }
+    if request.operation == interfaces::speech::IS_BUSY.id {
+        request
+            .arguments(&interfaces::speech::IS_BUSY, interfaces::speech::read_is_busy)?;
+        return interfaces::speech::reply_is_busy(request, Default::default());
+    }
+    if request.operation == interfaces::speech::ENABLE_SYNCHRONIZATION.id {
+        request
+            .arguments(
+                &interfaces::speech::ENABLE_SYNCHRONIZATION,
+                interfaces::speech::read_enable_synchronization,
+            )?;
+        return Ok(());
+    }
+    Err(testing::unknown(request))
+}
+
 /// A server of `Speech` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
@@ -172,20 +205,14 @@ pub struct SpeechFake(FakeServer<SpeechCall>);
 impl SpeechFake {
     fn new(bed: &TestBed) -> Self {
         let server = FakeServer::new(bed, 0, read_speech);
-        server.or_default(&interfaces::speech::ENABLE_SYNCHRONIZATION, |_| Ok(()));
+        server.or_default(&interfaces::speech::ENABLE_SYNCHRONIZATION, default_speech);
         Self(server)
     }
 
     /// Answers every query that has no answer yet with default values.
     pub fn answer_defaults(&self) {
-        self.or_default(
-            &interfaces::speech::SAY,
-            |request| { interfaces::speech::reply_say(request, Default::default()) },
-        );
-        self.or_default(
-            &interfaces::speech::IS_BUSY,
-            |request| { interfaces::speech::reply_is_busy(request, Default::default()) },
-        );
+        self.or_default(&interfaces::speech::SAY, default_speech);
+        self.or_default(&interfaces::speech::IS_BUSY, default_speech);
     }
 
     /// Answers `say` with what `answer` returns.

@@ -5,15 +5,18 @@
     reason = "calls and samples are kept in tests only"
 )]
 
-use crate::adapter::Worker;
+use crate::adapter::{self, Worker};
 use crate::context::Context;
 use crate::description::DESCRIPTION;
+use crate::slots;
 use crate::interfaces;
 use crate::parameters::Params;
 use crate::types;
 use rc_runtime::middleware::typed::{HandlerError, Request};
+use rc_runtime::testing::DefaultReply;
 use rc_runtime::middleware::{DecodeError, Reader};
 use rc_runtime::testing::{self, Configured, Parts, TestBed};
+use rc_runtime::Embedded;
 use rc_runtime::{StartError, State, Time, Values, WorkerError};
 use std::ops::{Deref, DerefMut};
 use std::time::Duration;
@@ -130,6 +133,19 @@ impl TestContext {
     }
 }
 
+/// Runs the whole component on a thread of this process, as [`embed`](crate::embed) does. A call that no server takes gets
+/// default values, and a slot without a server counts as connected.
+pub fn embed_with_defaults<
+    W: Worker + slots::Camera + slots::Interop + slots::Orders + slots::Reports
+        + slots::Talk + 'static,
+>(args: &[&str]) -> Result<Embedded, StartError> {
+    const DEFAULTS: &[(usize, DefaultReply)] = &[
+        (2, default_oracle),
+        (3, default_camera_driver),
+    ];
+    testing::embed(&DESCRIPTION, adapter::start::<W>, DEFAULTS, args)
+}
+
 impl Deref for TestContext {
     type Target = Context;
 
@@ -167,6 +183,22 @@ fn read_oracle(request: &mut Request<'_>) -> Result<OracleCall, HandlerError> {
     Err(testing::unknown(request))
 }
 
+/// Replies with default values.
+fn default_oracle(request: &mut Request<'_>) -> Result<(), HandlerError> {
+    if request.operation == interfaces::oracle::ASK.id {
+        request.arguments(&interfaces::oracle::ASK, interfaces::oracle::read_ask)?;
+        return interfaces::oracle::reply_ask(
+            request,
+            (Default::default(), Default::default()),
+        );
+    }
+    if request.operation == interfaces::oracle::TELL.id {
+        request.arguments(&interfaces::oracle::TELL, interfaces::oracle::read_tell)?;
+        return Ok(());
+    }
+    Err(testing::unknown(request))
+}
+
 /// A server of `Oracle` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
@@ -175,21 +207,13 @@ pub struct OracleFake(FakeServer<OracleCall>);
 impl OracleFake {
     fn new(bed: &TestBed) -> Self {
         let server = FakeServer::new(bed, 2, read_oracle);
-        server.or_default(&interfaces::oracle::TELL, |_| Ok(()));
+        server.or_default(&interfaces::oracle::TELL, default_oracle);
         Self(server)
     }
 
     /// Answers every query that has no answer yet with default values.
     pub fn answer_defaults(&self) {
-        self.or_default(
-            &interfaces::oracle::ASK,
-            |request| {
-                interfaces::oracle::reply_ask(
-                    request,
-                    (Default::default(), Default::default()),
-                )
-            },
-        );
+        self.or_default(&interfaces::oracle::ASK, default_oracle);
     }
 
     /// Answers `ask` with what `answer` returns.
@@ -258,6 +282,22 @@ fn read_camera_driver(
     Err(testing::unknown(request))
 }
 
+/// Replies with default values.
+fn default_camera_driver(request: &mut Request<'_>) -> Result<(), HandlerError> {
+    if request.operation == interfaces::camera_driver::SET_CAMERA_INFO.id {
+        request
+            .arguments(
+                &interfaces::camera_driver::SET_CAMERA_INFO,
+                interfaces::camera_driver::read_set_camera_info,
+            )?;
+        return interfaces::camera_driver::reply_set_camera_info(
+            request,
+            (Default::default(), Default::default()),
+        );
+    }
+    Err(testing::unknown(request))
+}
+
 /// A server of `CameraDriver` for tests: it replies as configured, records the calls, and fails on demand. An
 /// operation without result needs no answer.
 #[derive(Clone)]
@@ -273,12 +313,7 @@ impl CameraDriverFake {
     pub fn answer_defaults(&self) {
         self.or_default(
             &interfaces::camera_driver::SET_CAMERA_INFO,
-            |request| {
-                interfaces::camera_driver::reply_set_camera_info(
-                    request,
-                    (Default::default(), Default::default()),
-                )
-            },
+            default_camera_driver,
         );
     }
 

@@ -1,0 +1,179 @@
+//! Default values in place of a server that is not there, for whole components under test.
+
+use rc_middleware::request_body::{RequestBody, buffer};
+use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::{CallError, Client, Header, Profile, QueueGauge, Reply};
+use std::time::Duration;
+
+/// Replies to a request of one slot with default values.
+pub type DefaultReply = fn(&mut Request<'_>) -> Result<(), HandlerError>;
+
+/// A client that gets default values where no server takes its call.
+pub(crate) struct DefaultingClient {
+    pub(crate) port: Box<dyn Client>,
+    pub(crate) reply: DefaultReply,
+}
+
+/// A reply that stays in this process.
+struct Kept {
+    body: Vec<u8>,
+    profile: Profile,
+}
+
+impl Reply for Kept {
+    fn body(&mut self) -> &mut Vec<u8> {
+        &mut self.body
+    }
+
+    fn profile(&self) -> Profile {
+        self.profile
+    }
+}
+
+impl DefaultingClient {
+    /// The reply to a request; empty for a command.
+    fn default_of(&self, header: Header, request: &dyn RequestBody) -> Result<Vec<u8>, CallError> {
+        let request = buffer(request)?;
+        let mut reply = Kept {
+            body: Vec::new(),
+            profile: self.port.profile(),
+        };
+        let mut opened = Request::open(header, &request, &mut reply)?;
+        // What went wrong is in the reply.
+        let _ = (self.reply)(&mut opened);
+        opened.close();
+        Ok(reply.body)
+    }
+}
+
+impl Client for DefaultingClient {
+    fn guid(&self) -> [u8; 16] {
+        self.port.guid()
+    }
+
+    fn profile(&self) -> Profile {
+        self.port.profile()
+    }
+
+    fn can_loan(&self) -> bool {
+        self.port.can_loan()
+    }
+
+    fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
+        match self.port.send(header, request) {
+            Err(CallError::NoServer(_)) => self.default_of(header, request).map(drop),
+            sent => sent,
+        }
+    }
+
+    fn call(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        match self.port.call(header, request, limit, take) {
+            Err(CallError::NoServer(_)) => {
+                let reply = self.default_of(header, request)?;
+                take(header, &reply);
+                Ok(())
+            }
+            called => called,
+        }
+    }
+
+    /// At least one: the calls of the worker get replies.
+    fn peers(&self) -> usize {
+        self.port.peers().max(1)
+    }
+
+    fn queue(&self) -> Option<QueueGauge> {
+        self.port.queue()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rc_middleware::Writer;
+    use rc_middleware::rpc::{self, RequestId};
+
+    /// A client with or without a server, which replies with one byte.
+    struct Port(bool);
+
+    impl Client for Port {
+        fn guid(&self) -> [u8; 16] {
+            [1; 16]
+        }
+
+        fn profile(&self) -> Profile {
+            Profile::Ros
+        }
+
+        fn send(&mut self, _: Header, _: &dyn RequestBody) -> Result<(), CallError> {
+            self.0
+                .then_some(())
+                .ok_or_else(|| CallError::QueueFull(String::new()))
+        }
+
+        fn call(
+            &mut self,
+            header: Header,
+            _: &dyn RequestBody,
+            _: Duration,
+            take: &mut dyn FnMut(Header, &[u8]),
+        ) -> Result<(), CallError> {
+            if !self.0 {
+                return Err(CallError::NoServer(String::new()));
+            }
+            take(header, &[7]);
+            Ok(())
+        }
+
+        fn peers(&self) -> usize {
+            0
+        }
+    }
+
+    fn call(has_server: bool) -> Vec<u8> {
+        let mut client = DefaultingClient {
+            port: Box::new(Port(has_server)),
+            reply: |request| request.reply_with(0, |writer| writer.put(&9_i32)),
+        };
+        let id = RequestId {
+            writer: [1; 16],
+            sequence: 1,
+        };
+        let mut writer = Writer::over(Vec::new());
+        rpc::begin_request(&mut writer, id, 3);
+        rpc::begin_body(&mut writer, Profile::Ros);
+        let request = writer.into_bytes();
+        let mut reply = Vec::new();
+        let mut take = |_: Header, body: &[u8]| body.clone_into(&mut reply);
+        let limit = Duration::from_secs(1);
+        let called = client.call(Header::default(), &request, limit, &mut take);
+        assert_eq!(called, Ok(()));
+        assert_eq!(client.peers(), 1);
+        reply
+    }
+
+    #[test]
+    fn a_server_comes_before_default_values() {
+        assert_eq!(call(true), [7]);
+        let reply = call(false);
+        // The body stands where the client of a middleware without envelopes looks for it.
+        assert_eq!(reply.len(), rpc::ENVELOPE + 4);
+        assert_eq!(reply[rpc::ENVELOPE..], 9_i32.to_le_bytes());
+    }
+
+    #[test]
+    fn other_errors_stay() {
+        let mut client = DefaultingClient {
+            port: Box::new(Port(false)),
+            reply: |_| Ok(()),
+        };
+        let sent = client.send(Header::default(), &Vec::new());
+        assert!(matches!(sent, Err(CallError::QueueFull(_))), "{sent:?}");
+    }
+}
