@@ -87,6 +87,22 @@ fn type_and_press_tab(site: &Site, mut terminal: Terminal) {
             format!("rcdeploy logs {network} simulator"),
         ),
         (
+            format!("rcdeploy echo {network} simulator.Full"),
+            "simulator.FullPoseEstimationPub.newFullPose".to_owned(),
+        ),
+        (
+            format!("rcdeploy hz {network} simulator.Full"),
+            "simulator.FullPoseEstimationPub.newFullPose".to_owned(),
+        ),
+        (
+            format!("rcdeploy call {network} simulator.Laser.getLaserC"),
+            "simulator.Laser.getLaserConfData".to_owned(),
+        ),
+        (
+            format!("rcdeploy fire {network} avoider st"),
+            format!("fire {network} avoider stop"),
+        ),
+        (
             "rcdeploy check pat".to_owned(),
             "ready$ rcdeploy check patrol.ddsl".to_owned(),
         ),
@@ -180,6 +196,25 @@ fn fish_completes_the_names_of_a_running_network() {
     assert_eq!(
         complete(&format!("rcdeploy emergency {network} avoider o")),
         ["on", "off"]
+    );
+    let topic = "simulator.FullPoseEstimationPub.newFullPose";
+    for command in ["echo", "hz", "bw", "delay", "send"] {
+        let topics = complete(&format!("rcdeploy {command} {network} simulator.Full"));
+        assert_eq!(topics, [topic], "{command}");
+    }
+    for command in ["call", "echo"] {
+        let operations = complete(&format!(
+            "rcdeploy {command} {network} simulator.Laser.getLaserC"
+        ));
+        assert_eq!(
+            operations,
+            ["simulator.Laser.getLaserConfData"],
+            "{command}"
+        );
+    }
+    assert_eq!(
+        complete(&format!("rcdeploy fire {network} avoider st")),
+        ["stop"]
     );
     let paths = complete(&format!("rcdeploy params set {network} avoider safe"));
     assert_eq!(paths, ["safe_distance="]);
