@@ -15,9 +15,9 @@ use iceoryx2::node::NodeView as _;
 use iceoryx2::prelude::Config;
 use std::io;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -52,8 +52,9 @@ impl DeadNodes {
     }
 
     /// Waits until all nodes that are dead now are cleaned up, or does it, while `goes_on` returns
-    /// true. `goes_on` receives the name of each node that this process removes. Returns how many nodes were removed meanwhile, whichever process removed them, and
-    /// whether the round was completed.
+    /// true. `goes_on` receives the name of each node that this process removes. Returns how many
+    /// nodes were removed meanwhile, whichever process removed them, and whether the round was
+    /// completed.
     pub(crate) fn clean(&self, goes_on: impl FnMut(Option<&str>) -> bool) -> (usize, bool) {
         self.clean_since(self.rounds(), goes_on, |_| false)
     }
@@ -146,7 +147,11 @@ impl DeadNodes {
 
     /// Returns whether this process has removed the node. The caller holds the lock.
     fn remove(&self, node: Dead) -> bool {
+        // A process can be in several networks, and iceoryx2 refuses to remove two nodes at a time in
+        // one process.
+        static REMOVAL: Mutex<()> = Mutex::new(());
         port_tags::back_up(&self.root, &[node.id().value()]);
+        let _one_at_a_time = REMOVAL.lock().unwrap_or_else(PoisonError::into_inner);
         node.try_remove_stale_resources().is_ok()
     }
 }
