@@ -6,6 +6,7 @@ use rc_middleware::{
     Address, Backend, Endpoint, Environment, ExternalType, Header, Qos, Reply, RunDirectory,
     Server, Settings, Subscriber, TypeIdentity, WakeEvent, wait,
 };
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::channel;
@@ -21,6 +22,15 @@ pub type Handler<'a> = dyn Fn(Header, &[u8], &mut Vec<u8>) + 'a;
 
 static NETWORKS: AtomicU32 = AtomicU32::new(0);
 
+/// Lets this process open as many files as the system allows: tests with tens of clients in one
+/// process need more than the usual soft limit of 1024.
+pub fn raise_descriptor_limit() {
+    let maximum = getrlimit(Resource::Nofile).maximum;
+    let current = maximum;
+    // A test that needs more than is allowed fails by itself.
+    let _ = setrlimit(Resource::Nofile, Rlimit { current, maximum });
+}
+
 /// A network of its own. Dropping it fails the test if it has left anything behind.
 pub struct Network<'a> {
     subject: &'a dyn Subject,
@@ -31,6 +41,7 @@ pub struct Network<'a> {
 impl<'a> Network<'a> {
     /// A new network.
     pub fn new(subject: &'a dyn Subject) -> Self {
+        raise_descriptor_limit();
         let number = NETWORKS.fetch_add(1, Ordering::Relaxed);
         let name = format!("t{number}-{}", std::process::id());
         let directory = RunDirectory::open(&name).expect("a run directory");

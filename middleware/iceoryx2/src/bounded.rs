@@ -5,47 +5,14 @@
 //! caller gets an error and the thread is abandoned.
 
 use crate::names::Place;
-use crate::session::Session;
 use crate::{incomplete_files, service_files};
-use rc_middleware::{Endpoint, OpenError, RunDirectory};
-use std::sync::Arc;
+use rc_middleware::{OpenError, RunDirectory};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Limit of one opening, clean-ups included. `rcdeploy` waits ten seconds for a component; this
 /// limit is shorter, so that the component reports the reason itself.
 const LIMIT: Duration = Duration::from_secs(8);
-
-/// How long an opening is tried again as long as dead endpoints are removed.
-const PATIENCE: Duration = Duration::from_secs(6);
-
-/// Opens one endpoint with `work`.
-pub(crate) fn open<T: Send + 'static>(
-    session: &Arc<Session>,
-    endpoint: &Endpoint,
-    work: fn(&Arc<Session>, &Endpoint) -> Result<T, OpenError>,
-) -> Result<T, OpenError> {
-    let (own_session, own_endpoint) = (Arc::clone(session), endpoint.clone());
-    let directory = &session.environment.directory;
-    let outcome = run(directory, endpoint.address.as_str(), move || {
-        let end = Instant::now() + PATIENCE;
-        loop {
-            match work(&own_session, &own_endpoint) {
-                // Dead endpoints may occupy all places.
-                Err(OpenError::Backend { .. })
-                    if Instant::now() < end && own_session.clean_some() > 0 => {}
-                outcome => return outcome,
-            }
-        }
-    });
-    outcome.map_err(|error| match (error, obstacles(directory)) {
-        (OpenError::Backend { address, reason }, Some(obstacles)) => OpenError::Backend {
-            address,
-            reason: format!("{reason}; {obstacles}"),
-        },
-        (error, _) => error,
-    })
-}
 
 /// Runs `work` and waits for it at most until the limit.
 pub(crate) fn run<T: Send + 'static>(
@@ -81,7 +48,7 @@ const START_AGAIN: &str =
 
 /// The last part of an error message: files of other users in the way of the network, and what the
 /// user can do; `None` if there are none.
-fn obstacles(directory: &RunDirectory) -> Option<String> {
+pub(crate) fn obstacles(directory: &RunDirectory) -> Option<String> {
     let place = Place::find(directory).ok()??;
     let foreign = service_files::foreign(&place);
     (!foreign.is_empty()).then(|| {

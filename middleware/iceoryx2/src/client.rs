@@ -3,8 +3,9 @@
 use crate::memory;
 use crate::message::RequestHeader;
 use crate::notifier::{Listener, Notifier};
+use crate::ports::{CallService, ClientPort, PendingResponse};
 use crate::process_monitor::ProcessMonitor;
-use crate::service::{CallService, ClientPort, EventPorts, PendingResponse, calls, refusal};
+use crate::service::{EventPorts, calls, refusal};
 use crate::session::{PendingCommand, Session, lock};
 use crate::wait_set::WaitSet;
 use crate::{names, nodes};
@@ -119,7 +120,7 @@ impl SharedClient {
         let monitor = match monitor.take() {
             Some(known) if known.server == server => monitor.insert(known),
             _ => {
-                let pid = node.pid::<crate::service::Service>();
+                let pid = node.pid::<crate::ports::Service>();
                 let mut new = ProcessMonitor::new(server, pid.ok().map(|pid| pid.value()));
                 if new.is_gone() && !nodes::is_dead(&self.session.config, node) {
                     // It is alive in another pid namespace.

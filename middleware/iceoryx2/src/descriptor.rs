@@ -4,7 +4,7 @@
     reason = "iceoryx2 gives a listener's descriptor only as a number"
 )]
 
-use crate::service::ListenerPort;
+use crate::ports::ListenerPort;
 use iceoryx2::prelude::FileDescriptorBased;
 use std::os::fd::BorrowedFd;
 

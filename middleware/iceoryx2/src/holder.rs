@@ -2,11 +2,10 @@
 //! service incomplete, but only if no other process has that service open. A deployer that holds
 //! all services prevents this.
 
-use crate::service::{
-    CallService, EventPorts, EventService, TopicService, calls, event, topic, transient_local_topic,
-};
+use crate::ports::{CallService, EventService, TopicService};
+use crate::service::{EventPorts, calls, event, topic, transient_local_topic};
 use crate::session::Session;
-use crate::{bounded, names};
+use crate::{names, opening};
 use rc_middleware::{Durability, Endpoint, Environment, OpenError};
 use std::sync::Arc;
 
@@ -36,7 +35,7 @@ impl Holder {
     /// Keeps the services of a topic open. Give `endpoint` the greatest depth of all endpoints of
     /// the topic, and the durability of its publishers.
     pub fn hold_topic(&mut self, endpoint: &Endpoint) -> Result<(), OpenError> {
-        let held = bounded::open(&self.session, endpoint, |session, endpoint| {
+        let held = opening::open(&self.session, endpoint, |session, endpoint| {
             let (address, types) = (&endpoint.address, &endpoint.types);
             let depth = (endpoint.qos.depth as usize).max(1);
             let name = names::topic(address);
@@ -61,7 +60,7 @@ impl Holder {
 
     /// Keeps the services of a server open.
     pub fn hold_call(&mut self, endpoint: &Endpoint) -> Result<(), OpenError> {
-        let held = bounded::open(&self.session, endpoint, |session, endpoint| {
+        let held = opening::open(&self.session, endpoint, |session, endpoint| {
             let (address, types) = (&endpoint.address, &endpoint.types);
             let notifier = event(session, &names::server(address), EventPorts::Server, None)?;
             Ok(Held::Calls(

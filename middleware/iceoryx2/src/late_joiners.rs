@@ -6,7 +6,8 @@
 
 use crate::names;
 use crate::notifier::{Listener, Notifier};
-use crate::service::{EventPorts, PublisherPort};
+use crate::ports::PublisherPort;
+use crate::service::EventPorts;
 use crate::session::Session;
 use iceoryx2::port::update_connections::UpdateConnections;
 use rc_middleware::{Endpoint, OpenError, WakeEvent, wait};

@@ -8,6 +8,7 @@
 mod bounded;
 mod cleanup;
 mod client;
+mod configuration;
 mod descriptor;
 mod holder;
 mod incomplete_files;
@@ -21,7 +22,9 @@ mod nodes;
 mod notifier;
 mod observer;
 mod open_lock;
+mod opening;
 mod port_tags;
+mod ports;
 mod process_monitor;
 mod publisher;
 mod rounds;
@@ -30,6 +33,7 @@ mod service;
 mod service_files;
 mod session;
 mod subscriber;
+mod tool_ports;
 mod variant;
 mod wait_set;
 
@@ -73,22 +77,22 @@ impl Backend for Iceoryx2 {
     }
 
     fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
-        let port = bounded::open(&self.session, endpoint, publisher::open)?;
+        let port = opening::open(&self.session, endpoint, publisher::open)?;
         Ok(Box::new(port))
     }
 
     fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
-        let port = bounded::open(&self.session, endpoint, subscriber::open)?;
+        let port = opening::open(&self.session, endpoint, subscriber::open)?;
         Ok(Box::new(port))
     }
 
     fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
-        let port = bounded::open(&self.session, endpoint, client::open)?;
+        let port = opening::open(&self.session, endpoint, client::open)?;
         Ok(Box::new(port))
     }
 
     fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
-        let port = bounded::open(&self.session, endpoint, server::open)?;
+        let port = opening::open(&self.session, endpoint, server::open)?;
         Ok(Box::new(port))
     }
 

@@ -9,8 +9,8 @@
 //! iceoryx2 without this crate, hold no lock: while one of them has a live node, nobody removes the
 //! files, and the first process that joins afterwards does.
 
+use crate::configuration::configuration;
 use crate::names::Place;
-use crate::session::configuration;
 use crate::{nodes, service_files};
 use rc_middleware::RunDirectory;
 use rustix::fs::{FlockOperation, flock};

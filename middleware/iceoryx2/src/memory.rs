@@ -5,7 +5,7 @@
 )]
 
 use crate::message::{MessageHeader, RequestHeader};
-use crate::service::{Request, Response, Sample, Service};
+use crate::ports::{Request, Response, Sample, Service};
 use iceoryx2::request_mut_uninit::RequestMutUninit;
 use iceoryx2::response_mut_uninit::ResponseMutUninit;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;

@@ -1,6 +1,6 @@
 //! The nodes of a network. Each process has one or more.
 
-use crate::service::{Node, Service};
+use crate::ports::{Node, Service};
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::node::NodeState;
 use iceoryx2::prelude::{CallbackProgression, Config};

@@ -1,18 +1,12 @@
 //! Events: a sender notifies, a receiver listens. A notification carries no data.
 
-use crate::service::{
-    EventPorts, EventService, ListenerPort, NotifierPort, event, existing_event, refusal,
-};
+use crate::ports::{EventService, ListenerPort, NotifierPort};
+use crate::service::{DATA, EventPorts, TRANSIENT_LOCAL, event, existing_event, refusal};
 use crate::session::Session;
 use iceoryx2::port::EventId;
 use iceoryx2::service::port_factory::PortFactory as _;
 use rc_middleware::{OpenError, TypeIdentity};
 use std::os::fd::BorrowedFd;
-
-/// Event id: a message may be in the queue.
-const DATA: usize = 0;
-/// Event id: a transient-local publisher has joined the topic.
-pub(crate) const TRANSIENT_LOCAL: usize = 1;
 
 /// Upper limit of passes that clear notifications, see [`Listener::acknowledge`].
 const PASSES: usize = 100;

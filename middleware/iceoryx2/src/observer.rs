@@ -3,13 +3,13 @@
 //! millisecond, so its samples cost a publisher no wake-up.
 
 use crate::names;
+use crate::ports::TopicService;
 use crate::publisher::SharedPublisher;
-use crate::service::{PublisherPort, TopicService, existing_topic, refusal};
+use crate::service::existing_topic;
 use crate::session::Session;
 use crate::subscriber::Source;
-use crate::{NAME, bounded};
-use iceoryx2::prelude::{CallbackProgression, PortName};
-use iceoryx2::service::port_factory::PortFactory as _;
+use crate::tool_ports::observers;
+use crate::{NAME, opening};
 use rc_middleware::qos::MAX_OBSERVERS;
 use rc_middleware::{
     Backend, Client, Durability, Endpoint, Header, OpenError, Publisher, ReceiveError, Server,
@@ -23,44 +23,10 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The name of a port that is not counted as a peer.
-const PORT: &str = "rc-observer";
 /// How often an observer looks for samples.
 const LOOK_NS: i64 = 1_000_000;
 /// How often an observer looks for a service that does not exist yet.
 const RETRY: Duration = Duration::from_millis(250);
-
-/// The name of the ports of tools.
-pub(crate) fn port_name() -> PortName {
-    PortName::new(PORT).unwrap_or_else(|_| PortName::new_empty())
-}
-
-/// The subscribers of components.
-pub(crate) fn subscribers(topic: &TopicService) -> usize {
-    let all = topic.dynamic_config().number_of_subscribers();
-    // A tool may have come in between.
-    all.saturating_sub(observers(topic))
-}
-
-/// The publishers of components.
-pub(crate) fn publishers(topic: &TopicService) -> usize {
-    let mut count = 0;
-    topic.dynamic_config().list_publishers(|details| {
-        count += usize::from(details.publisher_name.as_str() != PORT);
-        CallbackProgression::Continue
-    });
-    count
-}
-
-/// The subscribers of tools.
-fn observers(topic: &TopicService) -> usize {
-    let mut count = 0;
-    topic.dynamic_config().list_subscribers(|details| {
-        count += usize::from(details.subscriber_name.as_str() == PORT);
-        CallbackProgression::Continue
-    });
-    count
-}
 
 /// The backend of a tool.
 pub(crate) struct Observing {
@@ -98,12 +64,12 @@ impl Backend for Observing {
     }
 
     fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
-        let port = bounded::open(&self.session, endpoint, SharedPublisher::of_tool)?;
+        let port = opening::open(&self.session, endpoint, SharedPublisher::of_tool)?;
         Ok(Box::new(port))
     }
 
     fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
-        let (volatile, transient_local) = bounded::open(&self.session, endpoint, sources)?;
+        let (volatile, transient_local) = opening::open(&self.session, endpoint, sources)?;
         Ok(Box::new(Observer {
             volatile,
             transient_local,
@@ -235,22 +201,4 @@ impl Subscriber for Observer {
         let sources = [&self.volatile, &self.transient_local];
         sources.into_iter().flatten().map(Source::peers).sum()
     }
-}
-
-/// The port of a publisher of a tool, for subscribers that exist.
-pub(crate) fn publisher(
-    session: &Session,
-    endpoint: &Endpoint,
-) -> Result<(TopicService, PublisherPort), OpenError> {
-    let name = names::topic(&endpoint.address);
-    let Some(topic) = existing_topic(session, &name, &endpoint.types)? else {
-        return Err(OpenError::Backend {
-            address: endpoint.address.to_string(),
-            reason: "no component subscribes to it".to_owned(),
-        });
-    };
-    let port = SharedPublisher::builder(&topic).name(&port_name());
-    let port = port.create();
-    let port = port.map_err(|error| refusal(&name)(format!("{error:?}")))?;
-    Ok((topic, port))
 }

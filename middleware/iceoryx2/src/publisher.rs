@@ -5,11 +5,10 @@ use crate::memory;
 use crate::message::MessageHeader;
 use crate::names;
 use crate::notifier::Notifier;
-use crate::observer;
-use crate::service::{
-    EventPorts, PublisherPort, Sample, Service, TopicService, refusal, topic, transient_local_topic,
-};
+use crate::ports::{PublisherPort, Sample, Service, TopicService};
+use crate::service::{EventPorts, existing_topic, refusal, topic, transient_local_topic};
 use crate::session::Session;
+use crate::tool_ports;
 use iceoryx2::prelude::AllocationStrategy;
 use iceoryx2::service::port_factory::publisher::PortFactoryPublisher;
 use rc_middleware::{
@@ -88,8 +87,16 @@ impl SharedPublisher {
 
     /// The publisher of a tool, which is not counted as a peer.
     pub(crate) fn of_tool(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Self, OpenError> {
-        let (topic, port) = observer::publisher(session, endpoint)?;
         let name = names::topic(&endpoint.address);
+        let Some(topic) = existing_topic(session, &name, &endpoint.types)? else {
+            return Err(OpenError::Backend {
+                address: endpoint.address.to_string(),
+                reason: "no component subscribes to it".to_owned(),
+            });
+        };
+        let port = Self::builder(&topic).name(&tool_ports::port_name());
+        let port = port.create();
+        let port = port.map_err(|error| refusal(&name)(format!("{error:?}")))?;
         let notifier = Notifier::open(session, &name, EventPorts::Topic, Some(&endpoint.types))?;
         Ok(Self {
             address: endpoint.address.to_string(),
@@ -149,7 +156,7 @@ impl Publisher for SharedPublisher {
     }
 
     fn peers(&self) -> usize {
-        observer::subscribers(&self.topic)
+        tool_ports::subscribers(&self.topic)
     }
 }
 

@@ -4,10 +4,9 @@ use crate::memory;
 use crate::message::MessageHeader;
 use crate::names;
 use crate::notifier::{Listener, Notifier};
+use crate::ports::{ActiveRequest, CallService, Response, ServerPort, Service};
 use crate::process_monitor::ProcessMonitor;
-use crate::service::{
-    ActiveRequest, CallService, EventPorts, Response, ServerPort, Service, calls, refusal,
-};
+use crate::service::{EventPorts, calls, refusal};
 use crate::session::Session;
 use iceoryx2::port::ReceiveError as PortError;
 use iceoryx2::port::port_name::PortName;

@@ -2,42 +2,23 @@
 //! be opened.
 
 use crate::message::{MessageHeader, RequestHeader};
+use crate::ports::{CallService, EventService, Service, TopicService};
 use crate::session::Session;
 use crate::{bounded, open_lock};
-use iceoryx2::port::{client, listener, notifier, publisher, server, subscriber};
 use iceoryx2::prelude::{AttributeVerifier, MessagingPattern, SemanticString, ServiceName};
 use iceoryx2::service::Service as _;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use iceoryx2::service::builder;
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
-use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
 use rc_middleware::qos::{MAX_NODES, MAX_OBSERVERS, MAX_PUBLISHERS, MAX_READERS, REQUEST_QUEUE};
 use rc_middleware::{OpenError, Qos, TypeIdentity};
 use std::fmt::Debug;
 use std::time::{Duration, Instant};
 
-pub(crate) use crate::variant::Service;
-
-pub(crate) type Node = iceoryx2::prelude::Node<Service>;
-pub(crate) type EventService = event::PortFactory<Service>;
-pub(crate) type ListenerPort = listener::Listener<Service>;
-pub(crate) type NotifierPort = notifier::Notifier<Service>;
-pub(crate) type TopicService = publish_subscribe::PortFactory<Service, [u8], MessageHeader>;
-pub(crate) type PublisherPort = publisher::Publisher<Service, [u8], MessageHeader>;
-pub(crate) type Sample = iceoryx2::sample_mut::SampleMut<Service, [u8], MessageHeader>;
-pub(crate) type SubscriberPort = subscriber::Subscriber<Service, [u8], MessageHeader>;
-pub(crate) type CallService =
-    request_response::PortFactory<Service, [u8], RequestHeader, [u8], MessageHeader>;
-pub(crate) type ClientPort = client::Client<Service, [u8], RequestHeader, [u8], MessageHeader>;
-pub(crate) type ServerPort = server::Server<Service, [u8], RequestHeader, [u8], MessageHeader>;
-pub(crate) type Request =
-    iceoryx2::request_mut::RequestMut<Service, [u8], RequestHeader, [u8], MessageHeader>;
-pub(crate) type PendingResponse =
-    iceoryx2::pending_response::PendingResponse<Service, [u8], RequestHeader, [u8], MessageHeader>;
-pub(crate) type Response = iceoryx2::response_mut::ResponseMut<Service, [u8], MessageHeader>;
-pub(crate) type ActiveRequest =
-    iceoryx2::active_request::ActiveRequest<Service, [u8], RequestHeader, [u8], MessageHeader>;
-
+/// Event id: a message may be in the queue.
+pub(crate) const DATA: usize = 0;
+/// Event id: a transient-local publisher has joined the topic.
+pub(crate) const TRANSIENT_LOCAL: usize = 1;
 /// The service attribute with the types of a connection.
 const TYPES: &[u8] = b"rc.types";
 /// Smallest maximum depth of a topic's subscribers. Each unit costs a publisher 0.13 MB of memory,
@@ -191,7 +172,7 @@ pub(crate) fn event(
             .max_notifiers(notifiers)
             .max_listeners(listeners)
             .max_nodes(MAX_NODES)
-            .event_id_max_value(crate::notifier::TRANSIENT_LOCAL)
+            .event_id_max_value(TRANSIENT_LOCAL)
             .open_or_create_with_attributes(&verifier)
     })
 }

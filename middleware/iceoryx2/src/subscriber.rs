@@ -3,11 +3,10 @@
 use crate::message::MessageHeader;
 use crate::names;
 use crate::notifier::{Listener, Notifier, Wakeup};
-use crate::observer;
-use crate::service::{
-    EventPorts, Service, SubscriberPort, TopicService, existing_topic, refusal, topic,
-};
+use crate::ports::{Service, SubscriberPort, TopicService};
+use crate::service::{EventPorts, existing_topic, refusal, topic};
 use crate::session::Session;
+use crate::tool_ports;
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::subscriber::PortFactorySubscriber;
 use rc_middleware::{Durability, Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
@@ -172,7 +171,7 @@ impl Source {
         topic: TopicService,
         history: usize,
     ) -> Result<Self, OpenError> {
-        let name = observer::port_name();
+        let name = tool_ports::port_name();
         Self::with(endpoint, topic, history, |builder| builder.name(&name))
     }
 
@@ -232,7 +231,7 @@ impl Source {
 
     /// The number of publishers.
     pub(crate) fn peers(&self) -> usize {
-        observer::publishers(&self.topic)
+        tool_ports::publishers(&self.topic)
     }
 }
 

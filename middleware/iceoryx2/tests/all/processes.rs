@@ -1,7 +1,9 @@
 //! Networks of real processes. A process is this test program, started with its test `role` only.
 //! An environment variable contains the role.
 
-use rc_conformance::network::{LIMIT, endpoint, header, receive, serve_until, until};
+use rc_conformance::network::{
+    LIMIT, endpoint, header, raise_descriptor_limit, receive, serve_until, until,
+};
 use rc_middleware::qos::Durability;
 use rc_middleware::{
     Backend, CallError, Client, Encoding, Endpoint, Environment, Header, Reply, RunDirectory,
@@ -36,6 +38,7 @@ pub(crate) struct Network(pub(crate) String);
 
 impl Network {
     pub(crate) fn new(name: &str) -> Self {
+        raise_descriptor_limit();
         Self(format!("{name}-{}", std::process::id()))
     }
 
