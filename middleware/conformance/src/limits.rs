@@ -39,7 +39,7 @@ pub fn sixty_four_clients_are_served(subject: &dyn Subject) {
 /// reply. More than a thousand requests wait before the server takes the first one. Each reply
 /// holds its own request and the number of commands that the client sent before.
 pub fn a_thousand_requests_get_their_own_replies(subject: &dyn Subject) {
-    const ROUNDS: u8 = 3;
+    const ROUNDS: u8 = 2;
     const COMMANDS: u8 = REQUEST_QUEUE as u8 - 1;
     let network = Network::new(subject);
     let all = MAX_READERS;

@@ -12,8 +12,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-/// Longest wait for an event.
-pub const LIMIT: Duration = Duration::from_secs(30);
+/// Longest wait for an event. Only a fault lets it pass, on a loaded machine, too.
+pub const LIMIT: Duration = Duration::from_mins(2);
 /// Longest wait for a descriptor before a test looks into the queue, as the runtime does.
 pub(crate) const CYCLE: Duration = Duration::from_millis(50);
 

@@ -14,14 +14,16 @@ use std::fs::{DirBuilder, File};
 use std::io::{self, Read};
 use std::os::unix::fs::{DirBuilderExt, FileExt, MetadataExt};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// Longest registration that is read: the owner, and as many peers as there can be.
 const LONGEST: u64 = 64 * 1024;
-/// Longest wait for another component that opens endpoints.
+/// Longest wait for one other component that opens endpoints.
 const LOCK_LIMIT: Duration = Duration::from_secs(10);
 /// Longest wait of an endpoint that leaves for a component that opens or leaves.
 const LEAVE_LIMIT: Duration = Duration::from_secs(1);
+/// Longest wait for all that come first, each within its limit.
+const QUEUE_LIMIT: Duration = Duration::from_mins(2);
 /// The file that a component locks while it opens endpoints.
 const LOCK: &str = "turn";
 /// Pause between two attempts.
@@ -85,13 +87,17 @@ impl LocalRegistry {
         builder.recursive(true).mode(0o700).create(&self.directory)
     }
 
-    /// Waits until no other component opens endpoints; fails after ten seconds.
+    /// Waits until no other component opens endpoints; fails if one does for ten seconds.
     pub fn open_lock(&self) -> io::Result<OpenLock> {
         let path = self.directory.join(LOCK);
-        let deadline = Instant::now() + LOCK_LIMIT;
+        let end = Instant::now() + QUEUE_LIMIT;
+        let mut deadline = Instant::now() + LOCK_LIMIT;
+        let mut holder = None;
         loop {
             match lock(&path, true) {
                 Ok(Some(file)) => {
+                    // It shows those that wait that another one holds the lock.
+                    file.set_modified(SystemTime::now())?;
                     let directory = self.directory.clone();
                     return Ok(OpenLock { file, directory });
                 }
@@ -99,6 +105,12 @@ impl LocalRegistry {
                 // There is no endpoint yet, or the last one has left.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => self.make_directory()?,
                 Err(error) => return Err(error),
+            }
+            let since = std::fs::metadata(&path).and_then(|file| file.modified());
+            let since = since.ok();
+            if since != holder {
+                holder = since;
+                deadline = end.min(Instant::now() + LOCK_LIMIT);
             }
             if Instant::now() >= deadline {
                 return Err(io::Error::new(

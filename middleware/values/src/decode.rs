@@ -1,6 +1,7 @@
 //! From bytes of CDR to values.
 
 use crate::budget::Budget;
+use crate::checks::{check_bound, check_range};
 use crate::error::ValueError;
 use crate::image::decode_image;
 use crate::numbers::Numbers;
@@ -59,35 +60,6 @@ fn member(
     let found = value(&member.ty, reader, budget)?;
     check_range(member, &found)?;
     Ok(found)
-}
-
-/// Fails if a number is outside the range of its member.
-pub(crate) fn check_range(member: &Member, value: &Value) -> Result<(), ValueError> {
-    let Some(range) = member.range else {
-        return Ok(());
-    };
-    match value.number() {
-        Some(number) if !range.contains(number) => {
-            let unit = member
-                .unit
-                .as_deref()
-                .map_or(String::new(), |u| format!(" {u}"));
-            Err(ValueError::new(format!(
-                "{number} is outside its range {range}{unit}"
-            )))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Fails if there are more elements than the type allows.
-pub(crate) fn check_bound(length: usize, bound: Option<u32>) -> Result<(), ValueError> {
-    match bound {
-        Some(bound) if length > bound as usize => Err(ValueError::new(format!(
-            "it has {length} elements, its type allows {bound}"
-        ))),
-        _ => Ok(()),
-    }
 }
 
 fn value(ty: &Type, reader: &mut Reader<'_>, budget: &mut Budget) -> Result<Value, ValueError> {

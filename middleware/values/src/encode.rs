@@ -1,6 +1,6 @@
 //! From values to bytes of CDR.
 
-use crate::decode::{check_bound, check_range};
+use crate::checks::{check_bound, check_range, count, misfit};
 use crate::error::ValueError;
 use crate::types::{Member, Primitive, Struct, Type};
 use crate::value::Value;
@@ -47,11 +47,6 @@ fn member(member: &Member, value: &Value, writer: &mut Writer<'_>) -> Result<(),
     self::value(&member.ty, value, writer)
 }
 
-/// A value that has another type than its member.
-pub(crate) fn misfit(expected: impl std::fmt::Display) -> ValueError {
-    ValueError::new(format!("the value is no {expected}"))
-}
-
 fn value(ty: &Type, value: &Value, writer: &mut Writer<'_>) -> Result<(), ValueError> {
     match (ty, value) {
         (Type::Primitive(primitive), value) => return number(*primitive, value, writer),
@@ -88,15 +83,6 @@ fn value(ty: &Type, value: &Value, writer: &mut Writer<'_>) -> Result<(), ValueE
         _ => return Err(misfit(ty)),
     }
     Ok(())
-}
-
-/// The number of elements of a sequence.
-pub(crate) fn count(value: &Value) -> Option<usize> {
-    match value {
-        Value::Numbers(numbers) => Some(numbers.len()),
-        Value::Sequence(items) => Some(items.len()),
-        _ => None,
-    }
 }
 
 fn elements(element: &Type, items: &Value, writer: &mut Writer<'_>) -> Result<(), ValueError> {

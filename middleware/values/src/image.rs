@@ -2,8 +2,7 @@
 //! 64-bit machine, see `rc_middleware::in_place`.
 
 use crate::budget::Budget;
-use crate::decode::{check_bound, check_range};
-use crate::encode::{count, misfit};
+use crate::checks::{check_bound, check_range, count, misfit};
 use crate::error::ValueError;
 use crate::numbers::Numbers;
 use crate::types::{Layout, Member, Primitive, Struct, Type};

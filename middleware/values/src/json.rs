@@ -1,7 +1,7 @@
 //! From JSON to values, and default values.
 
 use crate::budget::Budget;
-use crate::decode::{check_bound, check_range};
+use crate::checks::{check_bound, check_range};
 use crate::error::ValueError;
 use crate::numbers::Numbers;
 use crate::types::{Member, Primitive, Struct, Type};

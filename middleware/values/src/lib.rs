@@ -32,6 +32,7 @@
 
 mod budget;
 mod catalog;
+mod checks;
 mod decode;
 pub mod description;
 mod encode;
