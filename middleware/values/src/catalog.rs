@@ -5,7 +5,7 @@ use crate::error::DescriptionError;
 use crate::json;
 use crate::parse::{Parsed, parse};
 use crate::types::{Enum, Layout, Member, Primitive, Range, Struct, Type};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// The most levels of types inside a type.
@@ -231,9 +231,10 @@ impl<'m> Resolver<'m> {
         level: u32,
     ) -> Result<Struct, DescriptionError> {
         let mut resolved: Vec<Member> = Vec::new();
+        let mut names = BTreeSet::new();
         for member in members {
             let place = format!("{name}.{}", member.name);
-            if resolved.iter().any(|other| other.name == member.name) {
+            if !names.insert(member.name.as_str()) {
                 return Err(DescriptionError::new(&place, "there are two of them"));
             }
             let ty = self.ty(&place, &member.ty, level)?;

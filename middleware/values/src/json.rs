@@ -9,6 +9,7 @@ use crate::value::Value;
 use rc_diagnostics::foreign::clean;
 use rc_diagnostics::nearest;
 use serde_json::Value as Json;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Reads a structure from a JSON object. Missing members have their default values.
@@ -49,8 +50,10 @@ fn structure(
         Some(Json::Object(object)) => Some(object),
         Some(other) => return Err(expected(&format!("an object of `{}`", ty.name), other)),
     };
-    for name in object.into_iter().flat_map(serde_json::Map::keys) {
-        if ty.member(name).is_none() {
+    if let Some(object) = object {
+        let members: BTreeSet<&str> = ty.members.iter().map(|m| m.name.as_str()).collect();
+        let mut names = object.keys();
+        if let Some(name) = names.find(|name| !members.contains(name.as_str())) {
             return Err(unknown(ty, name));
         }
     }
@@ -85,7 +88,7 @@ fn member(member: &Member, json: Option<&Json>, budget: &mut Budget) -> Result<V
         (Some(Json::Null) | None, _) if member.optional => return Ok(Value::Missing),
         (Some(json), _) => value(&member.ty, json, budget)?,
         (None, Some(default)) => {
-            budget.take_values(1)?;
+            budget.take(default.bytes(), 1)?;
             default.clone()
         }
         (None, None) => default_of(&member.ty, budget)?,

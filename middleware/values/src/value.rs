@@ -54,6 +54,29 @@ impl Value {
         Ok(value)
     }
 
+    /// About how many bytes it takes in memory, besides those of the `Value` itself.
+    pub(crate) fn bytes(&self) -> usize {
+        let all = |values: &[Value]| -> usize {
+            values
+                .iter()
+                .map(|value| size_of::<Value>() + value.bytes())
+                .sum()
+        };
+        match self {
+            Self::Text(text) => text.len(),
+            Self::Numbers(numbers) => numbers.len() * numbers.primitive().size(),
+            Self::Sequence(values) | Self::Struct(_, values) => all(values),
+            Self::Map(pairs) => {
+                let pair = 2 * size_of::<Value>();
+                let bytes = pairs
+                    .iter()
+                    .map(|(key, value)| pair + key.bytes() + value.bytes());
+                bytes.sum()
+            }
+            _ => 0,
+        }
+    }
+
     fn member(self, name: &str) -> Result<Value, ValueError> {
         match self {
             Self::Struct(ty, mut values) => match ty.member(name) {

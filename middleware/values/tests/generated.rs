@@ -396,10 +396,42 @@ fn types_that_grow_without_limit_are_refused() {
         assert!(error.reason.contains("MiB"), "{error}");
         assert!(decode(&ty, Encoding::Cdr, &vec![1; 100_000]).is_err());
     }
+    // Each element has a copy of the default.
+    let long = serde_json::json!({"module": "M", "types": [
+        {"name": "A", "struct": [{"name": "a", "type": "string", "default": "x".repeat(100_000)}]},
+        {"name": "B", "struct": [{"name": "b", "type": "M::A[10000]"}]}]});
+    let long: Module = serde_json::from_value(long).expect("a module");
+    let catalog = Catalog::new(&[long]).expect("a catalog");
+    let error = default(&structure(&catalog, "M::B")).expect_err("a gigabyte");
+    assert!(error.reason.contains("MiB"), "{error}");
     let own = r#"{"module": "M", "types": [{"name": "A", "struct": [{"name": "a", "type": "sequence<M::A>"}]}]}"#;
     let module: Module = serde_json::from_str(own).expect("a module");
     let error = Catalog::new(&[module]).expect_err("it contains itself");
     assert!(error.to_string().contains("contains itself"), "{error}");
+}
+
+#[test]
+fn a_structure_with_many_members_is_read_and_one_name_stands_there_once() {
+    let of = |last: &str| {
+        let names = (0..5_000).map(|at| format!("m{at}"));
+        let names = names.chain([last.to_owned()]);
+        let members: Vec<serde_json::Value> = names
+            .map(|name| serde_json::json!({"name": name, "type": "int8"}))
+            .collect();
+        let types = serde_json::json!([{"name": "A", "struct": members}]);
+        let module = serde_json::json!({"module": "M", "types": types});
+        Catalog::new(&[serde_json::from_value::<Module>(module).expect("a module")])
+    };
+    let catalog = of("last").expect("a catalog");
+    let ty = structure(&catalog, "M::A");
+    let value = from_json(&ty, &serde_json::json!({"last": 3})).expect("it fits");
+    let again = serde_json::to_value(&value).expect("JSON");
+    assert_eq!(from_json(&ty, &again), Ok(value));
+    let error = of("m7").expect_err("a name stands there twice");
+    assert_eq!(
+        error.to_string(),
+        "the description of `M::A.m7` cannot be used: there are two of them"
+    );
 }
 
 #[test]
