@@ -1,6 +1,8 @@
 //! The life cycle of a managed component, for a backend whose middleware has managed nodes.
 
 use rc_lifecycle::{LifecycleState, Transition};
+use std::sync::Arc;
+use std::time::Instant;
 
 /// A change of the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,16 +14,17 @@ pub struct LifecycleChange {
 }
 
 /// Called with each change. It must return at once: it runs on the thread of the worker.
-pub type LifecycleListener = Box<dyn Fn(LifecycleChange) + Send + Sync>;
+pub type LifecycleListener = Arc<dyn Fn(LifecycleChange) + Send + Sync>;
 
 /// The life cycle of one component. Any thread but that of the worker may call it.
 pub trait LifecycleService: Send + Sync {
     /// The state, at once.
     fn state(&self) -> LifecycleState;
 
-    /// Takes the component through a transition, and returns the state after its hook. It returns
-    /// within a minute. The error says why the transition did not begin, or has not succeeded.
-    fn change(&self, transition: Transition) -> Result<LifecycleState, String>;
+    /// Takes the component through a transition, and returns the state after its hook. The request
+    /// came at `asked`: it returns within a minute from then on, and begins no transition later. The
+    /// error says why the transition did not begin, or has not succeeded.
+    fn change(&self, transition: Transition, asked: Instant) -> Result<LifecycleState, String>;
 
     /// Calls `listener` with every change from now on.
     fn watch(&self, listener: LifecycleListener);

@@ -4,6 +4,7 @@ use crate::firing::FiredEvent;
 use crate::proposal::Proposal;
 use crate::tool_requests::ToolMessage;
 use rc_middleware::WakeEvent;
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -26,7 +27,7 @@ pub(crate) enum Command {
 const MOST_MESSAGES: usize = 64;
 
 /// The commands that wait for the worker thread: at most one of each kind, the newest, 64 messages of tools, and the events
-/// whose clients still wait. A worker that hangs collects no others.
+/// whose clients still wait, at most 64. A worker that hangs collects no others.
 #[derive(Debug)]
 pub(crate) struct CommandQueue {
     waiting: Mutex<Waiting>,
@@ -39,7 +40,7 @@ struct Waiting {
     emergency: Option<bool>,
     /// An earlier change has been withdrawn when the next one comes.
     parameters: Option<Arc<Proposal>>,
-    messages: Vec<Arc<ToolMessage>>,
+    messages: VecDeque<Arc<ToolMessage>>,
     fired: Vec<Arc<FiredEvent>>,
 }
 
@@ -59,7 +60,7 @@ impl CommandQueue {
             Command::Emergency(active) => waiting.emergency = Some(active),
             Command::Parameters(proposal) => waiting.parameters = Some(proposal),
             Command::Message(_) if waiting.messages.len() >= MOST_MESSAGES => return false,
-            Command::Message(message) => waiting.messages.push(message),
+            Command::Message(message) => waiting.messages.push_back(message),
             Command::Fire(fired) => {
                 waiting.fired.retain(|fired| fired.is_queued());
                 waiting.fired.push(fired);
@@ -70,22 +71,36 @@ impl CommandQueue {
         true
     }
 
-    /// Takes the commands, an emergency first.
+    /// Takes the commands of one turn, an emergency first: all that control the component, and one message of a tool. If
+    /// others wait, the next turn begins at once.
     pub(crate) fn take(&self) -> impl Iterator<Item = Command> + use<> {
+        let mut waiting = self.waiting();
+        let message = waiting.messages.pop_front();
+        let messages = std::mem::take(&mut waiting.messages);
         let Waiting {
             period,
             emergency,
             parameters,
-            messages,
+            messages: _,
             fired,
-        } = std::mem::take(&mut *self.waiting());
+        } = std::mem::replace(
+            &mut *waiting,
+            Waiting {
+                messages,
+                ..Waiting::default()
+            },
+        );
+        if !waiting.messages.is_empty() {
+            self.wake_event.wake();
+        }
+        drop(waiting);
         let emergency = emergency.map(Command::Emergency);
         let period = period.map(Command::Period);
         let parameters = parameters.map(Command::Parameters);
-        let messages = messages.into_iter().map(Command::Message);
+        let message = message.map(Command::Message);
         let fired = fired.into_iter().map(Command::Fire);
         let others = emergency.into_iter().chain(period).chain(parameters);
-        others.chain(messages).chain(fired)
+        others.chain(fired).chain(message)
     }
 
     fn waiting(&self) -> MutexGuard<'_, Waiting> {

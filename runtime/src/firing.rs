@@ -4,6 +4,7 @@
 //! after the events that wait, and says what became of it.
 
 use crate::commands::{Command, CommandQueue};
+use crate::lifecycle::LifecycleState;
 use crate::machine::MachineRecord;
 use crate::parameter_server::{Answer, Requester};
 use crate::status::Shared;
@@ -15,6 +16,9 @@ use std::time::{Duration, Instant};
 
 /// The limit for the machine to take an event.
 const FIRE_LIMIT: Duration = Duration::from_secs(3);
+
+/// The most events that are with the worker's thread. A client that leaves can leave one behind.
+const MOST_FIRED: usize = 64;
 
 /// An event that a tool fires.
 #[derive(Debug)]
@@ -38,6 +42,14 @@ enum Progress {
 }
 
 impl FiredEvent {
+    pub(crate) fn new(event: u16, management: Waker) -> Self {
+        Self {
+            event,
+            progress: Mutex::new(Progress::Queued),
+            management,
+        }
+    }
+
     fn progress(&self) -> MutexGuard<'_, Progress> {
         self.progress.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -64,7 +76,10 @@ impl FiredEvent {
     }
 
     /// The result; without one, the event is withdrawn, and `reason` says why, from whether the machine has it.
-    fn conclude(&self, reason: impl FnOnce(bool) -> String) -> Result<Vec<String>, Error> {
+    pub(crate) fn conclude(
+        &self,
+        reason: impl FnOnce(bool) -> String,
+    ) -> Result<Vec<String>, Error> {
         let mut progress = self.progress();
         match &*progress {
             Progress::Ended(Ok(states)) => Ok(states.clone()),
@@ -84,7 +99,7 @@ struct InFlight {
     fired: Arc<FiredEvent>,
 }
 
-/// The events that are with the worker's thread. Each client has at most one.
+/// The events that are with the worker's thread.
 pub(crate) struct FireServer {
     in_flight: Vec<InFlight>,
     commands: Arc<CommandQueue>,
@@ -107,12 +122,16 @@ impl FireServer {
         event: &str,
         shared: &Shared,
     ) -> Result<(), Error> {
+        let state = shared.lifecycle.as_ref().map(|lifecycle| lifecycle.state());
+        if let Some(state) = state.filter(|state| *state != LifecycleState::Active) {
+            return Err(Error::new(Error::WORKER_REFUSES, not_active(state)));
+        }
         let event = number(shared.status().machine.as_ref(), event)?;
-        let fired = Arc::new(FiredEvent {
-            event,
-            progress: Mutex::new(Progress::Queued),
-            management: self.management.clone(),
-        });
+        if self.in_flight.len() >= MOST_FIRED {
+            let message = format!("{MOST_FIRED} other events wait; fire it again later");
+            return Err(Error::new(Error::WORKER_TIMEOUT, message));
+        }
+        let fired = Arc::new(FiredEvent::new(event, self.management.clone()));
         self.commands.push(Command::Fire(fired.clone()));
         self.in_flight.push(InFlight {
             requester,
@@ -125,15 +144,32 @@ impl FireServer {
     /// The results that are due.
     pub(crate) fn turn(&mut self) -> Vec<Answer> {
         let now = Instant::now();
-        self.conclude(|one| {
+        let is_due = |one: &InFlight| {
             let ended = matches!(*one.fired.progress(), Progress::Ended(_));
             ended || now >= one.until
+        };
+        self.conclude(is_due, |in_machine| {
+            if in_machine {
+                format!("the event has begun, and has not ended within {FIRE_LIMIT:?}")
+            } else {
+                format!(
+                    "the machine has not taken the event within {FIRE_LIMIT:?}; it is withdrawn"
+                )
+            }
         })
     }
 
     /// Withdraws all events: the component ends.
     pub(crate) fn end(&mut self) -> Vec<Answer> {
-        self.conclude(|_| true)
+        let reason = |in_machine| {
+            let what = if in_machine {
+                "has not ended"
+            } else {
+                "is withdrawn"
+            };
+            format!("the component ends; the event {what}")
+        };
+        self.conclude(|_| true, reason)
     }
 
     /// The time until the first limit.
@@ -142,21 +178,29 @@ impl FireServer {
         Some(first.saturating_duration_since(Instant::now()))
     }
 
-    fn conclude(&mut self, is_due: impl Fn(&InFlight) -> bool) -> Vec<Answer> {
+    /// The results of the events that are due. Without one, `reason` says why, from whether the machine has the event.
+    fn conclude(
+        &mut self,
+        is_due: impl Fn(&InFlight) -> bool,
+        reason: impl Fn(bool) -> String,
+    ) -> Vec<Answer> {
         let due = self.in_flight.extract_if(.., |one| is_due(one));
-        due.map(|InFlight { requester, fired, .. }| {
-            let result = fired.conclude(|in_machine| {
-                if in_machine {
-                    format!("the event has begun, and has not ended within {FIRE_LIMIT:?}")
-                } else {
-                    format!("the machine has not taken the event within {FIRE_LIMIT:?}; it is withdrawn")
-                }
-            });
-            let fired = result.and_then(|states| rpc::result(&Fired { states }));
-            (requester, fired)
-        })
+        due.map(
+            |InFlight {
+                 requester, fired, ..
+             }| {
+                let result = fired.conclude(&reason);
+                let fired = result.and_then(|states| rpc::result(&Fired { states }));
+                (requester, fired)
+            },
+        )
         .collect()
     }
+}
+
+/// Why a component that is not active takes no event.
+pub(crate) fn not_active(state: LifecycleState) -> String {
+    format!("the component is {state}; its machine takes events while it is active")
 }
 
 /// The number of an event that may be fired from outside.

@@ -170,11 +170,17 @@ impl Lifecycle {
         }
     }
 
-    /// Adds a request. `done` gets its result on the thread of the worker.
+    /// Adds a request, which must begin before `until`. `done` gets its result on the thread of the
+    /// worker.
     ///
     /// # Errors
     /// The component ends, or too many requests wait.
-    pub(crate) fn request(&self, transition: Transition, done: Done) -> Result<(), String> {
+    pub(crate) fn request(
+        &self,
+        transition: Transition,
+        until: Instant,
+        done: Done,
+    ) -> Result<(), String> {
         let mut inner = self.inner();
         if inner.has_ended {
             return Err("the component ends".to_owned());
@@ -184,7 +190,7 @@ impl Lifecycle {
         }
         inner.requests.push_back(Request {
             transition,
-            until: Instant::now() + LIMIT,
+            until,
             done,
         });
         drop(inner);
@@ -323,7 +329,9 @@ impl Lifecycle {
         } else {
             tracing::debug!("life cycle: {to}");
         }
-        for listener in &self.inner().listeners {
+        // A listener may ask for the life cycle, so the lock is free while it runs.
+        let listeners = self.inner().listeners.clone();
+        for listener in listeners {
             listener(LifecycleChange { from, to });
         }
         self.wake_management();
@@ -349,11 +357,16 @@ impl LifecycleService for Service {
         self.0.state()
     }
 
-    fn change(&self, transition: Transition) -> Result<LifecycleState, String> {
+    fn change(&self, transition: Transition, asked: Instant) -> Result<LifecycleState, String> {
+        let until = asked + LIMIT;
+        let left = until.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return Err(too_late(transition, self.0.state()));
+        }
         let (answer, answered) = sync_channel(1);
         let done = move |result| drop(answer.try_send(result));
-        self.0.request(transition, Box::new(done))?;
-        let result = answered.recv_timeout(LIMIT);
+        self.0.request(transition, until, Box::new(done))?;
+        let result = answered.recv_timeout(left);
         result.unwrap_or_else(|_| Err(too_late(transition, self.0.state())))
     }
 
@@ -461,15 +474,53 @@ mod tests {
     }
 
     #[test]
+    fn a_listener_can_ask_for_the_life_cycle() {
+        use LifecycleState::{Configuring, Inactive};
+        let lifecycle = Arc::new(lifecycle());
+        let seen = Arc::new(Mutex::new(Vec::new()));
+        let service = Service(Arc::clone(&lifecycle));
+        let (of, into) = (Arc::clone(&lifecycle), Arc::clone(&seen));
+        service.watch(Arc::new(move |change: LifecycleChange| {
+            let report = of.report();
+            into.lock()
+                .expect("the states")
+                .push((change.to, report.state));
+        }));
+        let run = |_: Hook<'_>| Ok(());
+        assert!(lifecycle.take(Transition::Configure, run).is_ok());
+        let seen = seen.lock().expect("the states");
+        assert_eq!(*seen, [(Configuring, Configuring), (Inactive, Inactive)]);
+    }
+
+    #[test]
+    fn a_request_that_has_waited_for_its_limit_begins_nothing() {
+        let Some(asked) = Instant::now().checked_sub(LIMIT) else {
+            return;
+        };
+        let lifecycle = Arc::new(lifecycle());
+        let service = Service(Arc::clone(&lifecycle));
+        let late = "configure has not ended within 60s; the component is unconfigured";
+        assert_eq!(
+            service.change(Transition::Configure, asked),
+            Err(late.to_owned())
+        );
+        assert!(lifecycle.next().is_none());
+    }
+
+    #[test]
     fn waiting_requests_have_a_bound_and_are_refused_at_the_end() {
         let lifecycle = lifecycle();
+        let until = Instant::now() + LIMIT;
         let (answer, answered) = sync_channel(MOST_WAITING);
         for _ in 0..MOST_WAITING {
             let answer = answer.clone();
             let done = Box::new(move |result| drop(answer.try_send(result)));
-            assert_eq!(lifecycle.request(Transition::Configure, done), Ok(()));
+            assert_eq!(
+                lifecycle.request(Transition::Configure, until, done),
+                Ok(())
+            );
         }
-        let more = lifecycle.request(Transition::Configure, Box::new(drop));
+        let more = lifecycle.request(Transition::Configure, until, Box::new(drop));
         assert_eq!(more, Err("16 other transitions wait".to_owned()));
         lifecycle.end();
         assert_eq!(
@@ -477,7 +528,7 @@ mod tests {
             MOST_WAITING
         );
         assert!(lifecycle.next().is_none());
-        let more = lifecycle.request(Transition::Configure, Box::new(drop));
+        let more = lifecycle.request(Transition::Configure, until, Box::new(drop));
         assert_eq!(more, Err("the component ends".to_owned()));
     }
 }

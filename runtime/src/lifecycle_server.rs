@@ -65,13 +65,14 @@ impl LifecycleServer {
             drop(results);
             management.wake();
         };
-        let refused = lifecycle.request(transition, Box::new(done));
+        let until = Instant::now() + LIMIT;
+        let refused = lifecycle.request(transition, until, Box::new(done));
         refused.map_err(|reason| Error::new(Error::WORKER_REFUSES, reason))?;
         let requester = Requester {
             client,
             id,
             transition,
-            until: Instant::now() + LIMIT,
+            until,
         };
         self.waiting.insert(number, requester);
         Ok(())

@@ -84,11 +84,8 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
         let session = &mut self.parts.session;
         if let Err(reason) = session.fire(event.number()) {
             let name = &session.chart().events[usize::from(event.number())];
-            let reason = match reason {
-                rc_machine::Refused::Ended => "the machine has ended",
-                rc_machine::Refused::Full => "too many events wait",
-            };
             if self.parts.may_warn() {
+                let reason = refusal(reason);
                 tracing::warn!("the event {name} is dropped: {reason}");
             }
         }
@@ -117,13 +114,21 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
     }
 
     /// The active states, if none of `states` is among them: then requests that these states serve are
-    /// refused.
+    /// refused. A machine without an active state has `ended`, or is `not started`.
     #[doc(hidden)]
     pub fn unavailable(&self, states: &[S]) -> Option<String> {
         if states.iter().any(|state| self.is_in(*state)) {
             return None;
         }
         let active: Vec<&str> = self.parts.active().collect();
+        if active.is_empty() {
+            let state = if self.has_ended() {
+                "ended"
+            } else {
+                "not started"
+            };
+            return Some(state.to_owned());
+        }
         Some(active.join(", "))
     }
 
@@ -176,6 +181,13 @@ impl Parts {
         self.outside.retain(|fired| fired.is_queued());
         self.outside.push_back(fired);
     }
+
+    /// Refuses the events of tools that wait: the component is not active.
+    pub(crate) fn refuse_outside(&mut self, reason: &str) {
+        for fired in self.outside.drain(..).filter(|fired| fired.begin()) {
+            fired.end(Err(reason.to_owned()));
+        }
+    }
 }
 
 /// The worker with its context, for the steps of the machine. States, guards and functions are
@@ -220,8 +232,8 @@ pub fn start(hooks: &mut impl Hooks) -> Result<(), WorkerError> {
     })
 }
 
-/// Handles the events that wait, as many as one turn of the event loop may, and then those that
-/// tools fire.
+/// Handles the events that wait, as many as one turn of the event loop may. Once none waits, one event
+/// that a tool fires follows.
 ///
 /// # Errors
 /// A function of the worker demands it, or the machine does not come to rest.
@@ -236,41 +248,53 @@ pub fn react(hooks: &mut impl Hooks) -> Result<(), WorkerError> {
     })
 }
 
-/// Handles the events that tools fire, and says what became of each.
+/// Handles one event that a tool fires, and says what became of it. No other event waits, so the step
+/// is that of this one; what it fires itself is handled before the next one from outside.
 fn take_from_outside<H: Hooks>(
     interpreter: &mut Interpreter,
     host: &mut Steps<'_, H>,
 ) -> Result<(), rc_machine::Error> {
     let exact = host.hooks.core().exact.clone();
-    while let Some(event) = exact.next_fired() {
+    if let Some(event) = exact.next_fired() {
         if host.session().fire(event).is_ok() {
             interpreter.step(host)?;
         }
+        return Ok(());
     }
-    while let Some(fired) = host.hooks.parts().outside.pop_front() {
-        if !fired.begin() {
-            continue;
+    let fired = loop {
+        match host.hooks.parts().outside.pop_front() {
+            None => return Ok(()),
+            Some(fired) if fired.begin() => break fired,
+            Some(_) => {}
         }
-        exact.fired(fired.event);
-        if host.session().fire(fired.event).is_err() {
-            fired.end(Err("the machine has ended".to_owned()));
-            continue;
-        }
-        let stepped = interpreter.step(host);
-        let parts = host.hooks.parts();
-        let active = || parts.active().collect::<Vec<_>>();
-        fired.end(match &stepped {
-            Ok(Some(step)) if step.taken => Ok(active().into_iter().map(str::to_owned).collect()),
-            Ok(_) => {
-                let event = &parts.session.chart().events[usize::from(fired.event)];
-                let active = active().join("`, `");
-                Err(format!("no transition takes `{event}` in `{active}`"))
-            }
-            Err(error) => Err(error.to_string()),
-        });
-        stepped?;
+    };
+    exact.fired(fired.event);
+    if let Err(reason) = host.session().fire(fired.event) {
+        fired.end(Err(refusal(reason).to_owned()));
+        return Ok(());
     }
+    let stepped = interpreter.step(host);
+    let parts = host.hooks.parts();
+    let active = || parts.active().collect::<Vec<_>>();
+    fired.end(match &stepped {
+        Ok(Some(step)) if step.taken => Ok(active().into_iter().map(str::to_owned).collect()),
+        Ok(_) => {
+            let event = &parts.session.chart().events[usize::from(fired.event)];
+            let active = active().join("`, `");
+            Err(format!("no transition takes `{event}` in `{active}`"))
+        }
+        Err(error) => Err(error.to_string()),
+    });
+    stepped?;
     Ok(())
+}
+
+/// Why an event is dropped.
+fn refusal(reason: rc_machine::Refused) -> &'static str {
+    match reason {
+        rc_machine::Refused::Ended => "the machine has ended",
+        rc_machine::Refused::Full => "too many events wait",
+    }
 }
 
 /// Runs the `during` of the active states, parents first. Returns whether no state has one, so that

@@ -19,7 +19,7 @@ use crate::parameter_server::{Answer, ParameterServer, Requester};
 use crate::parameter_service::{BackendRequests, RequestQueue};
 use crate::status::Shared;
 use crate::tap::Taps;
-use crate::tool_requests::ToolRequests;
+use crate::tool_requests::{Tapping, ToolRequests};
 use crate::waker::{Waker, Wakeup, Wakeups, waker};
 use rc_management::component::{Done, Request, State};
 use rc_management::rpc::{self, Error};
@@ -30,7 +30,6 @@ use rc_middleware::{Address, Environment};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use serde_json::{Map, Value};
-use std::collections::BTreeSet;
 use std::io::{self, Read};
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
@@ -159,8 +158,7 @@ struct Server {
     info: Arc<ComponentInfo>,
     shared: Arc<Shared>,
     commands: Arc<CommandQueue>,
-    /// What a client has is the slots that it taps.
-    socket: Socket<BTreeSet<usize>>,
+    socket: Socket<Tapping>,
     tools: ToolRequests,
     wakeups: Wakeups,
     parameters: ParameterServer,
@@ -249,6 +247,8 @@ impl Server {
                 answers.extend(self.firing.end());
                 answers.retain(|(requester, _)| !matches!(requester, Requester::Supervisor));
                 self.answer(answers);
+                let messages = self.tools.end();
+                self.hand_over(messages);
                 self.answer_transitions();
                 self.report_state();
                 return;
@@ -271,12 +271,8 @@ impl Server {
             self.answer(answers);
             let fired = self.firing.turn();
             self.answer(fired);
-            for (client, id, result) in self.tools.results() {
-                self.socket.settle(client);
-                if let Some(id) = id {
-                    self.socket.answer(client, &id, result);
-                }
-            }
+            let messages = self.tools.results();
+            self.hand_over(messages);
             self.tools.turn(&mut self.socket);
             self.answer_transitions();
             self.socket.check(Instant::now());
@@ -476,9 +472,15 @@ impl Server {
         }
     }
 
-    /// Hands results of transitions to their requesters, if they are still there.
+    /// Hands results of transitions to their requesters.
     fn answer_transitions(&mut self) {
-        for (client, id, result) in self.lifecycle.turn() {
+        let answers = self.lifecycle.turn();
+        self.hand_over(answers);
+    }
+
+    /// Hands results to clients, if they are still there.
+    fn hand_over(&mut self, results: Vec<(u64, Option<Value>, Result<Value, Error>)>) {
+        for (client, id, result) in results {
             self.socket.settle(client);
             if let Some(id) = id {
                 self.socket.answer(client, &id, result);

@@ -46,6 +46,7 @@ pub(crate) struct Copied {
     pub(crate) operation: Option<usize>,
     pub(crate) header: Header,
     pub(crate) profile: Profile,
+    /// The messages of the slot that were not copied before it.
     pub(crate) dropped: u64,
     pub(crate) body: Vec<u8>,
 }
@@ -74,8 +75,17 @@ impl Taps {
         }
     }
 
+    /// The messages of a slot that were not copied since the tap is on.
+    pub(crate) fn dropped(&self, slot: usize) -> u64 {
+        let tap = self
+            .slots
+            .get(slot)
+            .filter(|tap| tap.is_on.load(Ordering::Relaxed));
+        tap.map_or(0, |tap| tap.dropped.load(Ordering::Relaxed))
+    }
+
     /// Counts a message that no client gets.
-    pub(crate) fn count_dropped(&self, slot: usize) {
+    fn count_dropped(&self, slot: usize) {
         if let Some(tap) = self.slots.get(slot) {
             tap.dropped.fetch_add(1, Ordering::Relaxed);
         }

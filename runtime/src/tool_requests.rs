@@ -15,7 +15,7 @@ use rc_management::{Server as Socket, observation};
 use rc_middleware::Encoding;
 use rc_middleware::backend::Profile;
 use serde_json::Value;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -82,6 +82,21 @@ impl ToolMessage {
     }
 }
 
+/// The slots that a client taps.
+pub(crate) type Tapping = BTreeMap<usize, Losses>;
+
+/// What a client lost of a slot that it taps.
+#[derive(Debug)]
+pub(crate) struct Losses {
+    /// The messages of the slot that were not copied for any client, before this one tapped it.
+    before: u64,
+    /// The copies that found no room at this client.
+    dropped: u64,
+}
+
+/// A client, the identifier of its request, and the result.
+type Answered = (u64, Option<Value>, Result<Value, Error>);
+
 /// The part of the management thread that serves tools.
 pub(crate) struct ToolRequests {
     description: &'static Description,
@@ -112,10 +127,10 @@ impl ToolRequests {
         rpc::result(&info.describe())
     }
 
-    /// Switches the tap of a slot for a client.
+    /// Switches the tap of a slot for a client. Counting starts anew.
     pub(crate) fn tap(
         &self,
-        socket: &mut Socket<BTreeSet<usize>>,
+        socket: &mut Socket<Tapping>,
         client: u64,
         slot: &str,
         on: bool,
@@ -123,7 +138,9 @@ impl ToolRequests {
         let (slot, _) = self.slot(slot)?;
         if let Some(client) = socket.client_mut(client) {
             if on {
-                client.state.insert(slot);
+                let before = self.taps.dropped(slot);
+                let new = Losses { before, dropped: 0 };
+                client.state.entry(slot).or_insert(new);
             } else {
                 client.state.remove(&slot);
             }
@@ -204,7 +221,7 @@ impl ToolRequests {
     }
 
     /// The results that are due, each with its client and the identifier of its request.
-    pub(crate) fn results(&mut self) -> Vec<(u64, Option<Value>, Result<Value, Error>)> {
+    pub(crate) fn results(&mut self) -> Vec<Answered> {
         let now = Instant::now();
         let mut results = Vec::new();
         self.pending.retain_mut(|(client, id, message)| {
@@ -222,7 +239,7 @@ impl ToolRequests {
     }
 
     /// Switches off the taps that no client has any more, and sends the copies that wait.
-    pub(crate) fn turn(&mut self, socket: &mut Socket<BTreeSet<usize>>) {
+    pub(crate) fn turn(&mut self, socket: &mut Socket<Tapping>) {
         self.update(socket);
         let copies = self.taps.take();
         let any = !copies.is_empty();
@@ -234,22 +251,22 @@ impl ToolRequests {
         }
     }
 
-    fn update(&self, socket: &mut Socket<BTreeSet<usize>>) {
+    fn update(&self, socket: &mut Socket<Tapping>) {
         let wanted: BTreeSet<usize> = socket
             .clients_mut()
-            .flat_map(|client| client.state.iter().copied())
+            .flat_map(|client| client.state.keys().copied())
             .collect();
         for slot in 0..self.description.slots.len() {
             self.taps.set(slot, wanted.contains(&slot));
         }
     }
 
-    fn send(&self, socket: &mut Socket<BTreeSet<usize>>, copied: Copied) {
+    fn send(&self, socket: &mut Socket<Tapping>, copied: Copied) {
         let number = copied.slot;
         let slot = &self.description.slots[number];
         let operation = copied.operation.and_then(|at| slot.operations.get(at));
         let Copied { header, .. } = copied;
-        let line = rpc::notification(&Notification::Tapped(Box::new(Tapped {
+        let mut copy = Notification::Tapped(Box::new(Tapped {
             slot: slot.name.to_owned(),
             kind: copied.kind,
             operation: operation.map(|operation| operation.name.to_owned()),
@@ -258,19 +275,38 @@ impl ToolRequests {
             sent: header.sent,
             image: header.encoding == Encoding::Image,
             ros: copied.profile == Profile::Ros,
-            dropped: copied.dropped,
+            dropped: 0,
             body: copied.body,
-        })));
+        }));
+        // Clients that lost equally many messages get the same line.
+        let mut line: Option<(u64, Vec<u8>)> = None;
         for client in socket.clients_mut() {
-            if !client.state.contains(&number) {
+            let waiting = client.waiting();
+            let Some(losses) = client.state.get_mut(&number) else {
                 continue;
-            }
-            if client.waiting() + line.len() > MOST_WAITING {
-                self.taps.count_dropped(number);
+            };
+            let dropped = copied.dropped.saturating_sub(losses.before) + losses.dropped;
+            let known = line.take().filter(|(of, _)| *of == dropped);
+            let (_, line) = line.insert(known.unwrap_or_else(|| {
+                let Notification::Tapped(tapped) = &mut copy;
+                tapped.dropped = dropped;
+                (dropped, rpc::notification(&copy))
+            }));
+            if waiting + line.len() > MOST_WAITING {
+                losses.dropped += 1;
             } else {
-                client.push(&line);
+                client.push(line);
             }
         }
+    }
+
+    /// The results of all messages: the component ends.
+    pub(crate) fn end(&mut self) -> Vec<Answered> {
+        let mut results = self.results();
+        let ends = || Error::new(Error::WORKER_REFUSES, "the component ends");
+        let rest = self.pending.drain(..);
+        results.extend(rest.map(|(client, id, _)| (client, id, Err(ends()))));
+        results
     }
 }
 
@@ -303,5 +339,125 @@ pub(crate) fn qos(qos: &rc_middleware::Qos) -> observation::QosDescription {
         deadline_ms: ms(qos.deadline),
         lifespan_ms: ms(qos.lifespan),
         liveliness_ms: ms(qos.liveliness),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::waker::waker;
+    use rc_management::observation::TappedKind;
+    use rc_middleware::{Header, WakeEvent};
+    use std::os::fd::AsFd;
+    use std::os::unix::net::UnixStream;
+
+    const SLOT: Slot = Slot {
+        name: "Numbers",
+        role: Role::Implements,
+        interface: "Numbers",
+        type_name: "Test::Numbers",
+        type_hash: 7,
+        backend: "none",
+        qos: rc_middleware::Qos::CALL,
+        operations: &[],
+        external_types: &[],
+    };
+
+    static DESCRIPTION: Description = Description {
+        name: "tested",
+        model_hash: 1,
+        middleware: "none",
+        period: Duration::from_millis(2),
+        parameters: None,
+        folder: "/nowhere",
+        slots: &[SLOT],
+        types: &[],
+        backends: &[],
+        simulates_time: false,
+        managed: false,
+        note: b"",
+    };
+
+    fn tools(wake: &WakeEvent) -> (ToolRequests, Arc<CommandQueue>) {
+        let commands = Arc::new(CommandQueue::new(wake.clone()));
+        let (management, _wakeups) = waker().expect("a pair");
+        let taps = Arc::new(Taps::new(1, None));
+        let tools = ToolRequests::new(&DESCRIPTION, taps, Arc::clone(&commands), management);
+        (tools, commands)
+    }
+
+    #[test]
+    fn one_message_is_handled_a_turn_after_what_controls() {
+        let wake = WakeEvent::new().expect("an event");
+        let (mut tools, commands) = tools(&wake);
+        let limit = Duration::from_mins(1);
+        for client in 0..3 {
+            let call = tools.call((client, None), "Numbers", vec![1], limit);
+            assert_eq!(call, Ok(()));
+        }
+        commands.push(Command::Emergency(true));
+        let mut turns = Vec::new();
+        while rc_middleware::wait(&[wake.as_fd()], Duration::ZERO) > 0 {
+            wake.clear();
+            let turn = commands.take().map(|command| match command {
+                Command::Message(_) => "message",
+                Command::Emergency(_) => "emergency",
+                _ => "another one",
+            });
+            turns.push(turn.collect::<Vec<_>>().join(" "));
+        }
+        assert_eq!(turns, ["emergency message", "message", "message"]);
+    }
+
+    #[test]
+    fn messages_that_wait_are_answered_at_the_end() {
+        let (mut tools, _) = tools(&WakeEvent::new().expect("an event"));
+        let limit = Duration::from_mins(1);
+        let id = Some(Value::from(7));
+        let call = tools.call((3, id.clone()), "Numbers", vec![1], limit);
+        assert_eq!(call, Ok(()));
+        let error = Error::new(Error::WORKER_REFUSES, "the component ends");
+        assert_eq!(tools.end(), [(3, id, Err(error))]);
+    }
+
+    #[test]
+    fn each_client_gets_the_number_of_messages_that_it_has_lost() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("socket");
+        let mut socket: Socket<Tapping> = Socket::bind(&path).expect("a socket");
+        let (tools, _) = tools(&WakeEvent::new().expect("an event"));
+        let tap = |socket: &mut Socket<Tapping>, at: usize| {
+            let stream = UnixStream::connect(&path).expect("a connection");
+            let listener = socket
+                .descriptors()
+                .next()
+                .map(|(source, _, flags)| (source, flags));
+            let (source, flags) = listener.expect("a listener");
+            socket.turn(source, flags);
+            let known: Vec<u64> = (0..9).filter(|n| socket.client_mut(*n).is_some()).collect();
+            tools
+                .tap(socket, known[at], "Numbers", true)
+                .expect("a tap");
+            stream
+        };
+        let copy = |body: Vec<u8>| Copied {
+            slot: 0,
+            kind: TappedKind::Request,
+            operation: None,
+            header: Header::default(),
+            profile: Profile::Rpc,
+            dropped: 0,
+            body,
+        };
+        let _slow = tap(&mut socket, 0);
+        for _ in 0..5 {
+            tools.send(&mut socket, copy(vec![1; 1 << 20]));
+        }
+        let _quick = tap(&mut socket, 1);
+        tools.send(&mut socket, copy(vec![1; 1 << 20]));
+        tools.send(&mut socket, copy(vec![2]));
+        let mut clients = socket.clients_mut();
+        let mut lost = || clients.next().map(|client| client.state[&0].dropped);
+        assert_eq!((lost(), lost()), (Some(4), Some(0)));
     }
 }

@@ -4,7 +4,7 @@
 use crate::graph::Listed;
 use crate::node::Node;
 use crate::rcl::text;
-use crate::services::{NodeService, Services};
+use crate::services::{Asked, NodeService, Services};
 use rc_ddsc::Writer as TopicWriter;
 use rc_lifecycle::{LifecycleState, Outcome, Transition};
 use rc_middleware::lifecycle::{LifecycleChange, LifecycleService};
@@ -123,10 +123,10 @@ impl ManagedNode {
         lifecycle: &Arc<dyn LifecycleService>,
     ) -> Result<Self, OpenError> {
         let service = Arc::clone(lifecycle);
-        let change = move |_: usize, request: &[u8]| change(request, &*service);
+        let change = move |asked: &Asked<'_>| change(asked, &*service);
         let change = Services::open(node, "rc-ros2-change", &[CHANGE_STATE], Box::new(change))?;
         let service = Arc::clone(lifecycle);
-        let answer = move |place: usize, _: &[u8]| answer(place, service.state());
+        let answer = move |asked: &Asked<'_>| answer(asked.place, service.state());
         let queries = Services::open(node, "rc-ros2-states", &QUERIES, Box::new(answer))?;
         let address = format!("{}/transition_event", node.name.full());
         let types = TypeIdentity {
@@ -152,7 +152,7 @@ impl ManagedNode {
         });
         // The life cycle outlives the ports.
         let listener = Arc::downgrade(&events);
-        lifecycle.watch(Box::new(move |change| {
+        lifecycle.watch(Arc::new(move |change| {
             if let Some(events) = listener.upgrade() {
                 events.publish(change);
             }
@@ -224,15 +224,19 @@ fn finish(writer: &mut Writer) -> Result<Vec<u8>, String> {
     Ok(body.to_vec())
 }
 
-/// Takes the transition of a request, and gives the body of the reply.
-fn change(request: &[u8], lifecycle: &dyn LifecycleService) -> Result<Vec<u8>, String> {
+/// Takes the transition of a request, and gives the body of the reply. A request that has waited
+/// behind others until its client left takes none.
+fn change(asked: &Asked<'_>, lifecycle: &dyn LifecycleService) -> Result<Vec<u8>, String> {
     let wrong = |error: DecodeError| error.to_string();
-    let mut reader = Reader::new(request);
+    let mut reader = Reader::new(asked.body);
     let id: u8 = reader.get().map_err(wrong)?;
     let label: String = reader.get().map_err(wrong)?;
+    if asked.is_orphan {
+        return Err("its client has left before its turn".to_owned());
+    }
     let now = lifecycle.state();
     let result = match meant(id, &label, now) {
-        Some(transition) => lifecycle.change(transition).map(drop),
+        Some(transition) => lifecycle.change(transition, asked.received).map(drop),
         None => Err(format!("no transition {id} `{label}` leads from {now}")),
     };
     if let Err(reason) = &result {
@@ -274,6 +278,7 @@ fn answer(place: usize, now: LifecycleState) -> Result<Vec<u8>, String> {
 mod tests {
     use super::*;
     use LifecycleState as S;
+    use std::time::Instant;
 
     #[test]
     fn a_request_means_a_transition_of_the_present_state() {
@@ -304,18 +309,29 @@ mod tests {
             fn state(&self) -> LifecycleState {
                 S::Unconfigured
             }
-            fn change(&self, _: Transition) -> Result<LifecycleState, String> {
+            fn change(&self, _: Transition, _: Instant) -> Result<LifecycleState, String> {
                 Err("no".to_owned())
             }
             fn watch(&self, _: rc_middleware::lifecycle::LifecycleListener) {}
         }
+        let change = |body: &[u8], is_orphan| {
+            let asked = Asked {
+                place: 0,
+                body,
+                received: Instant::now(),
+                is_orphan,
+            };
+            super::change(&asked, &Idle)
+        };
         for length in 0..8 {
-            assert!(change(&[0xff; 8][..length], &Idle).is_err());
+            assert!(change(&[0xff; 8][..length], false).is_err());
         }
         let mut writer = Writer::default();
         writer.put(&1_u8);
         text("", &mut writer);
-        assert_eq!(change(&writer.into_bytes(), &Idle), Ok(vec![0]));
+        let request = writer.into_bytes();
+        assert_eq!(change(&request, false), Ok(vec![0]));
+        assert!(change(&request, true).is_err());
         for place in 0..QUERIES.len() {
             assert!(S::ALL.iter().all(|state| answer(place, *state).is_ok()));
         }

@@ -31,7 +31,14 @@ const LOOK: Duration = Duration::from_millis(10);
 struct OfService {
     place: usize,
     gauge: QueueGauge,
-    requests: SyncSender<(usize, Sample)>,
+    requests: SyncSender<Waiting>,
+}
+
+/// A request that waits for the thread of the services.
+struct Waiting {
+    place: usize,
+    received: Instant,
+    sample: Sample,
 }
 
 impl Backlog for OfService {}
@@ -41,7 +48,14 @@ impl Inbox for OfService {
         let size = sample.len();
         if size > LARGEST || !self.gauge.add(size) {
             tracing::debug!("a request of {size} bytes to a service of this node found no room");
-        } else if self.requests.try_send((self.place, sample)).is_err() {
+            return;
+        }
+        let waiting = Waiting {
+            place: self.place,
+            received: Instant::now(),
+            sample,
+        };
+        if self.requests.try_send(waiting).is_err() {
             self.gauge.remove(size);
             tracing::debug!("a request of {size} bytes to a service of this node found no place");
         }
@@ -57,8 +71,20 @@ pub(crate) struct NodeService {
     pub(crate) type_name: &'static str,
 }
 
-/// Gives the body of the reply to a request to a service, by its place among the services.
-pub(crate) type Answer = Box<dyn Fn(usize, &[u8]) -> Result<Vec<u8>, String> + Send>;
+/// A request to a service of a node.
+pub(crate) struct Asked<'a> {
+    /// The place of the service among those that were opened together.
+    pub(crate) place: usize,
+    /// The request.
+    pub(crate) body: &'a [u8],
+    /// When it was received.
+    pub(crate) received: Instant,
+    /// Whether its client has left.
+    pub(crate) is_orphan: bool,
+}
+
+/// Gives the body of the reply to a request. After an error, there is no reply.
+pub(crate) type Answer = Box<dyn Fn(&Asked<'_>) -> Result<Vec<u8>, String> + Send>;
 
 /// The services of a node. Dropping it closes them.
 pub(crate) struct Services {
@@ -154,21 +180,16 @@ impl Drop for Services {
     }
 }
 
-fn run(
-    requests: &Receiver<(usize, Sample)>,
-    gauge: &QueueGauge,
-    served: &[Served],
-    answer: &Answer,
-) {
+fn run(requests: &Receiver<Waiting>, gauge: &QueueGauge, served: &[Served], answer: &Answer) {
     let (rate_limit, mut sent) = (RateLimit::default(), 0);
-    for (place, sample) in requests {
-        gauge.remove(sample.len());
-        let to = &served[place];
+    for waiting in requests {
+        gauge.remove(waiting.sample.len());
+        let to = &served[waiting.place];
         let Some(requests) = to.requests.upgrade() else {
             return;
         };
         sent += 1;
-        if let Err(reason) = to.reply(sent, &sample, &requests, |body| answer(place, body))
+        if let Err(reason) = to.reply(sent, &waiting, &requests, answer)
             && let Some(suppressed) = rate_limit.allow()
         {
             let (count, topic) = (suppressed + 1, to.replies.state.topic());
@@ -181,13 +202,20 @@ impl Served {
     fn reply(
         &self,
         sequence: u64,
-        sample: &Sample,
+        waiting: &Waiting,
         requests: &ReaderState,
-        answer: impl Fn(&[u8]) -> Result<Vec<u8>, String>,
+        answer: &Answer,
     ) -> Result<(), String> {
+        let sample = &waiting.sample;
         let request = Request::read(sample, requests)?;
-        let body = body(sample)?.get(request.skipped()..).unwrap_or_default();
-        let answer = answer(body)?;
+        // A request may come before its client is discovered.
+        let is_known = requests.participant(sample.writer()).is_some();
+        let answer = answer(&Asked {
+            place: waiting.place,
+            body: body(sample)?.get(request.skipped()..).unwrap_or_default(),
+            received: waiting.received,
+            is_orphan: !is_known && waiting.received.elapsed() >= HOLD,
+        })?;
         let begin = Instant::now();
         while !is_reachable(sample, requests, &self.replies) && begin.elapsed() < HOLD {
             self.replies.state.wait_for_change(LOOK);

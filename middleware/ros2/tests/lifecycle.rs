@@ -3,9 +3,11 @@
 #[path = "../../../deploy/tests/all/python.rs"]
 mod python;
 
-use rc_runtime::lifecycle::Hook;
+use rc_runtime::lifecycle::{Hook, Transition};
 use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError, embed};
-use std::time::Duration;
+use std::path::PathBuf;
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
 static NODE: Description = Description {
     name: "managed",
@@ -21,6 +23,9 @@ static NODE: Description = Description {
     managed: true,
     note: b"",
 };
+
+/// The first `configure` runs until this file exists.
+static RELEASE: OnceLock<PathBuf> = OnceLock::new();
 
 struct Worker(Core);
 
@@ -40,7 +45,14 @@ impl Component for Worker {
         Ok(())
     }
 
-    fn run_hook(&mut self, _: Hook<'_>) -> Result<(), WorkerError> {
+    fn run_hook(&mut self, hook: Hook<'_>) -> Result<(), WorkerError> {
+        let start = Instant::now();
+        while hook == Hook::Transition(Transition::Configure)
+            && RELEASE.get().is_some_and(|file| !file.exists())
+            && start.elapsed() < Duration::from_secs(50)
+        {
+            std::thread::sleep(Duration::from_millis(5));
+        }
         Ok(())
     }
 
@@ -63,10 +75,14 @@ fn rclpy_manages_a_component_as_a_node_of_its_own() {
     for setting in [&set, "ros2.interfaces=lo"] {
         args.extend(["--set-middleware", setting]);
     }
+    let folder = tempfile::tempdir().expect("a folder");
+    let release = folder.path().join("release");
+    RELEASE.set(release.clone()).expect("once");
     let component = embed(&NODE, Worker::start, &args).expect("a component");
     let program = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/rclpy/lifecycle.py");
     let said = std::process::Command::new(python)
         .args(["-B", program, &network])
+        .arg(&release)
         .env("ROS_DOMAIN_ID", &domain)
         .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         .env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp")
@@ -82,6 +98,7 @@ fn rclpy_manages_a_component_as_a_node_of_its_own() {
         "get_transition_graph 25 as rclpy",
         "get_available_transitions 2 as rclpy",
         "activate False unconfigured [1]",
+        "meanwhile configuring [10] transition_success transition_failure transition_error no reply yet",
         "configure True inactive [2]",
         "3 True active [3]",
         "1 False active [3]",

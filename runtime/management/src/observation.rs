@@ -125,7 +125,7 @@ pub struct Tapped {
     /// Whether a body behind an envelope begins at a multiple of 8 bytes, as in ROS 2.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub ros: bool,
-    /// How many messages of the slot were not copied since the slot is tapped.
+    /// How many messages of the slot this client has lost since it taps the slot.
     pub dropped: u64,
     /// The message. A request and a reply begin with the envelope of `rc_middleware::rpc`.
     #[serde(serialize_with = "encode", deserialize_with = "decode")]

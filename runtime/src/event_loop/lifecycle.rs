@@ -1,6 +1,7 @@
 //! The loop's part in the life cycle of a managed component: transitions between two turns.
 
 use super::EventLoop;
+use crate::firing::not_active;
 use crate::lifecycle::{Goal, Hook, Lifecycle, LifecycleState, Missed, Task, too_late};
 use crate::notify::{self, ServiceState};
 use std::sync::Arc;
@@ -13,7 +14,7 @@ impl EventLoop<'_> {
         (!lifecycle.is_active()).then(|| lifecycle.state())
     }
 
-    /// Takes the transitions that are asked for.
+    /// Takes the transitions that are asked for. A component that is not active afterwards refuses the events of tools.
     pub(super) fn change_lifecycle(&mut self) {
         let Some(lifecycle) = self.shared.lifecycle.clone() else {
             return;
@@ -38,6 +39,11 @@ impl EventLoop<'_> {
             }
             // A hook takes as long as its device. The loop has turned.
             self.shared.turned(Instant::now());
+        }
+        if let Some(state) = self.idle_state()
+            && let Some(machine) = self.component.machine()
+        {
+            machine.refuse_outside(&not_active(state));
         }
     }
 

@@ -2,7 +2,11 @@
 
 use super::*;
 use crate::clock::SystemClock;
+use crate::commands::CommandQueue;
+use crate::firing::FireServer;
+use crate::parameter_server::Requester;
 use crate::status::{NetworkTime, Shared};
+use crate::waker::waker;
 use rc_management::component::ClockKind;
 use rc_middleware::WakeEvent;
 use std::borrow::Cow;
@@ -87,6 +91,8 @@ impl Numbered for Number {
 struct Worker {
     core: Core,
     machine: Machine<Number, Number>,
+    /// The event that the entry of `b` fires.
+    on_entry: Option<Number>,
 }
 
 impl Hooks for Worker {
@@ -106,7 +112,10 @@ impl Hooks for Worker {
         Ok(())
     }
 
-    fn entry(&mut self, _: u16) -> Result<(), WorkerError> {
+    fn entry(&mut self, state: u16) -> Result<(), WorkerError> {
+        if let Some(event) = self.on_entry.filter(|_| state == 2) {
+            self.machine.fire(event);
+        }
         Ok(())
     }
 
@@ -125,7 +134,8 @@ fn worker(chart: &'static Chart) -> Worker {
     let shared = Arc::new(Shared::new(wake, Duration::from_millis(1), 0, time, false));
     Worker {
         core: Core::new("m", "n", shared, 0),
-        machine: Machine::new(chart, &[]),
+        machine: Machine::new(chart, &[0]),
+        on_entry: None,
     }
 }
 
@@ -196,4 +206,86 @@ fn the_status_lists_states_and_transitions() {
     };
     assert_eq!((&*taken.from, &*taken.to[0]), ("a", "b"));
     assert_eq!(taken.event.as_deref(), Some("go"));
+}
+
+/// `a => b` and back by `go`; nothing takes `x`.
+fn back_and_forth() -> &'static Chart {
+    let mut chart = chart().clone();
+    chart.states.to_mut()[0].initial = 2;
+    chart.states.to_mut()[2].transitions = range(1, 2);
+    chart.transitions = vec![
+        transition(1, range(0, 1), Trigger::Events(range(2, 3)), 0),
+        transition(2, range(1, 2), Trigger::Events(range(2, 3)), 0),
+        transition(0, range(1, 2), Trigger::Eventless, NONE),
+    ]
+    .into();
+    chart.events = vec![Cow::Borrowed("go"), Cow::Borrowed("x")].into();
+    chart.fireable = 2;
+    chart.lists = vec![2, 1, 0].into();
+    Box::leak(Box::new(chart))
+}
+
+#[test]
+fn each_event_of_a_tool_gets_its_own_result() {
+    let mut worker = worker(back_and_forth());
+    start(&mut worker).expect("to rest");
+    worker.on_entry = Some(Number(1));
+    let (management, _wakeups) = waker().expect("a pair");
+    let fired = [0, 0].map(|event| Arc::new(FiredEvent::new(event, management.clone())));
+    for one in &fired {
+        worker.machine.parts().fire_from_outside(Arc::clone(one));
+    }
+    while worker.machine.parts().has_events() {
+        react(&mut worker).expect("to rest");
+    }
+    let results = fired.map(|one| one.conclude(|_| "nothing".to_owned()));
+    let states = |name: &str| Ok(vec![name.to_owned()]);
+    assert_eq!(results, [states("b"), states("a")]);
+}
+
+#[test]
+fn a_component_that_is_not_active_refuses_events_of_tools() {
+    let mut worker = worker(chart());
+    let (management, _wakeups) = waker().expect("a pair");
+    let fired = Arc::new(FiredEvent::new(0, management));
+    worker.machine.parts().fire_from_outside(Arc::clone(&fired));
+    worker.machine.parts().refuse_outside("it is inactive");
+    let refused = fired.conclude(|_| "nothing".to_owned());
+    assert_eq!(refused.expect_err("refused").message, "it is inactive");
+    assert!(!worker.machine.parts().has_events());
+}
+
+#[test]
+fn events_of_tools_that_wait_have_a_bound() {
+    let mut worker = worker(chart());
+    start(&mut worker).expect("to rest");
+    let (management, _wakeups) = waker().expect("a pair");
+    let wake = WakeEvent::new().expect("an event");
+    let mut server = FireServer::new(Arc::new(CommandQueue::new(wake)), management);
+    let shared = Arc::clone(&worker.core.shared);
+    let mut fire = |number| {
+        let requester = Requester::Client { number, id: None };
+        server.fire(requester, "go", &shared)
+    };
+    for client in 0..64 {
+        assert_eq!(fire(client), Ok(()));
+    }
+    let refused = fire(64).expect_err("refused");
+    assert_eq!(refused.message, "64 other events wait; fire it again later");
+    let ended = server.end();
+    assert_eq!(ended.len(), 64);
+    let (_, last) = ended.last().expect("a result");
+    let message = last.as_ref().map_err(|error| error.message.as_str());
+    assert_eq!(message, Err("the component ends; the event is withdrawn"));
+}
+
+#[test]
+fn a_machine_without_an_active_state_says_why() {
+    let mut worker = worker(chart());
+    let unavailable = |worker: &Worker| worker.machine.unavailable(&[Number(2)]);
+    assert_eq!(unavailable(&worker).as_deref(), Some("not started"));
+    start(&mut worker).expect("to rest");
+    assert_eq!(unavailable(&worker).as_deref(), Some("a"));
+    stop(&mut worker);
+    assert_eq!(unavailable(&worker).as_deref(), Some("ended"));
 }

@@ -12,7 +12,9 @@ use rc_runtime::{
 use serde_json::json;
 use std::time::Duration;
 
-static TIMED: Description = Description {
+static TIMED: Description = TIMED_PARTS;
+
+const TIMED_PARTS: Description = Description {
     name: "timed",
     model_hash: 3,
     middleware: "local",
@@ -25,6 +27,12 @@ static TIMED: Description = Description {
     simulates_time: false,
     managed: false,
     note: b"",
+};
+
+static MANAGED: Description = Description {
+    name: "managed",
+    managed: true,
+    ..TIMED_PARTS
 };
 
 /// Enters `b` 25 ms after the start.
@@ -150,5 +158,38 @@ fn a_tool_fires_what_a_transition_takes() {
     let again = fire("go");
     assert_eq!(again["error"]["code"], -32001);
     assert_eq!(again["error"]["message"], "no transition takes `go` in `b`");
+    end([component]);
+}
+
+#[test]
+fn a_managed_component_takes_events_while_it_is_active() {
+    let network = network("managed_events");
+    let args = ["--network", &network, "--name", "managed"];
+    let component = embed(&MANAGED, Timed::start, &args).expect("a component");
+    let fire = || ask(&network, "managed", "fire", &json!({ "event": "go" }));
+    let refused = |state: &str| {
+        let error = fire()["error"].clone();
+        let text = format!("the component is {state}; its machine takes events while it is active");
+        assert_eq!(
+            (&error["code"], &error["message"]),
+            (&json!(-32001), &json!(text))
+        );
+    };
+    let change = |transition: &str| {
+        let changed = ask(
+            &network,
+            "managed",
+            "lifecycle",
+            &json!({ "transition": transition }),
+        );
+        assert!(changed["error"].is_null(), "{changed}");
+    };
+    refused("unconfigured");
+    change("configure");
+    refused("inactive");
+    change("activate");
+    assert_eq!(fire()["result"], json!({ "states": ["b"] }));
+    change("deactivate");
+    refused("inactive");
     end([component]);
 }

@@ -1,4 +1,9 @@
-"""Manages a component as `ros2 lifecycle` does, beside a managed node of rclpy: lifecycle.py NETWORK"""
+"""Manages a component as `ros2 lifecycle` does, beside a managed node of rclpy: lifecycle.py NETWORK FILE
+
+The hook `configure` of the component runs until the file exists.
+"""
+
+import sys
 
 from lifecycle_msgs.msg import Transition, TransitionEvent
 from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
@@ -44,6 +49,20 @@ def change(label="", id=0):
     say(label or id, done, state())
 
 
+def change_slowly(label, release):
+    """The other services reply while the hook runs."""
+    service = client("managed", ChangeState, "change_state")
+    future = service.call_async(ChangeState.Request(transition=Transition(label=label)))
+    peer.until("the hook runs", lambda: state() == "configuring [10]")
+    kind = GetAvailableTransitions
+    possible = ask("managed", kind, "get_available_transitions", kind.Request())
+    labels = [one.transition.label for one in possible.available_transitions]
+    say("meanwhile", state(), *labels, "replied" if future.done() else "no reply yet")
+    open(release, "w").close()
+    peer.until("change_state replies", future.done)
+    say(label, future.result().success, state())
+
+
 def described(kind, name, field):
     both = [ask(node, kind, name, kind.Request()) for node in ["managed", "reference"]]
     ours, theirs = [[str(one) for one in getattr(reply, field)] for reply in both]
@@ -57,7 +76,7 @@ described(GetAvailableStates, "get_available_states", "available_states")
 described(GetAvailableTransitions, "get_transition_graph", "available_transitions")
 described(GetAvailableTransitions, "get_available_transitions", "available_transitions")
 change("activate")
-change("configure")
+change_slowly("configure", sys.argv[2])
 change(id=Transition.TRANSITION_ACTIVATE)
 change(id=Transition.TRANSITION_CONFIGURE)
 change("deactivate")
