@@ -58,7 +58,9 @@ pub fn down(network: &str, limit: Duration) -> Result<(), Error> {
 pub fn command(network: &str, verb: Verb, names: &[String]) -> Result<CommandResult, Error> {
     let mut connection = Connection::open(network)?;
     let status: NetworkStatus = connection.call(&Request::Status)?;
-    let limits = status.components.iter().map(|c| c.ready_ms + c.stop_ms);
+    // A command of the life cycle takes up to two transitions.
+    let limits = status.components.iter();
+    let limits = limits.map(|c| 2 * c.ready_ms + c.stop_ms);
     let limits = Duration::from_millis(limits.sum());
     let killing = KILL_LIMIT * u32::try_from(status.components.len()).unwrap_or(u32::MAX);
     connection.limit = limits + killing + COMMAND_MARGIN;

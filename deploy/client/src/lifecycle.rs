@@ -91,7 +91,11 @@ fn steps(
     let mut connection = connection.ok_or("it has ended")?;
     while state != goal {
         let Some(transition) = state.towards(goal) else {
-            return Err(format!("is {state}; restart it"));
+            return Err(if state.is_primary() {
+                format!("is {state}; end it and start it anew")
+            } else {
+                format!("is {state}; repeat the command when its function has ended")
+            });
         };
         let request = component::Request::Lifecycle { transition };
         let reply = connection.request::<component::Lifecycle>(&request);

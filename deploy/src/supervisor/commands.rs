@@ -89,6 +89,9 @@ impl Commands {
             for i in lost {
                 job.stops.remove(&i);
                 job.starts.remove(&i);
+                if job.is_for_lifecycle() && !job.failed.contains_key(&i) {
+                    units[i].abandon_goal();
+                }
                 let text = format!("`{}` was asked for meanwhile", verb.word());
                 job.failed.entry(i).or_insert(text);
             }
@@ -110,7 +113,11 @@ impl Commands {
         };
         let limit = |i: &usize| {
             let component = &units[*i].component;
-            component.stop + KILL_LIMIT + component.ready
+            match verb {
+                // At most two transitions.
+                Verb::Lifecycle(_) => component.ready * 2,
+                _ => component.stop + KILL_LIMIT + component.ready,
+            }
         };
         let limits: Duration = members.iter().map(limit).sum();
         let mut failed = BTreeMap::new();
@@ -148,8 +155,7 @@ impl Commands {
 
     /// Whether a command changes the life cycle of a unit.
     pub(crate) fn changes_lifecycle(&self, i: usize) -> bool {
-        let of_lifecycle = |job: &&Job| matches!(job.verb, Verb::Lifecycle(_));
-        let mut jobs = self.jobs.iter().filter(of_lifecycle);
+        let mut jobs = self.jobs.iter().filter(|job| job.is_for_lifecycle());
         jobs.any(|job| job.members.contains(&i))
     }
 
@@ -179,7 +185,9 @@ impl Commands {
                 }
             }
             if job.is_done(units, needs) || now >= job.deadline {
+                let late = job.late(units);
                 answers.push(job.result(units, needs));
+                late.into_iter().for_each(|i| units[i].abandon_goal());
             } else {
                 jobs.push(job);
             }
@@ -241,6 +249,19 @@ impl Job {
         }
         let settled = |i: &usize| units[*i].is_settled() || self.failed.contains_key(i);
         self.members.iter().all(settled)
+    }
+
+    fn is_for_lifecycle(&self) -> bool {
+        matches!(self.verb, Verb::Lifecycle(_))
+    }
+
+    /// The units whose state of the life cycle this command still waits for.
+    fn late(&self, units: &[Unit]) -> Vec<usize> {
+        if !self.is_for_lifecycle() {
+            return Vec::new();
+        }
+        let waits = |i: &usize| !units[*i].is_settled() && !self.failed.contains_key(i);
+        self.members.iter().copied().filter(waits).collect()
     }
 
     fn result(

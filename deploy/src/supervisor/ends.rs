@@ -69,6 +69,10 @@ impl Supervisor<'_> {
         if failed {
             self.commands.failed(i, &unit.failure(&text));
         }
+        if self.commands.changes_lifecycle(i) {
+            self.units[i].abandon_goal();
+        }
+        let unit = &self.units[i];
         if !failed {
             unit.event(self.report, Severity::Info, "exited", text);
         } else if asked {

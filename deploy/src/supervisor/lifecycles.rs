@@ -61,8 +61,13 @@ impl Supervisor<'_> {
         let dependents = (0..self.units.len()).filter(|&k| self.needs[k].contains(&i));
         let mut waiting = dependents.filter(|&k| {
             let unit = &self.units[k];
-            let is_active = unit.lifecycle_state() == Some(active) || unit.is_in_transition();
-            unit.is_alive() && is_active && unit.lifecycle_goal() != Some(active)
+            let goal = unit.lifecycle_goal();
+            let goes_on = match unit.lifecycle_state() {
+                Some(LifecycleState::Active) => true,
+                Some(LifecycleState::Inactive) => goal == Some(LifecycleState::Unconfigured),
+                _ => unit.is_in_transition(),
+            };
+            unit.is_alive() && goes_on && goal != Some(active)
         });
         waiting.next().is_none()
     }

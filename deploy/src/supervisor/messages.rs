@@ -84,12 +84,18 @@ impl Unit {
                 self.heard = Instant::now();
                 self.lost = std::mem::take(&mut heartbeat.lost);
                 let age_ms = heartbeat.age_ms;
+                // A hook may take as long as a start, whoever has begun it.
+                let limit = if self.is_in_transition() {
+                    HEARTBEAT_LIMIT.max(self.component.ready)
+                } else {
+                    HEARTBEAT_LIMIT
+                };
                 if !self.is_asked_to_stop() {
                     for (severity, code, text) in self.health.heartbeat(heartbeat) {
                         self.event(report, severity, code, text);
                     }
                 }
-                if Duration::from_millis(age_ms) <= HEARTBEAT_LIMIT {
+                if Duration::from_millis(age_ms) <= limit {
                     if self.hung.take().is_some() {
                         self.event(
                             report,
@@ -98,7 +104,7 @@ impl Unit {
                             "its event loop runs again",
                         );
                     }
-                } else if self.ready && !self.is_in_transition() {
+                } else if self.ready {
                     let since = self.heard.checked_sub(Duration::from_millis(age_ms));
                     self.hang(
                         report,

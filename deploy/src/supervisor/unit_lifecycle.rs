@@ -15,6 +15,10 @@ pub(super) struct LifecycleControl {
     /// The state to which it is to come. What others bring it to is the goal from then on, so that
     /// a restart returns the component to it.
     goal: LifecycleState,
+    /// The goal that it reached last; at first, the one that the network has for it.
+    reached: LifecycleState,
+    /// Whether the goal is given up, and a hook still runs that was begun for it.
+    is_abandoned: bool,
     /// The number of the last goal that was sent in this run.
     number: u64,
     run: Run,
@@ -42,6 +46,8 @@ impl LifecycleControl {
     pub(super) fn new() -> Self {
         Self {
             goal: LifecycleState::Active,
+            reached: LifecycleState::Active,
+            is_abandoned: false,
             number: 0,
             run: Run::default(),
         }
@@ -49,6 +55,21 @@ impl LifecycleControl {
 
     fn is_settled(&self) -> bool {
         self.run.sent.is_none() && self.run.state == Some(self.goal)
+    }
+
+    /// Makes the state in which it rests the goal, if the goal is given up and no hook runs for it
+    /// any more. Where the run has no such state, that is the goal that it reached last.
+    fn settle_abandoned(&mut self) {
+        let in_hook = self.run.state.is_some_and(|state| !state.is_primary());
+        if !self.is_abandoned || self.run.sent.is_some() || in_hook {
+            return;
+        }
+        let state = self.run.state;
+        self.goal = state
+            .filter(|state| *state != LifecycleState::Finalized)
+            .unwrap_or(self.reached);
+        self.reached = self.goal;
+        self.is_abandoned = false;
     }
 }
 
@@ -102,6 +123,7 @@ impl Unit {
     pub(super) fn begin_lifecycle(&mut self) {
         if let Some(control) = &mut self.lifecycle {
             control.run = Run::default();
+            control.settle_abandoned();
         }
     }
 
@@ -109,6 +131,7 @@ impl Unit {
     pub(super) fn set_lifecycle_goal(&mut self, goal: LifecycleState) {
         if let Some(control) = &mut self.lifecycle {
             control.goal = goal;
+            control.is_abandoned = false;
             control.run.is_steady = false;
         }
     }
@@ -121,12 +144,14 @@ impl Unit {
         Some(transition.meant(sent.or(state).unwrap_or(control.goal)))
     }
 
-    /// Gives up its goal: it stays as it is.
+    /// Gives up its goal: it stays as it is. A hook that runs ends first, and it stays where the hook
+    /// leads.
     pub(super) fn abandon_goal(&mut self) {
+        let stays = self.is_alive() && !self.is_asked_to_stop();
         if let Some(control) = &mut self.lifecycle {
-            let state = control.run.state.filter(|state| state.is_primary());
-            if let Some(state) = state.filter(|state| *state != LifecycleState::Finalized) {
-                control.goal = state;
+            control.is_abandoned = true;
+            if stays {
+                control.settle_abandoned();
             }
         }
     }
@@ -146,6 +171,8 @@ impl Unit {
 
     /// Takes its report.
     pub(super) fn take_lifecycle(&mut self, report: LifecycleReport, events: &Reporter) {
+        // On the way to its end, it passes through states that nothing wants of it.
+        let stays = !self.is_asked_to_stop();
         let Some(control) = &mut self.lifecycle else {
             return;
         };
@@ -155,23 +182,27 @@ impl Unit {
             control.run.sent = None;
             control.run.missed = error.as_deref().map(clean);
         }
+        if stays {
+            control.settle_abandoned();
+        }
         let is_idle = control.run.sent.is_none() && control.run.missed.is_none();
-        if state == control.goal && is_idle {
+        if state == control.goal && is_idle && stays {
             control.run.has_settled = true;
             control.run.is_steady = true;
+            control.reached = state;
         } else if control.run.is_steady
             && is_idle
+            && stays
             && state.is_primary()
             && state != LifecycleState::Finalized
         {
             // A tool of ROS 2, or a client of its socket, has changed it.
             control.goal = state;
+            control.reached = state;
         }
         if changed {
             let severity = match state {
-                LifecycleState::ErrorProcessing | LifecycleState::Finalized
-                    if !self.is_asked_to_stop() =>
-                {
+                LifecycleState::ErrorProcessing | LifecycleState::Finalized if stays => {
                     Severity::Warning
                 }
                 _ => Severity::Info,
@@ -197,12 +228,8 @@ impl Unit {
             return None;
         }
         let state = control.run.state.filter(|state| state.is_primary())?;
-        state.towards(control.goal)?;
-        // It is configured first, and waits for others as an inactive one.
-        Some(match (state, control.goal) {
-            (LifecycleState::Unconfigured, _) => LifecycleState::Inactive,
-            (_, goal) => goal,
-        })
+        // One transition at a time: what follows waits for others, and a command may give it up.
+        Some(state.towards(control.goal)?.goal())
     }
 
     /// Sends it a goal, which it has to reach within `limit`.

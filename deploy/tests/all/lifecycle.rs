@@ -162,6 +162,9 @@ fn a_restart_returns_a_component_to_the_state_that_it_had() {
     up.await_event("ready", Some("arm"));
     let (inactive, active) = (Some(LifecycleState::Inactive), Some(LifecycleState::Active));
     assert_eq!(lifecycles(&bench), [None, inactive, active]);
+    let done = json!({ "done": ["bus"], "failed": [] });
+    assert_eq!(command(&bench, "restart", &["bus"]), done);
+    assert_eq!(lifecycles(&bench), [None, inactive, active]);
     // A command that starts it starts it as the network does.
     assert_eq!(command(&bench, "stop", &["arm"])["done"], json!(["arm"]));
     assert_eq!(command(&bench, "start", &["arm"])["done"], json!(["arm"]));
@@ -229,6 +232,63 @@ fn a_component_that_cannot_be_activated_again_is_restarted_by_its_policy() {
     up.await_event("restarting", Some("arm"));
     while up.await_event("lifecycle", Some("arm")) != "active" {}
     assert_eq!(bench.status().components[0].restarts, 2);
+    end(up);
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_goal_that_a_command_gave_up_is_not_reached_later() {
+    let bench = Bench::new();
+    let slow = Component {
+        ready: Duration::from_secs(3),
+        ..managed("arm", "5", &[])
+    };
+    let mut up = bench.start(vec![slow]);
+    up.await_event("up", None);
+    let done = json!({ "done": ["arm"], "failed": [] });
+    assert_eq!(command(&bench, "cleanup", &["arm"]), done);
+    let late = command(&bench, "activate", &["arm"]);
+    assert_eq!(
+        late["failed"][0]["reason"],
+        "is configuring, not inactive, after 3s"
+    );
+    std::fs::write(bench.path("go"), "").expect("written");
+    while up.await_event("lifecycle", Some("arm")) != "configuring" {}
+    while up.await_event("lifecycle", Some("arm")) != "inactive" {}
+    assert_eq!(command(&bench, "configure", &["arm"]), done);
+    assert_eq!(lifecycles(&bench), [Some(LifecycleState::Inactive)]);
+    let activated = steps(&bench)
+        .into_iter()
+        .filter(|step| step == "arm activate");
+    assert_eq!(activated.count(), 1);
+    assert_eq!(command(&bench, "activate", &["arm"]), done);
+    end(up);
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_component_that_ends_in_a_command_returns_to_the_state_before() {
+    let bench = Bench::new();
+    let mut up = bench.start(vec![managed("arm", "6", &[])]);
+    up.await_event("up", None);
+    let done = json!({ "done": ["arm"], "failed": [] });
+    assert_eq!(command(&bench, "deactivate", &["arm"]), done);
+    let failed = command(&bench, "activate", &["arm"])["failed"][0]["reason"].to_string();
+    assert!(failed.contains("SIGABRT"), "{failed}");
+    up.await_event("restarting", Some("arm"));
+    up.await_event("ready", Some("arm"));
+    assert_eq!(command(&bench, "configure", &["arm"]), done);
+    assert_eq!(lifecycles(&bench), [Some(LifecycleState::Inactive)]);
+    end(up);
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_hook_that_a_tool_begins_and_that_does_not_end_is_reported() {
+    let bench = Bench::new();
+    let mut up = bench.start(vec![managed("arm", "7", &[])]);
+    let hung = up.await_event("hung", Some("arm"));
+    assert_eq!(hung, "its event loop has not run for 60000 ms");
     end(up);
     bench.assert_nothing_left();
 }

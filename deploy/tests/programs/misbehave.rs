@@ -11,6 +11,7 @@ use std::io::{Read, Write};
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
 use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
@@ -30,11 +31,11 @@ impl Program {
         let _ = file.and_then(|mut file| file.write_all(line.as_bytes()));
     }
 
-    /// The number of starts of a program with this name.
-    fn starts(&self) -> usize {
+    /// How often a program with this name has noted something.
+    fn noted(&self, what: &str) -> usize {
         let path = std::env::var_os("RC_TEST_JOURNAL").unwrap_or_default();
         let journal = std::fs::read_to_string(path).unwrap_or_default();
-        let own = format!("{} start ", self.name);
+        let own = format!("{} {what} ", self.name);
         journal.lines().filter(|l| l.starts_with(&own)).count()
     }
 
@@ -107,7 +108,9 @@ impl Program {
 
 impl Program {
     /// Lives as a managed component. The hook of this number fails: 1 configure, 2 activate; 3 kills
-    /// the process in `activate`, 4 hangs there.
+    /// the process in `activate`, 4 hangs there. The second `configure` of 5 lasts until the file
+    /// `go` exists beside the journal; the second `activate` of 6 kills the process; once 7 is active,
+    /// a tool begins a hook that does not end.
     fn manage(&self, fails: u64) {
         let mut lines = Lines::new(Overlong::Count);
         self.link.set_nonblocking(true).expect("a mode");
@@ -116,7 +119,12 @@ impl Program {
         let mut beat = Instant::now();
         loop {
             if Instant::now() >= beat {
-                self.notify("heartbeat", r#"{"age_ms":0}"#);
+                let hangs = fails == 7 && state == LifecycleState::Active;
+                if hangs {
+                    self.notify("lifecycle", r#"{"state":"deactivating"}"#);
+                }
+                let age = if hangs { 60_000 } else { 0 };
+                self.notify("heartbeat", &format!(r#"{{"age_ms":{age}}}"#));
                 beat = Instant::now() + Duration::from_millis(500);
             }
             let pause = Timespec::try_from(Duration::from_millis(100)).expect("a short time");
@@ -156,6 +164,15 @@ impl Program {
                 }
                 (Transition::Activate, 3) => std::process::abort(),
                 (Transition::Activate, 4) => std::thread::sleep(Duration::from_mins(1)),
+                (Transition::Configure, 5) if self.noted("configure") > 1 => {
+                    self.notify("lifecycle", r#"{"state":"configuring"}"#);
+                    let journal = std::env::var_os("RC_TEST_JOURNAL").unwrap_or_default();
+                    let go = PathBuf::from(journal).with_file_name("go");
+                    while !go.exists() {
+                        std::thread::sleep(Duration::from_millis(5));
+                    }
+                }
+                (Transition::Activate, 6) if self.noted("activate") > 1 => std::process::abort(),
                 _ => {}
             }
             *state = transition.goal();
@@ -206,7 +223,7 @@ fn main() -> ExitCode {
         "managed" => {
             program.notify("lifecycle", r#"{"state":"unconfigured"}"#);
             program.ready();
-            let start = program.starts().min(numbers.len());
+            let start = program.noted("start").min(numbers.len());
             program.manage(number(start.saturating_sub(1)));
         }
         "abort" => std::process::abort(),
@@ -364,7 +381,7 @@ fn main() -> ExitCode {
         }
         // CODES: the behaviour at its first start, its second …; the last one holds for all further
         // starts.
-        "turns" => match number(program.starts().min(numbers.len()) - 1) {
+        "turns" => match number(program.noted("start").min(numbers.len()) - 1) {
             0 => {
                 program.ready();
                 program.live(Some(0), false, None);
