@@ -31,12 +31,18 @@ impl Worker for SpecificWorker {
 }
 
 impl StateMachine for SpecificWorker {
-    fn during_idle(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
-        // In lockstep, the time of the simulator passes with each motion.
-        if ctx.params.lockstep {
-            drive(ctx, Motion::default())?;
-        }
+    /// The robot drives from the start on.
+    fn entry_motion(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        ctx.machine.fire(Event::Go);
         Ok(())
+    }
+
+    fn during_idle(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        stand(ctx)
+    }
+
+    fn during_charging(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        stand(ctx)
     }
 
     /// Runs before the function of the state inside.
@@ -106,12 +112,6 @@ impl StateMachine for SpecificWorker {
         }
         Ok(())
     }
-
-    /// At the start, and when the battery has charged.
-    fn entry_charged(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
-        ctx.machine.fire(Event::Go);
-        Ok(())
-    }
 }
 
 impl SpecificWorker {
@@ -123,6 +123,14 @@ impl SpecificWorker {
         let side = *self.side.get_or_insert_with(|| Side::freer(&self.scan));
         drive(ctx, side.turn(&settings(ctx)))
     }
+}
+
+/// In lockstep, the time of the simulator passes with each motion.
+fn stand(ctx: &mut Context) -> Result<(), WorkerError> {
+    if ctx.params.lockstep {
+        drive(ctx, Motion::default())?;
+    }
+    Ok(())
 }
 
 fn drive(ctx: &mut Context, motion: Motion) -> Result<(), WorkerError> {

@@ -88,9 +88,8 @@ fn a_robot_that_finds_no_way_stands_and_tries_again() -> Result<(), Box<dyn std:
     Ok(())
 }
 
-#[test]
-fn with_a_low_battery_it_stands_until_it_has_charged() -> Result<(), Box<dyn std::error::Error>> {
-    let mut test = context();
+/// A battery with a level that the test sets, in percent.
+fn battery(test: &TestContext) -> Rc<Cell<f32>> {
     let percentage = Rc::new(Cell::new(50.0));
     let level = percentage.clone();
     test.battery_status.recover();
@@ -101,13 +100,47 @@ fn with_a_low_battery_it_stands_until_it_has_charged() -> Result<(), Box<dyn std
             ..TBattery::default()
         })
     });
+    percentage
+}
+
+#[test]
+fn a_robot_that_is_stopped_while_it_charges_stands_until_it_is_told_to_go()
+-> Result<(), Box<dyn std::error::Error>> {
+    let mut test = context();
+    let percentage = battery(&test);
+    test.laser.on_get_laser_data(|| wall(4000.0));
+    let mut worker: SpecificWorker = test.start()?;
+    let second = Duration::from_secs(1);
+    for (level, event, motion) in [
+        (10.0, None, State::Charging),
+        (10.0, Some(Event::Stop), State::Idle),
+        (90.0, None, State::Idle),
+        (10.0, None, State::Idle),
+        (10.0, Some(Event::Go), State::Charging),
+        (90.0, None, State::Cruising),
+        (90.0, Some(Event::Stop), State::Idle),
+        (90.0, Some(Event::Go), State::Cruising),
+    ] {
+        percentage.set(level);
+        event.into_iter().for_each(|event| test.machine.fire(event));
+        run(&mut test, &mut worker, 2 * second);
+        let active = test.machine.active().join(" ");
+        assert!(test.machine.is_in(motion), "{event:?} at {level}: {active}");
+    }
+    Ok(())
+}
+
+#[test]
+fn with_a_low_battery_it_stands_until_it_has_charged() -> Result<(), Box<dyn std::error::Error>> {
+    let mut test = context();
+    let percentage = battery(&test);
     test.laser.on_get_laser_data(|| wall(4000.0));
     let mut worker: SpecificWorker = test.start()?;
     let second = Duration::from_secs(1);
     for (level, motion, battery) in [
         (50.0, State::Cruising, State::Charged),
-        (19.0, State::Idle, State::Low),
-        (79.0, State::Idle, State::Low),
+        (19.0, State::Charging, State::Low),
+        (79.0, State::Charging, State::Low),
         (80.0, State::Cruising, State::Charged),
         (21.0, State::Cruising, State::Charged),
     ] {

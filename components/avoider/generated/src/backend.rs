@@ -19,4 +19,4 @@ pub(crate) const TYPES_DIFFERENTIAL_ROBOT: &[&str] = &[];
 pub(crate) const TYPES_BATTERY_STATUS: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"avoider\",\"model\":\"0f21acdcac24fda2\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"avoider\",\"model\":\"52556ffbe691e71b\",\"middleware\":\"iceoryx2\"}\0";

@@ -48,7 +48,7 @@ const SLOT_BATTERY_STATUS: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "avoider",
-    model_hash: 0x0f21acdcac24fda2,
+    model_hash: 0x52556ffbe691e71b,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),

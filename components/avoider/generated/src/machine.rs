@@ -15,6 +15,8 @@ pub enum State {
     Motion,
     /// `on.motion.idle`
     Idle,
+    /// `on.motion.charging`
+    Charging,
     /// `on.motion.driving`
     Driving,
     /// `on.motion.driving.cruising`
@@ -37,13 +39,14 @@ impl Numbered for State {
             Self::On => 1,
             Self::Motion => 2,
             Self::Idle => 3,
-            Self::Driving => 4,
-            Self::Cruising => 5,
-            Self::Turning => 6,
-            Self::Blocked => 7,
-            Self::Battery => 8,
-            Self::Charged => 9,
-            Self::Low => 10,
+            Self::Charging => 4,
+            Self::Driving => 5,
+            Self::Cruising => 6,
+            Self::Turning => 7,
+            Self::Blocked => 8,
+            Self::Battery => 9,
+            Self::Charged => 10,
+            Self::Low => 11,
         }
     }
 }
@@ -60,6 +63,8 @@ impl fmt::Display for State {
 pub enum Event {
     /// `go`
     Go,
+    /// `battery.full`
+    BatteryFull,
     /// `stop`
     Stop,
     /// `battery.low`
@@ -72,21 +77,19 @@ pub enum Event {
     Stuck,
     /// `again`
     Again,
-    /// `battery.full`
-    BatteryFull,
 }
 
 impl Numbered for Event {
     fn number(self) -> u16 {
         match self {
             Self::Go => 0,
-            Self::Stop => 1,
-            Self::BatteryLow => 2,
-            Self::Obstacle => 3,
-            Self::Clear => 4,
-            Self::Stuck => 5,
-            Self::Again => 6,
-            Self::BatteryFull => 7,
+            Self::BatteryFull => 1,
+            Self::Stop => 2,
+            Self::BatteryLow => 3,
+            Self::Obstacle => 4,
+            Self::Clear => 5,
+            Self::Stuck => 6,
+            Self::Again => 7,
         }
     }
 }
@@ -144,6 +147,24 @@ pub trait StateMachine {
 
     /// Runs once a period while `on.motion.idle` is active, in place of `compute`.
     fn during_idle(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        ctx.machine.no_during();
+        Ok(())
+    }
+
+    /// Runs when `on.motion.charging` is entered.
+    fn entry_charging(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        let _ = ctx;
+        Ok(())
+    }
+
+    /// Runs when `on.motion.charging` is left.
+    fn exit_charging(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        let _ = ctx;
+        Ok(())
+    }
+
+    /// Runs once a period while `on.motion.charging` is active, in place of `compute`.
+    fn during_charging(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
         ctx.machine.no_during();
         Ok(())
     }
@@ -305,13 +326,14 @@ impl<W: StateMachine> Hooks for Joined<'_, W> {
             1 => self.worker.entry_on(self.ctx),
             2 => self.worker.entry_motion(self.ctx),
             3 => self.worker.entry_idle(self.ctx),
-            4 => self.worker.entry_driving(self.ctx),
-            5 => self.worker.entry_cruising(self.ctx),
-            6 => self.worker.entry_turning(self.ctx),
-            7 => self.worker.entry_blocked(self.ctx),
-            8 => self.worker.entry_battery(self.ctx),
-            9 => self.worker.entry_charged(self.ctx),
-            10 => self.worker.entry_low(self.ctx),
+            4 => self.worker.entry_charging(self.ctx),
+            5 => self.worker.entry_driving(self.ctx),
+            6 => self.worker.entry_cruising(self.ctx),
+            7 => self.worker.entry_turning(self.ctx),
+            8 => self.worker.entry_blocked(self.ctx),
+            9 => self.worker.entry_battery(self.ctx),
+            10 => self.worker.entry_charged(self.ctx),
+            11 => self.worker.entry_low(self.ctx),
             _ => Ok(()),
         }
     }
@@ -321,13 +343,14 @@ impl<W: StateMachine> Hooks for Joined<'_, W> {
             1 => self.worker.exit_on(self.ctx),
             2 => self.worker.exit_motion(self.ctx),
             3 => self.worker.exit_idle(self.ctx),
-            4 => self.worker.exit_driving(self.ctx),
-            5 => self.worker.exit_cruising(self.ctx),
-            6 => self.worker.exit_turning(self.ctx),
-            7 => self.worker.exit_blocked(self.ctx),
-            8 => self.worker.exit_battery(self.ctx),
-            9 => self.worker.exit_charged(self.ctx),
-            10 => self.worker.exit_low(self.ctx),
+            4 => self.worker.exit_charging(self.ctx),
+            5 => self.worker.exit_driving(self.ctx),
+            6 => self.worker.exit_cruising(self.ctx),
+            7 => self.worker.exit_turning(self.ctx),
+            8 => self.worker.exit_blocked(self.ctx),
+            9 => self.worker.exit_battery(self.ctx),
+            10 => self.worker.exit_charged(self.ctx),
+            11 => self.worker.exit_low(self.ctx),
             _ => Ok(()),
         }
     }
@@ -337,20 +360,21 @@ impl<W: StateMachine> Hooks for Joined<'_, W> {
             1 => self.worker.during_on(self.ctx),
             2 => self.worker.during_motion(self.ctx),
             3 => self.worker.during_idle(self.ctx),
-            4 => self.worker.during_driving(self.ctx),
-            5 => self.worker.during_cruising(self.ctx),
-            6 => self.worker.during_turning(self.ctx),
-            7 => self.worker.during_blocked(self.ctx),
-            8 => self.worker.during_battery(self.ctx),
-            9 => self.worker.during_charged(self.ctx),
-            10 => self.worker.during_low(self.ctx),
+            4 => self.worker.during_charging(self.ctx),
+            5 => self.worker.during_driving(self.ctx),
+            6 => self.worker.during_cruising(self.ctx),
+            7 => self.worker.during_turning(self.ctx),
+            8 => self.worker.during_blocked(self.ctx),
+            9 => self.worker.during_battery(self.ctx),
+            10 => self.worker.during_charged(self.ctx),
+            11 => self.worker.during_low(self.ctx),
             _ => Ok(()),
         }
     }
 }
 
 /// The events that may be fired from outside of the component.
-pub(crate) const EXTERNAL: &[u16] = &[0, 1];
+pub(crate) const EXTERNAL: &[u16] = &[0, 2];
 
 /// The tables of the machine.
 pub(crate) static CHART: Chart = {
@@ -365,8 +389,8 @@ pub(crate) static CHART: Chart = {
             path: Cow::Borrowed(""),
             kind: Kind::Compound,
             parent: NONE,
-            end: 11,
-            initial: 9,
+            end: 12,
+            initial: 13,
             transitions: Range { start: 0, end: 0 },
             histories: Range { start: 0, end: 0 },
             history: NONE,
@@ -379,7 +403,7 @@ pub(crate) static CHART: Chart = {
             path: Cow::Borrowed("on"),
             kind: Kind::Parallel,
             parent: 0,
-            end: 11,
+            end: 12,
             initial: NONE,
             transitions: Range { start: 0, end: 0 },
             histories: Range { start: 0, end: 0 },
@@ -393,8 +417,8 @@ pub(crate) static CHART: Chart = {
             path: Cow::Borrowed("on.motion"),
             kind: Kind::Compound,
             parent: 1,
-            end: 8,
-            initial: 10,
+            end: 9,
+            initial: 14,
             transitions: Range { start: 0, end: 0 },
             histories: Range { start: 0, end: 0 },
             history: NONE,
@@ -409,7 +433,21 @@ pub(crate) static CHART: Chart = {
             parent: 2,
             end: 4,
             initial: NONE,
-            transitions: Range { start: 0, end: 1 },
+            transitions: Range { start: 0, end: 2 },
+            histories: Range { start: 0, end: 0 },
+            history: NONE,
+            entry: Range { start: 0, end: 0 },
+            exit: Range { start: 0, end: 0 },
+            done: NONE,
+        },
+        State {
+            name: Cow::Borrowed("charging"),
+            path: Cow::Borrowed("on.motion.charging"),
+            kind: Kind::Atomic,
+            parent: 2,
+            end: 5,
+            initial: NONE,
+            transitions: Range { start: 2, end: 4 },
             histories: Range { start: 0, end: 0 },
             history: NONE,
             entry: Range { start: 0, end: 0 },
@@ -421,9 +459,9 @@ pub(crate) static CHART: Chart = {
             path: Cow::Borrowed("on.motion.driving"),
             kind: Kind::Compound,
             parent: 2,
-            end: 8,
-            initial: 11,
-            transitions: Range { start: 1, end: 2 },
+            end: 9,
+            initial: 15,
+            transitions: Range { start: 4, end: 6 },
             histories: Range { start: 0, end: 0 },
             history: NONE,
             entry: Range { start: 0, end: 0 },
@@ -434,10 +472,10 @@ pub(crate) static CHART: Chart = {
             name: Cow::Borrowed("cruising"),
             path: Cow::Borrowed("on.motion.driving.cruising"),
             kind: Kind::Atomic,
-            parent: 4,
-            end: 6,
+            parent: 5,
+            end: 7,
             initial: NONE,
-            transitions: Range { start: 2, end: 3 },
+            transitions: Range { start: 6, end: 7 },
             histories: Range { start: 0, end: 0 },
             history: NONE,
             entry: Range { start: 0, end: 0 },
@@ -448,10 +486,10 @@ pub(crate) static CHART: Chart = {
             name: Cow::Borrowed("turning"),
             path: Cow::Borrowed("on.motion.driving.turning"),
             kind: Kind::Atomic,
-            parent: 4,
-            end: 7,
+            parent: 5,
+            end: 8,
             initial: NONE,
-            transitions: Range { start: 3, end: 5 },
+            transitions: Range { start: 7, end: 9 },
             histories: Range { start: 0, end: 0 },
             history: NONE,
             entry: Range { start: 0, end: 1 },
@@ -462,10 +500,10 @@ pub(crate) static CHART: Chart = {
             name: Cow::Borrowed("blocked"),
             path: Cow::Borrowed("on.motion.driving.blocked"),
             kind: Kind::Atomic,
-            parent: 4,
-            end: 8,
+            parent: 5,
+            end: 9,
             initial: NONE,
-            transitions: Range { start: 5, end: 7 },
+            transitions: Range { start: 9, end: 11 },
             histories: Range { start: 0, end: 0 },
             history: NONE,
             entry: Range { start: 2, end: 3 },
@@ -477,9 +515,9 @@ pub(crate) static CHART: Chart = {
             path: Cow::Borrowed("on.battery"),
             kind: Kind::Compound,
             parent: 1,
-            end: 11,
-            initial: 12,
-            transitions: Range { start: 7, end: 7 },
+            end: 12,
+            initial: 16,
+            transitions: Range { start: 11, end: 11 },
             histories: Range { start: 0, end: 0 },
             history: NONE,
             entry: Range { start: 4, end: 4 },
@@ -490,10 +528,10 @@ pub(crate) static CHART: Chart = {
             name: Cow::Borrowed("charged"),
             path: Cow::Borrowed("on.battery.charged"),
             kind: Kind::Atomic,
-            parent: 8,
-            end: 10,
+            parent: 9,
+            end: 11,
             initial: NONE,
-            transitions: Range { start: 7, end: 8 },
+            transitions: Range { start: 11, end: 12 },
             histories: Range { start: 0, end: 0 },
             history: NONE,
             entry: Range { start: 4, end: 4 },
@@ -504,10 +542,10 @@ pub(crate) static CHART: Chart = {
             name: Cow::Borrowed("low"),
             path: Cow::Borrowed("on.battery.low"),
             kind: Kind::Atomic,
-            parent: 8,
-            end: 11,
+            parent: 9,
+            end: 12,
             initial: NONE,
-            transitions: Range { start: 8, end: 9 },
+            transitions: Range { start: 12, end: 13 },
             histories: Range { start: 0, end: 0 },
             history: NONE,
             entry: Range { start: 4, end: 4 },
@@ -520,7 +558,17 @@ pub(crate) static CHART: Chart = {
             source: 3,
             targets: Range { start: 1, end: 2 },
             trigger: Trigger::Events(Range { start: 0, end: 1 }),
-            condition: Condition::In(9),
+            condition: Condition::In(10),
+            domain: 2,
+            through_history: false,
+            internal: false,
+            actions: Range { start: 4, end: 4 },
+        },
+        Transition {
+            source: 3,
+            targets: Range { start: 3, end: 4 },
+            trigger: Trigger::Events(Range { start: 2, end: 3 }),
+            condition: Condition::Always,
             domain: 2,
             through_history: false,
             internal: false,
@@ -528,8 +576,18 @@ pub(crate) static CHART: Chart = {
         },
         Transition {
             source: 4,
-            targets: Range { start: 4, end: 5 },
-            trigger: Trigger::Events(Range { start: 2, end: 4 }),
+            targets: Range { start: 5, end: 6 },
+            trigger: Trigger::Events(Range { start: 4, end: 5 }),
+            condition: Condition::Always,
+            domain: 2,
+            through_history: false,
+            internal: false,
+            actions: Range { start: 4, end: 4 },
+        },
+        Transition {
+            source: 4,
+            targets: Range { start: 7, end: 8 },
+            trigger: Trigger::Events(Range { start: 6, end: 7 }),
             condition: Condition::Always,
             domain: 2,
             through_history: false,
@@ -538,77 +596,97 @@ pub(crate) static CHART: Chart = {
         },
         Transition {
             source: 5,
-            targets: Range { start: 6, end: 7 },
-            trigger: Trigger::Events(Range { start: 5, end: 6 }),
+            targets: Range { start: 9, end: 10 },
+            trigger: Trigger::Events(Range { start: 8, end: 9 }),
             condition: Condition::Always,
-            domain: 4,
+            domain: 2,
+            through_history: false,
+            internal: false,
+            actions: Range { start: 4, end: 4 },
+        },
+        Transition {
+            source: 5,
+            targets: Range { start: 11, end: 12 },
+            trigger: Trigger::Events(Range { start: 10, end: 11 }),
+            condition: Condition::Always,
+            domain: 2,
             through_history: false,
             internal: false,
             actions: Range { start: 4, end: 4 },
         },
         Transition {
             source: 6,
-            targets: Range { start: 8, end: 9 },
-            trigger: Trigger::Events(Range { start: 7, end: 8 }),
+            targets: Range { start: 13, end: 14 },
+            trigger: Trigger::Events(Range { start: 12, end: 13 }),
             condition: Condition::Always,
-            domain: 4,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 6,
-            targets: Range { start: 10, end: 11 },
-            trigger: Trigger::Events(Range { start: 9, end: 10 }),
-            condition: Condition::Always,
-            domain: 4,
+            domain: 5,
             through_history: false,
             internal: false,
             actions: Range { start: 4, end: 4 },
         },
         Transition {
             source: 7,
-            targets: Range { start: 12, end: 13 },
-            trigger: Trigger::Events(Range { start: 11, end: 12 }),
+            targets: Range { start: 15, end: 16 },
+            trigger: Trigger::Events(Range { start: 14, end: 15 }),
             condition: Condition::Always,
-            domain: 4,
+            domain: 5,
             through_history: false,
             internal: false,
             actions: Range { start: 4, end: 4 },
         },
         Transition {
             source: 7,
-            targets: Range { start: 14, end: 15 },
-            trigger: Trigger::Events(Range { start: 13, end: 14 }),
+            targets: Range { start: 17, end: 18 },
+            trigger: Trigger::Events(Range { start: 16, end: 17 }),
             condition: Condition::Always,
-            domain: 4,
+            domain: 5,
             through_history: false,
             internal: false,
             actions: Range { start: 4, end: 4 },
         },
         Transition {
-            source: 9,
-            targets: Range { start: 16, end: 17 },
-            trigger: Trigger::Events(Range { start: 15, end: 16 }),
+            source: 8,
+            targets: Range { start: 19, end: 20 },
+            trigger: Trigger::Events(Range { start: 18, end: 19 }),
             condition: Condition::Always,
-            domain: 8,
+            domain: 5,
+            through_history: false,
+            internal: false,
+            actions: Range { start: 4, end: 4 },
+        },
+        Transition {
+            source: 8,
+            targets: Range { start: 21, end: 22 },
+            trigger: Trigger::Events(Range { start: 20, end: 21 }),
+            condition: Condition::Always,
+            domain: 5,
             through_history: false,
             internal: false,
             actions: Range { start: 4, end: 4 },
         },
         Transition {
             source: 10,
-            targets: Range { start: 18, end: 19 },
-            trigger: Trigger::Events(Range { start: 17, end: 18 }),
+            targets: Range { start: 23, end: 24 },
+            trigger: Trigger::Events(Range { start: 22, end: 23 }),
             condition: Condition::Always,
-            domain: 8,
+            domain: 9,
+            through_history: false,
+            internal: false,
+            actions: Range { start: 4, end: 4 },
+        },
+        Transition {
+            source: 11,
+            targets: Range { start: 25, end: 26 },
+            trigger: Trigger::Events(Range { start: 24, end: 25 }),
+            condition: Condition::Always,
+            domain: 9,
             through_history: false,
             internal: false,
             actions: Range { start: 4, end: 4 },
         },
         Transition {
             source: 0,
-            targets: Range { start: 19, end: 20 },
+            targets: Range { start: 26, end: 27 },
             trigger: Trigger::Eventless,
             condition: Condition::Always,
             domain: NONE,
@@ -618,7 +696,7 @@ pub(crate) static CHART: Chart = {
         },
         Transition {
             source: 2,
-            targets: Range { start: 20, end: 21 },
+            targets: Range { start: 27, end: 28 },
             trigger: Trigger::Eventless,
             condition: Condition::Always,
             domain: 0,
@@ -627,8 +705,8 @@ pub(crate) static CHART: Chart = {
             actions: Range { start: 4, end: 4 },
         },
         Transition {
-            source: 4,
-            targets: Range { start: 21, end: 22 },
+            source: 5,
+            targets: Range { start: 28, end: 29 },
             trigger: Trigger::Eventless,
             condition: Condition::Always,
             domain: 2,
@@ -637,8 +715,8 @@ pub(crate) static CHART: Chart = {
             actions: Range { start: 4, end: 4 },
         },
         Transition {
-            source: 8,
-            targets: Range { start: 22, end: 23 },
+            source: 9,
+            targets: Range { start: 29, end: 30 },
             trigger: Trigger::Eventless,
             condition: Condition::Always,
             domain: 0,
@@ -649,16 +727,17 @@ pub(crate) static CHART: Chart = {
     ];
     const EVENTS: &[Cow<'static, str>] = &[
         Cow::Borrowed("go"),
+        Cow::Borrowed("battery.full"),
         Cow::Borrowed("stop"),
         Cow::Borrowed("battery.low"),
         Cow::Borrowed("obstacle"),
         Cow::Borrowed("clear"),
         Cow::Borrowed("stuck"),
         Cow::Borrowed("again"),
-        Cow::Borrowed("battery.full"),
     ];
     const LISTS: &[u16] = &[
-        0, 4, 1, 2, 3, 3, 6, 4, 5, 5, 7, 4, 5, 6, 6, 2, 10, 7, 9, 1, 3, 5, 9,
+        0, 5, 0, 4, 1, 5, 2, 3, 3, 4, 2, 3, 4, 7, 5, 6, 6, 8, 5, 6, 7, 7, 3, 11, 1, 10,
+        1, 3, 6, 10,
     ];
     const BLOCKS: &[Range] = &[
         Range { start: 0, end: 1 },
@@ -668,13 +747,13 @@ pub(crate) static CHART: Chart = {
     ];
     const ACTIONS: &[Action] = &[
         Action::Send {
-            event: 5,
+            event: 6,
             delay: 10000000000,
             id: 0,
         },
         Action::Cancel(0),
         Action::Send {
-            event: 6,
+            event: 7,
             delay: 5000000000,
             id: 1,
         },
