@@ -12,7 +12,7 @@ use std::time::Duration;
 
 /// `ssh` that runs its command on this machine. While the file `unplugged` exists, it gets no
 /// reply.
-const SSH: &str = r#"#!/bin/sh
+pub(crate) const SSH: &str = r#"#!/bin/sh
 if [ -e FOLDER/unplugged ]; then
     echo "ssh: connect to host robot port 22: No route to host" >&2
     exit 255

@@ -21,12 +21,22 @@ impl Site {
     }
 
     /// A command that goes on.
-    fn running_tool(&self, command: &str, args: &[&str]) -> Child {
+    fn running_tool(&self, command: &str, args: &[&str]) -> RunningTool {
         let mut child = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
         child.arg(command).arg(&self.network).args(args);
         self.place(&mut child);
         child.stdout(Stdio::null()).stderr(Stdio::null());
-        child.spawn().expect("to start")
+        RunningTool(child.spawn().expect("to start"))
+    }
+}
+
+/// Dropping it kills the process.
+struct RunningTool(Child);
+
+impl Drop for RunningTool {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
     }
 }
 
@@ -149,13 +159,13 @@ fn tools_are_no_peers_and_take_no_place() {
     };
     let connected = [json!(1), json!(1), json!(1), json!(1)];
     Site::until("all are connected", || peers() == connected);
-    let mut tools: Vec<Child> = (0..4)
+    let mut tools: Vec<RunningTool> = (0..4)
         .map(|_| site.running_tool("echo", &["newFullPose"]))
         .collect();
     Site::until("the places of tools are taken", || {
         // The fifth one may have come before one of the four.
         for tool in &mut tools {
-            if tool.try_wait().expect("a child").is_some() {
+            if tool.0.try_wait().expect("a child").is_some() {
                 *tool = site.running_tool("echo", &["newFullPose"]);
             }
         }
@@ -186,10 +196,7 @@ fn tools_are_no_peers_and_take_no_place() {
     );
     Site::until("another subscriber is counted", || peers()[3] == json!(2));
     drop(second);
-    for tool in &mut tools {
-        tool.kill().expect("to kill it");
-        tool.wait().expect("to reap it");
-    }
+    drop(tools);
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
 }

@@ -1,7 +1,10 @@
 //! The states of a component in a running network: events from outside, status, pictures.
 
-use crate::network::site::{Ran, Site};
+use crate::network::site::{PATROL, Ran, Site};
+use crate::remote::SSH;
 use serde_json::Value;
+use std::os::unix::fs::PermissionsExt;
+use std::process::Command;
 
 /// The active states of the avoider.
 fn states(site: &Site) -> Vec<String> {
@@ -111,6 +114,43 @@ fn events_are_fired_and_states_are_shown() {
     assert!(
         log.contains("on.motion.driving => on.motion.idle, on.battery.charged [stop] in "),
         "{log}"
+    );
+    assert_eq!(site.rcdeploy(&["down", net], false).code, 0);
+    site.assert_nothing_left();
+}
+
+#[test]
+fn an_event_reaches_a_component_on_another_host() {
+    let site = Site::new("far_states");
+    let host = "middleware iceoryx2;\n    Host robot { address \"robot\"; };";
+    let network = PATROL.replace("middleware iceoryx2;", host);
+    site.write_ddsl(&network.replace(".cdsl\";", ".cdsl\"; host robot;"));
+    for folder in ["away/home", "away/run"] {
+        std::fs::create_dir_all(site.path(folder)).expect("a folder");
+    }
+    let ssh = site.path("ssh");
+    let script = SSH.replace("FOLDER", &site.path("").display().to_string());
+    std::fs::write(&ssh, script).expect("written");
+    std::fs::set_permissions(&ssh, std::fs::Permissions::from_mode(0o755)).expect("set");
+    let mut up = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+    up.args(["up", "--detach", "--profile", "dev"]);
+    up.arg(site.ddsl()).env("RC_SSH", &ssh);
+    let up = site.run(up);
+    assert_eq!(up.code, 0, "{up:?}");
+    let net = site.network.as_str();
+    let fire = |event: &str| -> Ran { site.rcdeploy(&["fire", net, "avoider", event], false) };
+    Site::until("the robot drives", || {
+        states(&site)
+            .iter()
+            .any(|state| state.starts_with("on.motion.driving"))
+    });
+    let stop = fire("stop");
+    assert_eq!(stop.stdout, "avoider: on.motion.idle, on.battery.charged\n");
+    let again = fire("stop");
+    assert_eq!(again.code, 1, "{again:?}");
+    assert!(
+        again.stderr.contains("no transition takes `stop`"),
+        "{again:?}"
     );
     assert_eq!(site.rcdeploy(&["down", net], false).code, 0);
     site.assert_nothing_left();
