@@ -199,11 +199,38 @@ impl<'a> Entry<'a> {
         writer.put(&(self.kind as u8));
         writer.length(self.data.len());
         writer.raw(&self.data);
+        cdr::text(&self.written_text(), writer);
+    }
+
+    /// The text as it is written: CDR has no NUL in a text.
+    fn written_text(&self) -> Cow<'_, str> {
         if self.text.contains('\0') {
-            cdr::text(&self.text.replace('\0', " "), writer);
+            Cow::Owned(self.text.replace('\0', " "))
         } else {
-            cdr::text(&self.text, writer);
+            Cow::Borrowed(&self.text)
         }
+    }
+
+    /// Whether this entry would be written as one that was read.
+    pub(super) fn is_written_as(&self, read: &Entry<'_>) -> bool {
+        let Self {
+            value,
+            type_hash,
+            slot,
+            operation,
+            kind,
+            data,
+            text: _,
+        } = self;
+        let same = (value, type_hash, slot, operation, kind)
+            == (
+                &read.value,
+                &read.type_hash,
+                &read.slot,
+                &read.operation,
+                &read.kind,
+            );
+        same && *data == read.data && self.written_text() == read.text
     }
 
     /// Reads the next entry of a turn.
@@ -238,5 +265,30 @@ fn encoding_of(number: u64) -> Encoding {
     match number {
         0 => Encoding::Cdr,
         _ => Encoding::Image,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_entry_is_equal_to_what_was_written_of_it_also_with_a_nul() {
+        let entry = Entry {
+            text: Cow::Borrowed("a\0b"),
+            data: Cow::Borrowed(&[1, 0]),
+            ..Entry::at(Kind::Error, 1, 2)
+        };
+        let mut writer = Writer::default();
+        entry.write(&mut writer);
+        let bytes = writer.into_bytes();
+        let read = Entry::read(&mut Reader::new(&bytes)).expect("an entry");
+        assert_eq!(read.text, "a b");
+        assert!(entry.is_written_as(&read));
+        let other = Entry {
+            data: Cow::Borrowed(&[1, 1]),
+            ..entry
+        };
+        assert!(!other.is_written_as(&read));
     }
 }

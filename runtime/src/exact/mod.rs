@@ -8,6 +8,7 @@
 mod component;
 mod entry;
 mod error_codes;
+mod output;
 mod ports;
 mod recorder;
 mod replay;

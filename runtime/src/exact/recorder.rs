@@ -1,10 +1,10 @@
 //! Writes an exact recording while the component runs.
 //!
-//! The worker's thread collects entries in memory, a second thread writes them. Neither a slow nor a full disk delays
-//! the worker: then the recording ends, and the log says so.
+//! The worker's thread collects the entries of a turn, [`Output`] writes them.
 
 use super::entry::{DEFINITION, Entry, Kind, TYPE_NAME};
 use super::error_codes;
+use super::output::{LONGEST, Output};
 use super::start::Start;
 use crate::component::WorkerError;
 use crate::status::Shared;
@@ -14,26 +14,17 @@ use rc_middleware::Writer;
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::fs::File;
-use std::io::{self, Write};
+use std::io;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Sender, channel};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The numbers of the only schema and the only channel.
 const SCHEMA: u16 = 1;
 const CHANNEL: u16 = 1;
 /// The encapsulation header of CDR, little endian.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
-/// From this size on, in bytes, a block of turns is written.
-const BLOCK: usize = 64 * 1024;
 /// A turn that is longer, in bytes, is written in parts.
 const LONGEST_PART: usize = 1024 * 1024;
-/// The most bytes that wait for the disk.
-const QUEUE: usize = 64 * 1024 * 1024;
-/// How long a turn waits in memory, at most, while others follow.
-const FLUSH: Duration = Duration::from_millis(500);
 /// Size of the number and of the count of entries at the beginning of a turn.
 const TURN_HEADER: usize = 12;
 
@@ -57,23 +48,13 @@ struct Turns {
     began: (u64, u64),
     state: Option<State>,
     period: Option<Duration>,
-    block: Vec<u8>,
-    flushed: Instant,
     output: Option<Output>,
-}
-
-/// The thread that writes.
-#[derive(Debug)]
-struct Output {
-    blocks: Sender<Vec<u8>>,
-    waiting: Arc<AtomicUsize>,
-    thread: JoinHandle<()>,
 }
 
 impl Recorder {
     /// Begins a recording in `file`.
-    pub(crate) fn begin(mut file: File, start: &Start, shared: Arc<Shared>) -> io::Result<Self> {
-        let mut block = Vec::new();
+    pub(crate) fn begin(file: File, start: &Start, shared: Arc<Shared>) -> io::Result<Self> {
+        let mut begin = Vec::new();
         let topic = format!("/{}/{}/exact", start.network, start.name);
         let metadata = [
             ("robocomp.exact", start.name.as_str()),
@@ -81,29 +62,18 @@ impl Recorder {
             ("robocomp.network", &start.network),
             ("robocomp.model", &start.model),
         ];
-        block.extend(rc_mcap::MAGIC);
-        write::header(&mut block, "", "robocomp");
+        begin.extend(rc_mcap::MAGIC);
+        write::header(&mut begin, "", "robocomp");
         write::schema(
-            &mut block,
+            &mut begin,
             SCHEMA,
             TYPE_NAME,
             "ros2msg",
             DEFINITION.as_bytes(),
         );
-        write::channel(&mut block, CHANNEL, SCHEMA, &topic, "cdr", metadata);
-        let (blocks, received) = channel::<Vec<u8>>();
-        let waiting = Arc::new(AtomicUsize::new(0));
-        let left = Arc::clone(&waiting);
-        let thread = std::thread::Builder::new().name("exact".to_owned());
-        let thread = thread.spawn(move || {
-            for block in received {
-                if let Err(error) = file.write_all(&block) {
-                    tracing::error!("the exact recording ends: it cannot be written: {error}");
-                    return;
-                }
-                left.fetch_sub(block.len(), Ordering::Relaxed);
-            }
-        })?;
+        write::channel(&mut begin, CHANNEL, SCHEMA, &topic, "cdr", metadata);
+        let output = Output::begin(file, LONGEST, close)?;
+        output.push(|out| out.extend(begin));
         let recorder = Self {
             shared,
             turns: RefCell::new(Turns {
@@ -116,13 +86,7 @@ impl Recorder {
                 began: (0, 0),
                 state: None,
                 period: None,
-                block,
-                flushed: Instant::now(),
-                output: Some(Output {
-                    blocks,
-                    waiting,
-                    thread,
-                }),
+                output: Some(output),
             }),
         };
         recorder.begin_turn(&Entry {
@@ -218,12 +182,9 @@ impl Turns {
         self.end_part();
         self.is_in_turn = false;
         self.number += 1;
-        if self.block.len() >= BLOCK || self.flushed.elapsed() >= FLUSH {
-            self.flush();
-        }
     }
 
-    /// Moves the entries of the present turn into the block.
+    /// Hands the entries of the present turn over.
     fn end_part(&mut self) {
         let count = std::mem::take(&mut self.entries);
         if count == 0 {
@@ -238,46 +199,28 @@ impl Turns {
             sequence: self.sequence,
         };
         let parts = [&ENCAPSULATION[..], &bytes];
-        write::message(&mut self.block, CHANNEL, stamp, &parts);
+        let put = |out: &mut Vec<u8>| write::message(out, CHANNEL, stamp, &parts);
+        if !self.output.as_ref().is_some_and(|output| output.push(put)) {
+            // The log says why.
+            self.output = None;
+        }
         self.sequence = self.sequence.wrapping_add(1);
         bytes.clear();
         self.turn = Writer::over(bytes);
-        if self.block.len() >= LONGEST_PART {
-            self.flush();
-        }
     }
+}
 
-    /// Hands the block to the thread that writes.
-    fn flush(&mut self) {
-        self.flushed = Instant::now();
-        let Some(output) = &self.output else {
-            self.block.clear();
-            return;
-        };
-        let block = std::mem::replace(&mut self.block, Vec::with_capacity(BLOCK));
-        let waiting = output.waiting.fetch_add(block.len(), Ordering::Relaxed) + block.len();
-        if waiting > QUEUE {
-            tracing::error!(
-                "the exact recording ends: the disk is slower than the component, and {} MiB wait for it",
-                QUEUE >> 20
-            );
-            self.output = None;
-        } else if output.blocks.send(block).is_err() {
-            // The thread has said why it has ended.
-            self.output = None;
-        }
-    }
+/// Writes the end of a recording.
+fn close(out: &mut Vec<u8>) {
+    write::data_end(out);
+    write::end(out, 0);
 }
 
 impl Drop for Turns {
     fn drop(&mut self) {
         self.end_part();
-        write::data_end(&mut self.block);
-        write::end(&mut self.block, 0);
-        self.flush();
-        if let Some(Output { blocks, thread, .. }) = self.output.take() {
-            drop(blocks);
-            let _ = thread.join();
+        if let Some(output) = self.output.take() {
+            output.push(close);
         }
     }
 }

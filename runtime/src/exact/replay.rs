@@ -160,7 +160,7 @@ impl Replay {
         let Some(recorded) = self.peek() else {
             self.end(None)
         };
-        if *entry != recorded {
+        if !entry.is_written_as(&recorded) {
             self.differ(Some(&entry.clone().into_owned()), Some(&recorded));
         }
         self.outputs.set(self.outputs.get() + 1);
