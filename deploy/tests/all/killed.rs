@@ -94,12 +94,12 @@ fn an_up_names_the_stopped_guard_of_a_killed_supervisor() {
 
 /// The guard of a network whose only service is never ready. Returns when it has begun to create it.
 fn late(bench: &Bench) -> (bench::Up, Identity) {
+    let file = bench.path("late");
     let up = bench.start_in(
         vec![well("a")],
         &["--hold", "1"],
-        &[("RC_TEST_LATE", "yes")],
+        &[("RC_TEST_LATE", file.to_str().expect("a path"))],
     );
-    let file = bench.run_directory().join("late");
     let end = Instant::now() + bench::LIMIT;
     while !file.exists() {
         assert!(Instant::now() < end, "the guard does not begin");
@@ -117,6 +117,7 @@ fn a_guard_that_is_late_leaves_nothing_when_its_network_stops() {
     assert_eq!(up.end().0, Some(0));
     await_end(&[guard]);
     bench.assert_nothing_left();
+    assert!(!bench.path("late").exists());
 }
 
 #[test]
@@ -127,6 +128,7 @@ fn a_guard_that_is_late_leaves_nothing_after_a_killed_supervisor() {
     await_end(&[guard]);
     bench.assert_nothing_left();
     assert_eq!(bench.cleanups(), 1);
+    assert!(!bench.path("late").exists());
 }
 
 #[test]

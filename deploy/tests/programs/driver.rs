@@ -2,8 +2,8 @@
 //!
 //! Its clean-up writes a line to the file `RC_TEST_CLEANED`. A thread panics as soon as the file
 //! `RC_TEST_PANIC` exists. Its guard holds half of its services only when the file `RC_TEST_HOLD`
-//! exists, and has cleaned up only when the file `RC_TEST_CLEAN` exists. With `RC_TEST_LATE` it creates
-//! files in the run directory without end.
+//! exists, and has cleaned up only when the file `RC_TEST_CLEAN` exists. It creates
+//! the file `RC_TEST_LATE` again and again, which the clean-up removes.
 
 use rc_deploy::{Format, GuardCommand, HoldProgress, HoldTask, Options, Plan, Service, Verb};
 use rc_management::lifecycle::Transition;
@@ -15,6 +15,10 @@ use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 fn cleanup() {
+    if let Some(late) = std::env::var_os("RC_TEST_LATE") {
+        let _ = std::fs::remove_file(late);
+        std::thread::sleep(Duration::from_millis(50));
+    }
     if let Some(path) = std::env::var_os("RC_TEST_CLEANED") {
         let file = File::options().append(true).create(true).open(path);
         let _ = file.and_then(|mut file| file.write_all(b"cleaned\n"));
@@ -40,12 +44,12 @@ fn services(plan: &Plan, count: usize) -> Vec<Service> {
 }
 
 /// Holds nothing, and reports that it does; the second half only when the file exists.
-fn hold(network: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgress)) {
-    if std::env::var_os("RC_TEST_LATE").is_some() && tasks.recv().is_ok() {
-        let directory = rc_middleware::RunDirectory::of(network);
+fn hold(_: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgress)) {
+    if let Some(late) = std::env::var_os("RC_TEST_LATE")
+        && tasks.recv().is_ok()
+    {
         loop {
-            let _ = std::fs::create_dir_all(directory.path());
-            let _ = std::fs::write(directory.path().join("late"), "");
+            let _ = std::fs::write(&late, "");
             std::thread::sleep(Duration::from_millis(1));
         }
     }

@@ -318,32 +318,27 @@ mod tests {
     use crate::Role;
     use rc_middleware::TypeIdentity;
 
-    /// The last ones often leave together: a supervisor or a terminal stops all.
+    /// One that leaves holds the lock, and has seen the other one; nobody comes after them.
     #[test]
     fn endpoints_that_leave_together_leave_nothing() {
-        const LEAVING: u8 = 4;
         let folder = std::env::temp_dir().join(format!("rc-leaving-{}", std::process::id()));
-        for _ in 0..100 {
-            let registry = LocalRegistry::new(&folder, 7);
-            let lock = registry.open_lock().expect("the lock");
-            let register = |at| {
-                registry
-                    .register(&[at; 16], &writer())
-                    .expect("to register")
-            };
-            let all: Vec<RegistrationGuard> = (0..LEAVING).map(register).collect();
+        let registry = LocalRegistry::new(&folder, 7);
+        let open = registry.open_lock().expect("the lock");
+        let last = registry.register(&[1; 16], &writer()).expect("to register");
+        drop(open);
+        let lock = lock(&registry.directory.join(LOCK), false).expect("a folder");
+        let lock = lock.expect("no other process has locked it");
+        let path = last.path.clone();
+        let other = std::thread::spawn(move || {
+            while path.exists() {
+                std::thread::sleep(LOCK_PAUSE);
+            }
+            std::thread::sleep(10 * LOCK_PAUSE);
             drop(lock);
-            let together = std::sync::Barrier::new(all.len());
-            std::thread::scope(|scope| {
-                for one in all {
-                    scope.spawn(|| {
-                        together.wait();
-                        drop(one);
-                    });
-                }
-            });
-            assert!(!folder.exists());
-        }
+        });
+        drop(last);
+        other.join().expect("it leaves");
+        assert!(!folder.exists());
     }
 
     fn writer() -> Identity {
