@@ -177,7 +177,11 @@ fn whole_number(
     number
 }
 
-fn duration(literal: &Literal, word: &Name, found: &mut Diagnostics) -> Option<Duration> {
+pub(crate) fn duration(
+    literal: &Literal,
+    word: &Name,
+    found: &mut Diagnostics,
+) -> Option<Duration> {
     let time = literal.as_nanoseconds().map(Duration::from_nanos);
     let time = time.filter(|time| !time.is_zero() && *time <= MAX_DURATION);
     if time.is_none() {

@@ -29,6 +29,9 @@ pub struct Deployment {
     /// The component that publishes the time of the network: an index into
     /// [`Deployment::instances`], and the location of its name. `None` for the clock of the system.
     pub time: Option<(usize, Span)>,
+    /// The time over which the last messages of the network are kept in memory. `None` if nothing
+    /// is kept.
+    pub ring: Option<Duration>,
     /// The slots whose peers are not part of the network.
     pub externals: Vec<External>,
 }

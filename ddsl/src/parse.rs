@@ -21,7 +21,7 @@ pub struct Grammar;
 /// Keywords, each with the rule of its declaration.
 type Keywords = [(&'static str, Rule)];
 
-const GROUP: [(&str, Rule); 9] = [
+const GROUP: [(&str, Rule); 10] = [
     ("Component", Rule::component),
     ("Host", Rule::host),
     ("Group", Rule::group),
@@ -30,10 +30,11 @@ const GROUP: [(&str, Rule); 9] = [
     ("middleware", Rule::middleware),
     ("domain", Rule::domain),
     ("time", Rule::network_time),
+    ("record", Rule::network_record),
     ("export", Rule::export),
 ];
 /// A deployment has all declarations of a group but `export`.
-const DEPLOYMENT: &Keywords = GROUP.split_at(8).0;
+const DEPLOYMENT: &Keywords = GROUP.split_at(9).0;
 const COMPONENT: [(&str, Rule); 18] = [
     ("cdsl", Rule::text_field),
     ("executable", Rule::text_field),
@@ -54,6 +55,7 @@ const COMPONENT: [(&str, Rule); 18] = [
     ("time", Rule::own_time),
     ("record", Rule::record),
 ];
+const NETWORK_RECORD: [(&str, Rule); 1] = [("ring", Rule::ring)];
 const RECORD: [(&str, Rule); 1] = [("exact", Rule::record_field)];
 const HOST: [(&str, Rule); 3] = [
     ("address", Rule::host_field),
@@ -132,6 +134,10 @@ fn decl(
         Rule::network_time => {
             let word = r.first_word(&pair);
             Decl::Time(word, r.texts(pair))
+        }
+        Rule::network_record => {
+            let word = r.first_word(&pair);
+            Decl::Record(word, network_record(r, pair))
         }
         _ => {
             report_skipped(r, &pair, words, what);
@@ -275,6 +281,21 @@ fn field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<
         Rule::record => Field::Record(record(r, pair)),
         _ => Field::Priority(values(r, pair).into_iter().next()?),
     })
+}
+
+fn network_record(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<(Name, Literal)> {
+    let mut fields = Vec::new();
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::ring => {
+                let word = r.first_word(&part);
+                fields.extend(values(r, part).into_iter().next().map(|time| (word, time)));
+            }
+            Rule::skipped => report_skipped(r, &part, &NETWORK_RECORD, "`ring`"),
+            _ => {}
+        }
+    }
+    fields
 }
 
 fn record(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Name> {

@@ -3,14 +3,14 @@
 use crate::ast::{self, Decl};
 use crate::check::check;
 use crate::duplicates::{check_unique, report_duplicate};
-use crate::fields::{BlockContext, References, instance};
+use crate::fields::{BlockContext, References, duration, instance};
 use crate::imports::{File, files};
 use crate::model::{
     Bind, Deployment, External, Group, Host, InstanceOrGroup, LONGEST_NAME, SlotPath,
 };
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{Loader, Name};
+use rc_syntax::{Literal, Loader, Name};
 use std::collections::HashMap;
 
 /// Loads a `.ddsl` text with its imports.
@@ -36,12 +36,14 @@ pub fn load(
             groups: Vec::new(),
             binds: Vec::new(),
             time: None,
+            ring: None,
             externals: Vec::new(),
         },
         scopes: vec![Scope::default()],
         references: Vec::new(),
         binds: Vec::new(),
         time: None,
+        record: None,
         externals: Vec::new(),
         comparisons: 0,
         found,
@@ -114,6 +116,8 @@ struct Resolver<'a> {
     binds: Vec<(Option<usize>, &'a ast::Bind)>,
     /// The clause `time`: its keyword and its path.
     time: Option<(&'a Name, &'a [Name])>,
+    /// The location of the clause `record`.
+    record: Option<Span>,
     /// The `external` declarations, each with the enclosing group.
     externals: Vec<(Option<usize>, &'a ast::External)>,
     comparisons: usize,
@@ -179,6 +183,7 @@ impl<'a> Resolver<'a> {
                 Decl::Group(tree) => self.group(tree, context),
                 Decl::Bind(tree) => self.binds.push((context.group, tree)),
                 Decl::Time(word, path) => self.time(word, path, context),
+                Decl::Record(word, fields) => self.record(word, fields, context),
                 Decl::External(tree) => self.externals.push((context.group, tree)),
                 Decl::Middleware(_) | Decl::Domain(..) => {}
             }
@@ -241,6 +246,28 @@ impl<'a> Resolver<'a> {
         match &self.time {
             Some((first, _)) => report_duplicate(word, "clause", first.span, &mut self.found),
             None => self.time = Some((word, path)),
+        }
+    }
+
+    fn record(&mut self, word: &Name, fields: &[(Name, Literal)], context: &BlockContext<'_>) {
+        if let Some(group) = context.group {
+            let message = "`record` with `ring` holds for the whole network, not for a group";
+            let error = Diagnostic::error("misplaced-record", word.span, message)
+                .label(self.deployment.groups[group].name.span, "the group")
+                .help("move it into the block of the deployment");
+            return self.found.push(error);
+        }
+        if let Some(first) = self.record {
+            return report_duplicate(word, "clause", first, &mut self.found);
+        }
+        self.record = Some(word.span);
+        check_unique(
+            fields.iter().map(|(word, _)| word),
+            "field",
+            &mut self.found,
+        );
+        if let Some((word, time)) = fields.first() {
+            self.deployment.ring = duration(time, word, &mut self.found);
         }
     }
 

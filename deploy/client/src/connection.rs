@@ -67,6 +67,12 @@ pub fn command(network: &str, verb: Verb, names: &[String]) -> Result<CommandRes
     connection.call(&verb.request(names.to_vec()))
 }
 
+/// Lets the recorder of a network's ring write what it holds.
+pub fn write_ring(network: &str) -> Result<(), Error> {
+    let CommandResult { .. } = Connection::open(network)?.call(&Request::Ring)?;
+    Ok(())
+}
+
 /// The networks of this user whose supervisor replies.
 pub fn networks() -> Vec<String> {
     let mut names = RunDirectory::networks();

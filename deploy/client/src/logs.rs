@@ -21,6 +21,8 @@ use std::path::{Path, PathBuf};
 pub const SUPERVISOR: &str = "rcdeploy";
 /// The log of the guard.
 pub const GUARD: &str = "rcdeploy-guard";
+/// The name of the process that keeps the last messages of the network, and of its log and files.
+pub const RING: &str = "rcdeploy-ring";
 
 /// The folder of a network's logs: `robocomp/NETWORK` in `$XDG_STATE_HOME`, else in
 /// `~/.local/state`, else `robocomp-UID/NETWORK` in the folder for temporary files.

@@ -88,6 +88,8 @@ struct Source<'n> {
     /// The user and the group of this process.
     user: (u32, u32),
     machines: Vec<Machine<'n>>,
+    /// Whether the network keeps its last messages.
+    has_ring: bool,
 }
 
 /// Exports a network, which has no errors. `image` is the container image, if one is given. `user`
@@ -116,6 +118,7 @@ pub fn export(
         image,
         user,
         machines: machines(network, &plan),
+        has_ring: plan.ring.is_some(),
     };
     for part in source.parts() {
         part.check()?;
@@ -219,6 +222,12 @@ impl Source<'_> {
         }
         if self.parts().any(|part| part.memory) {
             notes.push("no guard holds the shared memory: of the components of a network the last one to end wipes it, and the next start what the dead left".to_owned());
+        }
+        if self.has_ring {
+            notes.push("the ring of `record` is not exported: start `rcdeploy record NETWORK --ring TIME` yourself".to_owned());
+        }
+        if self.parts().any(|part| part.component.exact) {
+            notes.push("`record { exact; }` is not exported: give the component `args \"--record\", FILE;`".to_owned());
         }
         notes.push(
             "`rcdeploy status`, `logs` and `down` know only what rcdeploy has started".to_owned(),

@@ -17,6 +17,9 @@ pub struct Plan {
     pub ddsl: PathBuf,
     /// Its components, in the order of their start.
     pub components: Vec<Component>,
+    /// The time over which its last messages are kept in memory.
+    #[serde(default)]
+    pub ring: Option<Duration>,
 }
 
 /// One process of the network.
@@ -252,6 +255,7 @@ mod tests {
             network: "net".to_owned(),
             ddsl: "net.ddsl".into(),
             components,
+            ring: None,
         }
     }
 

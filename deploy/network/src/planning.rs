@@ -150,6 +150,7 @@ impl Network {
             network: self.name().to_owned(),
             ddsl: self.path.canonicalize()?,
             components: out,
+            ring: self.deployment.ring,
         })
     }
 }

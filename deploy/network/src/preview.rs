@@ -35,6 +35,9 @@ pub struct Preview {
     pub components: Vec<Process>,
     /// The connections.
     pub connections: Vec<Connection>,
+    /// The time over which the last messages are kept in memory, in milliseconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ring_ms: Option<u64>,
 }
 
 /// One process.
@@ -179,6 +182,7 @@ impl Network {
                 .map(|(_, c)| c)
                 .chain(self.connections_outside())
                 .collect(),
+            ring_ms: plan.ring.map(milliseconds),
         })
     }
 }
@@ -260,7 +264,11 @@ impl fmt::Display for Preview {
         )?;
         self.order(f)?;
         self.connections(f)?;
-        self.processes(f)
+        self.processes(f)?;
+        if let Some(ms) = self.ring_ms {
+            writeln!(f, "\na ring keeps the messages of the last {}", time(ms))?;
+        }
+        Ok(())
     }
 }
 

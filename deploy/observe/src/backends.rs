@@ -15,6 +15,8 @@ const DEPTH: u32 = 256;
 /// Joins each middleware once for each set of settings.
 pub(crate) struct Backends {
     network: String,
+    /// Whether components count what is opened here as their peers.
+    is_peer: bool,
     wake_event: WakeEvent,
     joined: Vec<(String, BTreeMap<String, String>, Box<dyn Backend>)>,
 }
@@ -24,25 +26,42 @@ impl Backends {
         let wake_event = WakeEvent::new().map_err(|error| Error::system("an event", &error))?;
         Ok(Self {
             network: network.to_owned(),
+            is_peer: false,
             wake_event,
             joined: Vec::new(),
         })
     }
 
+    /// For servers in place of components.
+    pub(crate) fn of_peer(network: &str) -> Result<Self, Error> {
+        Ok(Self {
+            is_peer: true,
+            ..Self::new(network)?
+        })
+    }
+
     /// The middleware of a topic.
     pub(crate) fn of(&mut self, topic: &Topic) -> Result<&dyn Backend, Error> {
-        let mut wanted = topic.settings.clone();
+        self.joined(&topic.middleware, &topic.settings)
+    }
+
+    /// A middleware with these settings.
+    pub(crate) fn joined(
+        &mut self,
+        middleware: &str,
+        settings: &BTreeMap<String, String>,
+    ) -> Result<&dyn Backend, Error> {
+        let mut wanted = settings.clone();
         // Names of the component's own node are not those of the tool.
         wanted.remove("node");
         let known = |(name, settings, _): &(String, BTreeMap<String, String>, _)| {
-            *name == topic.middleware && *settings == wanted
+            *name == middleware && *settings == wanted
         };
         let at = if let Some(at) = self.joined.iter().position(known) {
             at
         } else {
-            let backend = self.join(&topic.middleware, &wanted)?;
-            self.joined
-                .push((topic.middleware.clone(), wanted, backend));
+            let backend = self.join(middleware, &wanted)?;
+            self.joined.push((middleware.to_owned(), wanted, backend));
             self.joined.len() - 1
         };
         Ok(self.joined[at].2.as_ref())
@@ -70,13 +89,16 @@ impl Backends {
             wake_event: self.wake_event.clone(),
             settings,
         };
-        Ok(match middleware {
-            rc_iceoryx2::NAME => rc_iceoryx2::observe(&environment)?,
-            rc_dds::NAME => rc_dds::observe(&environment)?,
-            rc_ros2::NAME => rc_ros2::observe(&environment)?,
-            other => {
-                let reason = format!("topics over `{other}` cannot be observed");
-                return Err(Error::system("observe", &reason));
+        Ok(match (middleware, self.is_peer) {
+            (rc_iceoryx2::NAME, false) => rc_iceoryx2::observe(&environment)?,
+            (rc_iceoryx2::NAME, true) => rc_iceoryx2::connect(&environment)?,
+            (rc_dds::NAME, false) => rc_dds::observe(&environment)?,
+            (rc_dds::NAME, true) => rc_dds::connect(&environment)?,
+            (rc_ros2::NAME, false) => rc_ros2::observe(&environment)?,
+            (rc_ros2::NAME, true) => rc_ros2::connect(&environment, &[])?,
+            (other, _) => {
+                let reason = format!("tools cannot join `{other}`");
+                return Err(Error::system("join the middleware", &reason));
             }
         })
     }

@@ -5,6 +5,9 @@
 //! - [`Observer`]: the messages of topics, and of slots that are tapped.
 //! - [`call()`]: calls an operation of a component.
 //! - [`Sender`]: sends samples to a topic.
+//! - [`Responder`]: serves calls in place of a component, which is the one case where a tool is a
+//!   peer.
+//! - [`TimeTopic`], [`TimeSource`]: the time of the network, heard and published.
 //!
 //! A tool is no peer: it takes no place of a component, delays no message, and no component waits
 //! for it. Topics of this machine, of DDS and of ROS 2 are read from the middleware; those in the
@@ -16,11 +19,17 @@ mod error;
 mod lookup;
 mod network;
 mod observer;
+mod responder;
 mod sender;
+mod source;
+mod time;
 
 pub use calls::{Answer, call};
 pub use error::Error;
 pub use lookup::nearest_of;
 pub use network::{Component, End, Network, Operation, Service, Topic};
 pub use observer::{FeedId, MessageKind, Observed, Observer};
+pub use responder::Responder;
 pub use sender::Sender;
+pub use source::Source;
+pub use time::{TimeSource, TimeTopic};

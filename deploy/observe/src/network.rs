@@ -10,14 +10,15 @@ use rc_middleware::RunDirectory;
 use rc_values::description::Module;
 use rc_values::{Catalog, Interface};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long all components together may take to reply.
+/// How long a component may take to reply.
 const LIMIT: Duration = Duration::from_secs(4);
-/// How long each of them may take at least.
-const LEAST: Duration = Duration::from_millis(100);
+/// How many components are asked at a time.
+const AT_A_TIME: usize = 16;
 
 /// A running network.
 #[derive(Debug)]
@@ -46,7 +47,7 @@ pub struct Component {
 }
 
 /// An end of a connection.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct End {
     /// The component.
     pub component: String,
@@ -136,22 +137,17 @@ impl Network {
     pub fn look(network: &str) -> Result<Self, Error> {
         names::check_name("network", network).map_err(|error| Error::system("the name", &error))?;
         let hosts = hosts(network);
-        let deadline = Instant::now() + LIMIT;
         let directory = RunDirectory::of(network);
         let (mut components, mut silent) = (Vec::new(), Vec::new());
-        for name in by_hand::sockets(&directory, []) {
-            let left = deadline
-                .saturating_duration_since(Instant::now())
-                .max(LEAST);
-            // A component that was killed leaves its socket.
-            let Ok(mut client) = Client::connect(&directory.socket(&name), left) else {
-                continue;
-            };
-            match component(&mut client, left, &hosts) {
-                Ok(component) => components.push(component),
+        for (name, found) in ask(&directory, &by_hand::sockets(&directory, []), &hosts) {
+            match found {
+                Ok(Some(component)) => components.push(component),
+                // A component that was killed leaves its socket.
+                Ok(None) => {}
                 Err(reason) => silent.push(format!("{name}: {reason}")),
             }
         }
+        silent.sort();
         components.sort_by(|a, b| a.name.cmp(&b.name));
         if components.is_empty() && silent.is_empty() {
             return Err(Error::NotRunning(network.to_owned()));
@@ -320,25 +316,54 @@ fn hosts(network: &str) -> BTreeMap<String, String> {
     remote.collect()
 }
 
-fn component(
-    client: &mut Client,
-    limit: Duration,
+/// What a component says: its description, nothing if no process listens, or why it has none.
+type Found = Result<Option<Component>, String>;
+
+/// Asks components, several at a time: one that hangs delays no other.
+fn ask(
+    directory: &RunDirectory,
+    names: &[String],
     hosts: &BTreeMap<String, String>,
-) -> Result<Component, String> {
+) -> Vec<(String, Found)> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut found = Vec::new();
+        while let Some(name) = names.get(next.fetch_add(1, Ordering::Relaxed)) {
+            found.push((name.clone(), component(&directory.socket(name), hosts)));
+        }
+        found
+    };
+    std::thread::scope(|scope| {
+        let others = names.len().min(AT_A_TIME).saturating_sub(1);
+        let others: Vec<_> = (0..others).map(|_| scope.spawn(work)).collect();
+        let mut found = work();
+        for other in others {
+            found.extend(other.join().unwrap_or_default());
+        }
+        found
+    })
+}
+
+fn component(socket: &Path, hosts: &BTreeMap<String, String>) -> Found {
+    let deadline = Instant::now() + LIMIT;
+    let left = || deadline.saturating_duration_since(Instant::now());
+    let Ok(mut client) = Client::connect(socket, LIMIT) else {
+        return Ok(None);
+    };
     let text = |error: CallError| error.to_string();
-    let described: Described = client.call(&Request::Describe, limit).map_err(text)?;
-    let status: Status = client.call(&Request::Status, limit).map_err(text)?;
+    let described: Described = client.call(&Request::Describe, left()).map_err(text)?;
+    let status: Status = client.call(&Request::Status, left()).map_err(text)?;
     let modules = described.types.iter();
     let modules = modules.map(|module| serde_json::from_value(module.clone()));
     let modules: Vec<Module> = modules
         .collect::<Result<_, _>>()
         .map_err(|error| format!("its description cannot be read: {error}"))?;
     let catalog = Catalog::new(&modules).map_err(|error| error.to_string())?;
-    Ok(Component {
-        name: described.name.clone(),
+    Ok(Some(Component {
         host: hosts.get(&described.name).cloned(),
+        name: described.name.clone(),
         described,
         status,
         catalog: Arc::new(catalog),
-    })
+    }))
 }

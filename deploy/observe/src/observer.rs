@@ -52,7 +52,8 @@ pub struct Observed<'m> {
 /// Receives the messages of several topics and slots.
 pub struct Observer {
     network: String,
-    feeds: Vec<Feed>,
+    /// Closed feeds leave their places empty.
+    feeds: Vec<Option<Feed>>,
     /// Dropped after all ports.
     backends: Backends,
 }
@@ -125,31 +126,39 @@ impl Observer {
     }
 
     fn add(&mut self, source: Source) -> FeedId {
-        self.feeds.push(Feed {
+        self.feeds.push(Some(Feed {
             source,
             gaps: Gaps::default(),
             dropped: 0,
             errors: Vec::new(),
             ended: false,
-        });
+        }));
         FeedId(self.feeds.len() - 1)
+    }
+
+    /// Observes this feed no longer.
+    pub fn close(&mut self, feed: FeedId) {
+        if let Some(feed) = self.feeds.get_mut(feed.0) {
+            *feed = None;
+        }
     }
 
     /// Whether the component of a tapped slot has ended.
     pub fn has_ended(&self, feed: FeedId) -> bool {
-        self.feeds.get(feed.0).is_none_or(|feed| feed.ended)
+        let feed = self.feeds.get(feed.0).and_then(Option::as_ref);
+        feed.is_none_or(|feed| feed.ended)
     }
 
     /// What could not be received since the last call.
     pub fn errors(&mut self, feed: FeedId) -> Vec<String> {
-        let feed = self.feeds.get_mut(feed.0);
+        let feed = self.feeds.get_mut(feed.0).and_then(Option::as_mut);
         feed.map(|feed| std::mem::take(&mut feed.errors))
             .unwrap_or_default()
     }
 
     /// The descriptors that are readable when a message may be there.
     pub fn descriptors(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
-        let feeds = self.feeds.iter().filter(|feed| !feed.ended);
+        let feeds = self.feeds.iter().flatten().filter(|feed| !feed.ended);
         feeds.map(|feed| feed.source.descriptor())
     }
 
@@ -168,6 +177,7 @@ impl Observer {
     pub fn take(&mut self, take: &mut dyn FnMut(FeedId, Observed<'_>)) -> bool {
         let mut more = false;
         for (at, feed) in self.feeds.iter_mut().enumerate() {
+            let Some(feed) = feed else { continue };
             more |= feed.take(&mut |observed| take(FeedId(at), observed));
         }
         more

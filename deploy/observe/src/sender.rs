@@ -74,7 +74,11 @@ impl Sender {
 
     /// Sends a sample.
     pub fn send(&mut self, value: &Value) -> Result<(), Error> {
-        let body = encode_body(value)?;
+        self.send_body(&encode_body(value)?)
+    }
+
+    /// Sends a sample whose body was encoded before.
+    pub fn send_body(&mut self, body: &[u8]) -> Result<(), Error> {
         self.sent += 1;
         if let Some(port) = &mut self.port {
             let header = Header {
@@ -83,14 +87,14 @@ impl Sender {
                 sent: now(),
                 ..Header::default()
             };
-            let sent = port.publish(header, &body);
+            let sent = port.publish(header, body);
             sent.map_err(|error| Error::system("send", &error))?;
         }
         for (component, slot, client) in &mut self.others {
             let request = Request::Sample {
                 slot: slot.clone(),
                 operation: self.topic.operation.name.clone(),
-                body: body.clone(),
+                body: body.to_vec(),
             };
             let sent = client.call(&request, LIMIT);
             let Done {} = sent.map_err(|error| failed(component, &error))?;

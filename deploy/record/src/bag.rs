@@ -2,14 +2,18 @@
 
 use crate::definition;
 use crate::error::RecordError;
-use crate::reader::{Channel, Message, Reader, Record};
+use crate::keys;
+use crate::reader::{self, Channel, Message, Record};
 use crate::schema::Schema;
 use crate::writer::{ChannelId, Limits, Writer};
 use rc_diagnostics::nearest;
 use rc_mcap::Stamp;
-use rc_values::{Struct, Value};
-use std::collections::BTreeMap;
-use std::io::Write;
+use rc_middleware::{Cdr, Reader};
+use rc_values::{Struct, Value, cells, csv_cell};
+use serde_json::Value as Json;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -126,7 +130,7 @@ pub struct Info {
 impl Info {
     /// Reads a recording to its end.
     pub fn read(path: &Path) -> Result<Self, RecordError> {
-        let mut reader = Reader::open(path)?;
+        let mut reader = reader::Reader::open(path)?;
         let mut info = Self::default();
         while let Some(record) = reader.next() {
             match record {
@@ -189,13 +193,29 @@ impl Decoder {
     }
 }
 
+/// The JSON document that a message holds: an event, parameters, or what others record as JSON.
+pub fn document(message: &Message) -> Option<Json> {
+    let channel = &message.channel;
+    if channel.encoding == "json" {
+        return serde_json::from_slice(&message.data).ok();
+    }
+    let is_document = channel.type_name == "std_msgs/msg/String"
+        && channel.get(keys::KIND).is_some_and(|kind| kind != "sample");
+    if !is_document {
+        return None;
+    }
+    let body = definition::body(&message.data).ok()?;
+    let text = String::decode(&mut Reader::new(body)).ok()?;
+    serde_json::from_str(&text).ok()
+}
+
 /// Hands all messages of a selection to `take`, until it says that it is enough.
 pub fn each(
     path: &Path,
     selection: Selection,
     take: &mut dyn FnMut(Message) -> Result<bool, RecordError>,
 ) -> Result<Option<String>, RecordError> {
-    let mut reader = Reader::open(path)?;
+    let mut reader = reader::Reader::open(path)?;
     let mut selecting = selection.begin();
     while let Some(record) = reader.next() {
         let Record::Message(message) = record else {
@@ -214,9 +234,14 @@ pub fn each(
     Ok(reader.cut().map(str::to_owned))
 }
 
-/// Writes the messages of a selection, with all attachments and tables, into a new recording. Returns their number.
-pub fn cut(path: &Path, selection: Selection, to: &Path) -> Result<u64, RecordError> {
-    let mut reader = Reader::open(path)?;
+/// Writes the messages of a selection, with all attachments and tables, into a new recording. Returns
+/// their number, and why the recording ends before its end, if it does.
+pub fn cut(
+    path: &Path,
+    selection: Selection,
+    to: &Path,
+) -> Result<(u64, Option<String>), RecordError> {
+    let mut reader = reader::Reader::open(path)?;
     let mut writer = Writer::create(to, Limits::default())?;
     let mut selecting = selection.begin();
     let mut channels: BTreeMap<u16, ChannelId> = BTreeMap::new();
@@ -235,7 +260,7 @@ pub fn cut(path: &Path, selection: Selection, to: &Path) -> Result<u64, RecordEr
         }
     }
     writer.finish()?;
-    Ok(count)
+    Ok((count, reader.cut().map(str::to_owned)))
 }
 
 fn copy(
@@ -248,7 +273,7 @@ fn copy(
         let schema = (!channel.type_name.is_empty()).then(|| Schema {
             name: channel.type_name.clone(),
             encoding: channel.schema_encoding.clone(),
-            text: channel.schema.clone(),
+            text: channel.schema.to_vec(),
         });
         writer.channel(
             &channel.topic,
@@ -265,28 +290,38 @@ fn copy(
     writer.write(id, stamp, &message.data)
 }
 
-/// Writes a table of the messages of each selected topic as CSV: into `folder`, a file for each, or to `out` if
-/// there is one topic. Returns the files.
+/// The tables that were written.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Tables {
+    /// The files, one for each topic.
+    pub files: Vec<PathBuf>,
+    /// Why the recording ends before its end, if it does.
+    pub cut: Option<String>,
+}
+
+/// The table of a topic.
+struct Table {
+    file: Option<(PathBuf, BufWriter<File>)>,
+    columns: Vec<String>,
+}
+
+/// Writes a table of the messages of each selected topic as CSV: into `folder`, a file for each, or
+/// to `out` if there is one topic.
 pub fn csv(
     path: &Path,
     selection: Selection,
     folder: Option<&Path>,
     out: &mut dyn Write,
-) -> Result<Vec<PathBuf>, RecordError> {
-    struct Table {
-        file: Option<(PathBuf, std::io::BufWriter<std::fs::File>)>,
-        columns: Vec<String>,
-    }
+) -> Result<Tables, RecordError> {
     let mut decoder = Decoder::default();
     let mut tables: BTreeMap<String, Table> = BTreeMap::new();
-    each(path, selection, &mut |message| {
+    let mut names: BTreeSet<String> = BTreeSet::new();
+    let cut = each(path, selection, &mut |message| {
         let topic = &message.channel.topic;
         if message.channel.encoding != "cdr" {
             return Ok(true);
         }
-        let value = decoder.value(&message)?;
-        let mut cells = Vec::new();
-        flatten("", &value, &mut cells);
+        let cells = cells("", &decoder.value(&message)?);
         let mut text = String::new();
         if !tables.contains_key(topic) {
             if folder.is_none() && !tables.is_empty() {
@@ -294,32 +329,28 @@ pub fn csv(
                 return Err(RecordError::Value(reason.to_owned()));
             }
             let file = folder.map(|folder| {
-                let name = topic.trim_matches('/').replace('/', "_");
-                let path = folder.join(format!("{name}.csv"));
-                let file = std::fs::File::create(&path);
-                let file = file.map_err(|e| RecordError::file(&path, &e))?;
-                Ok((path, std::io::BufWriter::new(file)))
+                let path = folder.join(file_name(topic, &mut names));
+                let file = File::create(&path).map_err(|e| RecordError::file(&path, &e))?;
+                Ok((path, BufWriter::new(file)))
             });
+            let file: Option<Result<_, RecordError>> = file;
+            let file = file.transpose()?;
             let columns: Vec<String> = cells.iter().map(|(name, _)| name.clone()).collect();
             text += "log_time_s,publish_time_s";
-            columns
-                .iter()
-                .for_each(|name| text += &format!(",{}", quoted(name)));
+            for name in &columns {
+                text += &format!(",{}", csv_cell(name));
+            }
             text.push('\n');
-            let file = file.transpose()?;
             tables.insert(topic.clone(), Table { file, columns });
         }
         let Some(table) = tables.get_mut(topic) else {
             return Ok(true);
         };
-        text += &format!(
-            "{},{}",
-            seconds(message.log_time),
-            seconds(message.publish_time)
-        );
+        text += &seconds(message.log_time);
+        text += &format!(",{}", seconds(message.publish_time));
         for name in &table.columns {
             let cell = cells.iter().find(|(column, _)| column == name);
-            text += &format!(",{}", cell.map_or("", |(_, cell)| cell));
+            text += &format!(",{}", cell.map_or_else(String::new, |(_, c)| csv_cell(c)));
         }
         text.push('\n');
         let written = match &mut table.file {
@@ -336,7 +367,22 @@ pub fn csv(
             files.push(path);
         }
     }
-    Ok(files)
+    Ok(Tables { files, cut })
+}
+
+/// The file of a topic: its name without what no file system likes, and a number where another topic
+/// has the same one.
+fn file_name(topic: &str, taken: &mut BTreeSet<String>) -> String {
+    let plain = topic.trim_matches('/').chars().take(200);
+    let plain = plain.map(|c| if c.is_ascii_alphanumeric() { c } else { '_' });
+    let plain: String = plain.collect();
+    let mut name = format!("{plain}.csv");
+    let mut number = 1;
+    while !taken.insert(name.clone()) {
+        number += 1;
+        name = format!("{plain}-{number}.csv");
+    }
+    name
 }
 
 /// Nanoseconds as seconds, with all digits.
@@ -348,28 +394,14 @@ pub fn seconds(nanoseconds: u64) -> String {
     )
 }
 
-/// The members of a value as cells. A sequence is one cell, as JSON.
-fn flatten(prefix: &str, value: &Value, cells: &mut Vec<(String, String)>) {
-    match value {
-        Value::Struct(ty, values) => {
-            for (member, value) in ty.members.iter().zip(values) {
-                let dot = if prefix.is_empty() { "" } else { "." };
-                flatten(&format!("{prefix}{dot}{}", member.name), value, cells);
-            }
-        }
-        Value::Text(text) => cells.push((prefix.to_owned(), quoted(text))),
-        other => {
-            let json = serde_json::to_string(other).unwrap_or_default();
-            cells.push((prefix.to_owned(), quoted(&json)));
-        }
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// A cell, in quotes where it needs them (RFC 4180).
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
+    #[test]
+    fn two_topics_never_have_one_file() {
+        let mut taken = BTreeSet::new();
+        let names = ["/a/b", "/a_b", "/../x"].map(|topic| file_name(topic, &mut taken));
+        assert_eq!(names, ["a_b.csv", "a_b-2.csv", "___x.csv"]);
     }
 }

@@ -60,22 +60,43 @@ fn opened<'i>(operation: &'i Operation, id: RequestId, body: &[u8]) -> Opened<'i
     }
 }
 
-/// Opens a reply. `None` if its operation is unknown, if it refuses, or if its body cannot be decoded.
+/// A reply that was read from its envelope.
+#[derive(Debug)]
+pub enum Reply<'i> {
+    /// A result or an exception.
+    Opened(Opened<'i>),
+    /// The server has refused the call, and why.
+    Refused(String),
+}
+
+/// Opens a reply. `None` if its operation is unknown, or if its body cannot be decoded.
 pub fn reply<'i>(
     interface: &'i Interface,
     profile: Profile,
     encoding: Encoding,
     body: &[u8],
-) -> Option<Opened<'i>> {
-    let (operation, id, case, mut reader) = interface.operations.iter().find_map(|operation| {
+) -> Option<Reply<'i>> {
+    let mut refused = None;
+    let found = interface.operations.iter().find_map(|operation| {
         let mut reader = Reader::new(body);
-        match rpc::open_reply(&mut reader, operation.id) {
-            Ok((id, ReplyKind::Case(case))) => Some((operation, id, case, reader)),
-            _ => None,
+        match rpc::open_reply(&mut reader, operation.id).ok()? {
+            (id, ReplyKind::Case(case)) => Some((operation, id, case, reader)),
+            (_, ReplyKind::Refused(reason)) => {
+                refused = Some(reason);
+                None
+            }
+            (_, ReplyKind::Unavailable(state)) => {
+                refused = Some(rpc::not_served_in(&state));
+                None
+            }
         }
-    })?;
+    });
+    if let Some(reason) = refused {
+        return Some(Reply::Refused(reason));
+    }
+    let (operation, id, case, mut reader) = found?;
     if profile == Profile::Ros {
-        return Some(opened(operation, id, body.get(ENVELOPE..)?));
+        return Some(Reply::Opened(opened(operation, id, body.get(ENVELOPE..)?)));
     }
     let value = match encoding {
         Encoding::Image => decode_image(&operation.reply, body.get(IMAGE..)?).ok()?,
@@ -86,11 +107,11 @@ pub fn reply<'i>(
     };
     let mut writer = begin();
     write_reply(operation, case, &value, &mut writer).ok()?;
-    Some(Opened {
+    Some(Reply::Opened(Opened {
         operation,
         id,
         data: end(writer),
-    })
+    }))
 }
 
 fn exception(operation: &Operation, case: i32) -> Option<(usize, i32)> {
@@ -138,12 +159,20 @@ fn write_reply(
 /// The reply to a request of the network, made of a recorded one.
 pub fn answer(
     operation: &Operation,
+    profile: Profile,
     id: RequestId,
     recorded: &[u8],
 ) -> Result<Vec<u8>, ValueError> {
     let body = recorded.get(ENCAPSULATION.len()..).unwrap_or_default();
     let mut reader = Reader::new(body);
     let mut writer = begin();
+    if profile == Profile::Ros {
+        // The recorded form is that of ROS 2.
+        rpc::begin_reply(&mut writer, id, operation.id, 0);
+        rpc::begin_body(&mut writer, profile);
+        writer.raw(body);
+        return Ok(writer.into_bytes());
+    }
     let mut thrown = None;
     if !operation.throws.is_empty() {
         let code: i32 = reader.get()?;
@@ -222,8 +251,18 @@ mod tests {
             encode(&value, &mut writer).expect("to encode");
             let body = writer.into_bytes();
             let got = reply(&interface, Profile::Rpc, Encoding::Cdr, &body).expect("a reply");
+            let Reply::Opened(got) = got else {
+                panic!("{got:?}");
+            };
             assert_eq!(got.id, id);
-            assert_eq!(answer(operation, id, &got.data).expect("a reply"), body);
+            let again = answer(operation, Profile::Rpc, id, &got.data);
+            assert_eq!(again.expect("a reply"), body);
+
+            // A client of ROS 2 gets the same bytes behind an envelope of its own.
+            let of_ros = answer(operation, Profile::Ros, id, &got.data).expect("a reply");
+            assert_eq!(of_ros[ENVELOPE..], got.data[ENCAPSULATION.len()..]);
+            let back = reply(&interface, Profile::Ros, Encoding::Cdr, &of_ros);
+            assert!(matches!(back, Some(Reply::Opened(back)) if back.data == got.data));
         }
     }
 
@@ -235,5 +274,10 @@ mod tests {
         rpc::begin_request(&mut writer, RequestId::default(), 99);
         assert!(request(&interface, Profile::Rpc, &writer.into_bytes()).is_none());
         assert!(reply(&interface, Profile::Rpc, Encoding::Cdr, &[0; 40]).is_none());
+        let mut writer = Writer::default();
+        rpc::refuse_in(&mut writer, RequestId::default(), "idle");
+        let refusal = writer.into_bytes();
+        let refused = reply(&interface, Profile::Rpc, Encoding::Cdr, &refusal);
+        assert!(matches!(refused, Some(Reply::Refused(why)) if why.contains("`idle`")));
     }
 }

@@ -22,6 +22,9 @@ pub enum RecordError {
         /// What is wrong.
         reason: String,
     },
+    /// The running network refuses.
+    #[error(transparent)]
+    Network(#[from] rc_observe::Error),
     /// A message or a definition cannot be decoded.
     #[error("{0}")]
     Value(String),

@@ -3,6 +3,8 @@
 //! - [`writer`]: writes a recording, in parts if it grows long.
 //! - [`reader`]: reads one from its beginning, also if it was cut.
 //! - [`schema`]: types of interfaces as definitions of ROS 2 messages.
+//! - [`live`]: records a running network into a [`sink`]: a file, or a [`ring`] in memory.
+//! - [`player`]: sends what was recorded, and answers calls as they were answered.
 //! - [`bag`]: what a recording holds, as lists, tables and shorter recordings.
 //! - [`definition`]: definitions of ROS 2 messages as types, to decode what a file holds.
 //! - [`envelope`]: calls without their envelopes, and with them again.
@@ -14,9 +16,13 @@ pub mod bag;
 pub mod definition;
 pub mod envelope;
 mod error;
+pub mod live;
+pub mod player;
 pub mod qos;
 pub mod reader;
+pub mod ring;
 pub mod schema;
+pub mod sink;
 pub mod writer;
 
 pub use error::RecordError;
@@ -38,13 +44,13 @@ pub mod keys {
     pub const OPERATION: &str = "robocomp.operation";
     /// The hash of the types, 16 hexadecimal digits.
     pub const HASH: &str = "robocomp.hash";
-    /// The sender, where the middleware names it.
+    /// The sender, where the middleware tells senders apart: the publisher, or the client of calls.
     pub const SENDER: &str = "robocomp.sender";
-    /// The component whose slot was tapped.
-    pub const COMPONENT: &str = "robocomp.component";
+    /// The publishers of a topic, or the end that has copied the calls: `simulator.Laser`.
+    pub const ENDS: &str = "robocomp.ends";
     /// The middleware.
     pub const MIDDLEWARE: &str = "robocomp.middleware";
-    /// `sample`, `request` or `reply`; `events`, `parameters` or `loss` for JSON.
+    /// `sample`, `request` or `reply`; `events`, `parameters`, `state`, `loss` or `refused` for JSON.
     pub const KIND: &str = "robocomp.kind";
     /// The name of a component that is recorded exactly.
     pub const EXACT: &str = "robocomp.exact";

@@ -27,8 +27,8 @@ pub struct Channel {
     pub type_name: String,
     /// The encoding of its schema: `ros2msg`, `jsonschema` …
     pub schema_encoding: String,
-    /// The definition of its type.
-    pub schema: Vec<u8>,
+    /// The definition of its type, shared by all its channels.
+    pub schema: Arc<[u8]>,
     /// What else is known of it.
     pub metadata: BTreeMap<String, String>,
 }
@@ -81,7 +81,7 @@ pub enum Record {
 pub struct Reader {
     path: PathBuf,
     file: BufReader<File>,
-    schemas: BTreeMap<u16, (String, String, Vec<u8>)>,
+    schemas: BTreeMap<u16, (String, String, Arc<[u8]>)>,
     channels: BTreeMap<u16, Arc<Channel>>,
     /// The messages of a chunk that were not handed out yet.
     waiting: VecDeque<Record>,
@@ -191,7 +191,7 @@ impl Reader {
                 encoding,
                 data,
             } => {
-                let schema = (clean(name), clean(encoding), data.to_vec());
+                let schema = (clean(name), clean(encoding), data.into());
                 self.schemas.insert(id, schema);
             }
             Raw::Channel {
@@ -201,7 +201,7 @@ impl Reader {
                 encoding,
                 metadata,
             } => {
-                let none = || (String::new(), String::new(), Vec::new());
+                let none = || (String::new(), String::new(), Arc::from([]));
                 let schema = self.schemas.get(&schema).cloned();
                 let (type_name, schema_encoding, schema) = schema.unwrap_or_else(none);
                 let channel = Channel {

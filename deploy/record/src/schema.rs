@@ -42,13 +42,13 @@ pub fn sample(interface: &str, operation: &Operation, external: Option<&str>) ->
     definitions.schema(external.unwrap_or(&with_kind(&name, "msg")), &text)
 }
 
-/// The requests of an operation.
+/// The requests of an operation. Its name is that of a message, since libraries of others know no parts of services.
 pub fn request(interface: &str, operation: &Operation) -> Schema {
     let name = operation_name(interface, &operation.name);
     let mut definitions = Definitions::default();
     let (package, place) = parts(&name);
     let text = definitions.fields(&operation.request.members, package, place);
-    definitions.schema(&format!("{}_Request", with_kind(&name, "srv")), &text)
+    definitions.schema(&format!("{}_Request", with_kind(&name, "msg")), &text)
 }
 
 /// The replies of an operation: the code, the exceptions, the output parameters and the result.
@@ -69,7 +69,7 @@ pub fn reply(interface: &str, operation: &Operation) -> Schema {
     if operation.throws.is_empty() || !members.is_empty() {
         text += &definitions.fields(&members, package, place);
     }
-    definitions.schema(&format!("{}_Response", with_kind(&name, "srv")), &text)
+    definitions.schema(&format!("{}_Response", with_kind(&name, "msg")), &text)
 }
 
 /// The members of a reply, with the name of the result in ROS 2.

@@ -5,19 +5,20 @@ use super::output::{Failure, print_line, print_note, show, system};
 use clap::{Args, Subcommand};
 use rc_command_line::{files, words};
 use rc_deploy_client::Format;
-use rc_diagnostics::foreign::clean;
+use rc_diagnostics::foreign::{clean, clean_to};
 use rc_record::bag::{self, Decoder, Info, Selection};
 use rc_record::{RecordError, keys};
 use rc_values::Style;
 use serde_json::{Value as Json, json};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 impl From<RecordError> for Failure {
     fn from(error: RecordError) -> Self {
         let code = match error {
             RecordError::File { .. } => 3,
+            RecordError::Network(error) => return error.into(),
             _ => 1,
         };
         Self(code, error.to_string())
@@ -38,13 +39,25 @@ pub(super) struct Selected {
     pub(super) to: Option<Duration>,
 }
 
-impl From<Selected> for Selection {
-    fn from(selected: Selected) -> Self {
-        Self {
-            topics: selected.topics,
-            from: selected.from,
-            to: selected.to,
+impl Selected {
+    /// The selection. Fails for a topic that the recording does not have.
+    pub(super) fn into_selection(self, file: &Path) -> Result<Selection, Failure> {
+        let selection = Selection {
+            topics: self.topics,
+            from: self.from,
+            to: self.to,
+        };
+        if !selection.topics.is_empty() {
+            selection.check(&Info::read(file)?)?;
         }
+        Ok(selection)
+    }
+}
+
+/// Says that a recording was cut.
+fn note_cut(cut: Option<String>) {
+    if let Some(reason) = cut {
+        print_note(&format_args!("the recording ends before its end: {reason}"));
     }
 }
 
@@ -118,15 +131,18 @@ pub(super) fn bag(command: Bag) -> Result<u8, Failure> {
             selected,
             count,
             format,
-        } => list(&file, selected.into(), count, format),
+        } => {
+            let selection = selected.into_selection(&file)?;
+            list(&file, selection, count, format)
+        }
         Bag::Cut {
             file,
             selected,
             output,
         } => {
-            let selection = Selection::from(selected);
-            selection.check(&Info::read(&file)?)?;
-            let count = bag::cut(&file, selection, &output)?;
+            let selection = selected.into_selection(&file)?;
+            let (count, cut) = bag::cut(&file, selection, &output)?;
+            note_cut(cut);
             print_line(format_args!("{}: {count} messages", output.display()));
             Ok(0)
         }
@@ -136,13 +152,13 @@ pub(super) fn bag(command: Bag) -> Result<u8, Failure> {
             out,
             ..
         } => {
-            let selection = Selection::from(selected);
-            selection.check(&Info::read(&file)?)?;
+            let selection = selected.into_selection(&file)?;
             if let Some(folder) = &out {
                 std::fs::create_dir_all(folder).map_err(|e| system(&e))?;
             }
-            let files = bag::csv(&file, selection, out.as_deref(), &mut std::io::stdout())?;
-            for file in files {
+            let tables = bag::csv(&file, selection, out.as_deref(), &mut std::io::stdout())?;
+            note_cut(tables.cut);
+            for file in tables.files {
                 print_line(format_args!("{}", file.display()));
             }
             Ok(0)
@@ -151,12 +167,11 @@ pub(super) fn bag(command: Bag) -> Result<u8, Failure> {
 }
 
 fn list(
-    file: &std::path::Path,
+    file: &Path,
     selection: Selection,
     count: Option<u64>,
     format: Format,
 ) -> Result<u8, Failure> {
-    selection.check(&Info::read(file)?)?;
     let mut decoder = Decoder::default();
     let mut left = count.unwrap_or(u64::MAX);
     let out = &mut std::io::stdout();
@@ -166,12 +181,15 @@ fn list(
         }
         left -= 1;
         let topic = &message.channel.topic;
-        let value = match message.channel.encoding.as_str() {
-            "json" => Ok(serde_json::from_slice::<Json>(&message.data).unwrap_or_default()),
-            _ => decoder
-                .value(&message)
-                .map(|value| serde_json::to_value(&value).unwrap_or_default()),
-        };
+        let document = bag::document(&message);
+        let is_document = document.is_some();
+        let value = document.map_or_else(
+            || {
+                let value = decoder.value(&message);
+                value.map(|value| serde_json::to_value(&value).unwrap_or_default())
+            },
+            Ok,
+        );
         let (time, sent) = (
             bag::seconds(message.log_time),
             bag::seconds(message.publish_time),
@@ -185,8 +203,11 @@ fn list(
                 }
                 format!("{line}\n")
             }
-            (Format::Human, Ok(value)) if message.channel.encoding == "json" => {
-                format!("{time} {topic}\n{}\n", clean(&value.to_string()))
+            (Format::Human, Ok(value)) if is_document => {
+                format!(
+                    "{time} {topic}\n{}\n",
+                    clean_to(&value.to_string(), usize::MAX)
+                )
             }
             (Format::Human, Ok(_)) => {
                 let text = decoder.value(&message)?.text(&Style::default());
@@ -198,9 +219,7 @@ fn list(
         };
         Ok(out.write_all(text.as_bytes()).is_ok())
     })?;
-    if let Some(reason) = cut {
-        print_note(&format_args!("the recording ends before its end: {reason}"));
-    }
+    note_cut(cut);
     Ok(0)
 }
 

@@ -3,7 +3,7 @@
 use super::networks::network_of;
 use super::output::{Failure, print_note, show as print};
 use rc_deploy_client::Format;
-use rc_diagnostics::foreign::clean;
+use rc_diagnostics::foreign::{clean, clean_to};
 use rc_management::component::Status;
 use rc_observe::{Component, End, Error, Network, nearest_of};
 use rc_values::{Interface, Member, Operation, Pattern, Struct, Type};
@@ -144,7 +144,7 @@ fn table(listing: &Listing) -> String {
         let rate = end
             .rate_hz
             .map_or(String::new(), |rate| format!("  {rate} Hz"));
-        format!("{}.{}{host}{rate}", end.component, end.slot)
+        format!("{}.{}{host}{rate}", clean(&end.component), clean(&end.slot))
     };
     let ends = |out: &mut String, verb: &str, ends: &[ListedEnd]| {
         for (at, one) in ends.iter().enumerate() {
@@ -154,14 +154,14 @@ fn table(listing: &Listing) -> String {
     };
     let _ = writeln!(out, "topics");
     for topic in &listing.topics {
-        let (address, middleware) = (&topic.address, &topic.middleware);
+        let (address, middleware) = (clean(&topic.address), clean(&topic.middleware));
         let _ = writeln!(out, "  {address}  {middleware}");
         ends(&mut out, "published by", &topic.publishers);
         ends(&mut out, "received by", &topic.subscribers);
     }
     let _ = writeln!(out, "services");
     for service in &listing.services {
-        let (address, middleware) = (&service.address, &service.middleware);
+        let (address, middleware) = (clean(&service.address), clean(&service.middleware));
         let _ = writeln!(out, "  {address}  {middleware}");
         ends(&mut out, "served by", &service.servers);
         ends(&mut out, "called by", &service.clients);
@@ -169,7 +169,7 @@ fn table(listing: &Listing) -> String {
             out,
             "    {:<14}{}",
             "operations",
-            service.operations.join(", ")
+            clean_to(&service.operations.join(", "), usize::MAX)
         );
     }
     out
@@ -437,14 +437,14 @@ fn text(item: &Shown<'_>) -> String {
                 } else {
                     ""
                 };
-                let (name, depth) = (&operation.name, qos.depth);
+                let (name, depth) = (clean(&operation.name), qos.depth);
                 let external = operation.external_type.as_ref();
                 let external = external.map_or(String::new(), |ty| format!(", {ty}"));
                 let _ = writeln!(out, "    {name}: {reliable}{kept}, depth {depth}{external}");
             }
         }
         Shown::Operation(operation, name) => {
-            let _ = writeln!(out, "operation {name}");
+            let _ = writeln!(out, "operation {}", clean(name));
             operation_lines(operation, &mut out);
         }
     }

@@ -4,9 +4,10 @@ use super::look::look;
 use super::output::{Failure, print_note, system};
 use crate::cli::arguments::Watched;
 use rc_deploy_client::Format;
+use rc_diagnostics::foreign::clean;
 use rc_middleware::{Reader, now, rpc};
-use rc_observe::{Error, FeedId, MessageKind, Network, Observed, Observer, Operation, Topic};
-use rc_values::{Style, Value, decode_from};
+use rc_observe::{Error, MessageKind, Network, Observed, Observer, Operation, Source};
+use rc_values::{Style, Value, cells, csv_cell, decode_from};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -43,64 +44,17 @@ pub(super) fn is_interrupted(mut interrupts: &UnixStream) -> bool {
     interrupts.read(&mut [0; 16]).is_ok()
 }
 
-/// What is watched.
-enum Source {
-    Topic(Topic),
-    Calls(Operation),
-}
-
-impl Source {
-    fn find(network: &Network, wanted: &str) -> Result<Self, Error> {
-        match network.topic(wanted) {
-            Ok(topic) => Ok(Self::Topic(topic)),
-            Err(Error::Unknown { help, .. }) => match network.operation(wanted) {
-                Ok(operation) => Ok(Self::Calls(operation)),
-                Err(Error::Unknown {
-                    network,
-                    name,
-                    help: of_calls,
-                    ..
-                }) => {
-                    let near = |help: &str| help.contains("did you mean");
-                    let help = if near(&of_calls) && !near(&help) {
-                        of_calls
-                    } else {
-                        help
-                    };
-                    Err(Error::Unknown {
-                        network,
-                        what: "topic or operation",
-                        name,
-                        help,
-                    })
-                }
-                Err(error) => Err(error),
-            },
-            Err(error) => Err(error),
+/// Who sends, for people.
+fn senders(source: &Source) -> String {
+    match source {
+        Source::Topic(topic) if topic.publishers.is_empty() => {
+            format!("no component publishes {}", topic.address)
         }
-    }
-
-    fn open(&self, observer: &mut Observer) -> Result<FeedId, Error> {
-        match self {
-            Self::Topic(topic) => observer.open(topic),
-            Self::Calls(operation) => {
-                observer.tap(&operation.server.component, &operation.server.slot)
-            }
+        Source::Topic(topic) => {
+            let ends: Vec<String> = topic.publishers.iter().map(ToString::to_string).collect();
+            format!("{} has sent nothing yet", ends.join(", "))
         }
-    }
-
-    /// Who sends, for people.
-    fn senders(&self) -> String {
-        match self {
-            Self::Topic(topic) if topic.publishers.is_empty() => {
-                format!("no component publishes {}", topic.address)
-            }
-            Self::Topic(topic) => {
-                let ends: Vec<String> = topic.publishers.iter().map(ToString::to_string).collect();
-                format!("{} has sent nothing yet", ends.join(", "))
-            }
-            Self::Calls(operation) => format!("no call of {} yet", operation.name()),
-        }
+        Source::Calls(operation) => format!("no call of {} yet", operation.name()),
     }
 }
 
@@ -145,13 +99,13 @@ fn watch(
         }
         let silent = heard.elapsed();
         if let Some(limit) = patience.filter(|limit| silent >= *limit) {
-            let senders = source.senders();
+            let senders = senders(&source);
             return Err(Failure(3, format!("no message for {limit:?}: {senders}")));
         }
         if silent >= SILENCE && looked.elapsed() >= SILENCE {
             looked = Instant::now();
             if !noted {
-                print_note(&source.senders());
+                print_note(&senders(&source));
                 noted = true;
             }
             // A component that was restarted may have joined another shared memory.
@@ -296,7 +250,7 @@ fn one(
         text.push_str(&format!("# {lost} lost\n"));
     }
     if kind != "sample" {
-        text.push_str(&format!("# {kind} {}\n", decoded.operation));
+        text.push_str(&format!("# {kind} {}\n", clean(&decoded.operation)));
     }
     match chosen.as_slice() {
         [] => text.push_str(&decoded.value.text(&style)),
@@ -323,49 +277,23 @@ fn csv(
     let mut columns = Vec::new();
     let chosen = chosen(echo, &decoded.value)?;
     if chosen.is_empty() {
-        flatten("", &decoded.value, &mut columns);
+        columns = cells("", &decoded.value);
     }
     for (path, value) in chosen {
-        flatten(&path, &value, &mut columns);
+        columns.extend(cells(&path, &value));
     }
+    let line = |first: &str, cells: &mut dyn Iterator<Item = &String>| {
+        let rest = cells.map(|cell| format!(",{}", csv_cell(cell)));
+        format!("{first}{}\n", rest.collect::<String>())
+    };
     let mut text = String::new();
     if !*has_header {
         *has_header = true;
-        let names = columns.iter().map(|(name, _)| quoted(name));
-        text.push_str(&format!(
-            "sent_ns,{}\n",
-            names.collect::<Vec<_>>().join(",")
-        ));
+        text = line("sent_ns", &mut columns.iter().map(|(name, _)| name));
     }
-    let values = columns.iter().map(|(_, value)| quoted(value));
-    let values: Vec<String> = values.collect();
-    text.push_str(&format!("{},{}\n", observed.header.sent, values.join(",")));
+    let sent = observed.header.sent.to_string();
+    text += &line(&sent, &mut columns.iter().map(|(_, cell)| cell));
     Ok(text)
-}
-
-/// The numbers and texts of a value, each with its path. A sequence is one text.
-fn flatten(path: &str, value: &Value, columns: &mut Vec<(String, String)>) {
-    match value {
-        Value::Struct(ty, values) => {
-            for (member, value) in ty.members.iter().zip(values) {
-                let dot = if path.is_empty() { "" } else { "." };
-                flatten(&format!("{path}{dot}{}", member.name), value, columns);
-            }
-        }
-        Value::Numbers(_) | Value::Sequence(_) | Value::Map(_) => {
-            let text = serde_json::to_string(value).unwrap_or_default();
-            columns.push((path.to_owned(), text));
-        }
-        other => columns.push((path.to_owned(), other.plain())),
-    }
-}
-
-fn quoted(text: &str) -> String {
-    if text.contains(['"', ',', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
 }
 
 /// The calls whose replies have not come.
@@ -488,6 +416,7 @@ pub(super) fn measure(
     let window = std::cell::RefCell::new(Window::default());
     let mut last: Option<u64> = None;
     let start = now();
+    let elsewhere = std::cell::RefCell::new(None);
     let take = |source: &Source, observed: &Observed<'_>| {
         if let Source::Calls(operation) = source {
             let mut reader = Reader::new(observed.body);
@@ -496,15 +425,31 @@ pub(super) fn measure(
                 return Ok(true);
             }
         }
+        // The clock of another machine is another one: then only the times of arrival count.
+        let end = source.elsewhere();
+        if measure == Measure::Delay
+            && let Some(end) = end
+        {
+            let host = end.host.as_deref().unwrap_or_default();
+            *elsewhere.borrow_mut() = Some(format!(
+                "{end} runs on {host}, whose clock is another one; delay works on one machine"
+            ));
+            return Ok(false);
+        }
+        let sent = if end.is_some() {
+            0
+        } else {
+            observed.header.sent
+        };
         // What a publisher keeps for late subscribers was sent before.
-        if (1..start).contains(&observed.header.sent) {
+        if (1..start).contains(&sent) {
             return Ok(true);
         }
         let mut window = window.borrow_mut();
         window.count += 1;
         window.bytes += observed.body.len() as u64;
         window.lost += observed.lost;
-        let (sent, now) = (observed.header.sent, now());
+        let now = now();
         let at = if sent == 0 { now } else { sent };
         match measure {
             Measure::Delay if sent != 0 => window.times.push(ms(now) - ms(sent)),
@@ -532,7 +477,11 @@ pub(super) fn measure(
         let written = writeln!(io::stdout(), "{text}");
         Ok(written.is_ok() && seconds.is_none_or(|seconds| lines < seconds))
     };
-    watch(watched, false, take, turn)
+    let code = watch(watched, false, take, turn)?;
+    match elsewhere.take() {
+        Some(reason) => Err(Failure(1, reason)),
+        None => Ok(code),
+    }
 }
 
 fn ms(ns: u64) -> f64 {

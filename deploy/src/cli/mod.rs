@@ -14,6 +14,8 @@ mod messages;
 mod networks;
 mod output;
 mod params;
+mod play;
+mod record;
 mod replay;
 mod top;
 mod up;
@@ -374,6 +376,15 @@ enum Command {
         #[arg(long)]
         dry_run: bool,
     },
+    /// Records a running network as MCAP: topics, calls, events, parameters and states.
+    ///
+    /// Ctrl-C ends the recording.
+    Record(record::Record),
+    /// Sends what was recorded: samples of topics, and answers to calls that no component answers.
+    ///
+    /// In a terminal, the space bar pauses, `s` sends the next message, the arrow keys go back and
+    /// forth, and `q` ends.
+    Play(play::Play),
     /// Looks into recordings, and takes parts of them.
     #[command(subcommand)]
     Bag(bag::Bag),
@@ -567,6 +578,8 @@ fn run(command: Command) -> Result<u8, Failure> {
             image,
             dry_run,
         } => export::export(&input, to, &out, image.as_deref(), dry_run),
+        Command::Record(options) => record::record(&options),
+        Command::Play(options) => play::play(options),
         Command::Bag(command) => bag::bag(command),
         Command::Replay(options) => replay::replay(&options),
         Command::Common(Common::Completions { shell }) => {

@@ -65,6 +65,7 @@ mod tests {
             network: "net".to_owned(),
             ddsl: "net.ddsl".into(),
             components,
+            ring: None,
         }
     }
 

@@ -5,6 +5,7 @@ pub mod commands;
 pub(crate) mod control;
 pub mod detach;
 mod ends;
+mod flight_recorder;
 mod health;
 mod hosts;
 mod lifecycles;

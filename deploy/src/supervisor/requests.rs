@@ -2,10 +2,11 @@
 
 use crate::supervisor::commands;
 use crate::supervisor::control::ClientRequest;
+use crate::supervisor::flight_recorder::FlightRecorder;
 use crate::supervisor::supervise::{StopReason, Supervisor};
 use crate::supervisor::unit::Unit;
 use rc_management::event::Severity;
-use rc_management::supervisor::{NetworkStatus, Request, Verb};
+use rc_management::supervisor::{CommandResult, NetworkStatus, Request, Verb};
 use std::collections::BTreeSet;
 
 impl Supervisor<'_> {
@@ -27,12 +28,27 @@ impl Supervisor<'_> {
                     let journal = self.report.journal();
                     self.control.answer_events(&request, &journal);
                 }
+                Request::Ring => self.write_ring(&request),
                 Request::Down => {
                     self.control.answer_down(&request);
                     self.stop(StopReason::Asked, "asked by `rcdeploy down`");
                 }
             }
         }
+    }
+
+    fn write_ring(&mut self, request: &ClientRequest) {
+        let reason = match self.recorder.as_mut().map(FlightRecorder::write) {
+            Some(true) => {
+                let done = CommandResult::default();
+                return self.control.answer_command(request, &done);
+            }
+            Some(false) => "the recorder of the ring does not run at the moment",
+            None => {
+                "this network keeps no ring; write `record { ring 60s; };` in its .ddsl, or use `rcdeploy record --ring`"
+            }
+        };
+        self.control.answer_refused(request, reason);
     }
 
     fn status(&self) -> NetworkStatus {

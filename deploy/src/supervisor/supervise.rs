@@ -13,6 +13,7 @@ use crate::remote::{self, Host, HostSource};
 use crate::supervisor::commands::Commands;
 use crate::supervisor::control::Control;
 use crate::supervisor::detach::Launcher;
+use crate::supervisor::flight_recorder::FlightRecorder;
 use crate::supervisor::health::MemoryRounds;
 use crate::supervisor::lifecycles;
 use crate::supervisor::options::{Options, Outcome};
@@ -84,6 +85,7 @@ pub(crate) struct Supervisor<'p> {
     pub(super) launcher: Option<Launcher>,
     pub(super) is_up: bool,
     pub(super) sweeps: OrphanSweeps,
+    pub(super) recorder: Option<FlightRecorder>,
     /// Units that failed after they were ready.
     pub(super) failed: Vec<String>,
     pub(super) ending: Option<StopReason>,
@@ -158,6 +160,9 @@ impl<'p> Supervisor<'p> {
             launcher: None,
             is_up: false,
             sweeps: OrphanSweeps::default(),
+            recorder: plan
+                .ring
+                .map(|ring| FlightRecorder::new(&plan.network, ring, &log_directory)),
             failed: Vec::new(),
             ending: None,
         })
@@ -262,6 +267,9 @@ impl<'p> Supervisor<'p> {
             if let Some(launcher) = self.launcher.take() {
                 launcher.up();
             }
+            if let Some(recorder) = &mut self.recorder {
+                recorder.begin();
+            }
         }
     }
 
@@ -324,6 +332,8 @@ impl<'p> Supervisor<'p> {
             .chain(self.custody.deadline())
             .chain(self.next_start);
         let deadline = deadline.chain(self.rotation.deadline());
+        let recorder = self.recorder.as_ref();
+        let deadline = deadline.chain(recorder.and_then(FlightRecorder::deadline));
         let deadline = deadline.chain([self.rounds.deadline()]).min();
         // A limit that no Timespec can hold is none.
         let timeout = until(deadline).and_then(|left| Timespec::try_from(left).ok());
@@ -414,6 +424,11 @@ impl<'p> Supervisor<'p> {
         self.check_hosts(now);
         self.custody.check(now);
         self.rotation.check(now, self.report);
+        let mark = self.custody.mark();
+        let recorder = self.recorder.as_mut();
+        if let Some(text) = recorder.and_then(|recorder| recorder.check(now, mark)) {
+            self.network_event(Severity::Warning, "recorder-ended", text);
+        }
         if self.rounds.is_due(now) {
             self.rotation.check_disk(self.report);
             let pause = self.rounds.pause;
@@ -460,6 +475,10 @@ impl<'p> Supervisor<'p> {
 
     /// Cleans up after all processes have ended.
     fn finish(mut self, cleanup: &dyn Fn()) -> Outcome {
+        if let Some(recorder) = &mut self.recorder {
+            self.control.send_events(&self.report.journal());
+            recorder.end();
+        }
         if let Some(relay) = &mut self.relay {
             relay.finish(self.report);
         }

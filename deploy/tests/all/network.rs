@@ -20,6 +20,7 @@ mod partial;
 mod patrol;
 mod pictures;
 mod probe;
+mod recorded;
 mod replaced;
 mod restored;
 mod ros_bytes;

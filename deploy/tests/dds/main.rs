@@ -17,6 +17,7 @@ mod mixed;
 mod patrol;
 mod remote;
 mod time;
+mod tools;
 
 use serde_json::Value;
 use site::{PATROL, Site};

@@ -3,7 +3,7 @@
 
 use crate::patrol::of_user;
 use crate::site::{PATROL, Ran, Site};
-use crate::{await_well, patrol::END, python};
+use crate::{await_well, patrol::END, python, tools};
 use std::path::Path;
 use std::process::Command;
 
@@ -59,6 +59,7 @@ pub(crate) fn build() {
 /// Of ROS 2.
 const DOMAIN: &str = "38";
 const SIMULATED_DOMAIN: &str = "39";
+const RECORDED_DOMAIN: &str = "37";
 const IN_ROS: [&str; 2] = ["--middleware", "ros2"];
 
 /// The number of poses that a component has received, by its log.
@@ -168,10 +169,22 @@ fn the_patrol_runs_over_ros_2_and_its_files_do_not_change() {
     }
     await_well(&site, "avoider");
     Site::until("poses come", || poses(&site, "monitor") > 20);
+    tools::look(&site, "ros2");
     down(&site);
     assert_eq!(site.count_in_log("avoider", END), 0);
     assert!(
         before == of_user(&COMPONENTS),
         "something of the user has changed"
     );
+}
+
+#[test]
+fn a_patrol_over_ros_2_is_recorded_and_played() {
+    crate::built();
+    let site = place_patrol("recorded_ros2");
+    let up = up(&site, RECORDED_DOMAIN, &IN_ROS);
+    assert_eq!(up.code, 0, "{up:?}");
+    await_well(&site, "avoider");
+    tools::record_and_play(&site);
+    down(&site);
 }

@@ -1,7 +1,7 @@
 //! `rcdeploy up --build --middleware dds` with the unchanged network of the README.
 
 use crate::site::{PATROL, Site};
-use crate::{await_errors, await_well, place, rcdeploy};
+use crate::{await_errors, await_well, place, rcdeploy, tools};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -103,6 +103,7 @@ fn the_patrol_runs_over_dds_and_its_files_do_not_change() {
     assert_eq!(set.code, 0, "{set:?}");
     let got = params(&["get", &site.network, "avoider", "safe_distance"]);
     assert!(got.stdout.contains("650"), "{got:?}");
+    tools::look(&site, "dds");
     // The variant has a folder of its own below the target folder.
     let variant = Site::target().join("rc/dds/avoider");
     assert!(variant.join("generated/src/backend.rs").exists());
@@ -152,6 +153,7 @@ fn a_killed_simulator_is_restarted_by_its_policy() {
         let before = heard();
         Site::until("poses come again", || heard() > before);
     }
+    tools::record_and_play(&site);
     assert_eq!(up.interrupt(), Some(0));
     site.assert_nothing_left();
 }

@@ -4,7 +4,7 @@
 use crate::hosts::{Cable, cable, run};
 use crate::python::skipped;
 use crate::site::{PATROL, Site};
-use crate::{await_well, place, rcdeploy};
+use crate::{await_well, place, rcdeploy, tools};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::fs;
@@ -265,6 +265,11 @@ fn a_host_is_lost_and_comes_back() {
         (0, "seed = 1\n"),
         "{get:?}"
     );
+
+    tools::look(&site, "dds");
+    let delay = tools::delay(&site);
+    assert_eq!(delay.code, 1, "{delay:?}");
+    assert!(delay.stderr.contains("runs on robot"), "{delay:?}");
 
     cable.set(1, "down");
     up.await_event("host-lost");

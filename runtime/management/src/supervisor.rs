@@ -24,6 +24,9 @@ pub enum Request {
     Events,
     /// Stops the network. Answered with [`Stopping`]; the connection closes when the network is down.
     Down,
+    /// Writes the ring of `record { ring 60s; }`. Answered with an empty [`CommandResult`] when its
+    /// recorder knows.
+    Ring,
     /// Starts components. Answered with [`CommandResult`] when they are ready, or cannot be.
     Start {
         /// Components, or groups with all that is in them; at least one.
@@ -87,10 +90,11 @@ impl Verb {
 
 impl Request {
     /// Each method with its parameters, for error messages.
-    const METHODS: [(&'static str, &'static str); 7] = [
+    const METHODS: [(&'static str, &'static str); 8] = [
         ("status", "{}"),
         ("events", "{}"),
         ("down", "{}"),
+        ("ring", "{}"),
         ("start", r#"{"names": ["lidar", …]}"#),
         ("stop", r#"{"names": ["lidar", …]}"#),
         ("restart", r#"{"names": ["lidar", …]}"#),
@@ -107,7 +111,7 @@ impl Request {
                 !names.is_empty()
             }
             Self::Lifecycle { transition, .. } => *transition != Transition::Shutdown,
-            Self::Status | Self::Events | Self::Down => true,
+            Self::Status | Self::Events | Self::Down | Self::Ring => true,
         })
     }
 }

@@ -387,6 +387,7 @@ fn of_supervisors(golden: &mut Golden) {
         Request::Status,
         Request::Events,
         Request::Down,
+        Request::Ring,
         Request::Start { names: names() },
         Request::Stop { names: names() },
         Request::Restart { names: names() },

@@ -21,6 +21,8 @@ mod parameters;
 mod programs;
 mod pypi;
 mod rclpy;
+mod record;
+mod replay;
 mod ros2;
 mod slots;
 mod soak;
@@ -63,6 +65,8 @@ fn main() -> ExitCode {
         ["bench", "ros2", "--smoke"] => ros2::run(5, 0.4).map_err(|e| e.to_string()),
         ["bench", "observe"] => observe::run(false).map_err(|e| e.to_string()),
         ["bench", "observe", "--smoke"] => observe::run(true).map_err(|e| e.to_string()),
+        ["bench", "record"] => record::run(false).map_err(|e| e.to_string()),
+        ["bench", "record", "--smoke"] => record::run(true).map_err(|e| e.to_string()),
         ["bench", "deploy"] => deploy::run(false).map_err(|e| e.to_string()),
         ["bench", "deploy", "--smoke"] => deploy::run(true).map_err(|e| e.to_string()),
         ["bench", "deploy", "deaths"] => deploy::deaths().map_err(|e| e.to_string()),
@@ -73,6 +77,11 @@ fn main() -> ExitCode {
         ["bench", "ice"] => ice::run().map_err(|e| e.to_string()),
         ["soak", "dds", ref rest @ ..] if let Some(soak) = soak(Middleware::Dds, "600", rest) => {
             soak.map_err(|e| e.to_string())
+        }
+        ["soak", "replay"] => replay::run(3600).map_err(|e| e.to_string()),
+        ["soak", "replay", "--smoke"] => replay::smoke().map_err(|e| e.to_string()),
+        ["soak", "replay", seconds] if let Ok(seconds @ 1..) = seconds.parse() => {
+            replay::run(seconds).map_err(|e| e.to_string())
         }
         ["soak", "rclpy"] => rclpy::soak(600, Profile::Release).map_err(|e| e.to_string()),
         ["soak", "rclpy", "--smoke"] => rclpy::soak(20, Profile::Dev).map_err(|e| e.to_string()),
@@ -90,7 +99,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | machine | observe [--smoke] | parameters | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | machine | observe [--smoke] | parameters | record [--smoke] | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy | replay] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }

@@ -9,11 +9,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-const PACKAGES: &str = "\
-mcap==1.6.0
-mcap-ros2-support==0.6.0
-rosbags==0.11.9
-";
+const PACKAGES: &str = include_str!("packages.txt");
 
 #[test]
 fn libraries_of_others_read_and_write_recordings() {

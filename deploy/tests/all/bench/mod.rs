@@ -67,6 +67,7 @@ impl Bench {
             network: self.network.clone(),
             ddsl: "test.ddsl".into(),
             components,
+            ring: None,
         }
     }
 

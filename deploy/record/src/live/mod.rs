@@ -1,0 +1,337 @@
+//! Records a running network: topics, calls, events, parameters, states and descriptions.
+
+mod feed;
+mod look;
+mod output;
+
+pub use output::Progress;
+
+use crate::error::RecordError;
+use crate::sink::Sink;
+use feed::{Feed, What};
+use look::{Look, Looks, look};
+use output::Output;
+use rc_management::supervisor::{self, Event, Severity};
+use rc_management::{Client, Incoming};
+use rc_middleware::RunDirectory;
+use rc_observe::{End, FeedId, Network, Observer, Service, Source};
+use std::collections::{BTreeMap, BTreeSet};
+use std::os::fd::{AsFd, BorrowedFd};
+use std::time::Duration;
+
+/// How long a request to the supervisor may take.
+const LIMIT: Duration = Duration::from_secs(2);
+/// After how many looks without any component the network has ended.
+const GONE: u32 = 2;
+
+/// What is recorded of a network.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// The names of topics and of operations. Empty for all.
+    pub names: Vec<String>,
+    /// Whether all calls are recorded, if nothing is named.
+    pub calls: bool,
+}
+
+/// The topics and operations that were named, by their addresses.
+#[derive(Default)]
+struct Named {
+    topics: BTreeSet<String>,
+    /// The operations of each end.
+    calls: BTreeMap<End, BTreeSet<String>>,
+}
+
+/// Records a network into a sink.
+pub struct Recorder {
+    name: String,
+    named: Option<Named>,
+    calls: bool,
+    observer: Observer,
+    feeds: BTreeMap<FeedId, Feed>,
+    /// What the feeds are of, so that nothing is opened twice.
+    known: BTreeMap<String, FeedId>,
+    time: Option<FeedId>,
+    output: Output,
+    events: Option<Client>,
+    looks: Looks,
+    /// The processes of the components at the last look.
+    processes: BTreeSet<(String, u32)>,
+    empty_looks: u32,
+    notes: Vec<String>,
+    noted: BTreeSet<String>,
+}
+
+impl Recorder {
+    /// Begins to record a network that runs.
+    pub fn begin(network: &Network, wanted: &Wanted, sink: Sink) -> Result<Self, RecordError> {
+        let named = (!wanted.names.is_empty()).then(|| Named::find(network, &wanted.names));
+        let name = network.name.clone();
+        let mut recorder = Self {
+            named: named.transpose()?,
+            calls: wanted.calls,
+            observer: Observer::new(network)?,
+            feeds: BTreeMap::new(),
+            known: BTreeMap::new(),
+            time: None,
+            output: Output::new(&name, sink),
+            events: events(&name),
+            looks: Looks::begin(&name)?,
+            processes: processes(network),
+            empty_looks: 0,
+            notes: Vec::new(),
+            noted: BTreeSet::new(),
+            name,
+        };
+        recorder.output.describe(network);
+        let failed = recorder.join(network);
+        if let Some((_, error)) = failed.into_iter().next() {
+            return Err(error);
+        }
+        if let Some(first) = look(&recorder.name) {
+            recorder.output.note(&first);
+        }
+        Ok(recorder)
+    }
+
+    /// How far the recording is.
+    pub fn progress(&self) -> Progress {
+        Progress {
+            feeds: self.feeds.len() - usize::from(self.time.is_some()),
+            ..self.output.progress
+        }
+    }
+
+    /// Where the messages go.
+    pub fn sink(&mut self) -> &mut Sink {
+        &mut self.output.sink
+    }
+
+    /// What could not be recorded, said once.
+    pub fn notes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notes)
+    }
+
+    /// Whether no component of the network runs any more.
+    pub fn has_network_ended(&self) -> bool {
+        self.empty_looks >= GONE
+    }
+
+    /// Records what comes within `limit`, or until one of `others` is readable. Returns the events.
+    pub fn step(&mut self, others: &[BorrowedFd<'_>], limit: Duration) -> Vec<Event> {
+        let mut waited = others.to_vec();
+        waited.extend(self.events.as_ref().map(AsFd::as_fd));
+        self.observer.wait(&waited, limit);
+        let (feeds, output) = (&mut self.feeds, &mut self.output);
+        self.observer.take(&mut |id, observed| {
+            if let Some(feed) = feeds.get_mut(&id) {
+                feed.take(&observed, output);
+            }
+        });
+        let events = self.take_events();
+        for found in self.looks.take() {
+            match found {
+                Some(found) => self.looked(&found),
+                None => self.empty_looks += 1,
+            }
+        }
+        events
+    }
+
+    fn looked(&mut self, found: &Look) {
+        self.empty_looks = 0;
+        let network = &found.network;
+        let processes = processes(network);
+        if !self.processes.is_empty() && self.processes.is_disjoint(&processes) {
+            // All components are new: also the shared memory is another one.
+            match Observer::new(network) {
+                Ok(observer) => {
+                    self.observer = observer;
+                    self.feeds.clear();
+                    self.known.clear();
+                    self.time = None;
+                }
+                Err(error) => self.note(error.to_string()),
+            }
+        }
+        self.processes = processes;
+        for (what, error) in self.join(network) {
+            self.note(format!("{what} is not recorded: {error}"));
+        }
+        self.output.describe(network);
+        self.output.note(found);
+        if self.events.is_none() {
+            self.events = events(&self.name);
+        }
+        let reports = self.feeds.keys().flat_map(|id| self.observer.errors(*id));
+        let reports: Vec<String> = reports.collect();
+        for report in reports {
+            self.note(report);
+        }
+    }
+
+    /// Keeps a note, unless it was said before.
+    fn note(&mut self, note: String) {
+        // What changes in each note is said again, up to a bound.
+        if self.noted.len() < 1000 && self.noted.insert(note.clone()) {
+            self.notes.push(note);
+        }
+    }
+
+    /// Opens what is new in the network, and closes what has ended. Returns what failed.
+    fn join(&mut self, network: &Network) -> Vec<(String, RecordError)> {
+        let ended = self.known.iter().map(|(key, id)| (key.clone(), *id));
+        let ended = ended.filter(|(_, id)| self.observer.has_ended(*id));
+        let ended: Vec<_> = ended.collect();
+        for (key, id) in ended {
+            self.observer.close(id);
+            self.feeds.remove(&id);
+            self.known.remove(&key);
+        }
+        let mut failed = Vec::new();
+        for topic in network.topics() {
+            let named = self.named.as_ref();
+            if named.is_some_and(|named| !named.topics.contains(&topic.address)) {
+                continue;
+            }
+            let (address, hash) = (topic.address.clone(), topic.operation.hash);
+            let key = format!("{address} {} {hash:016x}", topic.middleware);
+            let source = Source::Topic(topic.clone());
+            self.open(key, &address, &mut failed, What::topic(topic), |observer| {
+                source.open(observer)
+            });
+        }
+        for service in network.services() {
+            self.join_calls(network, &service, &mut failed);
+        }
+        if self.time.is_none()
+            && let Some(time) = network.time()
+        {
+            // Without it, messages have the time of the system.
+            if let Ok(id) = self.observer.open(time.topic()) {
+                self.time = Some(id);
+                self.feeds.insert(id, Feed::new(What::Time(time)));
+            }
+        }
+        failed
+    }
+
+    /// Taps the server of calls, or its clients if the server is no component of the network.
+    fn join_calls(
+        &mut self,
+        network: &Network,
+        service: &Service,
+        failed: &mut Vec<(String, RecordError)>,
+    ) {
+        let ends = if service.servers.is_empty() {
+            &service.clients
+        } else {
+            &service.servers
+        };
+        for end in ends {
+            let only = match &self.named {
+                None if self.calls => None,
+                None => continue,
+                Some(named) => match named.calls.get(end) {
+                    Some(only) => Some(only.clone()),
+                    None => continue,
+                },
+            };
+            let Some(component) = network.component(&end.component) else {
+                continue;
+            };
+            // Another process of the same name is tapped anew.
+            let key = format!("{end} {}", component.described.pid);
+            let what = What::calls(end, service, only);
+            self.open(key, &end.to_string(), failed, what, |observer| {
+                observer.tap(&end.component, &end.slot)
+            });
+        }
+    }
+
+    fn open(
+        &mut self,
+        key: String,
+        name: &str,
+        failed: &mut Vec<(String, RecordError)>,
+        what: What,
+        open: impl FnOnce(&mut Observer) -> Result<FeedId, rc_observe::Error>,
+    ) {
+        if self.known.contains_key(&key) {
+            return;
+        }
+        match open(&mut self.observer) {
+            Ok(id) => {
+                self.known.insert(key, id);
+                self.feeds.insert(id, Feed::new(what));
+            }
+            Err(error) => failed.push((name.to_owned(), error.into())),
+        }
+    }
+
+    fn take_events(&mut self) -> Vec<Event> {
+        let Some(client) = &mut self.events else {
+            return Vec::new();
+        };
+        let (received, is_open) = client.receive();
+        let events = received.into_iter().filter_map(|incoming| {
+            let Incoming::Notification(method, params) = incoming else {
+                return None;
+            };
+            Some(match supervisor::Notification::decode(&method, params)? {
+                supervisor::Notification::Event(event) => event,
+                supervisor::Notification::Missed { events } => {
+                    let text = format!("{events} events were missed");
+                    Event::network(Severity::Warning, "missed", text)
+                }
+            })
+        });
+        let events: Vec<Event> = events.collect();
+        if !is_open {
+            self.events = None;
+        }
+        events.iter().for_each(|event| self.output.event(event));
+        events
+    }
+
+    /// Ends the recording. Returns where the messages went, and how many.
+    pub fn finish(mut self) -> (Sink, Progress) {
+        let progress = self.progress();
+        self.output.conclude();
+        (self.output.sink, progress)
+    }
+}
+
+impl Named {
+    fn find(network: &Network, names: &[String]) -> Result<Self, RecordError> {
+        let mut named = Self::default();
+        for name in names {
+            match Source::find(network, name)? {
+                Source::Topic(topic) => {
+                    named.topics.insert(topic.address);
+                }
+                Source::Calls(operation) => {
+                    let calls = named.calls.entry(operation.server).or_default();
+                    calls.insert(operation.operation.name);
+                }
+            }
+        }
+        Ok(named)
+    }
+}
+
+fn processes(network: &Network) -> BTreeSet<(String, u32)> {
+    let all = network.components.iter();
+    all.map(|component| (component.name.clone(), component.described.pid))
+        .collect()
+}
+
+/// Follows the events of a network that has a supervisor. Those of the past are skipped.
+fn events(network: &str) -> Option<Client> {
+    let socket = RunDirectory::of(network).socket(supervisor::SOCKET);
+    let mut client = Client::connect(&socket, LIMIT).ok()?;
+    let kept: supervisor::KeptEvents = client.call(&supervisor::Request::Events, LIMIT).ok()?;
+    for _ in 0..kept.kept {
+        client.next(LIMIT).ok()?;
+    }
+    Some(client)
+}

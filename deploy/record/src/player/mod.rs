@@ -1,0 +1,356 @@
+//! Sends what was recorded: samples of topics, and the answers of servers.
+
+mod answers;
+mod conversion;
+
+use crate::bag::{Selecting, Selection};
+use crate::error::RecordError;
+use crate::keys;
+use crate::reader::{Channel, Message, Reader, Record};
+use answers::Answers;
+use conversion::Conversion;
+use rc_diagnostics::foreign::clean;
+use rc_observe::{Network, Sender, Topic};
+use std::collections::{BTreeMap, BTreeSet};
+use std::os::fd::BorrowedFd;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// What is played, and how.
+#[derive(Clone, Debug)]
+pub struct Playing {
+    /// The messages.
+    pub selection: Selection,
+    /// How many times faster than it was recorded.
+    pub rate: f64,
+    /// Topics of the recording, each with the name of a topic of the network.
+    pub remap: Vec<(String, String)>,
+    /// Whether values of other types are converted by the names of their members.
+    pub convert: bool,
+    /// Whether recorded replies answer the calls of the network.
+    pub answers: bool,
+}
+
+/// Where the messages of a channel go.
+enum Target {
+    Topic {
+        sender: usize,
+        conversion: Conversion,
+    },
+    /// No component wants them.
+    Nowhere,
+}
+
+/// Plays a recording into a network.
+pub struct Player {
+    path: PathBuf,
+    network: Network,
+    playing: Playing,
+    reader: Reader,
+    selecting: Selecting,
+    targets: BTreeMap<u16, Target>,
+    senders: Vec<(Topic, Sender)>,
+    answers: Option<Answers>,
+    next: Option<Message>,
+    /// The recorded times of the last message that was sent: at its receiver, and at its sender.
+    last: Option<(u64, u64)>,
+    /// The recorded time from which on the clock runs, and when that was.
+    begin: Option<(u64, Instant)>,
+    first: Option<u64>,
+    notes: Vec<String>,
+    noted: BTreeSet<String>,
+    sent: u64,
+    left_out: u64,
+}
+
+impl Player {
+    /// Opens a recording for a network that runs.
+    pub fn open(path: &Path, network: Network, playing: Playing) -> Result<Self, RecordError> {
+        let mut player = Self {
+            path: path.to_owned(),
+            reader: Reader::open(path)?,
+            selecting: playing.selection.clone().begin(),
+            targets: BTreeMap::new(),
+            senders: Vec::new(),
+            answers: None,
+            next: None,
+            last: None,
+            begin: None,
+            first: None,
+            notes: Vec::new(),
+            noted: BTreeSet::new(),
+            sent: 0,
+            left_out: 0,
+            playing,
+            network,
+        };
+        if player.playing.answers {
+            let (answers, notes) = Answers::open(path, &player.network)?;
+            notes.into_iter().for_each(|note| player.note(note));
+            player.answers = Some(answers);
+        }
+        player.advance()?;
+        Ok(player)
+    }
+
+    /// What there is to say since the last call. Nothing is said twice.
+    pub fn notes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notes)
+    }
+
+    fn note(&mut self, note: String) {
+        if self.noted.len() < 1000 && self.noted.insert(note.clone()) {
+            self.notes.push(note);
+        }
+    }
+
+    /// The number of messages that were sent.
+    pub fn sent(&self) -> u64 {
+        self.sent
+    }
+
+    /// The number of messages that were left out because they cannot be decoded.
+    pub fn left_out(&self) -> u64 {
+        self.left_out
+    }
+
+    /// The number of calls that were answered, and of those whose parameters were not recorded.
+    pub fn answered(&self) -> (u64, u64) {
+        let answers = self.answers.as_ref();
+        answers.map_or((0, 0), Answers::counts)
+    }
+
+    /// The time since the beginning of the recording.
+    pub fn position(&self) -> Duration {
+        let last = self.last.map(|(log_time, _)| log_time);
+        let since = last
+            .zip(self.first)
+            .map(|(last, first)| last.saturating_sub(first));
+        Duration::from_nanos(since.unwrap_or(0))
+    }
+
+    /// Whether everything was sent.
+    pub fn is_over(&self) -> bool {
+        self.next.is_none()
+    }
+
+    /// When the next message is due. `None` at the end.
+    pub fn due(&mut self) -> Option<Instant> {
+        let next = self.next.as_ref()?;
+        let (time, at) = *self.begin.get_or_insert((next.log_time, Instant::now()));
+        let passed = Duration::from_nanos(next.log_time.saturating_sub(time));
+        Some(at + passed.div_f64(self.playing.rate))
+    }
+
+    /// The clock begins anew with the next message: after a pause, or after a step.
+    pub fn restart_clock(&mut self) {
+        self.begin = None;
+    }
+
+    /// The time of the recorded network at this moment, in nanoseconds: that of the last message,
+    /// on the way to that of the next one.
+    pub fn network_time(&self, is_paused: bool) -> Option<u64> {
+        let next = self.next.as_ref().map(|m| (m.log_time, m.publish_time));
+        let (from, time) = self.last.or(next)?;
+        let (Some((to, next_time)), Some((began, at)), false) = (next, self.begin, is_paused)
+        else {
+            return Some(time);
+        };
+        let passed = at.elapsed().mul_f64(self.playing.rate).as_nanos() as u64;
+        let now = (began + passed).clamp(from, to.max(from));
+        let (part, whole) = (now - from, to.saturating_sub(from).max(1));
+        let step = u128::from(next_time.saturating_sub(time)) * u128::from(part);
+        Some(time + (step / u128::from(whole)) as u64)
+    }
+
+    /// Sends the next message, if a component wants it.
+    pub fn send(&mut self) -> Result<(), RecordError> {
+        let Some(message) = self.next.take() else {
+            return Ok(());
+        };
+        let position = self.last.map_or(0, |(log_time, _)| log_time);
+        self.last = Some((message.log_time.max(position), message.publish_time));
+        if let Some(Target::Topic { sender, conversion }) = self.targets.get(&message.channel.id) {
+            match conversion.body(&message) {
+                Ok(body) => {
+                    self.senders[*sender].1.send_body(&body)?;
+                    self.sent += 1;
+                }
+                Err(reason) => {
+                    self.left_out += 1;
+                    let topic = &message.channel.topic;
+                    self.note(format!("messages of `{topic}` are left out: {reason}"));
+                }
+            }
+        }
+        self.advance()
+    }
+
+    /// Sends messages until one went to a component.
+    pub fn step(&mut self) -> Result<(), RecordError> {
+        let before = self.sent;
+        while !self.is_over() && self.sent == before {
+            self.send()?;
+        }
+        Ok(())
+    }
+
+    /// Goes to this time after the beginning of the recording.
+    pub fn seek(&mut self, to: Duration) -> Result<(), RecordError> {
+        self.reader = Reader::open(&self.path)?;
+        let selection = Selection {
+            from: Some(self.playing.selection.from.unwrap_or_default().max(to)),
+            ..self.playing.selection.clone()
+        };
+        self.selecting = selection.begin();
+        (self.begin, self.last, self.next) = (None, None, None);
+        self.advance()
+    }
+
+    /// Reads up to the next message of the selection.
+    fn advance(&mut self) -> Result<(), RecordError> {
+        while let Some(record) = self.reader.next() {
+            let Record::Message(message) = record else {
+                continue;
+            };
+            self.first.get_or_insert(message.log_time);
+            match self.selecting.takes(&message) {
+                None => return Ok(()),
+                Some(false) => continue,
+                Some(true) => {}
+            }
+            if !self.targets.contains_key(&message.channel.id) {
+                let target = self.target(&message.channel)?;
+                self.targets.insert(message.channel.id, target);
+            }
+            self.next = Some(message);
+            return Ok(());
+        }
+        if let Some(reason) = self.reader.cut() {
+            let text = format!("the recording ends before its end: {reason}");
+            self.note(text);
+        }
+        Ok(())
+    }
+
+    /// Finds the topic of the network for a channel.
+    fn target(&mut self, channel: &Channel) -> Result<Target, RecordError> {
+        let is_sample = channel.get(keys::KIND).is_none_or(|kind| kind == "sample");
+        if channel.encoding != "cdr" || !is_sample || channel.get(keys::EXACT).is_some() {
+            return Ok(Target::Nowhere);
+        }
+        let name = &channel.topic;
+        let Some(topic) = self.topic(channel)? else {
+            self.note(format!(
+                "no component subscribes to `{name}`; it is left out"
+            ));
+            return Ok(Target::Nowhere);
+        };
+        let conversion = match Conversion::of(channel, &topic, self.playing.convert) {
+            Ok(conversion) => conversion,
+            Err(reason) => {
+                self.note(format!("`{name}` is left out: {reason}"));
+                return Ok(Target::Nowhere);
+            }
+        };
+        let mut known = self.senders.iter();
+        let known = known.position(|(known, _)| {
+            known.address == topic.address && known.middleware == topic.middleware
+        });
+        let sender = if let Some(at) = known {
+            at
+        } else {
+            let sender = Sender::open(&self.network, &topic)?;
+            self.senders.push((topic, sender));
+            self.senders.len() - 1
+        };
+        Ok(Target::Topic { sender, conversion })
+    }
+
+    /// The topic of the network: as it is remapped, at the same address, of the same operation, or
+    /// of the same type in ROS 2.
+    fn topic(&mut self, channel: &Channel) -> Result<Option<Topic>, RecordError> {
+        let name = plain(&channel.topic);
+        let mut remap = self.playing.remap.iter();
+        if let Some((_, to)) = remap.find(|(from, _)| is_end(name, plain(from))) {
+            return Ok(Some(self.network.topic(plain(to))?));
+        }
+        let topics = self.network.topics().into_iter();
+        let wanted: Vec<Topic> = topics.filter(|t| !t.subscribers.is_empty()).collect();
+        let address = channel.get(keys::ADDRESS).unwrap_or(name);
+        // Another name of the network makes other addresses.
+        let here = format!("{}/{}", self.network.name, rest(address));
+        let at = |address: &str| wanted.iter().find(|topic| topic.address == address);
+        if let Some(topic) = at(address) {
+            return Ok(Some(topic.clone()));
+        }
+        if let Some(topic) = at(&here).cloned() {
+            if let Some((network, _)) = address.split_once('/') {
+                let (network, here) = (clean(network), &self.network.name);
+                self.note(format!(
+                    "the recording is of the network `{network}`; it is played into `{here}`"
+                ));
+            }
+            return Ok(Some(topic));
+        }
+        // Of several, none is meant.
+        let only = |is_meant: &dyn Fn(&Topic) -> bool| {
+            let mut found = wanted.iter().filter(|topic| is_meant(topic));
+            found.next().filter(|_| found.next().is_none()).cloned()
+        };
+        let operation = channel
+            .get(keys::INTERFACE)
+            .zip(channel.get(keys::OPERATION));
+        let same = only(&|topic| {
+            operation == Some((topic.interface.name.as_str(), topic.operation.name.as_str()))
+        });
+        let found = same.or_else(|| only(&|topic| conversion::has_type(topic, &channel.type_name)));
+        if let Some(topic) = &found {
+            let (from, to) = (&channel.topic, topic.name());
+            self.note(format!("`{from}` goes to {to}, the only topic of its type"));
+        }
+        Ok(found)
+    }
+
+    /// The descriptors that are readable when a call may be there.
+    pub fn descriptors(&self) -> Vec<BorrowedFd<'_>> {
+        let answers = self.answers.as_ref();
+        answers.map_or_else(Vec::new, Answers::descriptors)
+    }
+
+    /// Answers the calls that are there, as they were answered at this time of the recording.
+    pub fn answer(&mut self) -> Result<(), RecordError> {
+        let next = self.next.as_ref().map(|message| message.log_time);
+        let position = self.last.map(|(log_time, _)| log_time).or(next);
+        match &mut self.answers {
+            Some(answers) => answers.serve(position.unwrap_or(0)),
+            None => Ok(()),
+        }
+    }
+
+    /// Waits until the last samples and replies have arrived.
+    pub fn finish(self) {
+        for (_, sender) in self.senders {
+            sender.finish();
+        }
+        if let Some(answers) = self.answers {
+            answers.finish();
+        }
+    }
+}
+
+/// A topic without its first `/`.
+fn plain(name: &str) -> &str {
+    name.trim_start_matches('/')
+}
+
+/// An address without the name of its network.
+fn rest(address: &str) -> &str {
+    address.split_once('/').map_or("", |(_, rest)| rest)
+}
+
+/// Whether a name is this one, or ends with it.
+fn is_end(name: &str, end: &str) -> bool {
+    let before = name.strip_suffix(end);
+    before.is_some_and(|before| before.is_empty() || before.ends_with('/'))
+}

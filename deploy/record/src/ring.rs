@@ -1,0 +1,193 @@
+//! The last messages of a network, in memory, until something happens.
+
+use crate::error::RecordError;
+use crate::sink::{AttachedFile, NewChannel, OVERHEAD};
+use crate::writer::{ChannelId, Limits, Writer};
+use rc_mcap::Stamp;
+use std::collections::{BTreeMap, VecDeque};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// The last messages of a network.
+pub struct Ring {
+    time: Duration,
+    bytes: usize,
+    held: usize,
+    channels: Vec<Arc<NewChannel>>,
+    files: BTreeMap<String, Arc<AttachedFile>>,
+    messages: VecDeque<(usize, Stamp, Arc<[u8]>)>,
+    writing: Option<JoinHandle<Result<Written, RecordError>>>,
+}
+
+/// A ring that was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// The file.
+    pub path: PathBuf,
+    /// Why it was written.
+    pub reason: String,
+    /// The number of its messages.
+    pub messages: usize,
+}
+
+impl Ring {
+    /// Keeps messages for `time`, at most `bytes`.
+    pub fn new(time: Duration, bytes: usize) -> Self {
+        Self {
+            time,
+            bytes,
+            held: 0,
+            channels: Vec::new(),
+            files: BTreeMap::new(),
+            messages: VecDeque::new(),
+            writing: None,
+        }
+    }
+
+    pub(crate) fn channel(&mut self, new: NewChannel) -> usize {
+        self.channels.push(Arc::new(new));
+        self.channels.len() - 1
+    }
+
+    pub(crate) fn attach(&mut self, new: AttachedFile) {
+        self.files.insert(new.name.clone(), Arc::new(new));
+    }
+
+    pub(crate) fn push(&mut self, at: usize, stamp: Stamp, data: Vec<u8>) {
+        self.held += data.len() + OVERHEAD;
+        self.messages.push_back((at, stamp, data.into()));
+        let time = u64::try_from(self.time.as_nanos()).unwrap_or(u64::MAX);
+        let oldest = stamp.log_time.saturating_sub(time);
+        while let Some((_, first, data)) = self.messages.front()
+            && (first.log_time < oldest || self.held > self.bytes)
+        {
+            self.held -= data.len() + OVERHEAD;
+            self.messages.pop_front();
+        }
+    }
+
+    /// The number of messages.
+    pub fn len(&self) -> usize {
+        self.messages.len()
+    }
+
+    /// Whether it holds nothing.
+    pub fn is_empty(&self) -> bool {
+        self.messages.is_empty()
+    }
+
+    /// The bytes that it holds.
+    pub fn held(&self) -> usize {
+        self.held
+    }
+
+    /// Whether a thread writes an earlier content.
+    pub fn is_writing(&self) -> bool {
+        self.writing.is_some()
+    }
+
+    /// Begins to write all messages into a new file, on a thread of its own, and keeps them. Does
+    /// nothing while an earlier content is written.
+    pub fn write(&mut self, path: &Path, reason: &str) -> Result<(), RecordError> {
+        if self.is_writing() {
+            return Ok(());
+        }
+        let mut writer = Writer::create(path, Limits::default())?;
+        let written = Written {
+            path: path.to_owned(),
+            reason: reason.to_owned(),
+            messages: self.messages.len(),
+        };
+        let files: Vec<_> = self.files.values().cloned().collect();
+        // The messages are shared, not copied.
+        let (channels, messages) = (self.channels.clone(), self.messages.clone());
+        let thread = std::thread::Builder::new().name("ring".to_owned());
+        let thread = thread.spawn(move || {
+            let table = BTreeMap::from([("reason".to_owned(), written.reason.clone())]);
+            writer.metadata("ring", &table)?;
+            for file in files {
+                writer.attach(&file.name, file.media_type, file.data.clone())?;
+            }
+            let channels: Vec<ChannelId> =
+                channels.iter().map(|new| new.add_to(&mut writer)).collect();
+            for (at, stamp, data) in messages {
+                writer.write(channels[at], stamp, &data)?;
+            }
+            writer.finish()?;
+            Ok(written)
+        });
+        self.writing = Some(thread.map_err(|e| RecordError::file(path, &e))?);
+        Ok(())
+    }
+
+    /// The content that was written since the last call, or why it could not be.
+    pub fn written(&mut self) -> Option<Result<Written, RecordError>> {
+        let done = self.writing.take_if(|thread| thread.is_finished())?;
+        Some(joined(done))
+    }
+
+    /// Waits until everything is written that was begun.
+    pub fn finish(&mut self) -> Option<Result<Written, RecordError>> {
+        self.writing.take().map(joined)
+    }
+}
+
+fn joined(thread: JoinHandle<Result<Written, RecordError>>) -> Result<Written, RecordError> {
+    thread.join().unwrap_or_else(|_| {
+        let text = "the thread that writes the ring panicked";
+        Err(RecordError::Value(text.to_owned()))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reader::{Reader, Record};
+
+    fn stamp(seconds: u64) -> Stamp {
+        Stamp {
+            log_time: seconds * 1_000_000_000,
+            publish_time: 0,
+            sequence: 0,
+        }
+    }
+
+    #[test]
+    fn a_ring_keeps_the_last_messages_within_its_time_and_its_bytes() {
+        let mut ring = Ring::new(Duration::from_secs(10), 1000);
+        let at = ring.channel(NewChannel {
+            topic: "/a".to_owned(),
+            encoding: "json",
+            schema: None,
+            metadata: BTreeMap::new(),
+        });
+        for second in 100..130 {
+            ring.push(at, stamp(second), vec![0; 10]);
+        }
+        assert_eq!(ring.len(), 11);
+        ring.push(at, stamp(130), vec![0; 900]);
+        assert_eq!((ring.len(), ring.held()), (1, 964));
+
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x.mcap");
+        ring.write(&path, "asked").expect("to begin");
+        ring.push(at, stamp(131), vec![0; 20]);
+        let written = ring.finish();
+        let written = written.expect("it was begun").expect("to write");
+        assert_eq!(
+            (written.messages, written.reason.as_str()),
+            (1, "asked"),
+            "{written:?}"
+        );
+        let mut reader = Reader::open(&path).expect("a recording");
+        let mut lengths = Vec::new();
+        while let Some(record) = reader.next() {
+            if let Record::Message(message) = record {
+                lengths.push(message.data.len());
+            }
+        }
+        assert_eq!((lengths, reader.cut()), (vec![900], None));
+    }
+}

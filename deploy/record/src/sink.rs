@@ -1,0 +1,217 @@
+//! Where messages of a running network go: into a file, on a thread of its own, or into a ring in
+//! memory.
+
+use crate::error::RecordError;
+use crate::ring::Ring;
+use crate::schema::Schema;
+use crate::writer::{ChannelId, Limits, Writer};
+use rc_mcap::Stamp;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// The most bytes that wait for the disk.
+pub const QUEUE: usize = 256 * 1024 * 1024;
+/// How often a file without new messages is flushed.
+const IDLE: Duration = Duration::from_millis(500);
+/// What a message takes in memory beside its bytes.
+pub(crate) const OVERHEAD: usize = 64;
+
+/// A channel.
+#[derive(Clone, Debug)]
+pub struct NewChannel {
+    /// Its topic.
+    pub topic: String,
+    /// The encoding of its messages.
+    pub encoding: &'static str,
+    /// Its type.
+    pub schema: Option<Schema>,
+    /// What else is known of it.
+    pub metadata: BTreeMap<String, String>,
+}
+
+impl NewChannel {
+    pub(crate) fn add_to(&self, writer: &mut Writer) -> ChannelId {
+        let (schema, metadata) = (self.schema.clone(), self.metadata.clone());
+        writer.channel(&self.topic, self.encoding, schema, metadata)
+    }
+}
+
+/// A file that belongs to a recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AttachedFile {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub media_type: &'static str,
+    /// Its content.
+    pub data: Vec<u8>,
+}
+
+enum Job {
+    Channel(NewChannel),
+    Message(usize, Stamp, Vec<u8>),
+    Attach(AttachedFile),
+    Table(String, BTreeMap<String, String>),
+}
+
+impl Job {
+    /// What it takes in memory, about.
+    fn size(&self) -> usize {
+        OVERHEAD
+            + match self {
+                Self::Message(_, _, data) => data.len(),
+                Self::Attach(file) => file.data.len(),
+                Self::Channel(_) | Self::Table(..) => 0,
+            }
+    }
+}
+
+/// A file that a thread writes.
+pub struct FileSink {
+    jobs: Option<Sender<Job>>,
+    waiting: Arc<AtomicUsize>,
+    thread: Option<JoinHandle<Result<Vec<PathBuf>, RecordError>>>,
+    channels: usize,
+}
+
+impl FileSink {
+    /// Begins a file.
+    pub fn create(path: &Path, limits: Limits) -> Result<Self, RecordError> {
+        let mut writer = Writer::create(path, limits)?;
+        let (jobs, received) = channel();
+        let waiting = Arc::new(AtomicUsize::new(0));
+        let left = Arc::clone(&waiting);
+        let thread = std::thread::Builder::new().name("recording".to_owned());
+        let thread = thread
+            .spawn(move || {
+                run(&mut writer, &received, &left)?;
+                let files = writer.files();
+                writer.finish()?;
+                Ok(files)
+            })
+            .map_err(|e| RecordError::file(path, &e))?;
+        Ok(Self {
+            jobs: Some(jobs),
+            waiting,
+            thread: Some(thread),
+            channels: 0,
+        })
+    }
+
+    /// The bytes that wait for the disk.
+    pub fn waiting(&self) -> usize {
+        self.waiting.load(Ordering::Relaxed)
+    }
+
+    /// Whether the thread has ended: the disk refuses.
+    pub fn has_failed(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    /// Hands a job over. `false`: there is no room for it.
+    fn push(&self, job: Job) -> bool {
+        let size = job.size();
+        let must = matches!(job, Job::Channel(_) | Job::Table(..));
+        if !must && self.waiting() + size > QUEUE {
+            return false;
+        }
+        self.waiting.fetch_add(size, Ordering::Relaxed);
+        // After a failure, the thread takes no more.
+        self.jobs
+            .as_ref()
+            .is_some_and(|jobs| jobs.send(job).is_ok())
+    }
+
+    /// Ends the file. Returns its parts.
+    pub fn finish(mut self) -> Result<Vec<PathBuf>, RecordError> {
+        self.jobs = None;
+        let ended = self.thread.take().map(JoinHandle::join);
+        let panicked =
+            || RecordError::Value("the thread that writes the recording panicked".to_owned());
+        ended
+            .and_then(Result::ok)
+            .unwrap_or_else(|| Err(panicked()))
+    }
+}
+
+fn run(
+    writer: &mut Writer,
+    jobs: &Receiver<Job>,
+    waiting: &AtomicUsize,
+) -> Result<(), RecordError> {
+    let mut channels = Vec::new();
+    loop {
+        let job = match jobs.recv_timeout(IDLE) {
+            Ok(job) => job,
+            Err(RecvTimeoutError::Timeout) => {
+                writer.flush_if_due()?;
+                continue;
+            }
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        };
+        let size = job.size();
+        match job {
+            Job::Channel(new) => channels.push(new.add_to(writer)),
+            Job::Message(at, stamp, data) => writer.write(channels[at], stamp, &data)?,
+            Job::Attach(file) => writer.attach(&file.name, file.media_type, file.data)?,
+            Job::Table(name, table) => writer.metadata(&name, &table)?,
+        }
+        waiting.fetch_sub(size, Ordering::Relaxed);
+    }
+}
+
+/// A file or a ring.
+pub enum Sink {
+    /// A file.
+    File(FileSink),
+    /// A ring.
+    Ring(Ring),
+}
+
+impl Sink {
+    /// Adds a channel and returns its number.
+    pub(crate) fn channel(&mut self, new: NewChannel) -> usize {
+        match self {
+            Self::File(file) => {
+                file.push(Job::Channel(new));
+                file.channels += 1;
+                file.channels - 1
+            }
+            Self::Ring(ring) => ring.channel(new),
+        }
+    }
+
+    /// Adds a message. `false`: there is no room for it.
+    pub(crate) fn message(&mut self, at: usize, stamp: Stamp, data: Vec<u8>) -> bool {
+        match self {
+            Self::File(file) => file.push(Job::Message(at, stamp, data)),
+            Self::Ring(ring) => {
+                ring.push(at, stamp, data);
+                true
+            }
+        }
+    }
+
+    /// Adds a file that belongs to the recording. `false`: there is no room for it.
+    pub(crate) fn attach(&mut self, new: AttachedFile) -> bool {
+        match self {
+            Self::File(file) => file.push(Job::Attach(new)),
+            Self::Ring(ring) => {
+                ring.attach(new);
+                true
+            }
+        }
+    }
+
+    /// Adds a table of texts to a file. A ring has none before it is written.
+    pub(crate) fn table(&mut self, name: &str, table: BTreeMap<String, String>) {
+        if let Self::File(file) = self {
+            file.push(Job::Table(name.to_owned(), table));
+        }
+    }
+}

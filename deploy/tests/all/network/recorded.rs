@@ -1,0 +1,340 @@
+//! Recordings of networks: what is recorded, also by a recorder that is killed or has no disk, and
+//! components that run against yesterday.
+
+use crate::network::site::{PATROL, Ran, Running, Site};
+use crate::python;
+use rc_record::bag::Info;
+use rc_record::{Limits, Schema, Stamp, Writer, keys};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+const PACKAGES: &str = include_str!("../../../record/tests/all/packages.txt");
+
+/// A recorder. Dropping it kills it.
+struct Recorder(Child);
+
+impl Recorder {
+    fn start(site: &Site, args: &[&str]) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+        command.args(["record", &site.network]).args(args);
+        site.place(&mut command);
+        let output = std::fs::File::create(site.path("record.log")).expect("a log");
+        command.stdout(Stdio::null()).stderr(output);
+        Self(command.spawn().expect("rcdeploy"))
+    }
+
+    /// Sends a signal, waits for the end, and returns the exit code.
+    fn end(mut self, signal: Signal) -> Option<i32> {
+        kill_process(Pid::from_child(&self.0), signal).expect("to signal");
+        self.0.wait().expect("a child").code()
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The number of messages of the topics with this end.
+fn count(info: &Info, end: &str) -> u64 {
+    let topics = info.topics.iter();
+    let fitting = topics.filter(|(name, _)| name.ends_with(end));
+    fitting.map(|(_, topic)| topic.count).sum()
+}
+
+fn info(file: &Path) -> Info {
+    Info::read(file).unwrap_or_default()
+}
+
+fn text(path: &Path) -> String {
+    path.display().to_string()
+}
+
+fn up(site: &Site) {
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+}
+
+fn down(site: &Site) {
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
+
+fn slot(site: &Site, component: &str, slot: usize) -> Value {
+    site.ask(component, "status")["slots"][slot].clone()
+}
+
+/// The samples that a slot has handled, and those that it has lost.
+fn received(site: &Site, component: &str) -> u64 {
+    let slot = slot(site, component, 0);
+    let number = |value: &Value| value.as_u64().unwrap_or_default();
+    number(&slot["handlers"]["count"]) + number(&slot["lost"])
+}
+
+fn play(site: &Site, file: &Path, args: &[&str]) -> Ran {
+    let file = text(file);
+    let all = [&["play", &file, "--network", &site.network], args].concat();
+    let ran = site.rcdeploy(&all, false);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    ran
+}
+
+#[test]
+fn a_patrol_is_recorded_and_played_back() {
+    let site = Site::new("recorded");
+    site.monitor("trace", 0);
+    site.edit("patrol.ddsl", |text| {
+        let monitor = "pose_monitor.cdsl\";";
+        text.replace(monitor, &format!("{monitor} config \"monitor.toml\";"))
+    });
+    up(&site);
+    let file = site.path("x.mcap");
+    let recorder = Recorder::start(&site, &["-o", &text(&file)]);
+    Site::until("messages in the file", || {
+        let info = info(&file);
+        count(&info, "/newFullPose") > 20 && count(&info, "/getLaserData/_reply") > 5
+    });
+    assert_eq!(recorder.end(Signal::INT), Some(0));
+    let whole = info(&file);
+    assert_eq!(whole.cut, None);
+    let lost = &whole.metadata["recording"]["lost"];
+    assert!(lost.parse::<u64>().is_ok(), "{lost}");
+    let asked = count(&whole, "/getLaserData/_request");
+    let answered = count(&whole, "/getLaserData/_reply");
+    assert!(asked.abs_diff(answered) <= 1, "{asked} {answered}");
+    assert!(count(&whole, "/setSpeedBase/_request") > 5);
+    assert_eq!(count(&whole, "/parameters"), 3);
+    assert!(count(&whole, "/state") >= 3);
+    let attached: Vec<&str> = whole.attachments.iter().map(|(n, _)| n.as_str()).collect();
+    for file in ["patrol.ddsl", "simulator.described.json", "monitor.toml"] {
+        assert!(attached.contains(&file), "{attached:?}");
+    }
+    let poses = count(&whole, "/newFullPose");
+    let (_, topic) = whole
+        .topics
+        .iter()
+        .find(|(name, _)| name.ends_with("/newFullPose"))
+        .expect("poses");
+    assert_eq!(
+        topic.channel.get(keys::ENDS),
+        Some("simulator.FullPoseEstimationPub")
+    );
+    let name = text(&file);
+    let table = ["bag", "export", "csv", &name, "--topics", "newFullPose"];
+    let table = site.rcdeploy(&table, false);
+    assert_eq!(table.stdout.lines().count() as u64, poses + 1, "{table:?}");
+
+    refused(&site, &name);
+    killed(&site);
+    down(&site);
+    plays(&site, &file, poses);
+    strangers(&site, &file, poses);
+}
+
+/// Names and files that cannot be.
+fn refused(site: &Site, file: &str) {
+    let record = |args: &[&str]| site.rcdeploy(&[&["record", &site.network], args].concat(), false);
+    let ran = record(&["newFullPos", "-o", "y.mcap"]);
+    assert_eq!(ran.code, 1, "{ran:?}");
+    assert!(ran.stderr.contains("did you mean"), "{ran:?}");
+    // A file is not overwritten.
+    let ran = record(&["-o", file]);
+    assert_eq!(ran.code, 3, "{ran:?}");
+    let ran = site.rcdeploy(&["record", "no_such_network"], false);
+    assert_eq!(ran.code, 3, "{ran:?}");
+    let ran = record(&["--now"]);
+    assert!(ran.stderr.contains("keeps no ring"), "{ran:?}");
+    // A full disk: the shell limits the size of a file, and the signal that goes with it is ignored.
+    let program = env!("CARGO_BIN_EXE_rcdeploy");
+    let full = site.path("full.mcap");
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 64; exec {program} record {} -o {}",
+        site.network,
+        full.display()
+    );
+    let mut command = Command::new("sh");
+    command.args(["-c", &script]);
+    let ran = site.run(command);
+    assert_eq!(ran.code, 3, "{ran:?}");
+    assert!(ran.stderr.contains("the recording has stopped"), "{ran:?}");
+    assert!(ran.stderr.contains("the network runs on"), "{ran:?}");
+    assert!(info(&full).messages() > 0);
+    assert_eq!(site.ask("simulator", "status")["state"], "running");
+}
+
+/// A recorder that is killed leaves all but the last moment.
+fn killed(site: &Site) {
+    let file = site.path("killed.mcap");
+    let recorder = Recorder::start(site, &["newFullPose", "-o", &text(&file)]);
+    Site::until("chunks", || count(&info(&file), "/newFullPose") > 0);
+    recorder.end(Signal::KILL);
+    let cut = info(&file);
+    assert!(cut.cut.is_some(), "{cut:?}");
+    assert!(count(&cut, "/newFullPose") > 0, "{cut:?}");
+    // Only what was named, with what is recorded of the network itself.
+    assert_eq!(count(&cut, "_request"), 0, "{cut:?}");
+    let part = text(&site.path("part.mcap"));
+    let ran = site.rcdeploy(&["bag", "cut", &text(&file), "-o", &part], false);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    assert!(ran.stderr.contains("ends before its end"), "{ran:?}");
+}
+
+/// A monitor and an avoider, started by hand, run against the recording.
+fn plays(site: &Site, file: &Path, poses: u64) {
+    let monitor = site.start_monitor("second", 0);
+    let avoider: Running = site.start("avoider", &[]);
+    let ran = play(site, file, &["--rate", "2"]);
+    assert!(
+        ran.stdout.contains(&format!("{poses} messages sent")),
+        "{ran:?}"
+    );
+    Site::until("all poses", || received(site, "pose_monitor") == poses);
+    // The replies are those of the recorded scanner, so the avoider decides on motions.
+    let status = site.ask("avoider", "status");
+    let slots = status["slots"].as_array().expect("slots").iter();
+    let sent = slots.filter_map(|slot| slot["sent"].as_u64());
+    assert!(sent.min() > Some(0), "{status}");
+    drop(avoider);
+
+    // Another type: it is told, and converted only on request.
+    let other = site.path("other.mcap");
+    another_type(&other);
+    let before = received(site, "pose_monitor");
+    let pose = format!("/old={}/FullPoseEstimationPub/newFullPose", site.network);
+    let ran = play(site, &other, &["--remap", &pose]);
+    assert!(ran.stderr.contains("--convert"), "{ran:?}");
+    assert!(ran.stdout.contains("0 messages sent"), "{ran:?}");
+    let ran = play(site, &other, &["--remap", &pose, "--convert"]);
+    assert!(ran.stdout.contains("3 messages sent"), "{ran:?}");
+    Site::until("the converted poses", || {
+        received(site, "pose_monitor") == before + 3
+    });
+    drop(monitor);
+}
+
+/// A recording of an older type, which has other members.
+fn another_type(file: &Path) {
+    let mut writer = Writer::create(file, Limits::default()).expect("to create");
+    let schema = Schema {
+        name: "old_msgs/msg/Pose".to_owned(),
+        encoding: "ros2msg".to_owned(),
+        text: b"float64 x\nfloat64 y\nint32 removed\n".to_vec(),
+    };
+    let channel = writer.channel("/old", "cdr", Some(schema), BTreeMap::new());
+    for at in 0..3 {
+        let mut data = vec![0, 1, 0, 0];
+        data.extend(f64::from(at).to_le_bytes());
+        data.extend(2.0_f64.to_le_bytes());
+        data.extend(7_i32.to_le_bytes());
+        let stamp = Stamp {
+            log_time: 1_000_000 * u64::from(at),
+            publish_time: 0,
+            sequence: at,
+        };
+        writer.write(channel, stamp, &data).expect("to write");
+    }
+    writer.finish().expect("to finish");
+}
+
+/// The libraries of others read the recording, and what they write is played.
+fn strangers(site: &Site, file: &Path, poses: u64) {
+    let test = "a_patrol_is_recorded_and_played_back";
+    let Some(python) = python::packages("recordings", PACKAGES, test) else {
+        return;
+    };
+    let theirs = site.path("theirs.mcap");
+    let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/all/network/recorded.py");
+    let mut command = Command::new(python);
+    command
+        .arg(program)
+        .args([file, Path::new("newFullPose"), &theirs]);
+    let ran = site.run(command);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    let found: Value = serde_json::from_str(&ran.stdout).expect("JSON");
+    let whole = info(file);
+    for library in ["mcap", "rosbags"] {
+        let counts = found[library].as_object().expect("counts");
+        let ours = whole.topics.iter().filter(|(_, topic)| topic.count > 0);
+        let ours: BTreeMap<&String, u64> = ours.map(|(name, t)| (name, t.count)).collect();
+        let theirs = counts
+            .iter()
+            .filter_map(|(name, n)| Some((name, n.as_u64()?)));
+        assert_eq!(theirs.collect::<BTreeMap<_, _>>(), ours, "{library}");
+    }
+    assert_eq!(found["qos"], true);
+    let table = ["bag", "list", &text(file), "--topics", "newFullPose"];
+    let table = site.rcdeploy(&[&table[..], &["--format", "json"]].concat(), false);
+    let ours = table.stdout.lines().map(|line| {
+        let line: Value = serde_json::from_str(line).expect("JSON");
+        [line["value"]["x"].clone(), line["value"]["y"].clone()]
+    });
+    let values = found["values"].as_array().expect("values").iter();
+    let read = values.map(|value| [value[1].clone(), value[2].clone()]);
+    assert_eq!(ours.collect::<Vec<_>>(), read.collect::<Vec<_>>());
+
+    // A file of theirs, under another name, goes to the only topic of its type.
+    let monitor = site.start_monitor("third", 0);
+    let ran = play(site, &theirs, &["--rate", "4"]);
+    assert!(ran.stderr.contains("the only topic of its type"), "{ran:?}");
+    Site::until("all poses", || received(site, "pose_monitor") == poses);
+    drop(monitor);
+}
+
+/// The recordings of a ring in a folder.
+fn rings(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let files = entries.map(|entry| entry.path());
+    let mut rings: Vec<PathBuf> = files
+        .filter(|path| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            name.starts_with("rcdeploy-ring-") && name.ends_with(".mcap")
+        })
+        .filter(|path| Info::read(path).is_ok_and(|info| info.cut.is_none()))
+        .collect();
+    rings.sort();
+    rings
+}
+
+#[test]
+fn a_ring_on_board_is_written_when_a_component_fails_and_on_request() {
+    let site = Site::new("ring");
+    site.write_ddsl(
+        &PATROL
+            .replace("avoider.cdsl\";", "avoider.cdsl\"; restart on_failure;")
+            .replace(
+                "middleware iceoryx2;",
+                "middleware iceoryx2;\n    record { ring 1min; };",
+            ),
+    );
+    up(&site);
+    let folder = site.path("state/robocomp").join(&site.network);
+    let ask = || site.rcdeploy(&["record", &site.network, "--now"], false);
+    // The recorder begins when the network is up.
+    Site::until("poses in the ring", || {
+        ask();
+        let last = rings(&folder).pop();
+        last.is_some_and(|last| count(&info(&last), "/newFullPose") > 3)
+    });
+    let asked = rings(&folder);
+    let reason = |file: &Path| info(file).metadata["ring"]["reason"].clone();
+    assert!(asked.iter().all(|file| reason(file) == "on request"));
+
+    let pid = site.ask("avoider", "status")["pid"].as_i64();
+    let pid = Pid::from_raw(pid.expect("a pid") as i32).expect("a pid");
+    kill_process(pid, Signal::KILL).expect("to kill");
+    let crash = || {
+        let mut all = rings(&folder).into_iter();
+        all.find(|file| !asked.contains(file) && reason(file).contains("avoider"))
+    };
+    Site::until("the ring of the crash", || crash().is_some());
+    let crash = info(&crash().expect("it is there"));
+    assert!(count(&crash, "/newFullPose") > 3, "{crash:?}");
+    assert!(count(&crash, "/events") > 0, "{crash:?}");
+    down(&site);
+    assert_eq!(site.count_in_log("rcdeploy", "recorder-ended"), 0);
+}

@@ -1,0 +1,102 @@
+//! The commands that look at a running patrol, record it and play it, over the middleware of the network.
+
+use crate::site::{Ran, Site};
+use rc_record::bag::Info;
+use serde_json::Value;
+use std::path::Path;
+
+/// Runs rcdeploy where the network runs.
+fn tool(site: &Site, args: &[&str]) -> Ran {
+    let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
+    command.args(args);
+    site.run(command)
+}
+
+/// A command about the network of this site, which succeeds.
+fn succeeds(site: &Site, command: &str, args: &[&str]) -> String {
+    let ran = tool(site, &[&[command, site.network.as_str()], args].concat());
+    assert_eq!(ran.code, 0, "{command}: {ran:?}");
+    ran.stdout
+}
+
+/// Its first line as JSON.
+fn json(site: &Site, command: &str, args: &[&str]) -> Value {
+    let args = [args, &["--format", "json"]].concat();
+    let printed = succeeds(site, command, &args);
+    serde_json::from_str(printed.lines().next().unwrap_or_default()).expect("JSON")
+}
+
+fn handled(site: &Site) -> Option<u64> {
+    site.ask("monitor", "status")["slots"][0]["handlers"]["count"].as_u64()
+}
+
+/// Measures the delay of poses.
+pub(crate) fn delay(site: &Site) -> Ran {
+    tool(
+        site,
+        &["delay", &site.network, "newFullPose", "--lines", "1"],
+    )
+}
+
+/// Looks at a running patrol.
+pub(crate) fn look(site: &Site, middleware: &str) {
+    let listed = json(site, "list", &[]);
+    let topic = &listed["topics"][0];
+    assert_eq!(topic["middleware"], middleware, "{listed}");
+    assert_eq!(topic["publishers"][0]["component"], "simulator", "{listed}");
+    let echoed = succeeds(site, "echo", &["newFullPose", "--once"]);
+    assert!(echoed.starts_with("pose:\n"), "{echoed}");
+    let calls = succeeds(site, "echo", &["getLaserData", "--count", "2"]);
+    assert!(calls.contains("# request getLaserData"), "{calls}");
+    Site::until("a rate", || {
+        let hz = json(site, "hz", &["newFullPose", "--lines", "1"]);
+        hz["rate_hz"].as_f64() > Some(0.0)
+    });
+    let called = json(site, "call", &["getLaserConfData"]);
+    let measures = &called["result"]["return"]["maxMeasures"];
+    assert!(measures.is_number(), "{called}");
+    succeeds(site, "call", &["setSpeedBase", r#"{"adv": 1}"#]);
+    let sent = tool(
+        site,
+        &[
+            "send",
+            &site.network,
+            "newFullPose",
+            r#"{"pose": {"confidence": 101}}"#,
+        ],
+    );
+    assert!(sent.stderr.contains("0 to 100"), "{sent:?}");
+    let before = handled(site);
+    succeeds(site, "send", &["newFullPose", r#"{"pose": {"x": 1}}"#]);
+    Site::until("the monitor handles poses", || handled(site) > before);
+}
+
+/// Records a running patrol, stops its simulator, and plays it.
+pub(crate) fn record_and_play(site: &Site) {
+    let mut number = 0;
+    let mut file = String::new();
+    let count = |info: &Info, end: &str| {
+        let topics = info.topics.iter().filter(|(name, _)| name.ends_with(end));
+        topics.map(|(_, topic)| topic.count).sum::<u64>()
+    };
+    Site::until("a recording of poses and calls", || {
+        number += 1;
+        let path = site.path(&format!("{number}.mcap"));
+        file = path.display().to_string();
+        succeeds(site, "record", &["-o", &file, "--length", "2s"]);
+        let info = Info::read(&path).expect("a recording");
+        count(&info, "/newFullPose") > 0 && count(&info, "/getLaserData/_reply") > 0
+    });
+    let stopped = tool(site, &["stop", &site.network, "simulator"]);
+    assert_eq!(stopped.code, 0, "{stopped:?}");
+    let before = handled(site);
+    let answered = || {
+        let ran = tool(site, &["play", &file, "--network", &site.network]);
+        assert_eq!(ran.code, 0, "{ran:?}");
+        assert!(!ran.stdout.starts_with("0 messages sent"), "{ran:?}");
+        !ran.stdout.contains(", 0 calls answered")
+    };
+    // The clients find the new server after a while.
+    Site::until("calls are answered", answered);
+    assert!(handled(site) > before);
+}

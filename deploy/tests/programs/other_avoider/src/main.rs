@@ -1,0 +1,11 @@
+//! The avoider with one other constant, for the test of exact recordings: its first effect is found.
+
+mod policy {
+    include!(concat!(env!("OUT_DIR"), "/policy.rs"));
+}
+#[path = "../../../../../components/avoider/src/specific_worker.rs"]
+mod specific_worker;
+
+fn main() -> std::process::ExitCode {
+    avoider_generated::run::<specific_worker::SpecificWorker>()
+}
