@@ -117,6 +117,8 @@ pub struct Interpreter {
     default_entry: Set,
     /// For each state: the transition of a history state whose actions follow its entry.
     default_history: Box<[u16]>,
+    /// Whether any transition needs no event.
+    has_eventless: bool,
     running: bool,
     overflow: bool,
 }
@@ -126,8 +128,12 @@ impl Interpreter {
     pub fn new(chart: &'static Chart) -> Self {
         let states = chart.states.len();
         let histories = usize::from(chart.histories);
+        let mut transitions = chart.states.iter().flat_map(|s| s.transitions.indices());
+        let has_eventless =
+            transitions.any(|at| chart.transitions[at].trigger == Trigger::Eventless);
         Self {
             chart,
+            has_eventless,
             internal: VecDeque::with_capacity(MAX_INTERNAL),
             delayed: VecDeque::with_capacity(MAX_DELAYED),
             history: vec![None; histories].into_boxed_slice(),
@@ -210,7 +216,10 @@ impl Interpreter {
     fn macrostep<H: Host>(&mut self, host: &mut H) -> Result<(), Error> {
         let mut microsteps = 0;
         while self.running {
-            self.select(NONE, host);
+            self.filtered.clear();
+            if self.has_eventless {
+                self.select(NONE, host);
+            }
             let mut event = NONE;
             if self.filtered.is_empty() {
                 match self.internal.pop_front() {
