@@ -255,6 +255,9 @@ pub fn unreachable(project: &Project, sources: &mut SourceMap) -> Result<Diagnos
     let Some(machine) = project.state_machine.as_ref().filter(|_| src.is_dir()) else {
         return Ok(found);
     };
+    if machine.unreachable().next().is_none() {
+        return Ok(found);
+    }
     let krate = format!(
         "{}_generated",
         rust::names::package(&project.component.name.text)

@@ -191,6 +191,76 @@ fn start_new(workspace: &Path) {
     run(Command::new(RCGEN).args(args).current_dir(workspace));
 }
 
+/// All machines of `smdsl/tests/shapes`, generated for components of their own, as modules of one
+/// crate: a crate for each would take long to compile. Its tests run each machine to its end.
+fn shapes(folder: &Path, workspace: &Path) {
+    let elsewhere = folder.join("shapes");
+    run(Command::new(RCGEN)
+        .args(["init", "--framework", ROOT])
+        .arg(&elsewhere));
+    let files = std::fs::read_dir(Path::new(ROOT).join("smdsl/tests/shapes"));
+    let files = files
+        .expect("the machines")
+        .map(|entry| entry.expect("a file").path());
+    let mut names: Vec<String> = files
+        .map(|file| {
+            let name = file.file_stem().expect("a name").to_string_lossy().into_owned();
+            let component = elsewhere.join("components").join(&name);
+            std::fs::create_dir(&component).expect("a folder");
+            std::fs::copy(&file, component.join("machine.smdsl")).expect("a copy");
+            let cdsl = format!(
+                "Component {name} {{ Communications {{ }}; language rust; statemachine \"machine.smdsl\"; }};\n"
+            );
+            std::fs::write(component.join(format!("{name}.cdsl")), cdsl).expect("a file");
+            name
+        })
+        .collect();
+    names.sort_unstable();
+    assert_eq!(names.len(), 7);
+    run(Command::new(RCGEN).arg(&elsewhere));
+    let home = workspace.join("components/shapes");
+    let write = |file: &str, text: &str| {
+        let path = home.join(file);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(path, text).expect("a file");
+    };
+    let (mut modules, mut runs) = (String::new(), String::new());
+    for name in &names {
+        let generated = elsewhere.join("components").join(name).join("generated");
+        let manifest = std::fs::read_to_string(generated.join("Cargo.toml")).expect("a manifest");
+        let manifest = manifest.replace(&format!("{name}_generated"), "shapes");
+        let manifest = manifest.replace("testing = []", "testing = []\ndefault = [\"testing\"]");
+        // One folder less lies between the crate and the workspace.
+        let manifest = manifest.replace("\"../../../", "\"../../");
+        write("Cargo.toml", &manifest);
+        for entry in std::fs::read_dir(generated.join("src")).expect("code") {
+            let path = entry.expect("a file").path();
+            let code = std::fs::read_to_string(&path).expect("a text");
+            let code = code.replace("crate::", &format!("crate::{name}::"));
+            let file = path.file_name().expect("a name").to_string_lossy();
+            let file = if file == "lib.rs" { "mod.rs" } else { &*file };
+            write(&format!("src/{name}/{file}"), &code);
+            if let Some((_, events)) = code.split_once("pub enum Event {") {
+                let events = events.split_once('}').expect("an end").0.lines();
+                let events = events.map(str::trim).filter(|line| line.ends_with(','));
+                let events: String = events.map(|event| format!(" {event}")).collect();
+                assert!(!events.is_empty(), "{name} has no events");
+                runs += &format!("    {name}:{events};\n");
+            }
+        }
+        modules += &format!("pub mod {name};\n");
+    }
+    write(
+        "src/lib.rs",
+        &format!("//! Machines as users write them.\n\n{modules}"),
+    );
+    let (before, after) = include_str!("../compile/shapes.rs")
+        .split_once("    // MACHINES\n")
+        .expect("the place of the machines");
+    assert_eq!(runs.lines().count(), names.len());
+    write("tests/shapes.rs", &format!("{before}{runs}{after}"));
+}
+
 /// Every construct of the languages, names that generated code uses itself, pasted handlers, a
 /// component without its optional peers, and what `rcgen init` and `rcgen new` write.
 #[test]
@@ -206,6 +276,7 @@ fn every_construct_compiles() {
     start_new(&workspace);
     paste(&workspace);
     share(&workspace);
+    shapes(folder.path(), &workspace);
     let mut packages = ["-p", "interfaces", "-p", "scans"]
         .map(str::to_owned)
         .to_vec();
@@ -234,7 +305,7 @@ fn every_construct_compiles() {
     let text = std::fs::read_to_string(&manifest).expect("a manifest");
     let text = text + "rc-runtime.workspace = true\n";
     std::fs::write(manifest, text).expect("to write");
-    let tests = ["worker", "checks", "fakes", "shared"];
+    let tests = ["worker", "checks", "fakes", "shared", "shapes"];
     let tests = tests.iter().flat_map(|name| ["--test", name]);
     let mut clippy = vec!["clippy", "--workspace", "--offline", "-q", "-j1", "--lib"];
     clippy.extend(programs);

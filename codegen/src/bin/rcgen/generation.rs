@@ -362,11 +362,15 @@ impl Group {
             }
         }
         for (part, steps) in parts.iter().zip(&steps) {
-            if let Some(at) = part.component
-                && handlers_changed(steps)
-            {
-                let (project, folder) = (&projects[at], &part.folder);
-                say_what_is_missing(project, folder, &mut sources, args.common.format);
+            if let Some(at) = part.component {
+                let (project, format) = (&projects[at], args.common.format);
+                if handlers_changed(steps) {
+                    say_what_is_missing(project, &part.folder, &mut sources, format);
+                }
+                // Where the worker cannot be read, the compiler reports it.
+                if let Ok(found) = stubs::unreachable(project, &mut sources) {
+                    tell(format_args!("{}", render(&sources, &found, format)));
+                }
             }
             if let Some(at) = part.component
                 && !components[at].is_library
@@ -465,7 +469,9 @@ pub(crate) fn shown(path: &Path) -> PathBuf {
 
 /// Whether traits of handlers have changed, of a worker that was there before.
 fn handlers_changed(steps: &[Step]) -> bool {
-    let is_trait = |s: &Step| s.path.starts_with("generated/src/slots");
+    let is_trait = |s: &Step| {
+        s.path.starts_with("generated/src/slots") || s.path.ends_with("generated/src/machine.rs")
+    };
     let is_worker = |s: &Step| s.owner == Owner::Specific && s.path.ends_with("specific_worker.rs");
     let kept = |s: &Step| s.change == Change::Keep;
     steps.iter().any(|s| is_trait(s) && !kept(s)) && steps.iter().any(|s| is_worker(s) && kept(s))
