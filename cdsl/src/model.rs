@@ -29,6 +29,8 @@ pub struct Component {
     pub simulates_time: bool,
     /// Whether it has the life cycle of a managed node of ROS 2.
     pub managed: bool,
+    /// The option `InnerModelViewer`: the component shows its tree in a window.
+    pub viewer: Option<Span>,
     /// All imported modules, directly or indirectly.
     pub library: Library,
 }

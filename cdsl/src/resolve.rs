@@ -51,7 +51,9 @@ pub fn load(
 }
 
 const KNOWN_WIDGETS: [&str; 3] = ["QWidget", "QDialog", "QMainWindow"];
-const KNOWN_OPTIONS: [&str; 3] = ["dsr", "agmagent", "InnerModelViewer"];
+/// The option that shows the tree of the component in a window.
+const VIEWER: &str = "InnerModelViewer";
+const KNOWN_OPTIONS: [&str; 3] = ["dsr", "agmagent", VIEWER];
 
 /// The file name of an import, without its extension.
 fn stem(import: &str) -> &str {
@@ -86,6 +88,7 @@ impl Resolver<'_> {
     fn component(&mut self, tree: &ast::Component) -> Component {
         let (mut language, mut parameters, mut dependencies) = (None, None, Vec::new());
         let (mut state_machine, mut simulates_time, mut managed) = (None, false, false);
+        let mut viewer = None;
         let (mut slots, mut period, mut communications) = (Vec::new(), DEFAULT_PERIOD, false);
         let mut seen: HashMap<String, Span> = HashMap::new();
         for (word, clause) in &tree.clauses {
@@ -97,7 +100,7 @@ impl Resolver<'_> {
                 }
                 Clause::Language(name) => language = Some(self.language(name)),
                 Clause::Gui(kind, widget) => self.gui(word, kind, widget.as_ref()),
-                Clause::Options(names) => self.options(word, names),
+                Clause::Options(names) => viewer = self.options(word, names),
                 Clause::StateMachine(file, visual, external) => {
                     state_machine = Some(StateMachine {
                         file: file.clone(),
@@ -173,6 +176,7 @@ impl Resolver<'_> {
             period,
             simulates_time,
             managed,
+            viewer,
             library: std::mem::take(&mut self.library),
         }
     }
@@ -280,7 +284,8 @@ impl Resolver<'_> {
         self.warn_not_generated(word, "`gui`");
     }
 
-    fn options(&mut self, word: &Name, names: &[Name]) {
+    /// Where the option `InnerModelViewer` stands. The other ones have no effect yet.
+    fn options(&mut self, word: &Name, names: &[Name]) -> Option<Span> {
         for name in names.iter().filter(|n| {
             !KNOWN_OPTIONS
                 .iter()
@@ -292,7 +297,11 @@ impl Resolver<'_> {
                     .suggest(&name.text, KNOWN_OPTIONS),
             );
         }
-        self.warn_not_generated(word, "`options`");
+        let is_viewer = |name: &&Name| name.text.eq_ignore_ascii_case(VIEWER);
+        if !names.iter().all(|name| is_viewer(&name)) {
+            self.warn_not_generated(word, "`options`");
+        }
+        names.iter().find(is_viewer).map(|name| name.span)
     }
 
     fn slots(&mut self, declared: &[ast::Communication]) -> Vec<Slot> {

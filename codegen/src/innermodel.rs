@@ -6,8 +6,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// The disk. A file that is not where a text says is looked for by its base name in some folders.
-pub(crate) struct Folders<'f> {
-    pub(crate) search: &'f [PathBuf],
+pub struct Folders<'f> {
+    /// These folders.
+    pub search: &'f [PathBuf],
 }
 
 impl Loader for Folders<'_> {

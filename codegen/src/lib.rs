@@ -15,7 +15,7 @@ pub mod files;
 pub mod format;
 pub mod generate;
 pub mod generation;
-mod innermodel;
+pub mod innermodel;
 pub mod interface_crate;
 pub mod languages;
 pub mod load;
@@ -32,6 +32,7 @@ pub mod rust;
 pub mod stubs;
 pub mod templates;
 pub mod view;
+mod viewer;
 pub mod workspace;
 
 pub use files::Files;

@@ -12,7 +12,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The interfaces that come with this program, so that it works wherever it is installed.
-const SHIPPED: [(&str, &str); 11] = [
+const SHIPPED: [(&str, &str); 13] = [
     (
         "BatteryStatus.idsl",
         include_str!("../../components/interfaces/BatteryStatus.idsl"),
@@ -40,6 +40,14 @@ const SHIPPED: [(&str, &str); 11] = [
     (
         "GenericBase.idsl",
         include_str!("../../components/interfaces/GenericBase.idsl"),
+    ),
+    (
+        "InnerModel.idsl",
+        include_str!("../../components/interfaces/InnerModel.idsl"),
+    ),
+    (
+        "InnerModelManager.idsl",
+        include_str!("../../components/interfaces/InnerModelManager.idsl"),
     ),
     (
         "JointMotor.idsl",

@@ -3,7 +3,7 @@
 use crate::cargo_workspace::Workspace;
 use crate::note::Note;
 use crate::origin::Origin;
-use crate::{dependencies, machine_names, names, paths, ros, rust};
+use crate::{dependencies, machine_names, names, paths, ros, rust, viewer};
 use rc_cdsl::Component;
 use rc_cdsl::model::Backend;
 use rc_configuration::model::Parameters;
@@ -67,6 +67,7 @@ impl Project {
                 found.extend(more);
             }
         }
+        viewer::check(&component, parameters.as_ref(), &mut found);
         let mut texts: Vec<String> = sources
             .ids()
             .skip(first)

@@ -101,13 +101,14 @@ impl Framework {
 }
 
 /// The crates that a workspace takes from the framework, with their folders there.
-const CRATES: [(&str, &str); 6] = [
+const CRATES: [(&str, &str); 7] = [
     ("rc-middleware", "middleware"),
     ("rc-runtime", "runtime"),
     ("rc-iceoryx2", "middleware/iceoryx2"),
     ("rc-dds", "middleware/dds"),
     ("rc-ros2", "middleware/ros2"),
     ("rc-local", "middleware/local"),
+    ("innermodel-viewer", "innermodel/viewer"),
 ];
 
 /// A workspace for components, with a first network of this name.

@@ -3,35 +3,68 @@
 use crate::edit::{self, Edit, NewNode};
 use crate::error::Error;
 use crate::link::NodeId;
-use crate::snapshot::Snapshot;
+use crate::snapshot::{Key, NodeRef, Snapshot};
 use innermodel_language::model::{Document, Kind, Node};
-use rc_diagnostics::{SourceMap, Span};
 use std::collections::HashMap;
 
-/// Adds the nodes of a document below the root.
-pub(crate) fn add(edit: &mut Edit, document: &Document) -> Result<(), Error> {
-    let mut made: Vec<NodeId> = Vec::with_capacity(document.nodes.len());
-    for node in &document.nodes {
-        let parent = node
-            .parent
-            .map_or(Some(NodeId::ROOT), |at| made.get(at).copied());
-        let id = edit.add(
-            parent.ok_or(Error::Removed)?,
-            NewNode {
-                id: node.id.clone(),
-                kind: node.kind.clone(),
-                pose: node.pose,
-                allowed: node.allowed.clone(),
-            },
-        )?;
-        made.push(id);
-        if let Kind::Joint(joint) = &node.kind
-            && (joint.min > 0.0 || joint.max < 0.0)
-        {
-            edit.set_joint(id, 0.0)?;
+impl Edit {
+    /// Adds the nodes of a document below `parent`. Joints are at 0, or at the nearest end of their
+    /// limits. Ids that are named in `allowed` need not exist.
+    pub fn add_document(
+        &mut self,
+        parent: impl Key,
+        document: &Document,
+    ) -> Result<Vec<NodeId>, Error> {
+        let top = self.snapshot().node(parent)?.node_id();
+        let mut made: Vec<NodeId> = Vec::with_capacity(document.nodes.len());
+        for node in &document.nodes {
+            let parent = node.parent.map_or(Some(top), |at| made.get(at).copied());
+            let id = self.add(
+                parent.ok_or(Error::Removed)?,
+                NewNode {
+                    id: node.id.clone(),
+                    kind: node.kind.clone(),
+                    pose: node.pose,
+                    allowed: node.allowed.clone(),
+                },
+            )?;
+            made.push(id);
+            if let Kind::Joint(joint) = &node.kind
+                && (joint.min > 0.0 || joint.max < 0.0)
+            {
+                self.set_joint(id, 0.0)?;
+            }
+        }
+        Ok(made)
+    }
+}
+
+impl NodeRef<'_> {
+    /// The node as a document has it, below `parent`.
+    fn described(&self, parent: Option<usize>) -> Node {
+        let mut kind = self.kind().clone();
+        if let Kind::Transform(transform) = &mut kind {
+            transform.form = edit::form(transform.form, &self.pose());
+        }
+        Node {
+            parent,
+            pose: self.pose(),
+            allowed: self.allowed().to_vec(),
+            ..Node::new(self.id(), kind)
         }
     }
-    Ok(())
+
+    /// The node as an element of a file, without its children and without the position of a joint.
+    /// A mesh has the whole path of its file, so that another process finds it.
+    pub fn element(&self) -> String {
+        let mut node = self.described(None);
+        if let Kind::Mesh(mesh) = &mut node.kind
+            && let Some(path) = mesh.path.as_deref().and_then(|path| path.to_str())
+        {
+            path.clone_into(&mut mesh.file);
+        }
+        innermodel_language::element(&node)
+    }
 }
 
 impl Snapshot {
@@ -40,28 +73,16 @@ impl Snapshot {
     pub fn document(&self) -> Document {
         let mut places: HashMap<NodeId, usize> = HashMap::new();
         let mut nodes = Vec::with_capacity(self.len());
-        let source = SourceMap::new().add("", "");
         for node in self.nodes().skip(1) {
-            let mut kind = node.kind().clone();
-            match &mut kind {
-                Kind::Transform(transform) => {
-                    transform.form = edit::form(transform.form, &node.pose());
-                }
-                Kind::Prismatic(joint) => joint.position = node.position().unwrap_or_default(),
-                _ => {}
-            }
             let parent = node
                 .parent()
                 .and_then(|p| places.get(&p.node_id()).copied());
             places.insert(node.node_id(), nodes.len());
-            nodes.push(Node {
-                id: node.id().to_owned(),
-                parent,
-                kind,
-                pose: node.pose(),
-                allowed: node.allowed().to_vec(),
-                span: Span::new(source, 0, 0),
-            });
+            let mut described = node.described(parent);
+            if let Kind::Prismatic(joint) = &mut described.kind {
+                joint.position = node.position().unwrap_or_default();
+            }
+            nodes.push(described);
         }
         Document { nodes }
     }

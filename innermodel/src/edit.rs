@@ -420,7 +420,7 @@ impl Edit {
     }
 }
 
-fn unknown_attribute(data: &Data, name: &str) -> Error {
+pub(crate) fn unknown_attribute(data: &Data, name: &str) -> Error {
     let known = data.attributes.keys().map(String::as_str);
     Error::UnknownAttribute {
         id: data.id.to_string(),

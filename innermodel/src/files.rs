@@ -63,10 +63,17 @@ pub fn read(path: &Path, folders: &Folders) -> Result<(Document, String), LoadEr
         path: path.display().to_string(),
         error,
     })?;
-    let mut sources = SourceMap::new();
-    let source = sources.add(path, text);
-    let (document, found) = innermodel_language::load(&mut sources, folders, source);
-    checked(document, &found, &sources)
+    load(&text, path, folders)
+}
+
+/// Reads a text as if it were in the file `place`: what it names is looked for from there. The
+/// second text has the warnings, if there are any.
+pub fn read_text(
+    text: &str,
+    place: &Path,
+    folders: &Folders,
+) -> Result<(Document, String), LoadError> {
+    load(text, place, folders)
 }
 
 /// Reads a text that includes no file.
@@ -85,9 +92,13 @@ pub(crate) fn parse(text: &str) -> Result<(Document, String), LoadError> {
             &[]
         }
     }
+    load(text, Path::new("text.xml"), &Nothing)
+}
+
+fn load(text: &str, place: &Path, loader: &dyn Loader) -> Result<(Document, String), LoadError> {
     let mut sources = SourceMap::new();
-    let source = sources.add("text.xml", text);
-    let (document, found) = innermodel_language::load(&mut sources, &Nothing, source);
+    let source = sources.add(place, text);
+    let (document, found) = innermodel_language::load(&mut sources, loader, source);
     checked(document, &found, &sources)
 }
 

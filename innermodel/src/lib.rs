@@ -46,7 +46,7 @@ mod transform;
 pub use difference::{Change, Difference};
 pub use edit::{Clamped, Edit, NewNode};
 pub use error::Error;
-pub use files::{Folders, LoadError, read};
+pub use files::{Folders, LoadError, read, read_text};
 pub use history::{Keep, Moment};
 pub use innermodel_language as language;
 pub use innermodel_language::model::{self as kinds, Kind, Pose, ROOT};

@@ -1,12 +1,13 @@
 //! The tree as its readers and writers share it.
 
+use crate::Time;
 use crate::cache::Cache;
 use crate::edit::Edit;
 use crate::error::Error;
 use crate::files::{self, Folders, LoadError};
 use crate::history::{History, Keep, Moment};
+use crate::link::NodeId;
 use crate::snapshot::Snapshot;
-use crate::{Time, document};
 use arc_swap::ArcSwap;
 use innermodel_language::model::Document;
 use std::path::Path;
@@ -59,7 +60,7 @@ impl InnerModel {
     /// The document was made by hand, and is none that a file could say.
     pub fn from_document(document: &Document) -> Result<Self, Error> {
         let model = Self::new();
-        model.change(Time::ZERO, |edit| document::add(edit, document))?;
+        model.change(Time::ZERO, |edit| edit.add_document(NodeId::ROOT, document))?;
         // The tree was empty for nobody.
         let snapshot = Snapshot::clone(&model.snapshot());
         Ok(Self::of(snapshot))

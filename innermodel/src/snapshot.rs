@@ -1,6 +1,7 @@
 //! One version of the tree. It never changes, so its readers need no lock.
 
 use crate::cache::Cache;
+use crate::edit;
 use crate::error::Error;
 use crate::ids::Ids;
 use crate::link::{Data, Link, NONE, NodeId, TOP};
@@ -331,9 +332,13 @@ impl<'s> NodeRef<'s> {
     }
 
     /// Type and value of an attribute that was added at run time.
-    pub fn attribute(&self, name: &str) -> Option<(&'s str, &'s str)> {
-        let (form, value) = self.data.attributes.get(name)?;
-        Some((form, value))
+    ///
+    /// # Errors
+    /// The node has no such attribute.
+    pub fn attribute(&self, name: &str) -> Result<(&'s str, &'s str), Error> {
+        let found = self.data.attributes.get(name);
+        let (form, value) = found.ok_or_else(|| edit::unknown_attribute(self.data, name))?;
+        Ok((form, value))
     }
 
     /// The node above. The root has none.

@@ -29,6 +29,7 @@ pub(crate) struct Component<'a> {
     period: Time,
     simulates_time: bool,
     managed: bool,
+    viewer: bool,
     /// The functions for its life cycle that a new worker has.
     hooks: &'static [&'static str],
     pub(crate) package: String,
@@ -196,6 +197,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         period: view.period,
         simulates_time: view.simulates_time,
         managed: view.managed,
+        viewer: view.viewer,
         hooks: if view.managed { &HOOKS } else { &[] },
         package: names::package(&view.name),
         backends: view
@@ -253,6 +255,7 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
             found.push(Diagnostic::error("name-collision", slot.span, message).help(help));
         } else if OWN.contains(&field.as_str())
             || (field == "time" && component.simulates_time)
+            || (["tree", "viewer"].contains(&&*field) && component.viewer.is_some())
             || (component.state_machine.is_some()
                 && ["machine", "state_machine"].contains(&&*field))
         {
@@ -347,6 +350,7 @@ fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
     let more = [
         ("self::interfaces::*", !view.slots.is_empty()),
         ("machine::StateMachine", view.machine.is_some()),
+        ("innermodel_viewer::innermodel", view.viewer),
         ("rc_runtime::lifecycle", view.managed),
         ("parameters::Params", view.parameters.is_some()),
         ("types::*", types.next().is_some()),

@@ -4,7 +4,7 @@ use super::library::{self, Module};
 use super::{Machine, Parameters, machine, parameters};
 use crate::note::Note;
 use crate::project::Project;
-use crate::ros;
+use crate::{ros, viewer};
 use rc_cdsl::model::{self, Backend, Role};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;
@@ -35,6 +35,8 @@ pub struct Component {
     pub simulates_time: bool,
     /// Whether it has the life cycle of a managed component.
     pub managed: bool,
+    /// Whether it holds a tree of InnerModel, which a window shows.
+    pub viewer: bool,
     /// The slots, in the order of the text.
     pub slots: Vec<Slot>,
     /// Definitions of the messages and services in ROS 2 that are not part of ROS 2 itself.
@@ -177,6 +179,7 @@ pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
         period: component.period.into(),
         simulates_time: component.simulates_time,
         managed: component.managed,
+        viewer: viewer::is_on(component, project.parameters.as_ref()),
         ros_types: ros::definitions(library, &external_types),
         slots,
         modules: library::of(library),

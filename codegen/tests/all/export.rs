@@ -202,10 +202,10 @@ fn an_invalid_export_writes_nothing() {
         (
             "slice",
             2,
-            "slice comes with a later version; there are dds and ros2",
+            "slice comes with a later version; there are dds, ros2, urdf and gltf",
         ),
         ("ddz", 2, "did you mean `dds`?"),
-        ("corba", 2, "there are dds and ros2"),
+        ("corba", 2, "there are dds, ros2, urdf and gltf"),
     ] {
         let args = ["export", "M.idsl", "--to", to, "--out", "out"];
         let (found, err) = refused("module M { };", &args);

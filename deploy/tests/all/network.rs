@@ -10,6 +10,7 @@ mod dds_python;
 mod exact;
 mod groups;
 mod iceoryx2_python;
+mod inner_model;
 mod interop_client;
 mod joints;
 mod large;

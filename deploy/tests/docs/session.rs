@@ -73,6 +73,7 @@ fn programs(folder: &Path) {
     fs::create_dir(folder).expect("a folder");
     let scripts = [
         ("rcgen", "#!/bin/bash\nexec \"$PROGRAMS/rcgen\" \"$@\"\n"),
+        ("rcview", "#!/bin/bash\nexec \"$PROGRAMS/rcview\" \"$@\"\n"),
         ("rcdeploy", RCDEPLOY),
         ("cargo", CARGO_SCRIPT),
     ];

@@ -20,5 +20,5 @@ mod units;
 pub use format::{format, is_innermodel};
 pub use include::Loader;
 pub use model::{Document, Kind, Node, Pose};
-pub use print::print;
+pub use print::{element, print};
 pub use read::{load, parse};

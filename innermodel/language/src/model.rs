@@ -1,6 +1,6 @@
 //! What a file says: a tree of nodes. Lengths are millimetres, angles radians.
 
-use rc_diagnostics::Span;
+use rc_diagnostics::{SourceMap, Span};
 use std::path::PathBuf;
 
 /// The id of the node above all others. Each document has it.
@@ -35,6 +35,20 @@ pub struct Node {
     pub allowed: Vec<String>,
     /// The tag in the source.
     pub span: Span,
+}
+
+impl Node {
+    /// A node at the origin of the root, which stands in no source.
+    pub fn new(id: &str, kind: Kind) -> Self {
+        Self {
+            id: id.to_owned(),
+            parent: None,
+            kind,
+            pose: Pose::default(),
+            allowed: Vec::new(),
+            span: Span::new(SourceMap::new().add("", ""), 0, 0),
+        }
+    }
 }
 
 /// Locations do not count.

@@ -24,17 +24,14 @@ pub fn print(document: &Document) -> String {
     add(&mut rest, top, 1);
     while let Some((at, depth, end)) = rest.pop() {
         let node = &document.nodes[at];
-        let tag = tag(node);
         for _ in 0..depth {
             out.push_str("    ");
         }
         if end {
-            out.push_str(&format!("</{tag}>\n"));
+            out.push_str(&format!("</{}>\n", tag(node)));
             continue;
         }
-        out.push('<');
-        out.push_str(tag);
-        attributes(node, &mut out);
+        open(node, &mut out);
         if children[at].is_empty() {
             out.push_str("/>\n");
         } else {
@@ -45,6 +42,21 @@ pub fn print(document: &Document) -> String {
     }
     out.push_str("</innerModel>\n");
     out
+}
+
+/// The element of a node without its children, such as `<translation id="hand" tx="500"/>`.
+pub fn element(node: &Node) -> String {
+    let mut out = String::new();
+    open(node, &mut out);
+    out.push_str("/>");
+    out
+}
+
+/// The begin of an element, without its end.
+fn open(node: &Node, out: &mut String) {
+    out.push('<');
+    out.push_str(tag(node));
+    attributes(node, out);
 }
 
 /// A `translation` that was turned since, or a `rotation` that was moved, is a `transform`.

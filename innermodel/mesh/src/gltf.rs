@@ -5,6 +5,7 @@ use crate::{MeshError, TriangleMesh};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Deserialize;
+use std::borrow::Cow;
 use std::path::Path;
 
 const TRIANGLES: u32 = 4;
@@ -97,13 +98,11 @@ pub(crate) fn read(bytes: &[u8], folder: &Path) -> Result<TriangleMesh, MeshErro
     let mut buffers = Vec::new();
     for buffer in &root.buffers {
         buffers.push(match &buffer.uri {
-            None => binary
-                .ok_or_else(|| wrong("a buffer has no file"))?
-                .to_vec(),
-            Some(uri) => match uri.split_once(";base64,") {
+            None => Cow::Borrowed(binary.ok_or_else(|| wrong("a buffer has no file"))?),
+            Some(uri) => Cow::Owned(match uri.split_once(";base64,") {
                 Some((_, text)) => STANDARD.decode(text).map_err(|e| wrong(&e.to_string()))?,
                 None => crate::bytes(&folder.join(uri))?,
-            },
+            }),
         });
     }
     let mut reader = Reader {
@@ -148,7 +147,7 @@ fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshError> {
 
 struct Reader<'r> {
     root: &'r Root,
-    buffers: Vec<Vec<u8>>,
+    buffers: Vec<Cow<'r, [u8]>>,
     mesh: TriangleMesh,
     visited: usize,
 }

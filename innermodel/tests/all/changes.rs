@@ -239,7 +239,7 @@ fn attributes_are_added_set_and_removed() {
     .expect("a change");
     let tree = model.snapshot();
     let cup = tree.node("cup").expect("a node");
-    assert_eq!(cup.attribute("content"), Some(("string", "empty")));
+    assert_eq!(cup.attribute("content"), Ok(("string", "empty")));
     assert_eq!(cup.attributes().count(), 1);
     let error = change(&model, |edit| edit.remove_attribute("cup", "contents"));
     assert_eq!(

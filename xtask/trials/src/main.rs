@@ -11,6 +11,7 @@ mod deny;
 mod deploy;
 mod experiment;
 mod ice;
+mod innermodel;
 mod languages;
 mod lockstep;
 mod machine;
@@ -50,6 +51,7 @@ fn main() -> ExitCode {
         ["bench", "counts", "--smoke"] => counts::run(true).map_err(|e| e.to_string()),
         ["bench", "time"] => lockstep::run(false).map_err(|e| e.to_string()),
         ["bench", "time", "--smoke"] => lockstep::run(true).map_err(|e| e.to_string()),
+        ["bench", "innermodel"] => innermodel::run().map_err(|e| e.to_string()),
         ["bench", "machine"] => machine::run().map_err(|e| e.to_string()),
         ["bench", "languages"] => bench::languages().map_err(|e| e.to_string()),
         ["chaos", ref rest @ ..] if let Some(orders) = chaos::Orders::parse(rest) => {

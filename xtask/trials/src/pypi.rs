@@ -29,3 +29,22 @@ pub(crate) fn install(package: &str, program: &str) -> Result<PathBuf, Failure> 
     }
     Ok(path)
 }
+
+/// An interpreter that has these packages, each `NAME==VERSION`. Installs them once, below `name`.
+pub(crate) fn packages(name: &str, packages: &[&str]) -> Result<PathBuf, Failure> {
+    let folder = target()?.join(name);
+    let python = folder.join("bin/python");
+    let complete = folder.join("complete.txt");
+    let list = packages.join("\n");
+    if !std::fs::read_to_string(&complete).is_ok_and(|known| known == list) {
+        let mut command = Command::new("python3");
+        command.args(["-m", "venv", "--clear"]).arg(&folder);
+        finish(command, LIMIT)?;
+        let mut command = Command::new(&python);
+        let pip = "-m pip install --quiet --disable-pip-version-check --retries 1 --timeout 15";
+        command.args(pip.split(' ')).args(packages);
+        finish(command, LIMIT)?;
+        std::fs::write(&complete, list)?;
+    }
+    Ok(python)
+}

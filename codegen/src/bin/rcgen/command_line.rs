@@ -134,14 +134,16 @@ pub(crate) enum Command {
         #[arg(add = ArgValueCandidates::new(codes))]
         code: Option<String>,
     },
-    /// Writes interfaces, with all that they import, in the language of another middleware.
+    /// Writes interfaces, with all that they import, in the language of another middleware; or an
+    /// InnerModel file for other tools.
     Export {
         /// The interfaces: a file, or the name of one in an -I folder or of those that come with
         /// rcgen. To ros2 also a component, as a package that `ros2 run` and launch files start.
-        #[arg(value_name = "FILE.idsl|FILE.cdsl", add = files(&["idsl", "cdsl"]))]
+        /// To urdf and gltf an InnerModel file.
+        #[arg(value_name = "FILE.idsl|FILE.cdsl|FILE.xml", add = files(&["idsl", "cdsl", "xml"]))]
         file: PathBuf,
-        /// What to write: dds (OMG IDL 4.2), ros2 (packages).
-        #[arg(long, value_name = "FORMAT", value_parser = target, add = words(&["dds", "ros2"]))]
+        /// What to write: dds (OMG IDL 4.2), ros2 (packages), urdf, gltf (a scene as .glb).
+        #[arg(long, value_name = "FORMAT", value_parser = target, add = words(&TARGETS))]
         to: Target,
         /// The folder that the files are written to.
         #[arg(long, value_name = "DIR")]
@@ -151,6 +153,18 @@ pub(crate) enum Command {
         /// Lists what would be written, and writes nothing.
         #[arg(long)]
         dry_run: bool,
+    },
+    /// Makes an InnerModel file of a URDF file. Warnings list what does not fit.
+    Import {
+        /// The robot.
+        #[arg(value_name = "FILE.urdf", add = files(&["urdf"]))]
+        file: PathBuf,
+        /// The new file.
+        #[arg(long, value_name = "FILE.xml")]
+        out: PathBuf,
+        /// How findings are printed: human, short or json (one object a line).
+        #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>(), add = words(&FORMATS))]
+        format: Format,
     },
     /// Prints the handlers that src/ still lacks, ready to paste; writes nothing.
     Stubs {
@@ -277,24 +291,30 @@ pub(crate) fn middleware(text: &str) -> Result<Backend, String> {
     })
 }
 
-/// What interfaces are exported to.
+/// What files are exported to.
 #[derive(Clone, Copy)]
 pub(crate) enum Target {
     Dds,
     Ros2,
+    Urdf,
+    Gltf,
 }
+
+const TARGETS: [&str; 4] = ["dds", "ros2", "urdf", "gltf"];
 
 pub(crate) fn target(text: &str) -> Result<Target, String> {
     match text {
         "dds" => Ok(Target::Dds),
         "ros2" => Ok(Target::Ros2),
+        "urdf" => Ok(Target::Urdf),
+        "gltf" => Ok(Target::Gltf),
         "slice" => Err(format!(
-            "{text} comes with a later version; there are dds and ros2"
+            "{text} comes with a later version; there are dds, ros2, urdf and gltf"
         )),
         _ => {
-            let near = rc_diagnostics::nearest(text, ["dds", "ros2", "slice"]);
+            let near = rc_diagnostics::nearest(text, TARGETS.into_iter().chain(["slice"]));
             let hint = near.map(|near| format!("did you mean `{near}`?"));
-            Err(hint.unwrap_or_else(|| "there are dds and ros2".to_owned()))
+            Err(hint.unwrap_or_else(|| "there are dds, ros2, urdf and gltf".to_owned()))
         }
     }
 }

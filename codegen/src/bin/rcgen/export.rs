@@ -1,6 +1,7 @@
 //! `rcgen export`.
 
 use crate::command_line::{Common, Target};
+use crate::innermodel;
 use crate::reports::{Failure, load, print_line, report, tell, unreadable};
 use rc_codegen::files::Change;
 use rc_codegen::{FileLoader, Files, export};
@@ -14,6 +15,9 @@ pub(crate) fn export(
     common: &Common,
     dry_run: bool,
 ) -> Result<(), Failure> {
+    if matches!(target, Target::Urdf | Target::Gltf) {
+        return innermodel::export(target, file, out, common, dry_run);
+    }
     let is_component = file.extension().is_some_and(|e| e == "cdsl");
     if is_component && matches!(target, Target::Ros2) {
         return export_component(file, out, common, dry_run);
@@ -31,8 +35,8 @@ pub(crate) fn export(
             let right = Some(library).filter(|_| !found.has_errors());
             right.map(|library| {
                 let (files, more) = match target {
-                    Target::Dds => export::dds(&library, &sources),
                     Target::Ros2 => export::ros2(&library, &sources),
+                    _ => export::dds(&library, &sources),
                 };
                 found.extend(more);
                 files

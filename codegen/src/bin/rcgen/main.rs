@@ -10,6 +10,7 @@ mod configuration;
 mod export;
 mod generation;
 mod graph;
+mod innermodel;
 mod reports;
 mod start;
 
@@ -57,6 +58,7 @@ fn main() -> ExitCode {
             common,
             dry_run,
         }) => export::export(to, &file, &out, &common, dry_run),
+        Some(Command::Import { file, out, format }) => innermodel::import(&file, &out, format),
         Some(Command::Stubs { file, common, out }) => component::print_stubs(&file, &common, out),
         Some(Command::Graph {
             file,

@@ -8,6 +8,7 @@
 )]
 
 pub mod rc_bench;
+pub mod rc_inner_model;
 pub mod rc_interop;
 pub mod rc_soak;
 pub mod robo_comp_battery_status;
@@ -17,6 +18,7 @@ pub mod robo_comp_differential_robot;
 pub mod robo_comp_full_pose_estimation;
 pub mod robo_comp_full_pose_estimation_pub;
 pub mod robo_comp_generic_base;
+pub mod robo_comp_inner_model_manager;
 pub mod robo_comp_joint_motor;
 pub mod robo_comp_laser;
 pub mod robo_comp_laser_pub;

@@ -1,5 +1,8 @@
 //! Tests of collisions.
 
+mod coal;
+#[path = "../../../../deploy/tests/all/python.rs"]
+mod python;
 mod rays;
 mod scenes;
 mod shapes;

@@ -1,0 +1,5 @@
+//! The component `arm_monitor`.
+
+mod specific_worker;
+
+pub use specific_worker::SpecificWorker;

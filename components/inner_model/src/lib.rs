@@ -1,0 +1,11 @@
+//! The component `inner_model`.
+
+mod manager;
+mod refusal;
+mod replica;
+mod service;
+mod specific_worker;
+mod wire;
+mod world;
+
+pub use specific_worker::SpecificWorker;

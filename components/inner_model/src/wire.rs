@@ -1,0 +1,90 @@
+//! Between the tree and the types of the interfaces.
+
+use inner_model_generated::{Attribute, Direction, Node, Point, Pose, Pose3D};
+use innermodel::{NodeRef, Vector};
+
+pub(crate) fn point_in(point: &Point) -> innermodel::Point {
+    innermodel::Point::new(point.x, point.y, point.z)
+}
+
+pub(crate) fn point_out(point: &innermodel::Point) -> Point {
+    Point {
+        x: point.x,
+        y: point.y,
+        z: point.z,
+    }
+}
+
+pub(crate) fn direction_in(direction: &Direction) -> Vector {
+    Vector::new(direction.x, direction.y, direction.z)
+}
+
+pub(crate) fn direction_out(vector: &Vector) -> Direction {
+    Direction {
+        x: vector.x,
+        y: vector.y,
+        z: vector.z,
+    }
+}
+
+pub(crate) fn pose_in(pose: &Pose) -> innermodel::Pose {
+    innermodel::Pose::new(pose.x, pose.y, pose.z, pose.rx, pose.ry, pose.rz)
+}
+
+pub(crate) fn pose_out(pose: &innermodel::Pose) -> Pose {
+    let ([x, y, z], [rx, ry, rz]) = (pose.translation, pose.rotation);
+    Pose {
+        x,
+        y,
+        z,
+        rx,
+        ry,
+        rz,
+    }
+}
+
+/// The pose of RoboComp's interface.
+pub(crate) fn pose3d_in(pose: &Pose3D) -> innermodel::Pose {
+    let wide = f64::from;
+    innermodel::Pose::new(
+        wide(pose.x),
+        wide(pose.y),
+        wide(pose.z),
+        wide(pose.rx),
+        wide(pose.ry),
+        wide(pose.rz),
+    )
+}
+
+/// The pose of RoboComp's interface.
+pub(crate) fn pose3d_out(pose: &innermodel::Pose) -> Pose3D {
+    let ([x, y, z], [rx, ry, rz]) = (pose.translation, pose.rotation);
+    let narrow = |number: f64| number as f32;
+    Pose3D {
+        x: narrow(x),
+        y: narrow(y),
+        z: narrow(z),
+        rx: narrow(rx),
+        ry: narrow(ry),
+        rz: narrow(rz),
+    }
+}
+
+/// A node without its children. The root has no element.
+pub(crate) fn node_out(node: &NodeRef<'_>) -> Node {
+    let parent = node.parent();
+    let attributes = node.attributes();
+    Node {
+        id: node.id().to_owned(),
+        parent: parent.map_or_else(String::new, |parent| parent.id().to_owned()),
+        element: parent.map_or_else(String::new, |_| node.element()),
+        position: node.position().unwrap_or_default(),
+        attributes: attributes
+            .map(|(name, form, value)| Attribute {
+                name: name.to_owned(),
+                type_: form.to_owned(),
+                value: value.to_owned(),
+            })
+            .collect(),
+    }
+}

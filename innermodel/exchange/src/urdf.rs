@@ -1,0 +1,10 @@
+//! URDF.
+
+mod read;
+mod write;
+
+pub use read::read;
+pub use write::write;
+
+/// Takes metres to millimetres.
+const METRE: f64 = 1000.0;

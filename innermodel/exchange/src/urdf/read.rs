@@ -1,0 +1,611 @@
+//! From URDF to a document.
+
+use super::METRE;
+use crate::matrix::{
+    IDENTITY, Matrix, OF_MESH, Place, TO_URDF, Vector, angles, apply, between, of_rpy, product,
+    transposed, unit,
+};
+use innermodel_language::Pose;
+use innermodel_language::model::{
+    Axis, Document, Joint, Kind, Mesh, Node, Plane, Prismatic, ROOT, Render, Shape, Solid,
+    Transform,
+};
+use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap, Span, nearest};
+use rc_xml::XmlSource;
+use roxmltree::Node as Xml;
+use std::collections::{BTreeMap, HashSet};
+
+/// How deep links may be nested.
+const MAX_DEPTH: usize = 512;
+
+/// Elements that are read, or mean nothing for a tree of frames.
+const KNOWN: [&str; 4] = ["link", "joint", "material", "origin"];
+
+/// Reads a robot. The document is complete unless an error was found. Warnings tell what a tree of
+/// InnerModel has no words for.
+///
+/// A link is a node with its name, a joint that moves one with the name of the joint. If both names
+/// are equal and the axis is x, y or z, the joint is the link.
+pub fn read(sources: &SourceMap, source: SourceId) -> (Document, Diagnostics) {
+    let mut found = Diagnostics::new();
+    let text = XmlSource {
+        source,
+        text: sources.text(source),
+        root: "robot",
+        not_supported: "xml-not-supported",
+    };
+    let document = match text.parse() {
+        Ok(document) => document,
+        Err(problem) => {
+            found.push(problem);
+            return (Document::default(), found);
+        }
+    };
+    let top = document.root_element();
+    if top.tag_name().name() != "robot" {
+        let message = format!(
+            "expected `<robot>`, found `<{}>`",
+            text.slice(text.tag(top))
+        );
+        found.push(Diagnostic::error("not-a-urdf", text.tag(top), message));
+        return (Document::default(), found);
+    }
+    let mut reader = Reader {
+        text,
+        found,
+        document: Document::default(),
+        ids: HashSet::new(),
+        colours: BTreeMap::new(),
+    };
+    reader.robot(top);
+    (reader.document, reader.found)
+}
+
+struct Reader<'a> {
+    text: XmlSource<'a>,
+    found: Diagnostics,
+    document: Document,
+    ids: HashSet<String>,
+    /// Materials with a name, and their colours as `#rrggbb`.
+    colours: BTreeMap<String, String>,
+}
+
+/// A joint with the names of its links.
+struct Edge<'d> {
+    xml: Xml<'d, 'd>,
+    parent: Name,
+    child: Name,
+}
+
+/// A body of a link.
+struct Body {
+    name: String,
+    place: Place,
+    kind: Kind,
+}
+
+fn pose(place: &Place) -> Pose {
+    Pose {
+        translation: place.translation,
+        rotation: angles(&place.rotation),
+    }
+}
+
+impl Reader<'_> {
+    fn error(&mut self, code: &'static str, span: Span, message: String) {
+        self.found.push(Diagnostic::error(code, span, message));
+    }
+
+    fn misses(&mut self, span: Span, message: String) {
+        self.found
+            .push(Diagnostic::warning("lost-on-import", span, message));
+    }
+
+    fn robot<'d>(&mut self, top: Xml<'d, 'd>) {
+        let mut links: BTreeMap<String, Xml<'d, 'd>> = BTreeMap::new();
+        let mut edges: Vec<Edge<'d>> = Vec::new();
+        for xml in top.children().filter(Xml::is_element) {
+            let (tag, span) = (xml.tag_name().name(), self.text.tag(xml));
+            match tag {
+                "link" => {
+                    let Some(name) = self.attribute(xml, "name") else {
+                        continue;
+                    };
+                    if links.insert(name.text.clone(), xml).is_some() {
+                        let message = format!("duplicate link `{}`", name.text);
+                        self.error("duplicate-id", name.span, message);
+                    }
+                }
+                "joint" => edges.extend(self.edge(xml)),
+                "material" => {
+                    let name = self.text.attribute(xml, "name");
+                    if let (Some(name), Some(colour)) = (name, self.colour(xml)) {
+                        self.colours.insert(name.text, colour);
+                    }
+                }
+                _ => {
+                    let message = format!("InnerModel has no words for `<{tag}>`");
+                    let finding = Diagnostic::warning("lost-on-import", span, message);
+                    self.found.push(finding.did_you_mean(nearest(tag, KNOWN)));
+                }
+            }
+        }
+        let mut below: BTreeMap<&str, Vec<&Edge<'d>>> = BTreeMap::new();
+        let mut children: HashSet<&str> = HashSet::new();
+        for edge in &edges {
+            for link in [&edge.parent, &edge.child] {
+                if !links.contains_key(&link.text) {
+                    let message = format!("there is no link `{}`", link.text);
+                    let error = Diagnostic::error("unknown-link", link.span, message);
+                    let names = links.keys().map(String::as_str);
+                    self.found.push(error.suggest(&link.text, names));
+                }
+            }
+            if !children.insert(&edge.child.text) {
+                let message = format!("the link `{}` has two joints above it", edge.child.text);
+                self.error("duplicate-id", edge.child.span, message);
+            }
+            below.entry(&edge.parent.text).or_default().push(edge);
+        }
+        if self.found.has_errors() {
+            return;
+        }
+        self.ids.extend(links.keys().cloned());
+        let tops = links
+            .iter()
+            .filter(|(name, _)| !children.contains(name.as_str()));
+        let tops: Vec<(&String, &Xml<'d, 'd>)> = tops.collect();
+        let mut left = links.len();
+        // The links still to read: their node, and how deep they are.
+        let mut rest: Vec<(&str, Option<usize>, usize)> = Vec::new();
+        for (name, _) in tops {
+            let frame = Node::new(name, Kind::Transform(Transform::default()));
+            let node = (name != ROOT).then(|| self.push(frame));
+            rest.push((name, node, 0));
+        }
+        while let Some((name, node, depth)) = rest.pop() {
+            left -= 1;
+            let Some(xml) = links.get(name) else { continue };
+            self.link(*xml, name, node);
+            if depth == MAX_DEPTH {
+                let message = format!("links are nested more than {MAX_DEPTH} deep");
+                return self.error("nested-too-deep", self.text.tag(*xml), message);
+            }
+            for edge in below.get(name).into_iter().flatten() {
+                let inner = self.joint(edge, node);
+                rest.push((&edge.child.text, Some(inner), depth + 1));
+            }
+        }
+        if left > 0 {
+            let span = self.text.tag(top);
+            self.error(
+                "unknown-link",
+                span,
+                "the joints of some links form a circle".to_owned(),
+            );
+        }
+    }
+
+    /// Adds a node, and returns its place.
+    fn push(&mut self, node: Node) -> usize {
+        self.document.nodes.push(node);
+        self.document.nodes.len() - 1
+    }
+
+    /// An id like `wanted` that no node has.
+    fn fresh(&mut self, wanted: &str) -> String {
+        let mut id = wanted.to_owned();
+        let mut number = 1;
+        while id == ROOT || id.is_empty() || !self.ids.insert(id.clone()) {
+            number += 1;
+            id = format!("{wanted}_{number}");
+        }
+        id
+    }
+
+    /// An attribute that has to be there.
+    fn attribute(&mut self, xml: Xml<'_, '_>, name: &str) -> Option<Name> {
+        let found = self.text.attribute(xml, name);
+        if found.is_none() {
+            let tag = self.text.tag(xml);
+            let message = format!("`<{}>` has no attribute `{name}`", self.text.slice(tag));
+            self.error("missing-attribute", tag, message);
+        }
+        found
+    }
+
+    /// The numbers of an attribute; the default where it is missing or wrong.
+    fn numbers<const N: usize>(
+        &mut self,
+        xml: Xml<'_, '_>,
+        name: &str,
+        default: [f64; N],
+    ) -> [f64; N] {
+        let Some(value) = self.text.attribute(xml, name) else {
+            return default;
+        };
+        let words = value.text.split_whitespace();
+        let numbers: Option<Vec<f64>> = words
+            .map(|word| word.parse().ok().filter(|n: &f64| n.is_finite()))
+            .collect();
+        numbers
+            .and_then(|all| all.try_into().ok())
+            .unwrap_or_else(|| {
+                let count = if N == 1 {
+                    "a number".to_owned()
+                } else {
+                    format!("{N} numbers")
+                };
+                let message = format!("expected {count} for `{name}`, found `{}`", value.text);
+                self.error("bad-number", value.span, message);
+                default
+            })
+    }
+
+    fn number(&mut self, xml: Xml<'_, '_>, name: &str, default: f64) -> f64 {
+        self.numbers(xml, name, [default])[0]
+    }
+
+    /// The place of the child `origin`, in the frame and unit of InnerModel.
+    fn origin(&mut self, xml: Xml<'_, '_>) -> Place {
+        let Some(origin) = child_of(xml, "origin") else {
+            return Place::HERE;
+        };
+        let place = Place {
+            translation: self.numbers(origin, "xyz", [0.0; 3]),
+            rotation: of_rpy(self.numbers(origin, "rpy", [0.0; 3])),
+        };
+        place.changed(&transposed(&TO_URDF), METRE)
+    }
+
+    fn edge<'d>(&mut self, xml: Xml<'d, 'd>) -> Option<Edge<'d>> {
+        let mut link = |tag: &str| {
+            let Some(end) = child_of(xml, tag) else {
+                let span = self.text.tag(xml);
+                self.error(
+                    "missing-attribute",
+                    span,
+                    format!("the joint has no `<{tag}>`"),
+                );
+                return None;
+            };
+            self.attribute(end, "link")
+        };
+        let (parent, child) = (link("parent"), link("child"));
+        Some(Edge {
+            xml,
+            parent: parent?,
+            child: child?,
+        })
+    }
+
+    /// Adds a joint and the node of the link below it, which it returns.
+    fn joint(&mut self, edge: &Edge<'_>, parent: Option<usize>) -> usize {
+        let xml = edge.xml;
+        let here = self.origin(xml);
+        let name = self.text.attribute(xml, "name");
+        let link = &edge.child.text;
+        let form = self.text.attribute(xml, "type");
+        let form = form.unwrap_or_else(|| Name::new("", self.text.tag(xml)));
+        for tag in ["mimic", "dynamics", "calibration", "safety_controller"] {
+            if let Some(lost) = child_of(xml, tag) {
+                let message = format!("InnerModel has no words for `<{tag}>` of a joint");
+                self.misses(self.text.tag(lost), message);
+            }
+        }
+        let turns = matches!(form.text.as_str(), "revolute" | "continuous");
+        if !turns && form.text != "prismatic" {
+            if !["fixed", "floating", "planar"].contains(&form.text.as_str()) {
+                let known = [
+                    "fixed",
+                    "revolute",
+                    "continuous",
+                    "prismatic",
+                    "floating",
+                    "planar",
+                ];
+                let message = format!("unknown type of a joint `{}`", form.text);
+                let error = Diagnostic::error("bad-value", form.span, message);
+                self.found.push(error.suggest(&form.text, known));
+            } else if form.text != "fixed" {
+                let message = format!(
+                    "a {} joint becomes a transform, which moves freely",
+                    form.text
+                );
+                self.misses(form.span, message);
+            }
+            let kind = Kind::Transform(Transform::default());
+            return self.push(Node {
+                parent,
+                pose: pose(&here),
+                ..Node::new(link, kind)
+            });
+        }
+        let axis = child_of(xml, "axis");
+        let axis = axis.map_or([1.0, 0.0, 0.0], |axis| {
+            self.numbers(axis, "xyz", [1.0, 0.0, 0.0])
+        });
+        // A rotation changes its sense where the hand changes.
+        let sense = if turns { -1.0 } else { 1.0 };
+        let axis = apply(&transposed(&TO_URDF), &axis).map(|n| n * sense);
+        let (axis, turn) = self.axis(&axis, xml);
+        let unit = if turns { 1.0 } else { METRE };
+        let (mut min, mut max) = (f64::NEG_INFINITY, f64::INFINITY);
+        if form.text != "continuous"
+            && let Some(limit) = child_of(xml, "limit")
+        {
+            min = self.number(limit, "lower", 0.0) * unit;
+            max = self.number(limit, "upper", 0.0) * unit;
+        }
+        let named = name.map_or_else(|| link.clone(), |name| name.text);
+        let is_link = named == *link && turn == IDENTITY && (turns || here == Place::HERE);
+        let id = if is_link { named } else { self.fresh(&named) };
+        let turned = here.then_inner(&Place {
+            rotation: turn,
+            translation: [0.0; 3],
+        });
+        let moving = if turns {
+            self.push(Node {
+                parent,
+                pose: pose(&turned),
+                ..Node::new(
+                    &id,
+                    Kind::Joint(Joint {
+                        axis,
+                        min,
+                        max,
+                        home: 0.0,
+                        port: 0,
+                        low: [0.0; 3],
+                        high: [0.0; 3],
+                    }),
+                )
+            })
+        } else {
+            // A prismatic joint has no pose of its own.
+            let base = (turned != Place::HERE).then(|| {
+                let base = self.fresh(&format!("{id}_base"));
+                self.push(Node {
+                    parent,
+                    pose: pose(&turned),
+                    ..Node::new(&base, Kind::Transform(Transform::default()))
+                })
+            });
+            self.push(Node {
+                parent: base.or(parent),
+                ..Node::new(
+                    &id,
+                    Kind::Prismatic(Prismatic {
+                        axis,
+                        min,
+                        max,
+                        home: 0.0,
+                        position: 0.0,
+                        offset: 0.0,
+                        port: 0,
+                    }),
+                )
+            })
+        };
+        if is_link {
+            return moving;
+        }
+        let back = Place {
+            rotation: transposed(&turn),
+            translation: [0.0; 3],
+        };
+        self.push(Node {
+            parent: Some(moving),
+            pose: pose(&back),
+            ..Node::new(link, Kind::Transform(Transform::default()))
+        })
+    }
+
+    /// An axis of InnerModel, and the rotation that takes it to the wanted one.
+    fn axis(&mut self, wanted: &Vector, xml: Xml<'_, '_>) -> (Axis, Matrix) {
+        let Some(wanted) = unit(wanted) else {
+            let message = "the axis of the joint is 0".to_owned();
+            self.error("bad-value", self.text.tag(xml), message);
+            return (Axis::Z, IDENTITY);
+        };
+        for axis in [Axis::X, Axis::Y, Axis::Z] {
+            if wanted[axis.index()] > 1.0 - 1e-12 {
+                return (axis, IDENTITY);
+            }
+        }
+        (Axis::Z, between(&[0.0, 0.0, 1.0], &wanted))
+    }
+
+    /// The bodies and the mass of a link.
+    fn link(&mut self, xml: Xml<'_, '_>, name: &str, node: Option<usize>) {
+        if let Some(inertial) = child_of(xml, "inertial") {
+            let mass = child_of(inertial, "mass").map(|mass| self.number(mass, "value", 0.0));
+            let kind = node.map(|at| &mut self.document.nodes[at].kind);
+            match (kind, mass) {
+                (Some(Kind::Transform(transform)), Some(mass)) => transform.mass = mass,
+                (_, Some(mass)) if mass != 0.0 => {
+                    let message = format!("only a transform has a mass: `{name}` loses it");
+                    self.misses(self.text.tag(inertial), message);
+                }
+                _ => {}
+            }
+            let inertia = child_of(inertial, "inertia");
+            let parts = inertia.iter().flat_map(Xml::attributes);
+            if parts
+                .into_iter()
+                .any(|part| part.value().trim().parse() != Ok(0.0))
+            {
+                let message = format!("InnerModel has no moments of inertia: `{name}` loses them");
+                self.misses(self.text.tag(inertial), message);
+            }
+        }
+        let all = |tag: &str| -> Vec<Xml<'_, '_>> {
+            xml.children()
+                .filter(|child| child.has_tag_name(tag))
+                .collect()
+        };
+        let mut bodies: Vec<Body> = Vec::new();
+        for visual in all("visual") {
+            bodies.extend(self.body(visual, name));
+        }
+        for collision in all("collision") {
+            let Some(body) = self.body(collision, name) else {
+                continue;
+            };
+            let is_same = |seen: &&mut Body| {
+                seen.place == body.place && shape(&seen.kind) == shape(&body.kind)
+            };
+            if let Some(same) = bodies.iter_mut().find(is_same) {
+                set_collides(&mut same.kind);
+                continue;
+            }
+            let message = format!("a body of `{name}` that collides is drawn, too");
+            self.misses(self.text.tag(collision), message);
+            let mut body = body;
+            set_collides(&mut body.kind);
+            bodies.push(body);
+        }
+        for body in bodies {
+            self.add_body(body, node);
+        }
+    }
+
+    fn add_body(&mut self, body: Body, parent: Option<usize>) {
+        let id = self.fresh(&body.name);
+        let mut node = Node {
+            parent,
+            pose: pose(&body.place),
+            ..Node::new(&id, body.kind)
+        };
+        if !node.kind.has_pose() && node.pose != Pose::default() {
+            // A plane has no pose of its own.
+            let place = self.fresh(&format!("{id}_pose"));
+            let above = self.push(Node {
+                parent,
+                pose: node.pose,
+                ..Node::new(&place, Kind::Transform(Transform::default()))
+            });
+            (node.parent, node.pose) = (Some(above), Pose::default());
+        }
+        self.push(node);
+    }
+
+    /// The body of a `visual` or a `collision`.
+    fn body(&mut self, xml: Xml<'_, '_>, link: &str) -> Option<Body> {
+        let here = self.origin(xml);
+        let geometry = child_of(xml, "geometry")?;
+        let geometry = geometry.children().find(Xml::is_element)?;
+        let material = child_of(xml, "material");
+        let texture = material.and_then(|material| {
+            let own = self.colour(material);
+            let name = self.text.attribute(material, "name");
+            own.or_else(|| self.colours.get(&name?.text).cloned())
+        });
+        let texture = texture.unwrap_or_default();
+        let solid = |shape: Shape| {
+            Kind::Solid(Solid {
+                shape,
+                texture: texture.clone(),
+                collide: false,
+            })
+        };
+        let mut there = here;
+        let kind = match geometry.tag_name().name() {
+            "box" => {
+                let [x, y, z] = self.numbers(geometry, "size", [1.0; 3]).map(|n| n * METRE);
+                Kind::Plane(Plane {
+                    texture: texture.clone(),
+                    size: [y, z, x],
+                    repeat: 1,
+                    normal: [0.0, 0.0, -1.0],
+                    point: [0.0; 3],
+                    collide: false,
+                })
+            }
+            "sphere" => solid(Shape::Sphere {
+                radius: self.number(geometry, "radius", 1.0) * METRE,
+            }),
+            "cylinder" => solid(Shape::Cylinder {
+                radius: self.number(geometry, "radius", 1.0) * METRE,
+                length: self.number(geometry, "length", 1.0) * METRE,
+            }),
+            "mesh" => {
+                let file = self.attribute(geometry, "filename")?;
+                let scale = self.numbers(geometry, "scale", [1.0; 3]);
+                // The file has its own axes: a rotation, since both change the hand.
+                let axes = product(&transposed(&TO_URDF), &OF_MESH);
+                there.rotation = product(&there.rotation, &axes);
+                Kind::Mesh(Mesh {
+                    file: path(&file.text).to_owned(),
+                    path: None,
+                    scale: scale.map(|n| n * METRE),
+                    render: Render::Normal,
+                    collide: false,
+                })
+            }
+            other => {
+                let message = format!("InnerModel has no words for the shape `<{other}>`");
+                self.misses(self.text.tag(geometry), message);
+                return None;
+            }
+        };
+        let name = self.text.attribute(xml, "name").map(|name| name.text);
+        let name = name.filter(|name| !name.is_empty());
+        Some(Body {
+            name: name.unwrap_or_else(|| format!("{link}_body")),
+            place: there,
+            kind,
+        })
+    }
+
+    /// The colour of a material as `#rrggbb`.
+    fn colour(&mut self, material: Xml<'_, '_>) -> Option<String> {
+        if let Some(texture) = child_of(material, "texture") {
+            let message = "pictures on bodies of URDF are not imported".to_owned();
+            self.misses(self.text.tag(texture), message);
+        }
+        let colour = child_of(material, "color")?;
+        let [red, green, blue, _] = self.numbers(colour, "rgba", [0.7, 0.7, 0.7, 1.0]);
+        let [red, green, blue] =
+            [red, green, blue].map(|part| (part.clamp(0.0, 1.0) * 255.0).round() as u8);
+        Some(format!("#{red:02x}{green:02x}{blue:02x}"))
+    }
+}
+
+fn child_of<'a, 'd>(xml: Xml<'a, 'd>, tag: &str) -> Option<Xml<'a, 'd>> {
+    xml.children().find(|child| child.has_tag_name(tag))
+}
+
+/// The file of a mesh, without the scheme and the package: it is looked for by its base name.
+fn path(written: &str) -> &str {
+    if let Some(path) = written.strip_prefix("file://") {
+        return path;
+    }
+    let package = written.strip_prefix("package://");
+    package.map_or(written, |rest| {
+        rest.split_once('/').map_or(rest, |(_, path)| path)
+    })
+}
+
+/// What a body is, whatever its colour.
+fn shape(kind: &Kind) -> Option<(String, Vector)> {
+    match kind {
+        Kind::Plane(plane) => Some((String::new(), plane.size)),
+        Kind::Mesh(mesh) => Some((mesh.file.clone(), mesh.scale)),
+        Kind::Solid(solid) => Some(match solid.shape {
+            Shape::Sphere { radius } => ("sphere".to_owned(), [radius, 0.0, 0.0]),
+            Shape::Cylinder { radius, length } => ("cylinder".to_owned(), [radius, length, 0.0]),
+            Shape::Cone { radius, length } => ("cone".to_owned(), [radius, length, 0.0]),
+        }),
+        _ => None,
+    }
+}
+
+fn set_collides(kind: &mut Kind) {
+    match kind {
+        Kind::Plane(plane) => plane.collide = true,
+        Kind::Mesh(mesh) => mesh.collide = true,
+        Kind::Solid(solid) => solid.collide = true,
+        _ => {}
+    }
+}

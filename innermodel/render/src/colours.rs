@@ -1,0 +1,30 @@
+//! Colours of bodies and their shading.
+
+use innermodel::{Kind, Vector};
+
+/// The colour where nothing is.
+pub(crate) const SKY: [u8; 3] = [200, 215, 235];
+/// The colour of bodies without one.
+const PLAIN: [u8; 3] = [180, 180, 180];
+
+/// The colour of `#rrggbb`.
+pub(crate) fn colour(kind: &Kind) -> [u8; 3] {
+    let texture = match kind {
+        Kind::Plane(plane) => &plane.texture,
+        Kind::Display(display) => &display.plane.texture,
+        Kind::Solid(solid) => &solid.texture,
+        _ => return PLAIN,
+    };
+    let digits = texture.strip_prefix('#').filter(|digits| digits.len() == 6);
+    let number = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
+    number.map_or(PLAIN, |number| {
+        let [_, red, green, blue] = number.to_be_bytes();
+        [red, green, blue]
+    })
+}
+
+/// The light is at the camera: a surface that faces it is brighter.
+pub(crate) fn shade(colour: [u8; 3], normal: &Vector, way: &Vector) -> [u8; 3] {
+    let facing = (normal.dot(way) / (normal.norm() * way.norm())).abs();
+    colour.map(|part| (f64::from(part) * (0.35 + 0.65 * facing)) as u8)
+}

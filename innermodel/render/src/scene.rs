@@ -1,0 +1,176 @@
+//! The bodies of a tree on the raster of a camera.
+
+use crate::colours::{SKY, colour};
+use crate::image::Image;
+use crate::view::{Projection, View};
+use crate::{solids, triangles};
+use innermodel::kinds::{Mesh, Shape};
+use innermodel::shapes::{Body, bars, body};
+use innermodel::{Kind, NodeRef, Point, Snapshot, Transform};
+use innermodel_mesh::{MeshError, TriangleMesh};
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use thiserror::Error;
+
+/// The most pixels of an image.
+const MOST_PIXELS: f64 = 16_777_216.0;
+
+/// A mesh that cannot be drawn.
+#[derive(Debug)]
+pub struct Problem {
+    /// The id of the node.
+    pub id: String,
+    /// Why.
+    pub error: MeshError,
+}
+
+/// The camera has more than 16,777,216 pixels, or no number of pixels.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[error("cannot draw {width} × {height} pixels; expected at most 16777216 in all")]
+pub struct TooLarge {
+    /// Of the camera.
+    pub width: f64,
+    /// Of the camera.
+    pub height: f64,
+}
+
+/// The path of a mesh, and its scale bit by bit.
+type MeshKey = (PathBuf, [u64; 3]);
+
+/// The meshes of a tree. Each one is read once.
+#[derive(Debug, Default)]
+pub struct Scene {
+    meshes: HashMap<MeshKey, Option<Arc<TriangleMesh>>>,
+    problems: Vec<Problem>,
+}
+
+enum Part {
+    Triangles(Arc<TriangleMesh>),
+    Solid(Shape),
+}
+
+impl Scene {
+    /// No mesh is read yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Meshes that could not be drawn since the last call.
+    pub fn problems(&mut self) -> Vec<Problem> {
+        std::mem::take(&mut self.problems)
+    }
+
+    /// What a camera sees of a tree.
+    ///
+    /// # Errors
+    /// The camera has too many pixels.
+    pub fn draw(&mut self, tree: &Snapshot, view: &View) -> Result<Image, TooLarge> {
+        let (width, height) = (view.camera.width, view.camera.height);
+        let is_drawable = width >= 0.0 && height >= 0.0 && width * height <= MOST_PIXELS;
+        if !is_drawable || width.max(height) > MOST_PIXELS {
+            return Err(TooLarge { width, height });
+        }
+        let mut image = Image::new(width as usize, height as usize, SKY);
+        let projection = Projection::new(&view.camera);
+        let to_camera = view.place.inverse();
+        for node in tree.nodes() {
+            let here = to_camera * node.to_root();
+            if let Kind::Axes(axes) = node.kind() {
+                for (size, place, colour) in bars(axes.lengths, axes.widths) {
+                    let mut canvas = triangles::Canvas {
+                        image: &mut image,
+                        projection: &projection,
+                        colour,
+                        node: node.node_id(),
+                    };
+                    canvas.mesh(&cuboid(size), &(here * place));
+                }
+                continue;
+            }
+            let Some((part, place)) = self.part(&node) else {
+                continue;
+            };
+            let mut canvas = triangles::Canvas {
+                image: &mut image,
+                projection: &projection,
+                colour: colour(node.kind()),
+                node: node.node_id(),
+            };
+            match part {
+                Part::Triangles(mesh) => canvas.mesh(&mesh, &(here * place)),
+                Part::Solid(shape) => solids::draw(&mut canvas, shape, &(here * place)),
+            }
+        }
+        Ok(image)
+    }
+
+    /// The body of a node, and its place in the node.
+    fn part(&mut self, node: &NodeRef<'_>) -> Option<(Part, Transform)> {
+        let (body, place) = body(node.kind())?;
+        let part = match body {
+            Body::Box(size) => Part::Triangles(Arc::new(cuboid(size))),
+            Body::Solid(shape) => Part::Solid(shape),
+            Body::Mesh(mesh) => Part::Triangles(self.mesh(node, mesh)?),
+        };
+        Some((part, place))
+    }
+
+    fn mesh(&mut self, node: &NodeRef<'_>, mesh: &Mesh) -> Option<Arc<TriangleMesh>> {
+        let path = mesh.path.clone();
+        let path = path.unwrap_or_else(|| mesh.file.clone().into());
+        let key = (path, mesh.scale.map(f64::to_bits));
+        if let Some(known) = self.meshes.get(&key) {
+            return known.clone();
+        }
+        let read = match innermodel_mesh::read(&key.0) {
+            Ok(mut read) => {
+                let [sx, sy, sz] = mesh.scale;
+                for [x, y, z] in &mut read.vertices {
+                    (*x, *y, *z) = (*x * sx, *y * sy, -*z * sz);
+                }
+                Some(Arc::new(read))
+            }
+            Err(error) => {
+                let id = node.id().to_owned();
+                self.problems.push(Problem { id, error });
+                None
+            }
+        };
+        self.meshes.insert(key, read.clone());
+        read
+    }
+}
+
+impl triangles::Canvas<'_> {
+    fn mesh(&mut self, mesh: &TriangleMesh, to_camera: &Transform) {
+        let corner = |at: u32| {
+            let vertex = Point::from(mesh.vertices[at as usize]);
+            to_camera.point(&vertex).coords
+        };
+        for triangle in &mesh.triangles {
+            self.triangle(triangle.map(corner));
+        }
+    }
+}
+
+fn cuboid(size: [f64; 3]) -> TriangleMesh {
+    let vertices = (0..8).map(|corner| {
+        [0, 1, 2].map(|axis| size[axis] / 2.0 * if corner >> axis & 1 == 0 { -1.0 } else { 1.0 })
+    });
+    let sides = [
+        [0, 1, 3, 2],
+        [4, 6, 7, 5],
+        [0, 4, 5, 1],
+        [2, 3, 7, 6],
+        [0, 2, 6, 4],
+        [1, 5, 7, 3],
+    ];
+    let triangles = sides
+        .into_iter()
+        .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    TriangleMesh {
+        vertices: vertices.collect(),
+        triangles: triangles.collect(),
+    }
+}

@@ -1,0 +1,176 @@
+//! The command line of `rcview`.
+
+use innermodel_viewer::Marks;
+use lexopt::{Arg, Parser, ValueExt};
+use std::path::PathBuf;
+
+/// What `--help` prints.
+const HELP: &str = "\
+Shows an InnerModel file in a window, or draws it into a file
+
+Usage: rcview [OPTIONS] FILE.xml
+
+Options:
+      --camera <CAMERA>    The id of a camera or rgbd of the file, or a point X,Y,Z in millimetres that looks
+                           at the middle of the scene, or six numbers: a point and another one to look at
+      --png <FILE>         Draws into a file, without a window
+      --size <WxH>         The size of the image or the window in pixels [default: that of the camera for an
+                           image, otherwise 960x640]
+      --ids                Gives each node a colour of its own in the image, and prints the colours
+      --frames             Draws the axes of frames: x red, y green, z blue
+      --names              Writes the ids of nodes
+      --joint <ID=VALUE>   Moves a joint: an angle in radians, or millimetres of a prismatic one
+  -I <DIR>                 Looks for meshes and included files here, too
+  -h, --help               Prints this help
+  -V, --version            Prints the version
+
+In the window: drag to turn, drag with the right button to move, the wheel zooms, a click picks a node and
+prints its pose; f switches frames, n names, r returns to the first view, q ends.
+
+Exit codes: 0 success, 1 the file is wrong, 2 the command line is wrong, 3 the system refused something
+";
+
+/// Why the program fails.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The file is wrong.
+    Input(String),
+    /// The command line is wrong.
+    Usage(String),
+    /// The system refused something.
+    System(String),
+}
+
+impl Failure {
+    pub(crate) fn text(&self) -> &str {
+        match self {
+            Self::Input(text) | Self::Usage(text) | Self::System(text) => text,
+        }
+    }
+
+    pub(crate) fn code(&self) -> u8 {
+        match self {
+            Self::Input(_) => 1,
+            Self::Usage(_) => 2,
+            Self::System(_) => 3,
+        }
+    }
+}
+
+impl From<lexopt::Error> for Failure {
+    fn from(error: lexopt::Error) -> Self {
+        Self::Usage(error.to_string())
+    }
+}
+
+/// From where the picture is taken.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Camera {
+    /// A camera of the tree.
+    Node(String),
+    /// A point, and the point that it looks at.
+    Point([f64; 3], Option<[f64; 3]>),
+}
+
+/// What the user wants.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Request {
+    pub(crate) file: PathBuf,
+    pub(crate) include: Vec<PathBuf>,
+    pub(crate) camera: Option<Camera>,
+    pub(crate) png: Option<PathBuf>,
+    pub(crate) size: (usize, usize),
+    pub(crate) has_size: bool,
+    pub(crate) ids: bool,
+    pub(crate) marks: Marks,
+    pub(crate) joints: Vec<(String, f64)>,
+}
+
+/// What the command line asks for.
+pub(crate) enum Command {
+    /// Prints a text.
+    Print(&'static str),
+    /// Shows or draws a file.
+    View(Request),
+}
+
+/// Reads the command line.
+pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
+    let mut file = None;
+    let mut request = Request {
+        file: PathBuf::new(),
+        include: Vec::new(),
+        camera: None,
+        png: None,
+        size: (960, 640),
+        has_size: false,
+        ids: false,
+        marks: Marks::default(),
+        joints: Vec::new(),
+    };
+    while let Some(argument) = parser.next()? {
+        match argument {
+            Arg::Short('h') | Arg::Long("help") => return Ok(Command::Print(HELP)),
+            Arg::Short('V') | Arg::Long("version") => {
+                let version = concat!("rcview ", env!("CARGO_PKG_VERSION"), "\n");
+                return Ok(Command::Print(version));
+            }
+            Arg::Short('I') => request.include.push(parser.value()?.into()),
+            Arg::Long("camera") => request.camera = Some(camera(parser.value()?.string()?)),
+            Arg::Long("png") => request.png = Some(parser.value()?.into()),
+            Arg::Long("size") => {
+                let text = parser.value()?.string()?;
+                request.size = size(&text).ok_or_else(|| {
+                    let text =
+                        format!("`--size {text}`: expected a width and a height, as in 640x480");
+                    Failure::Usage(text)
+                })?;
+                request.has_size = true;
+            }
+            Arg::Long("ids") => request.ids = true,
+            Arg::Long("frames") => request.marks.frames = true,
+            Arg::Long("names") => request.marks.names = true,
+            Arg::Long("joint") => {
+                let text = parser.value()?.string()?;
+                let joint = text
+                    .rsplit_once('=')
+                    .and_then(|(id, value)| Some((id.to_owned(), value.parse().ok()?)));
+                request.joints.push(joint.ok_or_else(|| {
+                    let text =
+                        format!("`--joint {text}`: expected an id and a number, as in arm=0.5");
+                    Failure::Usage(text)
+                })?);
+            }
+            Arg::Value(path) if file.is_none() => file = Some(PathBuf::from(path)),
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    let missing = || Failure::Usage("expected a file, as in `rcview world.xml`".to_owned());
+    request.file = file.ok_or_else(missing)?;
+    if request.ids && request.png.is_none() {
+        let text = "`--ids` needs `--png FILE`".to_owned();
+        return Err(Failure::Usage(text));
+    }
+    Ok(Command::View(request))
+}
+
+/// Three or six numbers are points; anything else is an id.
+fn camera(text: String) -> Camera {
+    let numbers = text.split(',').map(|word| word.trim().parse::<f64>());
+    let numbers: Result<Vec<f64>, _> = numbers.collect();
+    let Ok(numbers) = numbers else {
+        return Camera::Node(text);
+    };
+    let (points, rest) = numbers.as_chunks::<3>();
+    match (points, rest) {
+        ([from], []) => Camera::Point(*from, None),
+        ([from, to], []) => Camera::Point(*from, Some(*to)),
+        _ => Camera::Node(text),
+    }
+}
+
+fn size(text: &str) -> Option<(usize, usize)> {
+    let (width, height) = text.split_once('x')?;
+    let size = (width.parse().ok()?, height.parse().ok()?);
+    (size.0 > 0 && size.1 > 0).then_some(size)
+}

@@ -1,0 +1,18 @@
+//! A window that shows a tree of `innermodel`, and what `rcview` draws into files.
+//!
+//! [`Viewer`] shows the tree of a component while the component runs: a thread of its own draws each
+//! new version. The window speaks the protocol of X11 itself, and the processor draws: neither a
+//! library of the system nor a graphics card is needed.
+
+mod navigator;
+mod overlay;
+mod show;
+mod viewer;
+mod window;
+
+pub use innermodel;
+pub use navigator::{Navigator, scene};
+pub use overlay::{Marks, draw};
+pub use show::{Options, run};
+pub use viewer::Viewer;
+pub use window::WindowError;

@@ -1,0 +1,152 @@
+//! `rcview`: shows an InnerModel file in a window, or draws it into a file.
+
+mod command_line;
+
+use command_line::{Camera, Command, Failure, Request};
+use innermodel::kinds::Camera as Pixels;
+use innermodel::{Folders, InnerModel, Point, Snapshot, Time};
+use innermodel_render::{Image, Scene, View, camera, id_colours, look_at};
+use innermodel_viewer::{Navigator, Options, draw, run, scene};
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let outcome =
+        command_line::parse(lexopt::Parser::from_env()).and_then(|command| match command {
+            Command::View(request) => view(&request),
+            Command::Print(text) => print(text),
+        });
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            // Nothing is left to do if this fails, too.
+            let _ = writeln!(std::io::stderr(), "rcview: error: {}", failure.text());
+            ExitCode::from(failure.code())
+        }
+    }
+}
+
+fn print(text: &str) -> Result<(), Failure> {
+    let written = std::io::stdout().write_all(text.as_bytes());
+    written.map_err(|error| Failure::System(error.to_string()))
+}
+
+fn view(request: &Request) -> Result<(), Failure> {
+    let model = load(request)?;
+    let tree = model.snapshot();
+    let (centre, radius) = scene(&tree);
+    let around = Navigator::around(&tree);
+    let (width, height) = request.size;
+    let view = match &request.camera {
+        None => around.view(width, height),
+        Some(Camera::Node(id)) => node_view(&tree, id, request)?,
+        Some(Camera::Point(from, to)) => {
+            let to = to.map_or(centre, Point::from);
+            look_at(Point::from(*from), to, around.view(width, height).camera)
+        }
+    };
+    if let Some(path) = &request.png {
+        return to_file(&tree, &view, radius, request, path);
+    }
+    let from = request.camera.as_ref();
+    let options = Options {
+        title: format!("{} – rcview", request.file.display()),
+        size: (pixels(width), pixels(height)),
+        navigator: from.map(|_| Navigator::at(&view, radius)),
+        marks: request.marks,
+    };
+    let say = |line: &str| {
+        let _ = writeln!(std::io::stdout(), "{line}");
+    };
+    run(&|| Some(model.snapshot()), &options, &say).map_err(|e| Failure::System(e.to_string()))
+}
+
+/// A length that a window can have.
+fn pixels(length: usize) -> u16 {
+    u16::try_from(length).unwrap_or(u16::MAX).clamp(1, 4096)
+}
+
+fn load(request: &Request) -> Result<InnerModel, Failure> {
+    let wrong = |error: innermodel::Error| Failure::Input(error.to_string());
+    let folders = Folders::new(request.include.iter().cloned());
+    let (document, warnings) = innermodel::read(&request.file, &folders).map_err(|error| {
+        let text = error.to_string();
+        match error {
+            innermodel::LoadError::Unreadable { .. } => Failure::System(text),
+            _ => Failure::Input(text.trim_end().to_owned()),
+        }
+    })?;
+    for line in warnings.lines() {
+        let _ = writeln!(std::io::stderr(), "{line}");
+    }
+    let model = InnerModel::from_document(&document).map_err(wrong)?;
+    let moved = model.change(Time::ZERO, |edit| {
+        for (joint, position) in &request.joints {
+            edit.set_joint(joint, *position)?;
+        }
+        Ok(())
+    });
+    moved.map_err(wrong)?;
+    Ok(model)
+}
+
+fn node_view(tree: &Snapshot, id: &str, request: &Request) -> Result<View, Failure> {
+    let found = camera(tree, id).map_err(|error| Failure::Input(error.to_string()))?;
+    let mut view = found.ok_or_else(|| {
+        let cameras = tree
+            .nodes()
+            .filter(|node| matches!(node.kind().tag(), "camera" | "rgbd"));
+        let cameras: Vec<&str> = cameras.map(|node| node.id()).collect();
+        let known = if cameras.is_empty() {
+            "the file has none".to_owned()
+        } else {
+            format!("there are {}", cameras.join(", "))
+        };
+        Failure::Input(format!("`{id}` is no camera; {known}"))
+    })?;
+    if request.has_size {
+        // The image shows the same part of the world, with other pixels.
+        let (width, height) = (request.size.0 as f64, request.size.1 as f64);
+        let focal = view.camera.focal * width / view.camera.width;
+        view.camera = Pixels {
+            width,
+            height,
+            focal,
+        };
+    }
+    Ok(view)
+}
+
+fn to_file(
+    tree: &Snapshot,
+    view: &View,
+    radius: f64,
+    request: &Request,
+    path: &Path,
+) -> Result<(), Failure> {
+    let mut scene = Scene::new();
+    let drawn = scene.draw(tree, view);
+    let mut image: Image = drawn.map_err(|error| Failure::Input(error.to_string()))?;
+    for problem in scene.problems() {
+        let _ = writeln!(
+            std::io::stderr(),
+            "warning: the mesh of `{}`: {}",
+            problem.id,
+            problem.error
+        );
+    }
+    let encoded = if request.ids {
+        let mut list = String::new();
+        for (_, id, [red, green, blue]) in id_colours(tree) {
+            list.push_str(&format!("#{red:02x}{green:02x}{blue:02x} {id}\n"));
+        }
+        print(&list)?;
+        image.id_png(tree)
+    } else {
+        draw(&mut image, tree, view, request.marks, radius * 0.08);
+        image.png()
+    };
+    let written = encoded.and_then(|bytes| std::fs::write(path, bytes));
+    written.map_err(|error| Failure::System(format!("{}: {error}", path.display())))
+}

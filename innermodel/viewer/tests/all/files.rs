@@ -1,0 +1,165 @@
+//! Images in files, without a window.
+
+use crate::{rcview, scene};
+use innermodel::{Folders, InnerModel, Point, sensors};
+use innermodel_render::camera;
+use innermodel_viewer::innermodel;
+use std::collections::HashMap;
+use std::path::Path;
+use std::process::Output;
+
+fn run(file: &str, arguments: &[&str]) -> Output {
+    let mut command = rcview();
+    command.arg(scene(file)).args(arguments);
+    command.env_remove("DISPLAY").output().expect("to run it")
+}
+
+/// The pixels of a file, with their width.
+fn pixels(path: &Path) -> (Vec<[u8; 3]>, usize) {
+    let file = std::io::BufReader::new(std::fs::File::open(path).expect("a file"));
+    let mut reader = png::Decoder::new(file).read_info().expect("an image");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
+    let about = reader.next_frame(&mut bytes).expect("pixels");
+    (bytes.as_chunks().0.to_vec(), about.width as usize)
+}
+
+fn success(output: &Output) -> String {
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The middle of a body on the image is its projected centre, and the colours are those listed.
+#[test]
+fn ids_are_colours_at_their_projected_pixels() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("ids.png");
+    let name = path.display().to_string();
+    let output = run(
+        "house.xml",
+        &["--camera", "watch_camera", "--png", &name, "--ids"],
+    );
+    let list = success(&output);
+    let colours: HashMap<&str, [u8; 3]> = list
+        .lines()
+        .map(|line| {
+            let (colour, id) = line.split_once(' ').expect("two words");
+            let number = u32::from_str_radix(&colour[1..], 16).expect("a colour");
+            let [_, red, green, blue] = number.to_be_bytes();
+            (id, [red, green, blue])
+        })
+        .collect();
+    let model = InnerModel::load(&scene("house.xml"), &Folders::default()).expect("a model");
+    let tree = model.snapshot();
+    assert_eq!(colours.len(), tree.len());
+    let view = camera(&tree, "watch_camera")
+        .expect("a node")
+        .expect("a camera");
+    let (pixels, width) = pixels(&path);
+    assert_eq!((width, pixels.len()), (640, 640 * 480));
+    // Nothing is before the ball in the bowl.
+    let centre = tree
+        .transform("watch_camera", Point::origin(), "bowl_body")
+        .expect("a point");
+    let (u, v) = sensors::project(&view.camera, &centre).expect("a pixel");
+    let seen = pixels
+        .iter()
+        .enumerate()
+        .filter(|(_, pixel)| **pixel == colours["bowl_body"]);
+    let places: Vec<(f64, f64)> = seen
+        .map(|(at, _)| ((at % width) as f64 + 0.5, (at / width) as f64 + 0.5))
+        .collect();
+    assert!(places.len() > 100, "{}", places.len());
+    let count = places.len() as f64;
+    let x = places.iter().map(|place| place.0).sum::<f64>() / count;
+    let y = places.iter().map(|place| place.1).sum::<f64>() / count;
+    assert!(
+        (x - u).abs() < 1.0 && (y - v).abs() < 1.0,
+        "{x} {y}, not {u} {v}"
+    );
+}
+
+#[test]
+fn frames_names_and_joints_change_the_image() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let draw = |name: &str, more: &[&str]| {
+        let path = folder.path().join(name);
+        let text = path.display().to_string();
+        let all = [
+            "--png",
+            &text,
+            "--size",
+            "160x120",
+            "--camera",
+            "900,1500,900,0,1000,0",
+        ];
+        success(&run("arm.xml", &[&all, more].concat()));
+        pixels(&path).0
+    };
+    let plain = draw("plain.png", &[]);
+    assert_eq!(plain.len(), 160 * 120);
+    assert_eq!(plain, draw("again.png", &[]));
+    for more in [&["--frames"][..], &["--names"], &["--joint", "joint_2=1.2"]] {
+        let other = draw("other.png", more);
+        let count = plain.iter().zip(&other).filter(|(a, b)| a != b).count();
+        assert!(count > 20, "{more:?}: {count}");
+    }
+    let white = draw("names.png", &["--names"])
+        .iter()
+        .filter(|p| **p == [255; 3])
+        .count();
+    assert!(white > 500, "{white}");
+}
+
+#[test]
+fn wrong_requests_are_refused_with_what_is_allowed() {
+    for (arguments, code, text) in [
+        (
+            &["--png", "x.png", "--camera", "cup"][..],
+            1,
+            "`cup` is no camera; the file has none",
+        ),
+        (
+            &["--png", "x.png", "--camera", "cupp"],
+            1,
+            "did you mean `cup`?",
+        ),
+        (
+            &["--png", "x.png", "--joint", "cup=1"],
+            1,
+            "`cup` is a transform, not a joint",
+        ),
+        (
+            &["--png", "x.png", "--joint", "cup"],
+            2,
+            "expected an id and a number",
+        ),
+        (
+            &["--png", "x.png", "--size", "640"],
+            2,
+            "expected a width and a height",
+        ),
+        (
+            &["--png", "x.png", "--size", "99999x99999"],
+            1,
+            "at most 16777216",
+        ),
+        (&["--ids"], 2, "`--ids` needs `--png FILE`"),
+        (&["--pngg"], 2, "--pngg"),
+        (
+            &["--png", "/no/such/folder/x.png"],
+            3,
+            "/no/such/folder/x.png",
+        ),
+        (&[], 3, "cannot open a window"),
+    ] {
+        let output = run("arm.xml", arguments);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
+        assert!(error.contains(text), "{arguments:?}: {error}");
+    }
+    let none = run("none.xml", &[]);
+    assert_eq!(none.status.code(), Some(3));
+    let help = run("arm.xml", &["--help"]);
+    assert!(success(&help).contains("--camera <CAMERA>"));
+}

@@ -1,0 +1,274 @@
+//! The window, on a display without a monitor.
+
+use crate::python::skipped;
+use crate::screen::Screen;
+use crate::{rcview, scene};
+use innermodel::{InnerModel, Time};
+use innermodel_viewer::{Viewer, innermodel};
+use std::io::{BufRead, BufReader};
+use std::process::Stdio;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+use x11rb::connection::Connection;
+use x11rb::protocol::xproto::{
+    AtomEnum, BUTTON_PRESS_EVENT, BUTTON_RELEASE_EVENT, ButtonPressEvent, ConnectionExt, EventMask,
+    ImageFormat, KEY_PRESS_EVENT, KeyButMask, Window,
+};
+use x11rb::rust_connection::RustConnection;
+
+const LIMIT: Duration = Duration::from_secs(30);
+
+fn until<T>(what: &str, mut found: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(found) = found() {
+            return found;
+        }
+        assert!(start.elapsed() < LIMIT, "waited {LIMIT:?} for {what}");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// A program that looks at a display, and plays its user.
+struct User {
+    connection: RustConnection,
+    root: Window,
+}
+
+impl User {
+    fn new(screen: &Screen) -> Self {
+        let (connection, number) = x11rb::connect(Some(&screen.name)).expect("the display");
+        let root = connection.setup().roots[number].root;
+        Self { connection, root }
+    }
+
+    /// The window whose title contains a text, once it is seen.
+    fn window(&self, title: &str) -> Option<Window> {
+        let tree = self.connection.query_tree(self.root).ok()?.reply().ok()?;
+        tree.children.into_iter().find(|window| {
+            let (name, text) = (AtomEnum::WM_NAME, AtomEnum::ANY);
+            let named = self
+                .connection
+                .get_property(false, *window, name, text, 0, 100);
+            let named = named.ok().and_then(|cookie| cookie.reply().ok());
+            named.is_some_and(|named| String::from_utf8_lossy(&named.value).contains(title))
+        })
+    }
+
+    /// The pixels of a window.
+    fn pixels(&self, window: Window) -> Option<Vec<u8>> {
+        let size = self.connection.get_geometry(window).ok()?.reply().ok()?;
+        let (form, all) = (ImageFormat::Z_PIXMAP, u32::MAX);
+        let (width, height) = (size.width, size.height);
+        let image = self
+            .connection
+            .get_image(form, window, 0, 0, width, height, all);
+        Some(image.ok()?.reply().ok()?.data)
+    }
+
+    /// Waits until a window shows something else.
+    fn changed(&self, window: Window, before: &[u8]) -> Vec<u8> {
+        until("another image", || {
+            let now = self.pixels(window)?;
+            (now != before).then_some(now)
+        })
+    }
+
+    fn event(&self, window: Window, form: u8, detail: u8, x: i16, y: i16) {
+        let event = ButtonPressEvent {
+            response_type: form,
+            detail,
+            sequence: 0,
+            time: 0,
+            root: self.root,
+            event: window,
+            child: 0,
+            root_x: x,
+            root_y: y,
+            event_x: x,
+            event_y: y,
+            state: KeyButMask::default(),
+            same_screen: true,
+        };
+        let none = EventMask::NO_EVENT;
+        let sent = self.connection.send_event(false, window, none, event);
+        sent.expect("to send").check().expect("to send");
+    }
+
+    fn press(&self, window: Window, key: char) {
+        let setup = self.connection.setup();
+        let (least, most) = (setup.min_keycode, setup.max_keycode);
+        let keys = self
+            .connection
+            .get_keyboard_mapping(least, most - least + 1);
+        let keys = keys.expect("keys").reply().expect("keys");
+        let each = usize::from(keys.keysyms_per_keycode);
+        let found = keys
+            .keysyms
+            .chunks(each)
+            .position(|row| row[0] == key as u32);
+        let code = least + found.expect("the key") as u8;
+        self.event(window, KEY_PRESS_EVENT, code, 0, 0);
+    }
+}
+
+fn screen(test: &str) -> Option<Screen> {
+    match Screen::new() {
+        Ok(screen) => Some(screen),
+        Err(reason) => {
+            skipped(test, &reason);
+            None
+        }
+    }
+}
+
+#[test]
+fn the_window_shows_turns_and_picks() {
+    let Some(screen) = screen("the_window_shows_turns_and_picks") else {
+        return;
+    };
+    let mut viewer = rcview()
+        .arg(scene("arm.xml"))
+        .args(["--camera", "0,760,2000,0,760,0", "--size", "320x200"])
+        .env("DISPLAY", &screen.name)
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("to start it");
+    let user = User::new(&screen);
+    let window = until("the window", || user.window("arm.xml – rcview"));
+    let black = user.pixels(window).map(|image| vec![0; image.len()]);
+    let first = user.changed(window, &black.unwrap_or_default());
+    user.press(window, 'f');
+    let frames = user.changed(window, &first);
+    user.press(window, 'n');
+    let names = user.changed(window, &frames);
+    user.event(window, BUTTON_PRESS_EVENT, 4, 160, 100);
+    let nearer = user.changed(window, &names);
+    user.press(window, 'r');
+    user.changed(window, &nearer);
+    // The middle of the first view shows the table behind the arm, or the arm: what is picked has an
+    // id and a pose.
+    user.event(window, BUTTON_PRESS_EVENT, 1, 160, 100);
+    user.event(window, BUTTON_RELEASE_EVENT, 1, 160, 100);
+    let mut line = String::new();
+    let output = viewer.stdout.take().expect("its output");
+    BufReader::new(output).read_line(&mut line).expect("a line");
+    assert!(
+        line.contains(" mm, ") && line.contains(" rad in the root"),
+        "{line}"
+    );
+    user.press(window, 'q');
+    let ended = until("its end", || viewer.try_wait().expect("a child"));
+    assert!(ended.success());
+}
+
+/// The window of a component follows the tree, and is switched on and off.
+#[test]
+fn the_window_of_a_component_is_live() {
+    let Some(screen) = screen("the_window_of_a_component_is_live") else {
+        return;
+    };
+    // A library takes the display of the environment, which a test must not change: another process
+    // is the component.
+    let mut component = std::process::Command::new(std::env::current_exe().expect("this program"))
+        .args(["--exact", "windows::component", "--nocapture", "--ignored"])
+        .env("DISPLAY", &screen.name)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("to start it");
+    let user = User::new(&screen);
+    let window = until("the window", || user.window("component"));
+    let black = user.pixels(window).map(|image| vec![0; image.len()]);
+    let first = user.changed(window, &black.unwrap_or_default());
+    let mut input = component.stdin.take().expect("its input");
+    std::io::Write::write_all(&mut input, b"move\n").expect("to ask");
+    user.changed(window, &first);
+    std::io::Write::write_all(&mut input, b"hide\n").expect("to ask");
+    until("no window", || {
+        user.window("component").is_none().then_some(())
+    });
+    std::io::Write::write_all(&mut input, b"show\n").expect("to ask");
+    until("the window again", || user.window("component"));
+    drop(input);
+    let ended = until("its end", || component.try_wait().expect("a child"));
+    assert!(ended.success());
+}
+
+/// The option of a `.cdsl` and two parameters show the tree of a component, without code. Without a
+/// display, the component goes on.
+#[test]
+fn a_component_with_the_option_has_a_window() {
+    let Some(screen) = screen("a_component_with_the_option_has_a_window") else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let start = |network: &str, display: &str| {
+        let config = folder.path().join(format!("{network}.toml"));
+        let arm = scene("arm.xml");
+        let text = format!(
+            "[parameters]\nviewer = true\ninner_model = \"{}\"\njoints = []\n",
+            arm.display()
+        );
+        std::fs::write(&config, text).expect("a file");
+        let log = folder.path().join(format!("{network}.log"));
+        let output = std::fs::File::create(&log).expect("a log");
+        let program = std::path::Path::new(env!("CARGO_BIN_EXE_rcview"));
+        let program = program.with_file_name("arm_monitor");
+        assert!(program.exists(), "run the tests by `cargo xtask test`");
+        let network = format!("{network}_{}", std::process::id());
+        let mut command = std::process::Command::new(program);
+        command
+            .args(["--network", &network, "--name", "shown_arm", "--config"])
+            .arg(config)
+            .env("XDG_RUNTIME_DIR", folder.path())
+            .env("DISPLAY", display)
+            .stdin(Stdio::null())
+            .stdout(output.try_clone().expect("a log"))
+            .stderr(output);
+        (command.spawn().expect("to start it"), log)
+    };
+    let (mut shown, _) = start("with_display", &screen.name);
+    let (mut hidden, log) = start("without_display", ":nothing");
+    let user = User::new(&screen);
+    let window = until("the window", || user.window("shown_arm"));
+    let black = user.pixels(window).map(|image| vec![0; image.len()]);
+    user.changed(window, &black.unwrap_or_default());
+    until("the line in the log", || {
+        let text = std::fs::read_to_string(&log).expect("the log");
+        text.contains("cannot open a window").then_some(())
+    });
+    for component in [&mut shown, &mut hidden] {
+        assert_eq!(component.try_wait().expect("a child"), None);
+        let id = rustix::process::Pid::from_child(component);
+        rustix::process::kill_process(id, rustix::process::Signal::TERM).expect("to end it");
+        until("its end", || component.try_wait().expect("a child"));
+    }
+}
+
+/// Not a test: the process that the test above starts.
+#[test]
+#[ignore = "another test starts it"]
+fn component() {
+    let text = r##"<innerModel><transform id="t"><sphere id="s" radius="100" texture="#ff0000"/>
+        </transform><sphere id="u" tx="300" radius="50"/></innerModel>"##;
+    let model = Arc::new(InnerModel::parse(text).expect("a model"));
+    let said = Arc::new(Mutex::new(Vec::new()));
+    let lines = Arc::clone(&said);
+    let mut viewer = Viewer::new("component", Arc::clone(&model), move |line: &str| {
+        lines.lock().expect("no panic").push(line.to_owned());
+    });
+    viewer.show(true);
+    for line in std::io::stdin().lines() {
+        match line.expect("a line").as_str() {
+            "move" => model
+                .change(Time::ZERO, |edit| {
+                    edit.set_pose("t", innermodel::Pose::new(0.0, 90.0, 0.0, 0.0, 0.0, 0.0))
+                })
+                .expect("a change"),
+            "hide" => viewer.show(false),
+            _ => viewer.show(true),
+        }
+    }
+    assert_eq!(*said.lock().expect("no panic"), Vec::<String>::new());
+}
