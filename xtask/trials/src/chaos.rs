@@ -92,10 +92,11 @@ pub(crate) fn run(orders: &Orders) -> Result<(), Failure> {
         let outcome = outcome.and_then(|()| ground.nothing_is_left());
         println!("{name}: {tally}");
         if let Err(error) = outcome {
+            let log = ground.log_end("rcdeploy");
             let folder = ground.keep();
             let folder = folder.display();
             return Err(format!(
-                "{name}, seed {seed}, after {} kills: {error}\nits folder is kept: {folder}",
+                "{name}, seed {seed}, after {} kills: {error}\nits folder is kept: {folder}\nthe end of the log of rcdeploy:\n{log}",
                 tally.kills
             )
             .into());

@@ -27,6 +27,8 @@ pub(super) const END: Duration = Duration::from_mins(1);
 const ANSWER: Duration = Duration::from_secs(10);
 /// The time that a component has to become ready, as the network says. The goal is far below it.
 const READY: &str = "60s";
+/// How many bytes of a log an error shows.
+const LOG_END: usize = 4000;
 /// The pause between two polls.
 pub(super) const LOOK: Duration = Duration::from_millis(2);
 
@@ -86,6 +88,13 @@ impl Ground {
             .stdout(Stdio::null())
             .stderr(log);
         Ok(command)
+    }
+
+    /// The end of what a program has printed on stderr.
+    pub(super) fn log_end(&self, program: &str) -> String {
+        let log = std::fs::read(self.path(&format!("{program}.log"))).unwrap_or_default();
+        let end = log.len().saturating_sub(LOG_END);
+        String::from_utf8_lossy(&log[end..]).into_owned()
     }
 
     fn directory(&self) -> RunDirectory {

@@ -84,10 +84,11 @@ pub(super) fn run(time: Duration, seed: u64) -> Result<(), Failure> {
     let pause = pauses();
     let outcome = storm(&ground, &mut Dice(seed), time.as_secs(), &pause, &mut seen);
     if let Err(error) = outcome.and_then(|()| ground.nothing_is_left()) {
+        let (kills, log) = (seen.tally.kills, ground.log_end("rcdeploy"));
         let folder = ground.keep();
-        let (folder, kills) = (folder.display(), seen.tally.kills);
         return Err(format!(
-            "seed {seed}, after {kills} kills: {error}\nits folder is kept: {folder}"
+            "seed {seed}, after {kills} kills: {error}\nits folder is kept: {}\nthe end of the log of rcdeploy:\n{log}",
+            folder.display()
         )
         .into());
     }
