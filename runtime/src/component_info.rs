@@ -1,5 +1,6 @@
 //! The status and the heartbeats of a component.
 
+use crate::arguments::ROS2;
 use crate::description::{Description, Slot};
 use crate::lifecycle::Lifecycle;
 use crate::machine::MachineRecord;
@@ -10,6 +11,7 @@ use rc_management::component::{ClockKind, ClockStatus, Role, SlotStatus, Status}
 use rc_management::link::Heartbeat;
 use rc_management::observation::{Described, OperationDescription, SlotDescription};
 use rc_middleware::{Address, Environment, Settings};
+use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 
@@ -79,7 +81,11 @@ impl ComponentInfo {
                 let value = self.settings.value(middleware, key.name)?;
                 Some((key.name.to_owned(), value.to_string()))
             });
-            set.collect()
+            let mut set: BTreeMap<String, String> = set.collect();
+            if middleware == ROS2 {
+                add_variables(&mut set, &|name| std::env::var(name).ok());
+            }
+            set
         };
         let middlewares = self.description.backends.iter();
         let types = self.description.types.iter();
@@ -181,5 +187,44 @@ fn clock(shared: &Shared, status: &status::Status) -> ClockStatus {
         lost_ms: (lost_ms > 0).then_some(lost_ms),
         followers: status.followers.clone(),
         waiting_for: status.waiting_for.clone(),
+    }
+}
+
+/// Adds what variables of ROS 2 choose and no setting does: a tool may have other variables.
+fn add_variables(
+    settings: &mut BTreeMap<String, String>,
+    variable: &dyn Fn(&str) -> Option<String>,
+) {
+    if let Some(domain) = variable("ROS_DOMAIN_ID") {
+        settings.entry("domain".to_owned()).or_insert(domain);
+    }
+    let is_local = variable("ROS_LOCALHOST_ONLY").is_some_and(|value| value != "0")
+        || variable("ROS_AUTOMATIC_DISCOVERY_RANGE").is_some_and(|range| range == "LOCALHOST");
+    if is_local {
+        let interfaces = settings.entry("interfaces".to_owned());
+        interfaces.or_insert_with(|| "127.0.0.1".to_owned());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn variables_of_ros_are_settings_unless_a_setting_is_there() {
+        let variable = |name: &str| match name {
+            "ROS_DOMAIN_ID" => Some("7".to_owned()),
+            "ROS_LOCALHOST_ONLY" => Some("1".to_owned()),
+            _ => None,
+        };
+        let mut settings = BTreeMap::from([("domain".to_owned(), "3".to_owned())]);
+        add_variables(&mut settings, &variable);
+        assert_eq!(settings["domain"], "3");
+        assert_eq!(settings["interfaces"], "127.0.0.1");
+        let mut settings = BTreeMap::new();
+        add_variables(&mut settings, &|_| None);
+        assert!(settings.is_empty());
+        add_variables(&mut settings, &variable);
+        assert_eq!(settings["domain"], "7");
     }
 }
