@@ -5,7 +5,8 @@ use super::output::{Failure, print_note, show, system};
 use rc_deploy_client::{Format, logs};
 use rc_diagnostics::foreign::{clean, clean_to};
 use rc_middleware::rpc;
-use rc_record::{ENCAPSULATION, Reader, Record, keys};
+use rc_record::bag::Decoder;
+use rc_record::{ENCAPSULATION, Message, Reader, Record, keys};
 use rc_values::description::Module;
 use rc_values::{Catalog, Operation, Style, Value};
 use serde_json::Value as Json;
@@ -167,7 +168,7 @@ fn find(file: &Path, component: Option<&str>) -> Result<Begun, Failure> {
         let begun = Begun {
             topic: message.channel.topic.clone(),
             name: clean(name),
-            start: start(&message.data),
+            start: start(&message),
         };
         if is_meant {
             return Ok(begun);
@@ -202,13 +203,11 @@ fn find(file: &Path, component: Option<&str>) -> Result<Begun, Failure> {
 }
 
 /// The JSON document of the first entry.
-fn start(data: &[u8]) -> Json {
-    let text = String::from_utf8_lossy(data);
-    let document = text.find('{').zip(text.rfind('}'));
-    let document = document.and_then(|(from, to)| text.get(from..=to));
-    document
-        .and_then(|text| serde_json::from_str(text).ok())
-        .unwrap_or_default()
+fn start(message: &Message) -> Json {
+    let turn = Decoder::default().value(message).ok();
+    let text = turn.and_then(|turn| turn.field("entries[0].text").ok());
+    let document = text.and_then(|text| serde_json::from_str(&text.plain()).ok());
+    document.unwrap_or_default()
 }
 
 /// Writes the turns of a component to its process. Returns why the recording ends before its end, if it does.
@@ -357,4 +356,42 @@ fn value(entry: &Json, operation: &Operation, bytes: &[u8]) -> Option<Value> {
         _ => return None,
     }
     rc_values::decode_from(&operation.request, &mut reader).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rc_record::Channel;
+    use std::collections::BTreeMap;
+    use std::sync::Arc;
+
+    /// The length of the document before it may have the byte of a brace.
+    #[test]
+    fn the_first_entry_is_read_also_if_its_length_looks_like_json() {
+        let document = format!("{{\"program\":\"{}\"}}", "x".repeat(0x7b - 15));
+        assert_eq!(document.len() + 1, 0x7b);
+        let mut data = ENCAPSULATION.to_vec();
+        let mut writer = rc_middleware::Writer::default();
+        writer.length(1);
+        rc_middleware::cdr::text(&document, &mut writer);
+        data.extend(writer.into_bytes());
+        let schema =
+            "Entry[] entries\n================\nMSG: robocomp_exact_msgs/Entry\nstring text\n";
+        let message = Message {
+            channel: Arc::new(Channel {
+                id: 1,
+                topic: "/net/a/exact".to_owned(),
+                encoding: "cdr".to_owned(),
+                type_name: "robocomp_exact_msgs/msg/Turn".to_owned(),
+                schema_encoding: "ros2msg".to_owned(),
+                schema: schema.as_bytes().into(),
+                metadata: BTreeMap::new(),
+            }),
+            sequence: 0,
+            log_time: 0,
+            publish_time: 0,
+            data,
+        };
+        assert!(start(&message)["program"].is_string());
+    }
 }

@@ -9,6 +9,7 @@ use bench_protocol::soak::WITHOUT_IMAGES;
 use rc_deploy_network::Profile;
 use rc_record::bag::Info;
 use rustix::process::{Pid, Signal, kill_process};
+use std::io::Read as _;
 use std::os::unix::process::CommandExt as _;
 use std::path::Path;
 use std::process::Command;
@@ -44,8 +45,8 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     let recorded = record(&network, &programs.join("rcdeploy"), &file, time)?;
     drop(running);
     let info = Info::read(&file)?;
-    let bytes = std::fs::metadata(&file)?.len();
-    let copied = cat(&file, &folder.path().join("copy"))?;
+    let bytes: u64 = info.topics.values().map(|topic| topic.bytes).sum();
+    let copied = cat(folder.path(), bytes)?;
     let topic = |end: &str| {
         let all = info.topics.iter().filter(|(name, _)| name.ends_with(end));
         let topics: Vec<_> = all.map(|(_, topic)| topic).collect();
@@ -62,12 +63,12 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     let lost = &info.metadata["recording"]["lost"];
     let seconds = recorded.time.as_secs_f64();
     println!(
-        "\nlost {lost}; {:.1} MB of messages a second; processor {:.1} % of one; `cat` of the file: {:.2} s for {:.1} MB, the recorder {:.2} s",
-        info.topics.values().map(|t| t.bytes).sum::<u64>() as f64 / 1e6 / seconds,
+        "\nlost {lost}; {:.1} MB of messages a second; processor {:.1} % of one; for {:.1} MB the recorder takes {:.2} s of it, `cat` of as many bytes {:.2} s",
+        bytes as f64 / 1e6 / seconds,
         recorded.processor.as_secs_f64() / seconds * 100.0,
-        copied.as_secs_f64(),
         bytes as f64 / 1e6,
         recorded.processor.as_secs_f64(),
+        copied.as_secs_f64(),
     );
     if info.messages() == 0 {
         return Err("nothing was recorded".into());
@@ -84,7 +85,14 @@ fn publishers(network: &Network, programs: &Path, count: usize) -> Result<Vec<Pr
     for number in 0..count {
         let name = format!("source{number}");
         let mut command = Command::new(programs.join("soak_source"));
-        command.args(["--network", &network.name, "--name", &name, "--log", "off"]);
+        command.args([
+            "--network",
+            &network.name,
+            "--name",
+            &name,
+            "--log",
+            "error",
+        ]);
         for slot in ["Ticks", "Images", "Echo"] {
             let address = format!("{slot}={}/{name}/{slot}", network.name);
             command.args(["--bind", &address]);
@@ -140,8 +148,11 @@ fn record(
     Ok(recorded)
 }
 
-/// The processor time of `cat` of a file into another one.
-fn cat(from: &Path, to: &Path) -> Result<Duration, Failure> {
+/// The processor time of `cat` of a file with so many bytes into another one.
+fn cat(folder: &Path, bytes: u64) -> Result<Duration, Failure> {
+    let (from, to) = (folder.join("from"), folder.join("to"));
+    let mut file = std::fs::File::create(&from)?;
+    std::io::copy(&mut std::io::repeat(7).take(bytes), &mut file)?;
     let script = "cat \"$1\" > \"$2\"; cat /proc/$$/stat";
     let mut command = Command::new("sh");
     command.args(["-c", script, "sh"]).args([from, to]);

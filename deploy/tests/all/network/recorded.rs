@@ -215,6 +215,18 @@ fn plays(site: &Site, file: &Path, poses: u64) {
         received(site, "pose_monitor") == before + 3
     });
     drop(monitor);
+
+    // A component that follows a time gets the recorded one.
+    let config = site.monitor("fourth", 0);
+    let args = ["--clock", "simulated", "--config", &config];
+    let follower = site.start("pose_monitor", &args);
+    play(site, file, &["--clock", "--rate", "4"]);
+    let clock = site.ask("pose_monitor", "status")["clock"].clone();
+    let (first, last) = info(file).times.expect("times");
+    let time = clock["time_s"].as_f64().unwrap_or_default();
+    let recorded = (first as f64 / 1e9 - 1.0)..(last as f64 / 1e9 + 1.0);
+    assert!(recorded.contains(&time), "{clock} {recorded:?}");
+    drop(follower);
 }
 
 /// A recording of an older type, which has other members.

@@ -122,6 +122,23 @@ fn nothing_grows_and_nothing_is_lost_over_ros() {
     nothing_grows(&["soak", "ros2", "--smoke"]);
 }
 
+/// A minute of simulated time lives again exactly.
+#[test]
+fn a_minute_of_the_patrol_replays_equal() {
+    let ran = Command::new(env!("CARGO_BIN_EXE_trials"))
+        .args(["soak", "replay", "--smoke"])
+        .output()
+        .expect("it runs");
+    let errors = String::from_utf8_lossy(&ran.stderr);
+    assert_eq!(ran.status.code(), Some(0), "{errors}");
+    let lines = String::from_utf8_lossy(&ran.stdout);
+    assert_eq!(
+        lines.matches(" results compared, equal, ").count(),
+        4,
+        "{lines}"
+    );
+}
+
 fn nothing_grows(words: &[&str]) {
     let soak = Soak::start(words);
     let (last, errors, code) = soak.end();
