@@ -239,6 +239,7 @@ fn the_view_as_json() {
         .slots[1].role = "publishes"
         .slots[1].sends = true
         .slots[1].type_hash = "d6b2a94cc2429363"
+        .viewer = false
     "#]].assert_eq(&lines);
 }
 
