@@ -240,7 +240,7 @@ fn a_component_that_cannot_be_activated_again_is_restarted_by_its_policy() {
 fn a_goal_that_a_command_gave_up_is_not_reached_later() {
     let bench = Bench::new();
     let slow = Component {
-        ready: Duration::from_secs(3),
+        ready: Duration::from_secs(6),
         ..managed("arm", "5", &[])
     };
     let mut up = bench.start(vec![slow]);
@@ -250,7 +250,7 @@ fn a_goal_that_a_command_gave_up_is_not_reached_later() {
     let late = command(&bench, "activate", &["arm"]);
     assert_eq!(
         late["failed"][0]["reason"],
-        "is configuring, not inactive, after 3s"
+        "is configuring, not inactive, after 6s"
     );
     std::fs::write(bench.path("go"), "").expect("written");
     while up.await_event("lifecycle", Some("arm")) != "configuring" {}

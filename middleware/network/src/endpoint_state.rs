@@ -127,7 +127,9 @@ impl EndpointState {
 
     /// Removes the registration.
     pub(crate) fn unregister(&self) {
-        lock(&self.table).registration = None;
+        let registration = lock(&self.table).registration.take();
+        // That may wait for a component that opens endpoints, and discovery goes on meanwhile.
+        drop(registration);
     }
 
     /// The identity of this endpoint, while it is registered.

@@ -14,6 +14,7 @@ use std::fs::{DirBuilder, File};
 use std::io::{self, Read};
 use std::os::unix::fs::{DirBuilderExt, FileExt, MetadataExt};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
 /// Longest registration that is read: the owner, and as many peers as there can be.
@@ -21,9 +22,11 @@ const LONGEST: u64 = 64 * 1024;
 /// Longest wait for one other component that opens endpoints.
 const LOCK_LIMIT: Duration = Duration::from_secs(10);
 /// Longest wait of an endpoint that leaves for a component that opens or leaves.
-const LEAVE_LIMIT: Duration = Duration::from_secs(1);
+const LEAVE_LIMIT: Duration = Duration::from_secs(if cfg!(test) { 60 } else { 1 });
 /// Longest wait for all that come first, each within its limit.
 const QUEUE_LIMIT: Duration = Duration::from_mins(2);
+/// Whether the last endpoint of this process that left has waited in vain: the next ones do not wait.
+static GAVE_UP: AtomicBool = AtomicBool::new(false);
 /// The file that a component locks while it opens endpoints.
 const LOCK: &str = "turn";
 /// Pause between two attempts.
@@ -103,7 +106,13 @@ impl LocalRegistry {
                 }
                 Ok(None) => {}
                 // There is no endpoint yet, or the last one has left.
-                Err(error) if error.kind() == io::ErrorKind::NotFound => self.make_directory()?,
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                    match self.make_directory() {
+                        // The last endpoint has removed the parent folder meanwhile.
+                        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                        _ => {}
+                    }
+                }
                 Err(error) => return Err(error),
             }
             let since = std::fs::metadata(&path).and_then(|file| file.modified());
@@ -230,14 +239,24 @@ impl Drop for RegistrationGuard {
         let Some(directory) = self.path.parent() else {
             return;
         };
-        let deadline = Instant::now() + LEAVE_LIMIT;
+        let patience = if GAVE_UP.load(Ordering::Relaxed) {
+            Duration::ZERO
+        } else {
+            LEAVE_LIMIT
+        };
+        let deadline = Instant::now() + patience;
         // The holder of the lock may have seen this registration, and leaves the folder.
         loop {
             match lock(&directory.join(LOCK), false) {
-                Ok(Some(file)) => return remove_if_empty(directory, &file),
+                Ok(Some(file)) => {
+                    GAVE_UP.store(false, Ordering::Relaxed);
+                    return remove_if_empty(directory, &file);
+                }
                 Ok(None) if Instant::now() < deadline => std::thread::sleep(LOCK_PAUSE),
-                // Another process is stopped while it holds the lock, or has removed the folder.
-                _ => return,
+                // Another process is stopped while it holds the lock.
+                Ok(None) => return GAVE_UP.store(true, Ordering::Relaxed),
+                // Another process has removed the folder.
+                Err(_) => return,
             }
         }
     }
@@ -265,8 +284,11 @@ fn remove_if_empty(directory: &Path, _lock: &File) {
         if entry.file_name() == LOCK {
             continue;
         }
-        let is_alive = File::open(&path)
-            .is_ok_and(|file| flock(&file, FlockOperation::NonBlockingLockShared).is_err());
+        let is_alive = match File::open(&path) {
+            Ok(file) => flock(&file, FlockOperation::NonBlockingLockShared).is_err(),
+            // A process without free descriptors cannot tell.
+            Err(error) => error.kind() != io::ErrorKind::NotFound,
+        };
         if is_alive {
             return;
         }

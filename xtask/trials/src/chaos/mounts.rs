@@ -3,6 +3,7 @@
 //!
 //! They are mounted in a mount namespace, which a user namespace allows without privileges.
 
+use std::os::unix::fs::MetadataExt as _;
 use std::os::unix::process::CommandExt as _;
 use std::path::Path;
 use std::process::Command;
@@ -19,7 +20,12 @@ const SCRIPT: &str = "mount -t tmpfs -o size=256m,mode=1777 tmpfs /dev/shm && mk
 
 /// The folder for logs on a disk of its own, if this process is in the namespace.
 pub(super) fn logs() -> Option<&'static Path> {
-    std::env::var_os(PRIVATE).map(|_| Path::new(LOGS))
+    // The variable alone may come from a shell, where the trouble would fill the memory of all.
+    let device = |path: &str| std::fs::metadata(path).map(|file| file.dev()).ok();
+    let is_own = device(LOGS).is_some_and(|logs| device(MEMORY) != Some(logs));
+    std::env::var_os(PRIVATE)
+        .filter(|_| is_own)
+        .map(|_| Path::new(LOGS))
 }
 
 /// Starts this program anew in the namespace, in place of this process. It returns in the namespace,
