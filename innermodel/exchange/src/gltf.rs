@@ -161,9 +161,9 @@ impl Writer {
             }
             Kind::Solid(body) => (solid(body.shape), Place::HERE, body.texture.as_str()),
             Kind::Mesh(mesh) => {
-                let path = mesh.path.clone();
-                let path = path.unwrap_or_else(|| mesh.file.clone().into());
-                match innermodel_mesh::read(&path) {
+                // A file that was not found has a warning already.
+                let path = mesh.path.as_ref()?;
+                match innermodel_mesh::read(path) {
                     Ok(mut read) => {
                         for vertex in &mut read.vertices {
                             let scaled = [0, 1, 2].map(|n| vertex[n] * mesh.scale[n]);

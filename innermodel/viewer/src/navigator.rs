@@ -1,7 +1,7 @@
 //! The camera of the window: it moves around a point.
 
 use innermodel::kinds::{Camera, Kind, Shape};
-use innermodel::{Point, Snapshot, Vector};
+use innermodel::{NodeRef, Point, Snapshot, Vector};
 use innermodel_render::{View, look_at};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -25,12 +25,7 @@ pub fn scene(tree: &Snapshot) -> (Point, f64) {
             Kind::Mesh(_) | Kind::Axes(_) => 0.0,
             _ => continue,
         };
-        let point = match node.kind() {
-            Kind::Plane(plane) => plane.point,
-            Kind::Display(display) => display.plane.point,
-            _ => [0.0; 3],
-        };
-        let place = node.to_root().point(&point.into());
+        let place = middle(&node);
         let (least, most) = (
             place - Vector::repeat(reach.abs()),
             place + Vector::repeat(reach.abs()),
@@ -43,6 +38,16 @@ pub fn scene(tree: &Snapshot) -> (Point, f64) {
     let radius = (most - least).norm() / 2.0;
     let centre = least + (most - least) / 2.0;
     (centre, if radius > 0.0 { radius } else { 1000.0 })
+}
+
+/// The middle of the body of a node, or its origin, in the root.
+pub(crate) fn middle(node: &NodeRef<'_>) -> Point {
+    let point = match node.kind() {
+        Kind::Plane(plane) => plane.point,
+        Kind::Display(display) => display.plane.point,
+        _ => [0.0; 3],
+    };
+    node.to_root().point(&point.into())
 }
 
 /// A camera that moves around a point.
@@ -64,7 +69,7 @@ impl Navigator {
         let (centre, radius) = scene(tree);
         Self {
             centre,
-            distance: radius * 2.2,
+            distance: radius * 1.5,
             turn: 0.6,
             tilt: 0.5,
         }

@@ -1,5 +1,6 @@
 //! Frames and names over an image.
 
+use crate::navigator::middle;
 use font8x8::{BASIC_FONTS, GREEK_FONTS, LATIN_FONTS, UnicodeFonts};
 use innermodel::{NodeId, NodeRef, Point, Snapshot, Vector};
 use innermodel_render::{Image, View};
@@ -25,7 +26,7 @@ pub fn draw(image: &mut Image, tree: &Snapshot, view: &View, marks: Marks, lengt
             frame(image, &node, view, long);
         }
         if is_picked || marks.names {
-            let there = view.pixel(&node.to_root().point(&Point::origin()));
+            let there = view.pixel(&middle(&node));
             if let Some((x, y)) = there {
                 text(image, x + 3.0, y + 3.0, node.id());
             }
