@@ -1,10 +1,34 @@
 //! Transforms equal those that scipy composes from the files.
 
-use crate::{load, python, scene};
-use innermodel::{Error, Pose, Time, Transform, frames};
+use crate::{python, scene};
+use innermodel::{Error, Folders, InnerModel, Pose, Time, Transform, frames};
 use serde_json::json;
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::process::Command;
+
+/// The InnerModel files in the folder that `RC_REAL_FILES` names, where there is one.
+fn real_files() -> Vec<PathBuf> {
+    let mut folders: Vec<PathBuf> = std::env::var_os("RC_REAL_FILES")
+        .map(PathBuf::from)
+        .into_iter()
+        .collect();
+    let mut files = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "xml") {
+                files.push(path);
+            }
+        }
+    }
+    // The tests of the language say which files are wrong.
+    files.retain(|path| InnerModel::load(path, &Folders::default()).is_ok());
+    eprintln!("{} real files", files.len());
+    files
+}
 
 #[test]
 fn every_pair_of_nodes_equals_scipy() {
@@ -14,8 +38,10 @@ fn every_pair_of_nodes_equals_scipy() {
     };
     let folder = tempfile::tempdir().expect("a folder");
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all/oracle.py");
-    for name in ["arm.xml", "robot.xml", "house.xml"] {
-        let model = load(name);
+    let scenes = ["arm.xml", "robot.xml", "house.xml"].map(scene);
+    for path in scenes.into_iter().chain(real_files()) {
+        let name = path.display();
+        let model = InnerModel::load(&path, &Folders::default()).expect("a file");
         let joints: BTreeMap<String, f64> = model
             .snapshot()
             .nodes()
@@ -59,7 +85,7 @@ fn every_pair_of_nodes_equals_scipy() {
         std::fs::write(&list, given.to_string()).expect("a file");
         let output = Command::new(python)
             .arg(script)
-            .arg(scene(name))
+            .arg(&path)
             .arg(&list)
             .output();
         let output = output.expect("python");
