@@ -276,3 +276,17 @@ impl Reply for Vec<u8> {
         self
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn types_are_shown_with_their_hash() {
+        let types = TypeIdentity {
+            name: "A::B".to_owned(),
+            hash: 0x1f,
+        };
+        assert_eq!(types.to_string(), "A::B#000000000000001f");
+    }
+}

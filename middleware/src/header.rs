@@ -33,3 +33,15 @@ pub fn now() -> u64 {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_passes_between_two_samples() {
+        let before = now();
+        std::thread::sleep(std::time::Duration::from_millis(2));
+        assert!(now() >= before + 2_000_000);
+    }
+}

@@ -315,3 +315,16 @@ impl<T: InPlace> DerefMut for Loan<'_, T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_is_utf_8_without_a_zero_byte() {
+        assert_eq!(text("grün".as_bytes()), Ok("grün"));
+        assert_eq!(text(b""), Ok(""));
+        assert_eq!(text(b"a\0b"), Err(DecodeError::BadString));
+        assert_eq!(text(&[0xff]), Err(DecodeError::BadString));
+    }
+}

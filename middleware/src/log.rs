@@ -158,6 +158,7 @@ mod tests {
     #[test]
     fn the_publisher_publishes_nothing_of_its_own() {
         let queue = LogQueue::default();
+        assert!(!queue.is_closed());
         queue.push(line("first"));
         assert!(queue.next().is_some());
         queue.push(line("about the first"));
@@ -166,6 +167,7 @@ mod tests {
         });
         assert_eq!(queue.next().expect("a line").0.text, "second");
         queue.close(false);
+        assert!(queue.is_closed());
         assert_eq!(queue.next(), None);
     }
 }

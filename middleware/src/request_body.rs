@@ -90,3 +90,21 @@ impl<F: Fn(&mut [u8]) -> Result<(), EncodeError>> RequestBody for Written<'_, F>
         (self.write)(memory)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_body_of_bytes_is_written_whole() {
+        fn written(body: &dyn RequestBody) -> Vec<u8> {
+            assert_eq!(body.begin().len(), body.length());
+            buffer(body).expect("a body")
+        }
+        assert_eq!(written(&[1, 2, 3].as_slice()), [1, 2, 3]);
+        assert_eq!(written(&[4, 5]), [4, 5]);
+        assert_eq!(written(&vec![6]), [6]);
+        let short = [1, 2, 3].write_into(&mut [0; 2]);
+        assert_eq!(short, Err(EncodeError::Changed));
+    }
+}
