@@ -59,7 +59,8 @@ fn view(request: &Request) -> Result<(), Failure> {
     let say = |line: &str| {
         let _ = writeln!(std::io::stdout(), "{line}");
     };
-    run(&|| Some(model.snapshot()), &options, &say).map_err(|e| Failure::System(e.to_string()))
+    let shown = run(&|| Some(model.snapshot()), &options, &say);
+    shown.map_err(|error| Failure::System(format!("{error}; `--png FILE` needs no window")))
 }
 
 /// A length that a window can have.

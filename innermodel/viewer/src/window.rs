@@ -19,7 +19,7 @@ use x11rb::wrapper::ConnectionExt as _;
 #[non_exhaustive]
 pub enum WindowError {
     /// There is no display, or it refuses the connection.
-    #[error("cannot open a window: {0}; `--png FILE` needs none")]
+    #[error("cannot open a window: {0}")]
     Connect(#[from] ConnectError),
     /// The display has gone.
     #[error("the display has gone: {0}")]
