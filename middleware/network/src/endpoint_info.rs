@@ -142,7 +142,9 @@ pub fn host(folder: &Path) -> String {
     let name = name.replace(';', "-");
     let name = name.split_whitespace().collect::<Vec<_>>().join("-");
     let boot = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
-    let device = std::fs::metadata(folder).map_or(0, |metadata| metadata.dev());
+    // The folder may be created later; it will be on the device of the folder that it is in.
+    let mut existing = folder.ancestors().map(std::fs::metadata);
+    let device = existing.find_map(Result::ok).map_or(0, |found| found.dev());
     // The number depends on the path, so that it stays the same for a folder that is removed and
     // made again.
     let registry = format!("{}\n{device}\n{}", boot.trim(), folder.display());
@@ -164,6 +166,17 @@ pub fn hex(guid: &Guid) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_registry_that_does_not_exist_yet_has_the_number_that_it_will_have() {
+        let folder = std::env::temp_dir().join(format!("rc-host-{}", std::process::id()));
+        let registry = folder.join("network/dds");
+        let before = host(&registry);
+        std::fs::create_dir_all(&registry).expect("a folder");
+        let after = host(&registry);
+        std::fs::remove_dir_all(&folder).expect("it is ours");
+        assert_eq!(before, after);
+    }
 
     #[test]
     fn an_endpoint_info_is_read_back_and_other_user_data_is_not() {
