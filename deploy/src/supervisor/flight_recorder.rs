@@ -13,8 +13,12 @@ use std::time::{Duration, Instant};
 
 /// The pause before it is started again.
 const PAUSE: Duration = Duration::from_secs(5);
-/// How long it may take to write what it has at the end.
-const END: Duration = Duration::from_secs(5);
+/// After this time it has begun well: its end is a new one, and is said.
+const SETTLED: Duration = Duration::from_secs(30);
+/// How long its file may stay the same while it writes what it has at the end.
+const STILL: Duration = Duration::from_secs(5);
+/// How long it may take to write it in all. `rcdeploy down` waits for a minute.
+const END: Duration = Duration::from_secs(45);
 /// The pause between two looks whether it has ended.
 const LOOK: Duration = Duration::from_millis(10);
 
@@ -27,6 +31,10 @@ pub(super) struct FlightRecorder {
     child: Option<Child>,
     /// When it is started.
     due: Option<Instant>,
+    /// When it was started last.
+    started: Option<Instant>,
+    /// Whether its end was said, and it has not begun well since.
+    has_ended: bool,
 }
 
 impl FlightRecorder {
@@ -37,6 +45,8 @@ impl FlightRecorder {
             folder: folder.to_owned(),
             child: None,
             due: None,
+            started: None,
+            has_ended: false,
         }
     }
 
@@ -55,11 +65,13 @@ impl FlightRecorder {
         if let Some(child) = &mut self.child {
             let status = child.try_wait().ok()??;
             self.child = None;
-            self.due = Some(now + PAUSE);
-            return Some(format!(
-                "the recorder of the ring ended ({status}); see {}",
-                self.log().display()
-            ));
+            let log = self.log();
+            return self.ended(now, || {
+                format!(
+                    "the recorder of the ring ended ({status}); see {}",
+                    log.display()
+                )
+            });
         }
         if self.due.is_none_or(|due| now < due) {
             return None;
@@ -68,15 +80,23 @@ impl FlightRecorder {
         match self.start(mark) {
             Ok(child) => {
                 self.child = Some(child);
+                self.started = Some(now);
                 None
             }
-            Err(error) => {
-                self.due = Some(now + PAUSE);
-                Some(format!(
-                    "the recorder of the ring cannot be started: {error}"
-                ))
-            }
+            Err(error) => self.ended(now, || {
+                format!("the recorder of the ring cannot be started: {error}")
+            }),
         }
+    }
+
+    /// Lets it start again after a pause. What is wrong is said once, until it has begun well.
+    fn ended(&mut self, now: Instant, text: impl FnOnce() -> String) -> Option<String> {
+        self.due = Some(now + PAUSE);
+        let started = self.started.take();
+        if started.is_some_and(|started| now.duration_since(started) >= SETTLED) {
+            self.has_ended = false;
+        }
+        (!std::mem::replace(&mut self.has_ended, true)).then(text)
     }
 
     fn log(&self) -> PathBuf {
@@ -100,28 +120,53 @@ impl FlightRecorder {
             .stdin(Stdio::piped())
             .stdout(log.try_clone()?)
             .stderr(log);
-        command.spawn()
+        let child = command.spawn()?;
+        // A recorder that was stopped does not stop its supervisor.
+        if let Some(input) = &child.stdin {
+            rustix::io::ioctl_fionbio(input, true)?;
+        }
+        Ok(child)
     }
 
     /// Lets it write what it holds. Says whether it runs.
     pub(super) fn write(&mut self) -> bool {
         let input = self.child.as_mut().and_then(|child| child.stdin.as_mut());
-        input.is_some_and(|input| input.write_all(b"write\n").is_ok())
+        // A full pipe holds earlier requests, which mean the same.
+        input.is_some_and(|input| match input.write_all(b"write\n") {
+            Ok(()) => true,
+            Err(error) => error.kind() == io::ErrorKind::WouldBlock,
+        })
     }
 
-    /// Ends it: it writes what was asked for, and has a limit.
+    /// The bytes of the files that it has written.
+    fn written(&self) -> u64 {
+        let entries = std::fs::read_dir(&self.folder).into_iter().flatten();
+        let own = entries.flatten().filter(|entry| {
+            let name = entry.file_name();
+            name.as_encoded_bytes().starts_with(logs::RING.as_bytes())
+        });
+        own.filter_map(|entry| Some(entry.metadata().ok()?.len()))
+            .sum()
+    }
+
+    /// Ends it: it writes what was asked for, as long as it makes progress.
     pub(super) fn end(&mut self) {
         self.due = None;
         let Some(mut child) = self.child.take() else {
             return;
         };
         drop(child.stdin.take());
-        let limit = Instant::now() + END;
-        while Instant::now() < limit {
+        let begun = Instant::now();
+        let (mut size, mut grown) = (self.written(), begun);
+        while begun.elapsed() < END && grown.elapsed() < STILL {
             if !matches!(child.try_wait(), Ok(None)) {
                 return;
             }
             std::thread::sleep(LOOK);
+            let now = self.written();
+            if now != size {
+                (size, grown) = (now, Instant::now());
+            }
         }
         let _ = child.kill();
         let _ = child.wait();

@@ -126,7 +126,9 @@ impl<'p> Supervisor<'p> {
             .context("follow the logs")?;
         let limit = options.log_limit.unwrap_or(rotation::LIMIT);
         let logs = units.iter().map(|unit| unit.log.clone());
-        let logs = logs.chain([guard_log.clone(), supervisor_log]).collect();
+        let ring_log = logs::file(&log_directory, logs::RING);
+        let logs = logs.chain([guard_log.clone(), supervisor_log, ring_log]);
+        let logs = logs.collect();
         let rotation = Rotation::new(&log_directory, logs, limit).context("watch the logs")?;
         let signals = Signals::new().context("listen to signals")?;
         let guard_command = match &options.guard {

@@ -24,8 +24,8 @@ pub enum Request {
     Events,
     /// Stops the network. Answered with [`Stopping`]; the connection closes when the network is down.
     Down,
-    /// Writes the ring of `record { ring 60s; }`. Answered with an empty [`CommandResult`] when its
-    /// recorder knows.
+    /// Writes the ring of `record { ring 60s; }`. Answered with an empty [`CommandResult`] when
+    /// the request is on the way to its recorder.
     Ring,
     /// Starts components. Answered with [`CommandResult`] when they are ready, or cannot be.
     Start {
