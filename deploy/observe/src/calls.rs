@@ -88,7 +88,7 @@ pub fn call(
         }),
         ReplyKind::Unavailable(state) => Err(Error::Refused {
             operation: operation.name(),
-            reason: format!("it is not available in the state {state}"),
+            reason: rpc::not_served_in(&state),
         }),
     }
 }

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::lookup::find;
 use rc_deploy_client::{by_hand, connection, names};
+use rc_diagnostics::foreign::clean;
 use rc_management::component::{Request, Role, Status};
 use rc_management::observation::{Described, OperationDescription, SlotDescription};
 use rc_management::{CallError, Client};
@@ -10,7 +11,7 @@ use rc_middleware::RunDirectory;
 use rc_values::description::Module;
 use rc_values::{Catalog, Interface};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -329,7 +330,7 @@ fn ask(
     let work = || {
         let mut found = Vec::new();
         while let Some(name) = names.get(next.fetch_add(1, Ordering::Relaxed)) {
-            found.push((name.clone(), component(&directory.socket(name), hosts)));
+            found.push((name.clone(), component(directory, name, hosts)));
         }
         found
     };
@@ -344,14 +345,19 @@ fn ask(
     })
 }
 
-fn component(socket: &Path, hosts: &BTreeMap<String, String>) -> Found {
+fn component(directory: &RunDirectory, name: &str, hosts: &BTreeMap<String, String>) -> Found {
     let deadline = Instant::now() + LIMIT;
     let left = || deadline.saturating_duration_since(Instant::now());
-    let Ok(mut client) = Client::connect(socket, LIMIT) else {
+    let Ok(mut client) = Client::connect(&directory.socket(name), LIMIT) else {
         return Ok(None);
     };
     let text = |error: CallError| error.to_string();
     let described: Described = client.call(&Request::Describe, left()).map_err(text)?;
+    // Its name becomes the path of its socket again.
+    let own = &described.name;
+    if names::check_name("component", own).is_err() || own.replace('.', "-") != name {
+        return Err(format!("it calls itself `{}`", clean(own)));
+    }
     let status: Status = client.call(&Request::Status, left()).map_err(text)?;
     let modules = described.types.iter();
     let modules = modules.map(|module| serde_json::from_value(module.clone()));

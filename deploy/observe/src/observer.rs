@@ -9,6 +9,7 @@ use rc_management::{Client, Incoming, rpc};
 use rc_middleware::backend::Profile;
 use rc_middleware::{Encoding, Gaps, Header, Subscriber};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::collections::BTreeMap;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::time::Duration;
 
@@ -52,8 +53,9 @@ pub struct Observed<'m> {
 /// Receives the messages of several topics and slots.
 pub struct Observer {
     network: String,
-    /// Closed feeds leave their places empty.
-    feeds: Vec<Option<Feed>>,
+    feeds: BTreeMap<usize, Feed>,
+    /// The number of the next feed.
+    next: usize,
     /// Dropped after all ports.
     backends: Backends,
 }
@@ -87,7 +89,8 @@ impl Observer {
     pub fn new(network: &Network) -> Result<Self, Error> {
         Ok(Self {
             network: network.name.clone(),
-            feeds: Vec::new(),
+            feeds: BTreeMap::new(),
+            next: 0,
             backends: Backends::new(&network.name)?,
         })
     }
@@ -126,39 +129,40 @@ impl Observer {
     }
 
     fn add(&mut self, source: Source) -> FeedId {
-        self.feeds.push(Some(Feed {
+        let id = self.next;
+        self.next += 1;
+        let feed = Feed {
             source,
             gaps: Gaps::default(),
             dropped: 0,
             errors: Vec::new(),
             ended: false,
-        }));
-        FeedId(self.feeds.len() - 1)
+        };
+        self.feeds.insert(id, feed);
+        FeedId(id)
     }
 
     /// Observes this feed no longer.
     pub fn close(&mut self, feed: FeedId) {
-        if let Some(feed) = self.feeds.get_mut(feed.0) {
-            *feed = None;
-        }
+        self.feeds.remove(&feed.0);
     }
 
     /// Whether the component of a tapped slot has ended.
     pub fn has_ended(&self, feed: FeedId) -> bool {
-        let feed = self.feeds.get(feed.0).and_then(Option::as_ref);
+        let feed = self.feeds.get(&feed.0);
         feed.is_none_or(|feed| feed.ended)
     }
 
     /// What could not be received since the last call.
     pub fn errors(&mut self, feed: FeedId) -> Vec<String> {
-        let feed = self.feeds.get_mut(feed.0).and_then(Option::as_mut);
+        let feed = self.feeds.get_mut(&feed.0);
         feed.map(|feed| std::mem::take(&mut feed.errors))
             .unwrap_or_default()
     }
 
     /// The descriptors that are readable when a message may be there.
     pub fn descriptors(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
-        let feeds = self.feeds.iter().flatten().filter(|feed| !feed.ended);
+        let feeds = self.feeds.values().filter(|feed| !feed.ended);
         feeds.map(|feed| feed.source.descriptor())
     }
 
@@ -176,9 +180,8 @@ impl Observer {
     /// Takes the messages that are there, at most 1024 of each feed. Says whether there may be more.
     pub fn take(&mut self, take: &mut dyn FnMut(FeedId, Observed<'_>)) -> bool {
         let mut more = false;
-        for (at, feed) in self.feeds.iter_mut().enumerate() {
-            let Some(feed) = feed else { continue };
-            more |= feed.take(&mut |observed| take(FeedId(at), observed));
+        for (id, feed) in &mut self.feeds {
+            more |= feed.take(&mut |observed| take(FeedId(*id), observed));
         }
         more
     }

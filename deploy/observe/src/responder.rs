@@ -10,6 +10,8 @@ use std::time::Duration;
 
 /// The most requests of one server that are served in a turn.
 const TURN: usize = 64;
+/// The most errors of a turn that are reported.
+const ERRORS: usize = 8;
 
 /// Serves calls. To its clients it is a component.
 pub struct Responder {
@@ -73,11 +75,13 @@ impl Responder {
     }
 
     /// Serves the requests that are there. `answer` gets the number of the service and makes the
-    /// reply, with its envelope; without one, none is sent.
+    /// reply, with its envelope; without one, none is sent. Returns what was wrong: a request that
+    /// cannot be read does not keep the next one from its reply.
     pub fn serve(
         &mut self,
         answer: &mut dyn FnMut(usize, Profile, &[u8]) -> Option<Vec<u8>>,
-    ) -> Result<(), Error> {
+    ) -> Vec<String> {
+        let mut errors = Vec::new();
         for (number, server) in self.servers.iter_mut().enumerate() {
             for round in 0..2 {
                 for _ in 0..TURN {
@@ -86,8 +90,10 @@ impl Responder {
                             *reply.body() = bytes;
                         }
                     });
-                    if !served.map_err(|error| Error::system("serve", &error))? {
-                        break;
+                    match served {
+                        Ok(false) => break,
+                        Err(error) if errors.len() < ERRORS => errors.push(error.to_string()),
+                        Ok(true) | Err(_) => {}
                     }
                 }
                 if round == 0 {
@@ -95,7 +101,7 @@ impl Responder {
                 }
             }
         }
-        Ok(())
+        errors
     }
 
     /// Waits until the last replies have arrived.

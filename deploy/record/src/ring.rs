@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The last messages of a network.
 pub struct Ring {
@@ -17,7 +17,8 @@ pub struct Ring {
     held: usize,
     channels: Vec<Arc<NewChannel>>,
     files: BTreeMap<String, Arc<AttachedFile>>,
-    messages: VecDeque<(usize, Stamp, Arc<[u8]>)>,
+    /// Each with the time of its arrival, which no change of the system's clock moves.
+    messages: VecDeque<(Instant, usize, Stamp, Arc<[u8]>)>,
     writing: Option<JoinHandle<Result<Written, RecordError>>>,
 }
 
@@ -56,12 +57,14 @@ impl Ring {
     }
 
     pub(crate) fn push(&mut self, at: usize, stamp: Stamp, data: Vec<u8>) {
+        self.push_at(Instant::now(), at, stamp, data);
+    }
+
+    fn push_at(&mut self, now: Instant, at: usize, stamp: Stamp, data: Vec<u8>) {
         self.held += data.len() + OVERHEAD;
-        self.messages.push_back((at, stamp, data.into()));
-        let time = u64::try_from(self.time.as_nanos()).unwrap_or(u64::MAX);
-        let oldest = stamp.log_time.saturating_sub(time);
-        while let Some((_, first, data)) = self.messages.front()
-            && (first.log_time < oldest || self.held > self.bytes)
+        self.messages.push_back((now, at, stamp, data.into()));
+        while let Some((arrived, _, _, data)) = self.messages.front()
+            && (now.duration_since(*arrived) > self.time || self.held > self.bytes)
         {
             self.held -= data.len() + OVERHEAD;
             self.messages.pop_front();
@@ -105,18 +108,25 @@ impl Ring {
         let (channels, messages) = (self.channels.clone(), self.messages.clone());
         let thread = std::thread::Builder::new().name("ring".to_owned());
         let thread = thread.spawn(move || {
-            let table = BTreeMap::from([("reason".to_owned(), written.reason.clone())]);
-            writer.metadata("ring", &table)?;
-            for file in files {
-                writer.attach(&file.name, file.media_type, file.data.clone())?;
+            let write = || {
+                let table = BTreeMap::from([("reason".to_owned(), written.reason.clone())]);
+                writer.metadata("ring", &table)?;
+                for file in files {
+                    writer.attach(&file.name, file.media_type, file.data.clone())?;
+                }
+                let channels: Vec<ChannelId> =
+                    channels.iter().map(|new| new.add_to(&mut writer)).collect();
+                for (_, at, stamp, data) in messages {
+                    writer.write(channels[at], stamp, &data)?;
+                }
+                Ok::<(), RecordError>(())
+            };
+            let done = write().and_then(|()| writer.finish());
+            if done.is_err() {
+                // A part of a ring would take the room of the next one.
+                let _ = std::fs::remove_file(&written.path);
             }
-            let channels: Vec<ChannelId> =
-                channels.iter().map(|new| new.add_to(&mut writer)).collect();
-            for (at, stamp, data) in messages {
-                writer.write(channels[at], stamp, &data)?;
-            }
-            writer.finish()?;
-            Ok(written)
+            done.map(|()| written)
         });
         self.writing = Some(thread.map_err(|e| RecordError::file(path, &e))?);
         Ok(())
@@ -163,17 +173,22 @@ mod tests {
             schema: None,
             metadata: BTreeMap::new(),
         });
+        // The system's clock goes back by a minute in the middle.
+        let begin = Instant::now();
         for second in 100..130 {
-            ring.push(at, stamp(second), vec![0; 10]);
+            let time = if second < 125 { second } else { second - 60 };
+            let now = begin + Duration::from_secs(second);
+            ring.push_at(now, at, stamp(time), vec![0; 10]);
         }
         assert_eq!(ring.len(), 11);
-        ring.push(at, stamp(130), vec![0; 900]);
+        let now = begin + Duration::from_secs(130);
+        ring.push_at(now, at, stamp(70), vec![0; 900]);
         assert_eq!((ring.len(), ring.held()), (1, 964));
 
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("x.mcap");
         ring.write(&path, "asked").expect("to begin");
-        ring.push(at, stamp(131), vec![0; 20]);
+        ring.push_at(now, at, stamp(71), vec![0; 20]);
         let written = ring.finish();
         let written = written.expect("it was begun").expect("to write");
         assert_eq!(

@@ -158,6 +158,8 @@ impl Writer {
         data: Vec<u8>,
     ) -> Result<(), RecordError> {
         self.with(|part, _| part.attach(name, media_type, &data))?;
+        // A further part holds the last one of each name.
+        self.attachments.retain(|(known, ..)| known != name);
         self.attachments
             .push((name.to_owned(), media_type.to_owned(), data));
         Ok(())
@@ -249,7 +251,10 @@ impl Part {
         let mut begin = rc_mcap::MAGIC.to_vec();
         let library = concat!("robocomp ", env!("CARGO_PKG_VERSION"));
         write::header(&mut begin, "ros2", library);
-        part.put(&begin).map_err(wrong)?;
+        part.put(&begin).map_err(|error| {
+            let _ = std::fs::remove_file(path);
+            wrong(error)
+        })?;
         Ok(part)
     }
 

@@ -24,17 +24,25 @@ const TURN: Duration = Duration::from_millis(100);
 /// How many calls wait for their replies, to show the operation of a reply.
 const CALLS: usize = 1024;
 
+/// The signals that end a command: Ctrl-C and its kin.
+pub(super) const ENDS: [i32; 3] = [
+    signal_hook::consts::SIGINT,
+    signal_hook::consts::SIGTERM,
+    signal_hook::consts::SIGHUP,
+];
+
 /// Becomes readable at Ctrl-C.
 pub(super) fn interrupts() -> Result<UnixStream, Failure> {
+    signals(&ENDS)
+}
+
+/// Becomes readable at these signals.
+pub(super) fn signals(signals: &[i32]) -> Result<UnixStream, Failure> {
     let (read, write) = UnixStream::pair().map_err(|e| system(&e))?;
     read.set_nonblocking(true).map_err(|e| system(&e))?;
-    for signal in [
-        signal_hook::consts::SIGINT,
-        signal_hook::consts::SIGTERM,
-        signal_hook::consts::SIGHUP,
-    ] {
+    for signal in signals {
         let write = write.try_clone().map_err(|e| system(&e))?;
-        signal_hook::low_level::pipe::register(signal, write).map_err(|e| system(&e))?;
+        signal_hook::low_level::pipe::register(*signal, write).map_err(|e| system(&e))?;
     }
     Ok(read)
 }
@@ -362,9 +370,7 @@ impl Calls {
                 None => refused(format!("an unknown exception, {case}")),
             },
             rpc::ReplyKind::Refused(reason) => refused(reason),
-            rpc::ReplyKind::Unavailable(state) => {
-                refused(format!("it is not available in the state {state}"))
-            }
+            rpc::ReplyKind::Unavailable(state) => refused(rpc::not_served_in(&state)),
         }
     }
 }

@@ -4,9 +4,9 @@ use super::arguments::rate;
 use super::bag::Selected;
 use super::completion::networks;
 use super::look::look;
-use super::messages::{interrupts, is_interrupted};
+use super::messages::{ENDS, interrupts, is_interrupted};
 use super::networks::running;
-use super::output::{Failure, print_line, print_note};
+use super::output::{Failure, print_line, print_note, system};
 use rc_command_line::files;
 use rc_observe::TimeSource;
 use rc_record::player::{Player, Playing};
@@ -16,6 +16,8 @@ use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcsetattr
 use std::io::{IsTerminal, Write};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// The longest wait.
@@ -67,6 +69,11 @@ fn pair(text: &str) -> Result<(String, String), String> {
 
 pub(super) fn play(options: Play) -> Result<u8, Failure> {
     let interrupts = interrupts()?;
+    // What reads the file looks at this.
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in ENDS {
+        signal_hook::flag::register(signal, Arc::clone(&stop)).map_err(|e| system(&e))?;
+    }
     let selection = options.selected.into_selection(&options.file)?;
     let network = look(&running(options.network)?)?;
     let clock = options
@@ -79,29 +86,31 @@ pub(super) fn play(options: Play) -> Result<u8, Failure> {
         remap: options.remap,
         convert: options.convert,
         answers: !options.no_answers,
+        stop,
     };
     let mut player = Player::open(&options.file, network, playing)?;
-    let keys = Keys::open();
+    let mut keys = Keys::open();
     let mut is_paused = false;
     let mut shown = Instant::now();
-    loop {
+    'playing: loop {
         if is_interrupted(&interrupts) {
             break;
         }
         keys.say(player.notes());
-        match keys.pressed() {
-            Some(Key::Pause) => {
-                is_paused = !is_paused;
-                player.restart_clock();
+        for key in keys.pressed() {
+            match key {
+                Key::Pause => {
+                    is_paused = !is_paused;
+                    player.hold_clock();
+                }
+                Key::Step => {
+                    is_paused = true;
+                    player.step()?;
+                }
+                Key::Forward => player.seek(player.position() + SEEK)?,
+                Key::Back => player.seek(player.position().saturating_sub(SEEK))?,
+                Key::Quit => break 'playing,
             }
-            Some(Key::Step) => {
-                is_paused = true;
-                player.step()?;
-            }
-            Some(Key::Forward) => player.seek(player.position() + SEEK)?,
-            Some(Key::Back) => player.seek(player.position().saturating_sub(SEEK))?,
-            Some(Key::Quit) => break,
-            None => {}
         }
         if player.is_over() && !is_paused {
             if !options.repeats {
@@ -125,12 +134,12 @@ pub(super) fn play(options: Play) -> Result<u8, Failure> {
         }
         if let Some(clock) = &mut clock {
             left = left.min(TICK);
-            if let Some(time) = player.network_time(is_paused) {
+            if let Some(time) = player.network_time() {
                 clock.set(time)?;
             }
             clock.repeat()?;
         }
-        player.answer()?;
+        player.answer();
         if shown.elapsed() >= WAIT {
             shown = Instant::now();
             keys.show(&player, is_paused);
@@ -160,12 +169,13 @@ pub(super) fn play(options: Play) -> Result<u8, Failure> {
 fn wait(player: &Player, keys: &Keys, interrupts: BorrowedFd<'_>, limit: Duration) {
     let mut all = player.descriptors();
     all.push(interrupts);
-    if keys.0.is_some() {
+    if keys.before.is_some() {
         all.push(rustix::stdio::stdin());
     }
     rc_middleware::wait(&all, limit);
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Key {
     Pause,
     Step,
@@ -175,47 +185,74 @@ enum Key {
 }
 
 /// The keys of a terminal, without waiting for Enter. None if there is no terminal.
-struct Keys(Option<Termios>);
+struct Keys {
+    /// The settings of the terminal before.
+    before: Option<Termios>,
+    /// What was read and is no whole key yet.
+    typed: Vec<u8>,
+}
+
+/// Takes the whole keys from what was typed.
+fn take_keys(typed: &mut Vec<u8>) -> Vec<Key> {
+    let mut found = Vec::new();
+    loop {
+        let (key, length) = match typed.as_slice() {
+            [] | [0x1b] | [0x1b, b'['] => return found,
+            [0x1b, b'[', b'C', ..] => (Some(Key::Forward), 3),
+            [0x1b, b'[', b'D', ..] => (Some(Key::Back), 3),
+            [0x1b, b'[', ..] => (None, 3),
+            [b' ', ..] => (Some(Key::Pause), 1),
+            [b's' | b'.', ..] => (Some(Key::Step), 1),
+            [b'q', ..] => (Some(Key::Quit), 1),
+            _ => (None, 1),
+        };
+        found.extend(key);
+        typed.drain(..length);
+    }
+}
 
 impl Keys {
     fn open() -> Self {
+        let new = |before| Self {
+            before,
+            typed: Vec::new(),
+        };
         let keys = rustix::stdio::stdin();
         if !std::io::stdin().is_terminal() || !std::io::stderr().is_terminal() {
-            return Self(None);
+            return new(None);
         }
         let Ok(before) = tcgetattr(keys) else {
-            return Self(None);
+            return new(None);
         };
         let mut raw = before.clone();
         raw.local_modes -= LocalModes::ICANON | LocalModes::ECHO;
         let set = tcsetattr(keys, OptionalActions::Now, &raw);
-        Self(set.is_ok().then_some(before))
+        new(set.is_ok().then_some(before))
     }
 
-    fn pressed(&self) -> Option<Key> {
-        self.0.as_ref()?;
+    /// The keys since the last call.
+    fn pressed(&mut self) -> Vec<Key> {
+        if self.before.is_none() {
+            return Vec::new();
+        }
         let keys = rustix::stdio::stdin();
         let mut polled = [PollFd::from_borrowed_fd(keys, PollFlags::IN)];
         if poll(&mut polled, Some(&Timespec::default())).unwrap_or(0) == 0 {
-            return None;
+            return Vec::new();
         }
         let mut buffer = [0; 16];
         match rustix::io::read(keys, &mut buffer) {
             // The terminal was closed.
-            Ok(0) | Err(_) => Some(Key::Quit),
-            Ok(length) => match &buffer[..length] {
-                b" " => Some(Key::Pause),
-                b"s" | b"." => Some(Key::Step),
-                b"\x1b[C" => Some(Key::Forward),
-                b"\x1b[D" => Some(Key::Back),
-                b"q" => Some(Key::Quit),
-                _ => None,
-            },
+            Ok(0) | Err(_) => vec![Key::Quit],
+            Ok(length) => {
+                self.typed.extend(&buffer[..length]);
+                take_keys(&mut self.typed)
+            }
         }
     }
 
     fn show(&self, player: &Player, is_paused: bool) {
-        if self.0.is_some() {
+        if self.before.is_some() {
             let paused = if is_paused { "paused  " } else { "" };
             let _ = write!(
                 std::io::stderr(),
@@ -235,7 +272,7 @@ impl Keys {
     }
 
     fn clear(&self) {
-        if self.0.is_some() {
+        if self.before.is_some() {
             let _ = write!(std::io::stderr(), "\r\x1b[K");
         }
     }
@@ -243,9 +280,24 @@ impl Keys {
 
 impl Drop for Keys {
     fn drop(&mut self) {
-        if let Some(before) = &self.0 {
+        if let Some(before) = &self.before {
             self.clear();
             let _ = tcsetattr(rustix::stdio::stdin(), OptionalActions::Now, before);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_that_are_read_together_or_in_parts_count_each() {
+        let mut typed = b"ss \x1b[C\x1b[1;5Cx\x1b".to_vec();
+        let (step, pause, forward) = (Key::Step, Key::Pause, Key::Forward);
+        assert_eq!(take_keys(&mut typed), [step, step, pause, forward]);
+        typed.extend(b"[Dq");
+        assert_eq!(take_keys(&mut typed), [Key::Back, Key::Quit]);
+        assert!(typed.is_empty());
     }
 }

@@ -3,15 +3,18 @@
 use super::bag::duration;
 use super::completion::{networks, topics};
 use super::look::look;
+use super::messages::{interrupts, signals};
 use super::networks::network_of;
-use super::output::{Failure, print_failure, print_line, print_note, system};
+use super::output::{Failure, print_failure, print_line, print_note};
 use rc_deploy_client::connection;
 use rc_management::event::time_text;
 use rc_management::supervisor::{Event, Severity};
+use rc_observe::Network;
 use rc_record::live::{Progress, Recorder, Wanted};
 use rc_record::ring::{Ring, Written};
 use rc_record::sink::{FileSink, QUEUE, Sink};
 use rc_record::{Limits, RecordError};
+use std::ffi::OsStr;
 use std::io::{IsTerminal, Read, Write};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
@@ -20,6 +23,8 @@ use std::time::{Duration, Instant, SystemTime};
 
 /// How often the progress is shown.
 const SHOW: Duration = Duration::from_millis(500);
+/// The pause before the recorder of a supervisor looks again for components.
+const AGAIN: Duration = Duration::from_secs(2);
 /// The longest wait for messages.
 const TURN: Duration = Duration::from_millis(100);
 
@@ -82,19 +87,25 @@ pub(super) fn record(options: &Record) -> Result<u8, Failure> {
         return Ok(0);
     }
     let mut asking = Asking::new(options)?;
-    let network = look(&options.network)?;
+    let Some(network) = asking.network(&options.network)? else {
+        return Ok(0);
+    };
     let name = network.name.clone();
     let wanted = Wanted {
         names: options.names.clone(),
         calls: !options.no_calls,
     };
     let files = RingFiles::new(options, &name);
-    let sink = if let Some(time) = options.ring {
-        Sink::Ring(Ring::new(time, (options.ring_mib as usize) << 20))
-    } else {
+    let sink = || {
+        if let Some(time) = options.ring {
+            return Ok(Sink::Ring(Ring::new(
+                time,
+                (options.ring_mib as usize) << 20,
+            )));
+        }
         let named = || PathBuf::from(format!("{name}-{}.mcap", time()));
         let path = options.output.clone().unwrap_or_else(named);
-        Sink::File(FileSink::create(&path, limits(options))?)
+        Ok(Sink::File(FileSink::create(&path, limits(options))?))
     };
     let mut recorder = Recorder::begin(&network, &wanted, sink)?;
     let began = Instant::now();
@@ -131,7 +142,8 @@ pub(super) fn record(options: &Record) -> Result<u8, Failure> {
         if asked.end || is_over {
             break;
         }
-        if recorder.has_network_ended() {
+        // A supervisor ends its recorder itself. Until then, components may come back.
+        if recorder.has_network_ended() && !options.supervised {
             shown.clear();
             print_note(&format_args!("the network {name} has ended"));
             break;
@@ -254,13 +266,18 @@ impl RingFiles {
                     "{}: {messages} messages, {reason}",
                     path.display()
                 ));
-                self.remove_oldest();
+                self.remove_oldest(path.file_name());
             }
-            Err(error) => print_failure(&error),
+            Err(error) => {
+                print_failure(&error);
+                self.remove_oldest(None);
+            }
         }
     }
 
-    fn remove_oldest(&self) {
+    /// Removes the oldest files, but never the one that was written last: after the clock was set
+    /// back, its name sorts first.
+    fn remove_oldest(&self, last: Option<&OsStr>) {
         let folder = if self.folder.as_os_str().is_empty() {
             Path::new(".")
         } else {
@@ -268,9 +285,11 @@ impl RingFiles {
         };
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-        let mut own: Vec<String> = names.filter(|name| self.is_own(name)).collect();
+        let is_older = |name: &String| self.is_own(name) && last != Some(OsStr::new(name));
+        let mut own: Vec<String> = names.filter(is_older).collect();
         own.sort();
-        let surplus = own.len().saturating_sub(self.most);
+        let kept = self.most.saturating_sub(usize::from(last.is_some()));
+        let surplus = own.len().saturating_sub(kept);
         for name in own.iter().take(surplus) {
             if let Err(error) = std::fs::remove_file(folder.join(name)) {
                 print_note(&format_args!("{name} cannot be removed: {error}"));
@@ -308,23 +327,31 @@ struct Asking {
 
 impl Asking {
     fn new(options: &Record) -> Result<Self, Failure> {
-        use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
-        let signals = |signals: &[i32]| {
-            let (read, write) = UnixStream::pair().map_err(|e| system(&e))?;
-            read.set_nonblocking(true).map_err(|e| system(&e))?;
-            for signal in signals {
-                let write = write.try_clone().map_err(|e| system(&e))?;
-                signal_hook::low_level::pipe::register(*signal, write).map_err(|e| system(&e))?;
-            }
-            Ok::<_, Failure>(read)
-        };
         let keys = options.ring.is_some() && std::io::stdin().is_terminal();
         Ok(Self {
-            ends: signals(&[SIGINT, SIGTERM, SIGHUP])?,
-            writes: signals(&[SIGUSR1])?,
+            ends: interrupts()?,
+            writes: signals(&[signal_hook::consts::SIGUSR1])?,
             reads_input: keys || options.supervised,
             is_supervised: options.supervised,
         })
+    }
+
+    /// The network. The recorder of a supervisor waits until a component replies; `None` if it is
+    /// ended before.
+    fn network(&mut self, name: &str) -> Result<Option<Network>, Failure> {
+        loop {
+            match look(name) {
+                Err(_) if self.is_supervised => {}
+                found => return found.map(Some),
+            }
+            let again = Instant::now() + AGAIN;
+            while let Some(left) = again.checked_duration_since(Instant::now()) {
+                rc_middleware::wait(&self.descriptors(), left);
+                if self.take().end {
+                    return Ok(None);
+                }
+            }
+        }
     }
 
     /// What is readable when something is asked for.
@@ -433,10 +460,17 @@ mod tests {
         for name in all.clone() {
             std::fs::write(folder.path().join(name), "").expect("to write");
         }
-        files.remove_oldest();
-        let left: Vec<&str> = all.filter(|n| folder.path().join(n).exists()).collect();
+        let left = |last: Option<&str>| -> Vec<&str> {
+            files.remove_oldest(last.map(OsStr::new));
+            let all = all.clone();
+            all.filter(|n| folder.path().join(n).exists()).collect()
+        };
         let expected = [own[1].as_str(), &own[2], others[0], others[1], others[2]];
-        assert_eq!(left, expected);
+        assert_eq!(left(None), expected);
+        // The clock was set back: the file that was written last has the oldest name.
+        std::fs::write(folder.path().join(&own[0]), "").expect("to write");
+        let expected = [own[0].as_str(), &own[2], others[0], others[1], others[2]];
+        assert_eq!(left(Some(&own[0])), expected);
         assert!(files.is_own(&format!("ring-{}.mcap", time())));
     }
 }

@@ -10,6 +10,9 @@ use rc_values::{Interface, Operation};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+/// How many senders of a feed are remembered.
+const SENDERS: usize = 256;
+
 /// A feed of the observer, and what becomes of its messages.
 pub(super) struct Feed {
     what: What,
@@ -62,6 +65,10 @@ impl Feed {
 
     /// Puts a message into the recording.
     pub(super) fn take(&mut self, observed: &Observed<'_>, output: &mut Output) {
+        if self.channels.len() > SENDERS {
+            // They are found again; the later ones of a topic share a channel.
+            self.channels.clear();
+        }
         let recorded = match &self.what {
             What::Time(time) => {
                 if let Some(time) = time.read(observed) {

@@ -1,30 +1,44 @@
-//! Looks again and again what runs in a network, on a thread of its own: a component that hangs
-//! delays no message.
+//! Looks again and again what runs in a network, on a thread of its own: a component or a supervisor
+//! that hangs delays no message.
 
 use crate::error::RecordError;
+use rc_deploy_client::connection;
 use rc_management::Client;
 use rc_management::component::{Parameters, Request};
+use rc_management::supervisor;
 use rc_middleware::RunDirectory;
 use rc_observe::Network;
 use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::RecvTimeoutError::Timeout;
 use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The time between two looks.
 const PAUSE: Duration = Duration::from_secs(2);
-/// How long a component may take to list its parameters.
+/// How long a component may take to list its parameters, and the supervisor to begin its events.
 const LIMIT: Duration = Duration::from_secs(2);
+/// The longest description file that is attached, in bytes.
+const LONGEST_FILE: usize = 16 * 1024 * 1024;
 
 /// What a look has found.
 pub(super) struct Look {
     pub(super) network: Network,
     pub(super) parameters: BTreeMap<String, Parameters>,
+    /// The `.ddsl`: its name and its text.
+    pub(super) ddsl: Option<(String, String)>,
+    /// The configuration files of the components on this machine that have no secrets.
+    pub(super) configurations: BTreeMap<String, String>,
+    /// The events of the supervisor from now on, if they were wanted.
+    pub(super) events: Option<Client>,
 }
 
 /// The looks of a thread, which ends when this is dropped.
 pub(super) struct Looks {
     found: Receiver<Option<Look>>,
+    wants_events: Arc<AtomicBool>,
     _stop: Sender<()>,
 }
 
@@ -33,17 +47,31 @@ impl Looks {
         let (send, found) = sync_channel(1);
         let (stop, stopped) = channel::<()>();
         let name = network.to_owned();
+        let wants_events = Arc::new(AtomicBool::new(false));
+        let wanted = Arc::clone(&wants_events);
         let thread = std::thread::Builder::new().name("look".to_owned());
         thread
             .spawn(move || {
                 while stopped.recv_timeout(PAUSE) == Err(Timeout) {
-                    if send.send(look(&name)).is_err() {
+                    if send
+                        .send(look(&name, wanted.load(Ordering::Relaxed)))
+                        .is_err()
+                    {
                         return;
                     }
                 }
             })
             .map_err(|e| RecordError::Value(format!("no thread can be started: {e}")))?;
-        Ok(Self { found, _stop: stop })
+        Ok(Self {
+            found,
+            wants_events,
+            _stop: stop,
+        })
+    }
+
+    /// Whether the next looks begin to follow the events of the supervisor.
+    pub(super) fn want_events(&self, wanted: bool) {
+        self.wants_events.store(wanted, Ordering::Relaxed);
     }
 
     /// The looks since the last call; `None` for one that found no component.
@@ -53,7 +81,7 @@ impl Looks {
 }
 
 /// Looks once. `None` if no component replies.
-pub(super) fn look(name: &str) -> Option<Look> {
+pub(super) fn look(name: &str, wants_events: bool) -> Option<Look> {
     let network = Network::look(name).ok()?;
     let directory = RunDirectory::of(name);
     let parameters = network.components.iter().filter_map(|component| {
@@ -63,9 +91,59 @@ pub(super) fn look(name: &str) -> Option<Look> {
         let listed: Parameters = client.call(&request, LIMIT).ok()?;
         Some((component.name.clone(), listed))
     });
-    let parameters = parameters.collect();
+    let parameters: BTreeMap<String, Parameters> = parameters.collect();
+    let ddsl = connection::status(name).ok().and_then(|status| {
+        let file = status.ddsl.file_name()?.to_string_lossy().into_owned();
+        Some((file, read(&status.ddsl)?))
+    });
+    // The path of a component on another machine means nothing here.
+    let here = network.components.iter().filter(|c| c.host.is_none());
+    let configurations = here.filter_map(|component| {
+        let listed = parameters.get(&component.name)?;
+        let has_secrets = listed.parameters.iter().any(|one| one.secret);
+        let file = listed.file.as_ref().filter(|_| !has_secrets)?;
+        Some((component.name.clone(), read(file)?))
+    });
+    let configurations = configurations.collect();
     Some(Look {
         network,
         parameters,
+        ddsl,
+        configurations,
+        events: wants_events.then(|| events(name)).flatten(),
     })
+}
+
+/// Follows the events of a network that has a supervisor. Those of the past are skipped.
+fn events(network: &str) -> Option<Client> {
+    let deadline = Instant::now() + LIMIT;
+    let left = || deadline.saturating_duration_since(Instant::now());
+    let socket = RunDirectory::of(network).socket(supervisor::SOCKET);
+    let mut client = Client::connect(&socket, left()).ok()?;
+    let kept: supervisor::KeptEvents = client.call(&supervisor::Request::Events, left()).ok()?;
+    for _ in 0..kept.kept {
+        client.next(left()).ok()?;
+    }
+    Some(client)
+}
+
+/// A file that is no pipe and not too long.
+fn read(path: &Path) -> Option<String> {
+    let text = rc_files::read(path).ok()?;
+    (text.len() <= LONGEST_FILE).then_some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_description_is_read_only_from_a_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x.toml");
+        std::fs::write(&path, "a = 1").expect("to write");
+        assert_eq!(read(&path).as_deref(), Some("a = 1"));
+        assert_eq!(read(folder.path()), None);
+        assert_eq!(read(Path::new("/dev/zero")), None);
+    }
 }

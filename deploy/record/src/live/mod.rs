@@ -13,14 +13,11 @@ use look::{Look, Looks, look};
 use output::Output;
 use rc_management::supervisor::{self, Event, Severity};
 use rc_management::{Client, Incoming};
-use rc_middleware::RunDirectory;
 use rc_observe::{End, FeedId, Network, Observer, Service, Source};
 use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::time::Duration;
 
-/// How long a request to the supervisor may take.
-const LIMIT: Duration = Duration::from_secs(2);
 /// After how many looks without any component the network has ended.
 const GONE: u32 = 2;
 
@@ -62,19 +59,25 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins to record a network that runs.
-    pub fn begin(network: &Network, wanted: &Wanted, sink: Sink) -> Result<Self, RecordError> {
+    /// Begins to record a network that runs. `sink` is called when all names are known.
+    pub fn begin(
+        network: &Network,
+        wanted: &Wanted,
+        sink: impl FnOnce() -> Result<Sink, RecordError>,
+    ) -> Result<Self, RecordError> {
         let named = (!wanted.names.is_empty()).then(|| Named::find(network, &wanted.names));
+        let named = named.transpose()?;
+        let observer = Observer::new(network)?;
         let name = network.name.clone();
         let mut recorder = Self {
-            named: named.transpose()?,
+            named,
             calls: wanted.calls,
-            observer: Observer::new(network)?,
+            observer,
             feeds: BTreeMap::new(),
             known: BTreeMap::new(),
             time: None,
-            output: Output::new(&name, sink),
-            events: events(&name),
+            output: Output::new(&name, sink()?),
+            events: None,
             looks: Looks::begin(&name)?,
             processes: processes(network),
             empty_looks: 0,
@@ -82,13 +85,13 @@ impl Recorder {
             noted: BTreeSet::new(),
             name,
         };
-        recorder.output.describe(network);
         let failed = recorder.join(network);
         if let Some((_, error)) = failed.into_iter().next() {
             return Err(error);
         }
-        if let Some(first) = look(&recorder.name) {
+        if let Some(first) = look(&recorder.name, true) {
             recorder.output.note(&first);
+            recorder.follow(first.events);
         }
         Ok(recorder)
     }
@@ -130,14 +133,14 @@ impl Recorder {
         let events = self.take_events();
         for found in self.looks.take() {
             match found {
-                Some(found) => self.looked(&found),
+                Some(found) => self.looked(found),
                 None => self.empty_looks += 1,
             }
         }
         events
     }
 
-    fn looked(&mut self, found: &Look) {
+    fn looked(&mut self, found: Look) {
         self.empty_looks = 0;
         let network = &found.network;
         let processes = processes(network);
@@ -149,6 +152,7 @@ impl Recorder {
                     self.feeds.clear();
                     self.known.clear();
                     self.time = None;
+                    self.output.simulated = None;
                 }
                 Err(error) => self.note(error.to_string()),
             }
@@ -157,16 +161,21 @@ impl Recorder {
         for (what, error) in self.join(network) {
             self.note(format!("{what} is not recorded: {error}"));
         }
-        self.output.describe(network);
-        self.output.note(found);
-        if self.events.is_none() {
-            self.events = events(&self.name);
-        }
+        self.output.note(&found);
+        self.follow(found.events);
         let reports = self.feeds.keys().flat_map(|id| self.observer.errors(*id));
         let reports: Vec<String> = reports.collect();
         for report in reports {
             self.note(report);
         }
+    }
+
+    /// Follows the events from now on, unless they are followed already.
+    fn follow(&mut self, events: Option<Client>) {
+        if self.events.is_none() {
+            self.events = events;
+        }
+        self.looks.want_events(self.events.is_none());
     }
 
     /// Keeps a note, unless it was said before.
@@ -288,6 +297,7 @@ impl Recorder {
         let events: Vec<Event> = events.collect();
         if !is_open {
             self.events = None;
+            self.looks.want_events(true);
         }
         events.iter().for_each(|event| self.output.event(event));
         events
@@ -323,15 +333,4 @@ fn processes(network: &Network) -> BTreeSet<(String, u32)> {
     let all = network.components.iter();
     all.map(|component| (component.name.clone(), component.described.pid))
         .collect()
-}
-
-/// Follows the events of a network that has a supervisor. Those of the past are skipped.
-fn events(network: &str) -> Option<Client> {
-    let socket = RunDirectory::of(network).socket(supervisor::SOCKET);
-    let mut client = Client::connect(&socket, LIMIT).ok()?;
-    let kept: supervisor::KeptEvents = client.call(&supervisor::Request::Events, LIMIT).ok()?;
-    for _ in 0..kept.kept {
-        client.next(LIMIT).ok()?;
-    }
-    Some(client)
 }

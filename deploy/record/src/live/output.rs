@@ -4,20 +4,16 @@ use super::look::Look;
 use crate::schema::Schema;
 use crate::sink::{AttachedFile, NewChannel, Sink};
 use crate::{ENCAPSULATION, keys, qos};
-use rc_deploy_client::connection;
 use rc_management::component::{Parameters, Status};
 use rc_management::observation::QosDescription;
 use rc_management::supervisor::Event;
 use rc_mcap::{Stamp, system_time};
 use rc_middleware::{Writer, now};
-use rc_observe::Network;
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
 
 /// How many senders of a topic have channels of their own. Later ones share one.
 const SENDERS: usize = 64;
-/// The longest description file that is attached, in bytes.
-const LONGEST_FILE: u64 = 16 * 1024 * 1024;
 
 /// How far a recording is.
 #[derive(Clone, Copy, Debug, Default)]
@@ -183,17 +179,25 @@ impl Output {
         self.sink.message(at, stamp, writer.into_bytes());
     }
 
-    /// Records the parameters and states that have changed since the last look.
+    /// Records what has changed since the last look: parameters, states, and the files that say what
+    /// runs.
     pub(super) fn note(&mut self, found: &Look) {
+        if let Some((name, text)) = &found.ddsl {
+            self.attach(name, "text/plain", text.clone().into_bytes());
+        }
         for (component, listed) in &found.parameters {
             if self.parameters.get(component) != Some(listed) {
                 let document = serde_json::to_value(listed).unwrap_or_default();
                 self.json(&format!("{component}/parameters"), "parameters", &document);
-                self.attach_configuration(component, listed, &document);
+                let file = found.configurations.get(component);
+                self.attach_configuration(component, file, &document);
                 self.parameters.insert(component.clone(), listed.clone());
             }
         }
         for component in &found.network.components {
+            let text = serde_json::to_vec(&component.described).unwrap_or_default();
+            let name = format!("{}.described.json", component.name);
+            self.attach(&name, "application/json", text);
             let state = state(&component.status);
             if self.states.get(&component.name) != Some(&state) {
                 self.json(&format!("{}/state", component.name), "state", &state);
@@ -204,29 +208,13 @@ impl Output {
 
     /// The configuration file of a component on this machine, unless it holds secrets: then the
     /// parameters as they are shown.
-    fn attach_configuration(&mut self, component: &str, listed: &Parameters, shown: &Json) {
-        let has_secrets = listed.parameters.iter().any(|one| one.secret);
-        let file = listed.file.as_ref().filter(|_| !has_secrets);
-        if let Some(text) = file.and_then(|file| read(file)) {
+    fn attach_configuration(&mut self, component: &str, file: Option<&String>, shown: &Json) {
+        if let Some(text) = file {
+            let text = text.clone().into_bytes();
             self.attach(&format!("{component}.toml"), "application/toml", text);
         } else {
             let name = format!("{component}.parameters.json");
             self.attach(&name, "application/json", shown.to_string().into_bytes());
-        }
-    }
-
-    /// Adds the files that say what runs.
-    pub(super) fn describe(&mut self, network: &Network) {
-        if let Ok(status) = connection::status(&self.network)
-            && let Some(text) = read(&status.ddsl)
-        {
-            let name = status.ddsl.file_name().unwrap_or_default();
-            self.attach(&name.to_string_lossy(), "text/plain", text);
-        }
-        for component in &network.components {
-            let text = serde_json::to_vec(&component.described).unwrap_or_default();
-            let name = format!("{}.described.json", component.name);
-            self.attach(&name, "application/json", text);
         }
     }
 
@@ -297,11 +285,4 @@ fn state(status: &Status) -> Json {
         state["transitions"] = json!(machine.transitions);
     }
     state
-}
-
-/// A file that is no pipe and not too long.
-fn read(path: &std::path::Path) -> Option<Vec<u8>> {
-    let about = std::fs::metadata(path).ok()?;
-    let fits = about.is_file() && about.len() <= LONGEST_FILE;
-    fits.then(|| std::fs::read(path).ok()).flatten()
 }

@@ -1,14 +1,14 @@
 //! Servers that answer as they did: by the same request, at the same time of the recording.
 
 use crate::error::RecordError;
-use crate::reader::{Reader, Record};
+use crate::reader::{Message, Reader, Record};
 use crate::{envelope, keys};
 use rc_middleware::backend::Profile;
 use rc_middleware::rpc::Outcome;
 use rc_middleware::{Writer, rpc};
 use rc_observe::{Network, Responder, Service};
 use rc_values::{Interface, Pattern};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::os::fd::BorrowedFd;
 use std::path::Path;
 use std::rc::Rc;
@@ -58,16 +58,28 @@ type Recorded = BTreeMap<Place, Rc<Calls>>;
 impl Answers {
     /// Reads all calls of a recording, and serves what components require, was recorded, and has no
     /// server. Returns what there is to say.
-    pub(super) fn open(path: &Path, network: &Network) -> Result<(Self, Vec<String>), RecordError> {
+    /// `see` is called with each message, and says whether to go on reading.
+    pub(super) fn open(
+        path: &Path,
+        network: &Network,
+        see: &mut dyn FnMut(&Message) -> bool,
+    ) -> Result<(Self, Vec<String>), RecordError> {
         let mut notes = Vec::new();
-        let recorded = read(path, &mut notes)?;
+        let services = network.services();
+        let operations = services.iter().flat_map(|service| {
+            let all = service.interface.operations.iter();
+            all.map(|one| (service.interface.name.as_str(), one))
+        });
+        let commands = operations.filter(|(_, one)| one.pattern != Pattern::Query);
+        let commands = commands.map(|(name, one)| (name, one.name.as_str()));
+        let recorded = read(path, &commands.collect(), &mut notes, see)?;
         let mut answers = Self {
             responder: Responder::new(network)?,
             services: Vec::new(),
             answered: 0,
             guessed: 0,
         };
-        for service in network.services() {
+        for service in services {
             if service.clients.is_empty() {
                 continue;
             }
@@ -96,8 +108,9 @@ impl Answers {
         self.responder.descriptors().collect()
     }
 
-    /// Answers the calls that are there. `position` is a time of the recording.
-    pub(super) fn serve(&mut self, position: u64) -> Result<(), RecordError> {
+    /// Answers the calls that are there. `position` is a time of the recording. Returns what was wrong
+    /// with calls.
+    pub(super) fn serve(&mut self, position: u64) -> Vec<String> {
         let (services, answered, guessed) = (&self.services, &mut self.answered, &mut self.guessed);
         self.responder.serve(&mut |number, profile, body| {
             let service = services.get(number)?;
@@ -114,8 +127,7 @@ impl Answers {
             *answered += 1;
             *guessed += u64::from(!is_same);
             envelope::answer(operation, profile, asked.id, reply).ok()
-        })?;
-        Ok(())
+        })
     }
 
     pub(super) fn finish(self) {
@@ -150,20 +162,28 @@ impl Calls {
     }
 }
 
-/// Reads all calls of a recording.
-fn read(path: &Path, notes: &mut Vec<String>) -> Result<Recorded, RecordError> {
+/// Reads all calls of a recording. `commands` are the operations without a reply, by interface.
+fn read(
+    path: &Path,
+    commands: &BTreeSet<(&str, &str)>,
+    notes: &mut Vec<String>,
+    see: &mut dyn FnMut(&Message) -> bool,
+) -> Result<Recorded, RecordError> {
     let mut recorded = Recorded::new();
     // The requests without their replies, by place, client and number.
     let mut open: HashMap<(Place, String, u32), Vec<u8>> = HashMap::new();
-    let mut held = 0;
+    let (mut held, mut is_full) = (0, false);
     let mut reader = Reader::open(path)?;
     while let Some(record) = reader.next() {
         let Record::Message(message) = record else {
             continue;
         };
+        if !see(&message) {
+            break;
+        }
         let channel = &message.channel;
         let kind = channel.get(keys::KIND);
-        if !matches!(kind, Some("request" | "reply")) {
+        if is_full || !matches!(kind, Some("request" | "reply")) {
             continue;
         }
         let entry = |name: &str| channel.get(name).unwrap_or_default().to_owned();
@@ -172,18 +192,32 @@ fn read(path: &Path, notes: &mut Vec<String>) -> Result<Recorded, RecordError> {
             operation: entry(keys::OPERATION),
             address: entry(keys::ADDRESS),
         };
+        let calls = Rc::make_mut(recorded.entry(place.clone()).or_default());
+        calls.hash = entry(keys::HASH);
+        let sender = entry(keys::SENDER);
+        let is_request = kind == Some("request");
+        // No reply follows a command, and none can be told apart from those of other clients.
+        let is_alone = sender.is_empty()
+            || commands.contains(&(place.interface.as_str(), place.operation.as_str()));
+        if is_request && is_alone {
+            continue;
+        }
         held += message.data.len() + OVERHEAD;
+        if is_request {
+            held += place.interface.len() + place.operation.len();
+            held += place.address.len() + sender.len() + size_of::<(Place, String)>();
+        }
         if held > MOST {
             let most = MOST >> 20;
             notes.push(format!(
                 "the recording holds more than {most} MiB of calls; the later ones are left out"
             ));
-            break;
+            is_full = true;
+            open.clear();
+            continue;
         }
-        let calls = Rc::make_mut(recorded.entry(place.clone()).or_default());
-        calls.hash = entry(keys::HASH);
-        let key = (place, entry(keys::SENDER), message.sequence);
-        if kind == Some("request") {
+        let key = (place, sender, message.sequence);
+        if is_request {
             open.insert(key, message.data);
             continue;
         }
@@ -252,5 +286,50 @@ mod tests {
         assert_eq!(choose(2, 99), Some((12, true)));
         assert_eq!(choose(9, 25), Some((12, false)));
         assert_eq!(Calls::default().choose(&[1], 5), None);
+    }
+
+    #[test]
+    fn only_replies_of_a_known_client_belong_to_a_request() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x.mcap");
+        let mut writer = crate::Writer::create(&path, crate::Limits::default()).expect("a file");
+        let calls = [("ask", "01"), ("ask", ""), ("go", "01")];
+        for (operation, sender) in calls {
+            for (kind, data) in [("request", [1]), ("reply", [2])] {
+                let metadata = [
+                    (keys::KIND, kind),
+                    (keys::INTERFACE, "A"),
+                    (keys::OPERATION, operation),
+                    (keys::ADDRESS, "n/a"),
+                    (keys::SENDER, sender),
+                ];
+                let metadata = metadata.map(|(key, text)| (key.to_owned(), text.to_owned()));
+                let topic = format!("/{operation}/{kind}");
+                let channel = writer.channel(&topic, "cdr", None, metadata.into());
+                let stamp = crate::Stamp {
+                    log_time: 1,
+                    publish_time: 1,
+                    sequence: 1,
+                };
+                writer.write(channel, stamp, &data).expect("to write");
+            }
+        }
+        writer.finish().expect("to finish");
+        let (mut notes, mut seen) = (Vec::new(), 0);
+        let commands = BTreeSet::from([("A", "go")]);
+        let recorded = read(&path, &commands, &mut notes, &mut |_| {
+            seen += 1;
+            true
+        });
+        let recorded = recorded.expect("calls");
+        let counts = |operation: &str| {
+            let (_, calls) = recorded.iter().find(|(at, _)| at.operation == operation)?;
+            Some((calls.replies.len(), calls.by_request.len()))
+        };
+        assert_eq!((counts("ask"), counts("go")), (Some((2, 1)), Some((1, 0))));
+        assert_eq!((notes, seen), (Vec::new(), 6));
+        // What sees the messages may end the reading.
+        let none = read(&path, &commands, &mut Vec::new(), &mut |_| false);
+        assert_eq!(none.expect("nothing").len(), 0);
     }
 }

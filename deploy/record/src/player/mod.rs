@@ -14,6 +14,8 @@ use rc_observe::{Network, Sender, Topic};
 use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::BorrowedFd;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// What is played, and how.
@@ -29,6 +31,8 @@ pub struct Playing {
     pub convert: bool,
     /// Whether recorded replies answer the calls of the network.
     pub answers: bool,
+    /// Becomes true when the user ends it: what reads the file returns early.
+    pub stop: Arc<AtomicBool>,
 }
 
 /// Where the messages of a channel go.
@@ -56,6 +60,12 @@ pub struct Player {
     last: Option<(u64, u64)>,
     /// The recorded time from which on the clock runs, and when that was.
     begin: Option<(u64, Instant)>,
+    /// While the clock is held: the recorded time from which on it goes on.
+    held: Option<u64>,
+    /// The last time of the network that was given.
+    given: u64,
+    /// Where it was sought, until the next message is sent.
+    sought: Duration,
     first: Option<u64>,
     notes: Vec<String>,
     noted: BTreeSet<String>,
@@ -76,6 +86,9 @@ impl Player {
             next: None,
             last: None,
             begin: None,
+            held: None,
+            given: 0,
+            sought: Duration::ZERO,
             first: None,
             notes: Vec::new(),
             noted: BTreeSet::new(),
@@ -84,13 +97,63 @@ impl Player {
             playing,
             network,
         };
-        if player.playing.answers {
-            let (answers, notes) = Answers::open(path, &player.network)?;
-            notes.into_iter().for_each(|note| player.note(note));
-            player.answers = Some(answers);
+        for (_, to) in &player.playing.remap {
+            player.network.topic(plain(to))?;
         }
+        player.open_targets()?;
         player.advance()?;
         Ok(player)
+    }
+
+    /// Reads the recording once, and opens all topics before the clock begins to run, with what
+    /// answers calls.
+    fn open_targets(&mut self) -> Result<(), RecordError> {
+        let stop = Arc::clone(&self.playing.stop);
+        let mut selecting = self.playing.selection.clone().begin();
+        // The channels with messages, and whether any of these is played.
+        let mut channels: BTreeMap<u16, (Arc<Channel>, bool)> = BTreeMap::new();
+        let mut see = |message: &Message| {
+            let new = || (Arc::clone(&message.channel), false);
+            let (_, is_played) = channels.entry(message.channel.id).or_insert_with(new);
+            *is_played |= selecting.takes(message) == Some(true);
+            !stop.load(Ordering::Relaxed)
+        };
+        if self.playing.answers {
+            let (answers, notes) = Answers::open(&self.path, &self.network, &mut see)?;
+            notes.into_iter().for_each(|note| self.note(note));
+            self.answers = Some(answers);
+        } else {
+            let mut reader = Reader::open(&self.path)?;
+            while let Some(record) = reader.next() {
+                if let Record::Message(message) = record
+                    && !see(&message)
+                {
+                    break;
+                }
+            }
+        }
+        if self.is_stopped() {
+            return Ok(());
+        }
+        for (from, _) in &self.playing.remap {
+            let mut topics = channels.values().map(|(channel, _)| plain(&channel.topic));
+            if !topics.any(|topic| is_end(topic, plain(from))) {
+                let from = clean(from);
+                let text = format!("the recording has no messages of a topic `{from}`");
+                return Err(RecordError::Value(text));
+            }
+        }
+        for (channel, is_played) in channels.into_values() {
+            if is_played && !self.is_stopped() {
+                let target = self.target(&channel)?;
+                self.targets.insert(channel.id, target);
+            }
+        }
+        Ok(())
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.playing.stop.load(Ordering::Relaxed)
     }
 
     /// What there is to say since the last call. Nothing is said twice.
@@ -126,7 +189,7 @@ impl Player {
         let since = last
             .zip(self.first)
             .map(|(last, first)| last.saturating_sub(first));
-        Duration::from_nanos(since.unwrap_or(0))
+        since.map_or(self.sought, Duration::from_nanos)
     }
 
     /// Whether everything was sent.
@@ -137,27 +200,42 @@ impl Player {
     /// When the next message is due. `None` at the end.
     pub fn due(&mut self) -> Option<Instant> {
         let next = self.next.as_ref()?;
-        let (time, at) = *self.begin.get_or_insert((next.log_time, Instant::now()));
+        let from = self.held.take().unwrap_or(next.log_time);
+        let (time, at) = *self
+            .begin
+            .get_or_insert((from.min(next.log_time), Instant::now()));
         let passed = Duration::from_nanos(next.log_time.saturating_sub(time));
         Some(at + passed.div_f64(self.playing.rate))
     }
 
-    /// The clock begins anew with the next message: after a pause, or after a step.
-    pub fn restart_clock(&mut self) {
-        self.begin = None;
+    /// Holds the clock: it goes on from here when the next message is asked for.
+    pub fn hold_clock(&mut self) {
+        if let Some((time, at)) = self.begin.take() {
+            self.held = Some(time.saturating_add(self.passed(at)));
+        }
+    }
+
+    /// The recorded time that has passed since a moment.
+    fn passed(&self, since: Instant) -> u64 {
+        let passed = since.elapsed().mul_f64(self.playing.rate).as_nanos();
+        u64::try_from(passed).unwrap_or(u64::MAX)
     }
 
     /// The time of the recorded network at this moment, in nanoseconds: that of the last message,
-    /// on the way to that of the next one.
-    pub fn network_time(&self, is_paused: bool) -> Option<u64> {
+    /// on the way to that of the next one. It goes back only after [`Player::seek`].
+    pub fn network_time(&mut self) -> Option<u64> {
+        self.given = self.given.max(self.present()?);
+        Some(self.given)
+    }
+
+    fn present(&self) -> Option<u64> {
         let next = self.next.as_ref().map(|m| (m.log_time, m.publish_time));
         let (from, time) = self.last.or(next)?;
-        let (Some((to, next_time)), Some((began, at)), false) = (next, self.begin, is_paused)
-        else {
+        let (Some((to, next_time)), Some((began, at))) = (next, self.begin) else {
             return Some(time);
         };
-        let passed = at.elapsed().mul_f64(self.playing.rate).as_nanos() as u64;
-        let now = (began + passed).clamp(from, to.max(from));
+        let now = began.saturating_add(self.passed(at));
+        let now = now.clamp(from, to.max(from));
         let (part, whole) = (now - from, to.saturating_sub(from).max(1));
         let step = u128::from(next_time.saturating_sub(time)) * u128::from(part);
         Some(time + (step / u128::from(whole)) as u64)
@@ -192,6 +270,9 @@ impl Player {
         while !self.is_over() && self.sent == before {
             self.send()?;
         }
+        // The clock goes on from this message.
+        self.begin = None;
+        self.held = self.last.map(|(log_time, _)| log_time);
         Ok(())
     }
 
@@ -203,13 +284,16 @@ impl Player {
             ..self.playing.selection.clone()
         };
         self.selecting = selection.begin();
-        (self.begin, self.last, self.next) = (None, None, None);
+        (self.begin, self.held, self.last, self.next) = (None, None, None, None);
+        (self.given, self.sought) = (0, to);
         self.advance()
     }
 
     /// Reads up to the next message of the selection.
     fn advance(&mut self) -> Result<(), RecordError> {
-        while let Some(record) = self.reader.next() {
+        while !self.is_stopped()
+            && let Some(record) = self.reader.next()
+        {
             let Record::Message(message) = record else {
                 continue;
             };
@@ -319,12 +403,13 @@ impl Player {
     }
 
     /// Answers the calls that are there, as they were answered at this time of the recording.
-    pub fn answer(&mut self) -> Result<(), RecordError> {
+    pub fn answer(&mut self) {
         let next = self.next.as_ref().map(|message| message.log_time);
         let position = self.last.map(|(log_time, _)| log_time).or(next);
-        match &mut self.answers {
-            Some(answers) => answers.serve(position.unwrap_or(0)),
-            None => Ok(()),
+        let answers = self.answers.as_mut();
+        let errors = answers.map(|answers| answers.serve(position.unwrap_or(0)));
+        for error in errors.unwrap_or_default() {
+            self.note(format!("a call cannot be answered: {error}"));
         }
     }
 

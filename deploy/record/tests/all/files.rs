@@ -4,7 +4,7 @@ use crate::types::{channel, interface, message, schema_of, values};
 use rc_record::bag::{Decoder, Info, Selection, csv, cut};
 use rc_record::{Limits, Reader, Record, Stamp, Writer, definition};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// The time between two messages, in nanoseconds.
@@ -150,6 +150,37 @@ fn a_long_recording_continues_in_other_files() {
         assert_eq!(Info::read(file).expect("info").attachments.len(), 1);
     }
     assert!(all.into_iter().eq(0..count));
+}
+
+#[test]
+fn a_further_part_holds_the_last_file_of_each_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let limits = Limits {
+        bytes: Some(1000),
+        time: None,
+    };
+    let mut writer = Writer::create(&folder.path().join("x.mcap"), limits).expect("to create");
+    for text in ["first", "second one"] {
+        let data = text.as_bytes().to_vec();
+        writer
+            .attach("a.json", "application/json", data)
+            .expect("to attach");
+    }
+    let channel = writer.channel("/a", "json", None, BTreeMap::new());
+    for time in 0..2 {
+        let stamp = Stamp {
+            log_time: time,
+            publish_time: time,
+            sequence: 0,
+        };
+        writer.write(channel, stamp, &[0; 2000]).expect("to write");
+    }
+    let files = writer.files();
+    writer.finish().expect("to finish");
+    let attached = |file: &PathBuf| Info::read(file).expect("info").attachments;
+    let expected = |length| ("a.json".to_owned(), length);
+    assert_eq!(attached(&files[0]), [expected(5), expected(10)]);
+    assert_eq!(attached(&files[1]), [expected(10)]);
 }
 
 #[test]

@@ -142,6 +142,7 @@ fn refused(site: &Site, file: &str) {
     let ran = record(&["newFullPos", "-o", "y.mcap"]);
     assert_eq!(ran.code, 1, "{ran:?}");
     assert!(ran.stderr.contains("did you mean"), "{ran:?}");
+    assert!(!site.path("y.mcap").exists(), "{ran:?}");
     // A file is not overwritten.
     let ran = record(&["-o", file]);
     assert_eq!(ran.code, 3, "{ran:?}");
@@ -212,6 +213,21 @@ fn plays(site: &Site, file: &Path, poses: u64) {
     Site::until("the converted poses", || {
         received(site, "pose_monitor") > before
     });
+    // What cannot be remapped is said before anything is sent.
+    for (wrong, reason) in [
+        (
+            pose.replace("/old", "/odd"),
+            "no messages of a topic `/odd`",
+        ),
+        ("/old=newFullPos".to_owned(), "did you mean"),
+    ] {
+        let file = text(&other);
+        let ran = ["play", &file, "--network", &site.network, "--remap", &wrong];
+        let ran = site.rcdeploy(&ran, false);
+        assert_ne!(ran.code, 0, "{ran:?}");
+        assert!(ran.stderr.contains(reason), "{ran:?}");
+    }
+    assert_eq!(received(site, "pose_monitor"), before + 3);
     drop(monitor);
 
     // A component that follows a time gets the recorded one.
@@ -321,6 +337,15 @@ fn a_ring_on_board_is_written_when_a_component_fails_and_on_request() {
                 "middleware iceoryx2;\n    record { ring 1min; };",
             ),
     );
+    // The recorder of a supervisor waits for components, until the supervisor ends.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+    command.args(["record", &site.network, "--supervised", "--ring", "1s"]);
+    site.place(&mut command);
+    command.stdin(Stdio::piped());
+    let mut early = command.spawn().expect("rcdeploy");
+    drop(early.stdin.take());
+    assert_eq!(early.wait().expect("a child").code(), Some(0));
+
     up(&site);
     let folder = site.path("state/robocomp").join(&site.network);
     let ask = || site.rcdeploy(&["record", &site.network, "--now"], false);
