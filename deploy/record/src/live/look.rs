@@ -1,5 +1,5 @@
-//! Looks again and again what runs in a network, on a thread of its own: a component or a supervisor
-//! that hangs delays no message.
+//! Looks again and again what runs in a network, on a thread of its own: a component or a
+//! supervisor that hangs delays no message.
 
 use crate::error::RecordError;
 use rc_deploy_client::connection;

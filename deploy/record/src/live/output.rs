@@ -179,8 +179,8 @@ impl Output {
         self.sink.message(at, stamp, writer.into_bytes());
     }
 
-    /// Records what has changed since the last look: parameters, states, and the files that say what
-    /// runs.
+    /// Records what has changed since the last look: parameters, states, and the files that say
+    /// what runs.
     pub(super) fn note(&mut self, found: &Look) {
         if let Some((name, text)) = &found.ddsl {
             self.attach(name, "text/plain", text.clone().into_bytes());

@@ -108,8 +108,8 @@ impl Answers {
         self.responder.descriptors().collect()
     }
 
-    /// Answers the calls that are there. `position` is a time of the recording. Returns what was wrong
-    /// with calls.
+    /// Answers the calls that are there. `position` is a time of the recording. Returns what was
+    /// wrong with calls.
     pub(super) fn serve(&mut self, position: u64) -> Vec<String> {
         let (services, answered, guessed) = (&self.services, &mut self.answered, &mut self.guessed);
         self.responder.serve(&mut |number, profile, body| {
