@@ -15,21 +15,19 @@ use rc_deploy_network::Profile;
 const GOAL: f64 = 1.10;
 /// The size of a query.
 const SMALL: usize = 64;
+/// The hand-written program, and tests in which clients over ros2-client call a component.
+const BY_HAND_MANIFEST: &str = "bench/ros_peer/Cargo.toml";
 /// The domain of the hand-written program.
 const BY_HAND: &str = "91";
 
-/// Builds both and measures them in turns.
+/// Builds both, runs the tests of the hand-written program, and measures both in turns.
 pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
     let generated = variant::build("bench", Backend::Ros2, Profile::Release)?;
     let over_dds = variant::build("bench", Backend::Dds, Profile::Release)?;
-    let words = [
-        "build",
-        "--release",
-        "--workspace",
-        "--bin",
-        "bench_ros_peer",
-    ];
-    finish(cargo(&words)?, BUILD)?;
+    for task in ["build", "test"] {
+        let words = [task, "--release", "--manifest-path", BY_HAND_MANIFEST];
+        finish(cargo(&words)?, BUILD)?;
+    }
     println!("{}\n", machine());
     let peer = Peer {
         name: "by hand",
