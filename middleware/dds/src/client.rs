@@ -9,8 +9,8 @@ use rc_middleware::{
     CallError, Client, Endpoint, Header, OpenError, QueueGauge, RequestBody, wait,
 };
 use rc_network::{
-    EndpointSpec, GuidPrefix, Opening, Peer, ReaderPort, Role, Session, WriterPort, body, call_qos,
-    sample_header, signal, stamp,
+    EndpointSpec, GuidPrefix, Look, Opening, Peer, PendingCall, ReaderPort, Role, Session,
+    WriterPort, body, call_qos, sample_header, signal, stamp,
 };
 use std::collections::BTreeSet;
 use std::os::fd::AsFd;
@@ -18,8 +18,6 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Longest wait before the client looks for a stop: another thread may have cleared the wake event.
-const CYCLE: Duration = Duration::from_millis(50);
 /// Longest wait for room in a full queue: replies to requests that the server has taken are on
 /// their way.
 const ROOM: Duration = Duration::from_millis(50);
@@ -176,42 +174,17 @@ impl DdsClient {
         (start, limit): (Instant, Duration),
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
-        let wake_event = &self.requests.session.environment.wake_event;
-        let signal = &self.requests.state().signal;
-        let mut interrupted = false;
-        loop {
-            signal.clear();
-            // The server is looked up first: a reply that it sent before it left is there by then,
-            // or comes at once.
-            let there = self.is_there(server);
-            if let Some(result) = self.take_reply(take) {
-                return result;
-            }
-            if !there {
-                wait(&[signal.as_fd()], LAST_WORDS);
-                let last = self.take_reply(take);
-                return last.unwrap_or_else(|| Err(CallError::ServerDied(self.address.clone())));
-            }
-            if wake_event.is_stopping() {
-                return Err(CallError::Stopping);
-            }
-            let elapsed = start.elapsed();
-            if elapsed >= limit {
-                return Err(CallError::Deadline {
-                    address: self.address.clone(),
-                    limit,
-                });
-            }
-            if elapsed < self.spin {
-                std::hint::spin_loop();
-                continue;
-            }
-            // The wake event stays readable for its owner: this call does not wait for it twice.
-            let descriptors = [signal.as_fd(), wake_event.as_fd()];
-            let waited = if interrupted { 1 } else { 2 };
-            let left = limit.saturating_sub(elapsed);
-            interrupted |= wait(&descriptors[..waited], left.min(CYCLE)) & 2 != 0;
-        }
+        let call = PendingCall {
+            signal: &self.requests.state().signal,
+            wake_event: &self.requests.session.environment.wake_event,
+            spin: self.spin,
+            last_words: LAST_WORDS,
+        };
+        let waited = call.wait((start, limit), || Look {
+            has_server: self.is_there(server),
+            reply: self.take_reply(take),
+        });
+        waited.unwrap_or_else(|why| Err(why.error(&self.address, limit)))
     }
 }
 

@@ -13,16 +13,14 @@ use rc_middleware::{
     WakeEvent, wait,
 };
 use rc_network::{
-    Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, Peer, RateLimit, ReaderPort,
-    ReplyQueue, Role, WriterPort, body, call_qos, sample_header, signal, stamp,
+    Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, Look, Opening, Peer, PendingCall, RateLimit,
+    ReaderPort, ReplyQueue, Role, WriterPort, body, call_qos, sample_header, signal, stamp,
 };
 use std::collections::BTreeSet;
 use std::os::fd::AsFd;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-/// Longest wait before the client looks for a stop: another thread may have cleared the wake event.
-const CYCLE: Duration = Duration::from_millis(50);
 /// Longest wait for room in a full queue: replies to requests that the server has taken are on
 /// their way. And for the requests of another operation to arrive.
 const ROOM: Duration = Duration::from_millis(50);
@@ -406,40 +404,17 @@ impl RosClient {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
         let (signal, wake_event) = (self.signal.clone(), self.wake_event.clone());
-        let mut interrupted = false;
-        loop {
-            signal.clear();
-            // The server is looked up first: a reply that it sent before it left is there by then,
-            // or comes at once.
-            let there = self.services[request.0].has(server);
-            if let Some(result) = self.take_reply(request, take) {
-                return result;
-            }
-            if !there {
-                wait(&[signal.as_fd()], LAST_WORDS);
-                let last = self.take_reply(request, take);
-                return last.unwrap_or_else(|| Err(CallError::ServerDied(self.address.clone())));
-            }
-            if wake_event.is_stopping() {
-                return Err(CallError::Stopping);
-            }
-            let elapsed = start.elapsed();
-            if elapsed >= limit {
-                return Err(CallError::Deadline {
-                    address: self.address.clone(),
-                    limit,
-                });
-            }
-            if elapsed < self.spin {
-                std::hint::spin_loop();
-                continue;
-            }
-            // The wake event stays readable for its owner: this call does not wait for it twice.
-            let descriptors = [signal.as_fd(), wake_event.as_fd()];
-            let waited = if interrupted { 1 } else { 2 };
-            let left = limit.saturating_sub(elapsed);
-            interrupted |= wait(&descriptors[..waited], left.min(CYCLE)) & 2 != 0;
-        }
+        let call = PendingCall {
+            signal: &signal,
+            wake_event: &wake_event,
+            spin: self.spin,
+            last_words: LAST_WORDS,
+        };
+        let waited = call.wait((start, limit), || Look {
+            has_server: self.services[request.0].has(server),
+            reply: self.take_reply(request, take),
+        });
+        waited.unwrap_or_else(|why| Err(why.error(&self.address, limit)))
     }
 }
 
