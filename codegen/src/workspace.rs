@@ -173,8 +173,8 @@ pub fn init(network: &str, framework: &Framework) -> Result<Files, interface_cra
 }
 
 /// Lets the workspace in `root` build into the target folder of a framework on this machine, with
-/// the versions and profiles of the framework. Cargo then compiles no crate of crates.io a second
-/// time.
+/// the versions and profiles of the framework. Cargo then compiles hardly a crate of crates.io
+/// a second time.
 ///
 /// # Errors
 /// The framework is no folder, or has no Cargo.lock that can be read.

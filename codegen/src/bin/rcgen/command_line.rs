@@ -68,7 +68,7 @@ pub(crate) enum Command {
         #[arg(long, value_name = "VERSION|GIT|PATH", default_value = HERE)]
         framework: String,
         /// Builds into the target folder of the framework, which must be a folder: cargo compiles
-        /// no crate of crates.io a second time. Programs of both lie in one folder.
+        /// hardly a crate of crates.io a second time. Programs of both lie in one folder.
         #[arg(long)]
         shared_target: bool,
     },
