@@ -23,6 +23,15 @@ pub fn read(path: &Path) -> io::Result<String> {
     text(&open(path, false)?)
 }
 
+/// Reads the bytes of a regular file.
+///
+/// # Errors
+/// As [`read`], but for text that is not UTF-8.
+pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
+    check(&fs::metadata(path)?)?;
+    bytes(&open(path, false)?)
+}
+
 /// Replaces the content `old` of the file at `path` by `new`, atomically.
 ///
 /// The new text is on disk before it takes the file's name. Symbolic links, owner, group and
@@ -142,16 +151,21 @@ fn open(path: &Path, write: bool) -> io::Result<File> {
     Ok(file)
 }
 
-fn text(mut file: &File) -> io::Result<String> {
-    let mut text = String::new();
+fn text(file: &File) -> io::Result<String> {
+    let invalid = "stream did not contain valid UTF-8";
+    String::from_utf8(bytes(file)?).map_err(|_| io::Error::new(ErrorKind::InvalidData, invalid))
+}
+
+fn bytes(mut file: &File) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
     // The file may grow while it is read.
     let read = Read::by_ref(&mut file)
         .take(LARGEST + 1)
-        .read_to_string(&mut text)?;
+        .read_to_end(&mut bytes)?;
     if read as u64 > LARGEST {
         return Err(too_large());
     }
-    Ok(text)
+    Ok(bytes)
 }
 
 fn check(metadata: &fs::Metadata) -> io::Result<()> {

@@ -8,9 +8,9 @@ use std::path::Path;
 ///
 /// # Errors
 /// That of the system; then the file is unchanged.
-pub fn write(path: &Path, text: &str) -> io::Result<()> {
+pub fn write(path: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
     if path.metadata().is_ok_and(|file| !file.is_file()) {
-        return std::fs::write(path, text);
+        return std::fs::write(path, content);
     }
     // A link stays one.
     let path = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
@@ -18,7 +18,7 @@ pub fn write(path: &Path, text: &str) -> io::Result<()> {
     name.push(path.file_name().unwrap_or_default());
     name.push(format!(".{}", std::process::id()));
     let beside = path.with_file_name(name);
-    let written = std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, &path));
+    let written = std::fs::write(&beside, content).and_then(|()| std::fs::rename(&beside, &path));
     if written.is_err() {
         let _ = std::fs::remove_file(&beside);
     }

@@ -29,11 +29,6 @@ impl Edit {
                 },
             )?;
             made.push(id);
-            if let Kind::Joint(joint) = &node.kind
-                && (joint.min > 0.0 || joint.max < 0.0)
-            {
-                self.set_joint(id, 0.0)?;
-            }
         }
         Ok(made)
     }

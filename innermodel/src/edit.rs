@@ -97,13 +97,13 @@ impl Edit {
         }
         if !kind.has_pose() {
             return Err(Error::NoPose {
-                id: id.to_string(),
+                id: foreign::clean(&id),
                 tag: kind.tag(),
             });
         }
         let numbers = pose.translation.iter().chain(&pose.rotation);
         if numbers.into_iter().any(|n| !n.is_finite()) {
-            return Err(Error::NotFinite(id.to_string()));
+            return Err(Error::NotFinite(foreign::clean(&id)));
         }
         self.place_at(place, &kind, pose)
     }
@@ -122,8 +122,8 @@ impl Edit {
             let (_, id) = self.kind(place)?;
             let (_, to) = self.kind(base)?;
             return Err(Error::BelowItself {
-                id: id.to_string(),
-                to: to.to_string(),
+                id: foreign::clean(&id),
+                to: foreign::clean(&to),
             });
         }
         let parent = self.next.link(place).ok_or(Error::Removed)?.parent;
@@ -150,13 +150,13 @@ impl Edit {
             Kind::Prismatic(joint) => (joint.min, joint.max),
             kind => {
                 return Err(Error::NotAJoint {
-                    id: data.id.to_string(),
+                    id: foreign::clean(&data.id),
                     tag: kind.tag(),
                 });
             }
         };
         if !position.is_finite() {
-            return Err(Error::NotFinite(data.id.to_string()));
+            return Err(Error::NotFinite(foreign::clean(&data.id)));
         }
         let (position, clamped) = if position < min {
             (min, Clamped::ToMin(min))
@@ -186,12 +186,13 @@ impl Edit {
         if numbers.any(|n| !n.is_finite()) {
             return Err(Error::NotFinite(foreign::clean(&node.id)));
         }
-        let position = match &node.kind {
-            Kind::Prismatic(joint) if joint.position < joint.min => joint.min,
-            Kind::Prismatic(joint) if joint.position > joint.max => joint.max,
+        check_kind(&node.id, &node.kind)?;
+        check_texts(&node.id, &node.allowed)?;
+        let start = match &node.kind {
             Kind::Prismatic(joint) => joint.position,
             _ => 0.0,
         };
+        let position = within_limits(&node.kind, start);
         let mut link = Link::new(&node.kind, node.pose, position);
         let id: Arc<str> = node.id.into();
         let data = Arc::new(Data {
@@ -231,7 +232,7 @@ impl Edit {
             return Ok(());
         }
         Err(Error::NoChildren {
-            id: id.to_string(),
+            id: foreign::clean(&id),
             tag: kind.tag(),
         })
     }
@@ -306,8 +307,8 @@ impl Edit {
             let (_, id) = self.kind(place)?;
             let (_, to) = self.kind(parent)?;
             return Err(Error::BelowItself {
-                id: id.to_string(),
-                to: to.to_string(),
+                id: foreign::clean(&id),
+                to: foreign::clean(&to),
             });
         }
         self.detach(place)?;
@@ -321,7 +322,7 @@ impl Edit {
         let (kind, id) = self.kind(place)?;
         if !kind.has_pose() {
             return Err(Error::NoPose {
-                id: id.to_string(),
+                id: foreign::clean(&id),
                 tag: kind.tag(),
             });
         }
@@ -343,15 +344,13 @@ impl Edit {
         if link.first != NONE && !kind.may_have_children() {
             let (_, id) = self.kind(place)?;
             return Err(Error::HasChildren {
-                id: id.to_string(),
+                id: foreign::clean(&id),
                 tag: kind.tag(),
             });
         }
-        let position = match &kind {
-            Kind::Joint(joint) => link.position.max(joint.min).min(joint.max),
-            Kind::Prismatic(joint) => link.position.max(joint.min).min(joint.max),
-            _ => 0.0,
-        };
+        let (_, id) = self.kind(place)?;
+        check_kind(&id, &kind)?;
+        let position = within_limits(&kind, link.position);
         let pose = if kind.has_pose() {
             link.pose
         } else {
@@ -367,6 +366,8 @@ impl Edit {
     /// Sets the ids of the nodes that this one, with all below it, may touch.
     pub fn set_allowed(&mut self, key: impl Key, allowed: Vec<String>) -> Result<(), Error> {
         let place = self.next.place(key)?;
+        let (_, id) = self.kind(place)?;
+        check_texts(&id, &allowed)?;
         self.data(place)?.allowed = allowed.into();
         Ok(())
     }
@@ -383,7 +384,7 @@ impl Edit {
         let data = self.data(place)?;
         if data.attributes.contains_key(name) {
             return Err(Error::DuplicateAttribute {
-                id: data.id.to_string(),
+                id: foreign::clean(&data.id),
                 attribute: foreign::clean(name),
             });
         }
@@ -420,10 +421,45 @@ impl Edit {
     }
 }
 
+/// The position that the limits of a joint allow. Other nodes have none.
+fn within_limits(kind: &Kind, position: f64) -> f64 {
+    match kind {
+        Kind::Joint(joint) => position.max(joint.min).min(joint.max),
+        Kind::Prismatic(joint) => position.max(joint.min).min(joint.max),
+        _ => 0.0,
+    }
+}
+
+/// Checks that a file can have the node, and that its joint has a position.
+fn check_kind(id: &str, kind: &Kind) -> Result<(), Error> {
+    let (min, max, start) = match kind {
+        Kind::Joint(joint) => (joint.min, joint.max, 0.0),
+        Kind::Prismatic(joint) => (joint.min, joint.max, joint.position),
+        _ => (0.0, 0.0, 0.0),
+    };
+    let has_position = min < f64::INFINITY && max > f64::NEG_INFINITY && start.is_finite();
+    if !has_position {
+        return Err(Error::NotFinite(foreign::clean(id)));
+    }
+    let node = model::Node::new(id, kind.clone());
+    check_texts(id, &[innermodel_language::element(&node)])
+}
+
+fn check_texts(id: &str, texts: &[String]) -> Result<(), Error> {
+    let is_allowed = |c: char| {
+        let is_control = c < ' ' && !matches!(c, '\t' | '\n' | '\r');
+        !is_control && !matches!(c, '\u{fffe}' | '\u{ffff}')
+    };
+    if texts.iter().all(|text| text.chars().all(is_allowed)) {
+        return Ok(());
+    }
+    Err(Error::Character(foreign::clean(id)))
+}
+
 pub(crate) fn unknown_attribute(data: &Data, name: &str) -> Error {
     let known = data.attributes.keys().map(String::as_str);
     Error::UnknownAttribute {
-        id: data.id.to_string(),
+        id: foreign::clean(&data.id),
         attribute: foreign::clean(name),
         nearest: rc_diagnostics::nearest(name, known).map(str::to_owned),
     }

@@ -62,6 +62,9 @@ pub enum Error {
     /// A value is infinite or not a number.
     #[error("a value for `{0}` is not finite")]
     NotFinite(String),
+    /// A file cannot have the text.
+    #[error("a text of `{0}` has a character that XML does not allow")]
+    Character(String),
     /// A node with children cannot become one that has none.
     #[error("`{id}` has children, so it cannot become a {tag}")]
     HasChildren {

@@ -66,14 +66,30 @@ pub fn read(path: &Path, folders: &Folders) -> Result<(Document, String), LoadEr
     load(&text, path, folders)
 }
 
-/// Reads a text as if it were in the file `place`: what it names is looked for from there. The
-/// second text has the warnings, if there are any.
+/// Reads a text of another program as if it were in the file `place`: meshes that it names are
+/// looked for from there. It cannot include files. The second text has the warnings, if there are
+/// any.
 pub fn read_text(
     text: &str,
     place: &Path,
     folders: &Folders,
 ) -> Result<(Document, String), LoadError> {
-    load(text, place, folders)
+    struct Foreign<'f>(&'f Folders);
+    impl Loader for Foreign<'_> {
+        fn read(&self, _: &Path) -> io::Result<String> {
+            let kind = io::ErrorKind::PermissionDenied;
+            Err(io::Error::new(kind, "this text includes no files"))
+        }
+
+        fn is_file(&self, path: &Path) -> bool {
+            self.0.is_file(path)
+        }
+
+        fn search(&self) -> &[PathBuf] {
+            self.0.search()
+        }
+    }
+    load(text, place, &Foreign(folders))
 }
 
 /// Reads a text that includes no file.

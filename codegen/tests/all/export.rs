@@ -366,3 +366,30 @@ fn python_and_components_write_the_same_bytes() {
     all.sort_unstable();
     assert_eq!(read, all);
 }
+
+/// A second export changes nothing, and one of a changed file replaces what the first one wrote.
+#[test]
+fn a_tree_is_exported_again_and_foreign_files_stay() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let nodes = |count: usize| {
+        let nodes = (0..count).map(|n| format!("<transform id=\"t{n}\"/>"));
+        let text = format!("<innerModel>{}</innerModel>", nodes.collect::<String>());
+        std::fs::write(folder.join("a.xml"), text).expect("a file");
+    };
+    for (to, name) in [("gltf", "a.glb"), ("urdf", "a.urdf")] {
+        let args = ["export", "a.xml", "--to", to, "--out", "out"];
+        for (count, word) in [(100, "create "), (100, ""), (101, "update ")] {
+            nodes(count);
+            let (code, out, err) = rcgen(folder, &args);
+            assert_eq!(code, 0, "{to}: {err}");
+            assert!(
+                out.starts_with(word) && out.is_empty() == word.is_empty(),
+                "{out}"
+            );
+        }
+        let path = folder.join("out").join(name);
+        std::fs::write(&path, "glTF of another program, not of rcgen").expect("a file");
+        assert_eq!(rcgen(folder, &args).0, 2);
+    }
+}

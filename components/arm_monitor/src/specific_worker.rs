@@ -1,6 +1,5 @@
 //! Moves the joints of the arm to where their motors stand.
 
-use arm_monitor_generated::tracing::warn;
 use arm_monitor_generated::{Context, Worker, WorkerError, innermodel};
 
 /// All it knows is in the tree.
@@ -10,8 +9,13 @@ impl Worker for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         let tree = ctx.tree.snapshot();
         for pair in &ctx.params.joints {
-            if let Err(error) = tree.node(&pair.joint) {
-                warn!("the motor `{}`: {error}", pair.motor);
+            let wrong = |what: String| {
+                WorkerError::Fatal(format!("the joint of the motor `{}`: {what}", pair.motor))
+            };
+            let node = tree.node(&pair.joint);
+            let node = node.map_err(|error| wrong(error.to_string()))?;
+            if node.position().is_none() {
+                return Err(wrong(format!("`{}` is no joint", pair.joint)));
             }
         }
         Ok(Self)

@@ -59,8 +59,9 @@ fn joint_kind(joint: &JointType) -> Result<Kind, Refusal> {
     };
     let (min, max) = (f64::from(joint.min), f64::from(joint.max));
     // Infinity is no limit.
-    if min.is_nan() || max.is_nan() || min > max {
-        let text = format!("the least angle {min} is not below the greatest one {max}");
+    let is_range = min <= max && min < f64::INFINITY && max > f64::NEG_INFINITY;
+    if !is_range {
+        let text = format!("there is no angle from {min} to {max}");
         return Err(Refusal::Value(text));
     }
     Ok(Kind::Joint(Joint {

@@ -29,7 +29,7 @@ impl From<Error> for Refusal {
 }
 
 impl Refusal {
-    fn text(self) -> String {
+    pub(crate) fn text(self) -> String {
         match self {
             Self::Tree(error) => error.to_string(),
             Self::Text(text)
@@ -48,7 +48,7 @@ impl From<Refusal> for InnerModelError {
             Refusal::Tree(error) => match error {
                 Error::UnknownId { .. } | Error::Removed => Reason::UnknownNode,
                 Error::DuplicateId(_) => Reason::DuplicateNode,
-                Error::EmptyId | Error::NotFinite(_) => Reason::WrongValue,
+                Error::EmptyId | Error::NotFinite(_) | Error::Character(_) => Reason::WrongValue,
                 Error::UnknownAttribute { .. } => Reason::UnknownAttribute,
                 Error::DuplicateAttribute { .. } => Reason::DuplicateAttribute,
                 Error::TooEarly { .. } => Reason::TooEarly,
@@ -72,7 +72,9 @@ impl From<Refusal> for InnerModelManagerError {
             Refusal::Tree(error) => match error {
                 Error::UnknownId { .. } | Error::Removed => ErrorType::NonExistingNode,
                 Error::DuplicateId(_) => ErrorType::NodeAlreadyExists,
-                Error::EmptyId | Error::NotFinite(_) => ErrorType::InvalidValues,
+                Error::EmptyId | Error::NotFinite(_) | Error::Character(_) => {
+                    ErrorType::InvalidValues
+                }
                 Error::UnknownAttribute { .. } => ErrorType::NonExistingAttribute,
                 Error::DuplicateAttribute { .. } => ErrorType::AttributeAlreadyExists,
                 Error::TooEarly { .. } => ErrorType::InternalError,

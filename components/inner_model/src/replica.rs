@@ -1,19 +1,24 @@
 //! Instances that follow each other: which of two changes of a node holds, and what is published.
 //!
 //! Each change has a stamp: a count that is greater than all that the instance has seen, and the
-//! name of the instance. The greatest stamp of a node holds, so all instances come to the same tree
-//! in whatever order samples arrive, and a sample that arrives twice changes nothing.
+//! name of the instance. The greatest stamp of a node holds, in whatever order samples arrive, and a
+//! sample that arrives twice changes nothing. So instances come to the same tree, unless changes at
+//! the same moment exclude each other: one moves `a` below `b`, another one `b` below `a`. Then each
+//! refuses the change of the other one, and says so.
 
 use crate::refusal::Refusal;
 use crate::wire::node_out;
 use inner_model_generated::{ChangedNode, Changes, Node, RemovedNode, Stamp};
 use innermodel::{Change, Edit, Folders, InnerModel, Kind, NewNode, Snapshot, Time};
+use rc_diagnostics::foreign::clean;
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::path::Path;
 
 /// How many removed nodes are remembered. An older one can come back from an instance that has not
 /// heard of its removal.
 const REMOVED: usize = 4096;
+/// The greatest count of a stamp that is taken. It leaves room for more changes.
+const GREATEST: i64 = 1 << 62;
 /// Every so many samples has the whole tree.
 const WHOLE: i64 = 10;
 
@@ -33,7 +38,9 @@ pub(crate) struct Replica {
     changed: HashMap<String, Stamp>,
     /// Nodes that are no more, and the order in which they were removed.
     removed: HashMap<String, Stamp>,
-    order: VecDeque<String>,
+    order: VecDeque<(String, Stamp)>,
+    /// The last change of each node that was reported because it could not be applied.
+    reported: HashMap<String, Stamp>,
     /// Ids of which the last sample does not tell.
     unsent: BTreeSet<String>,
     /// How many samples were made, and how many since the last whole one.
@@ -49,6 +56,7 @@ impl Replica {
             changed: HashMap::new(),
             removed: HashMap::new(),
             order: VecDeque::new(),
+            reported: HashMap::new(),
             unsent: BTreeSet::new(),
             number: 0,
             since_whole: WHOLE,
@@ -72,11 +80,13 @@ impl Replica {
 
     fn set_removed(&mut self, id: &str, stamp: Stamp) {
         self.changed.remove(id);
-        if self.removed.insert(id.to_owned(), stamp).is_none() {
-            self.order.push_back(id.to_owned());
-        }
+        self.order.push_back((id.to_owned(), stamp.clone()));
+        self.removed.insert(id.to_owned(), stamp);
         while self.order.len() > REMOVED {
-            if let Some(oldest) = self.order.pop_front() {
+            // A node that came back, or was removed again, has another stamp, or none.
+            if let Some((oldest, stamp)) = self.order.pop_front()
+                && self.removed.get(&oldest) == Some(&stamp)
+            {
                 self.removed.remove(&oldest);
             }
         }
@@ -89,7 +99,7 @@ impl Replica {
         if changes.is_empty() {
             return;
         }
-        self.count += 1;
+        self.count = self.count.saturating_add(1);
         let stamp = Stamp {
             count: self.count,
             writer: self.writer.clone(),
@@ -184,26 +194,39 @@ impl Replica {
         };
         let nodes = sample.nodes.iter();
         let nodes = nodes.filter(|changed| is_news(self, &changed.node.id, &changed.stamp));
-        let nodes: Vec<&ChangedNode> = nodes.collect();
+        let mut nodes: Vec<&ChangedNode> = nodes.collect();
         let gone = sample.removed.iter();
         let gone = gone.filter(|gone| is_news(self, &gone.id, &gone.stamp));
-        let gone: Vec<&RemovedNode> = gone.collect();
+        let mut gone: Vec<&RemovedNode> = gone.collect();
+        let mut is_allowed = |id: &str, stamp: &Stamp| {
+            let is_allowed = (0..=GREATEST).contains(&stamp.count);
+            if !is_allowed {
+                let text = format!("the count {} of its stamp is not allowed", stamp.count);
+                problems.push((id.to_owned(), stamp.clone(), text));
+            }
+            is_allowed
+        };
+        nodes.retain(|changed| is_allowed(&changed.node.id, &changed.stamp));
+        gone.retain(|gone| is_allowed(&gone.id, &gone.stamp));
         if nodes.is_empty() && gone.is_empty() {
-            return problems;
+            return self.report(problems);
         }
         let applied = model.change(time, |edit| {
             let mut applied = Vec::new();
             for changed in nodes {
                 match put(edit, &changed.node, place, folders) {
                     Ok(()) => applied.push((&changed.node.id, &changed.stamp, true)),
-                    Err(refusal) => problems.push(format!("{refusal:?}")),
+                    Err(refusal) => {
+                        let (id, stamp) = (changed.node.id.clone(), changed.stamp.clone());
+                        problems.push((id, stamp, refusal.text()));
+                    }
                 }
             }
             for gone in gone {
                 if edit.snapshot().node(&gone.id).is_ok()
                     && let Err(error) = edit.remove(&gone.id)
                 {
-                    problems.push(error.to_string());
+                    problems.push((gone.id.clone(), gone.stamp.clone(), error.to_string()));
                     continue;
                 }
                 applied.push((&gone.id, &gone.stamp, false));
@@ -219,7 +242,22 @@ impl Replica {
                 self.set_removed(id, stamp.clone());
             }
         }
-        problems
+        self.report(problems)
+    }
+
+    /// The texts of the problems that were not reported before: whole samples repeat a change.
+    fn report(&mut self, problems: Vec<(String, Stamp, String)>) -> Vec<String> {
+        let mut texts = Vec::new();
+        for (id, stamp, text) in problems {
+            if self.reported.len() >= REMOVED {
+                self.reported.clear();
+            }
+            if self.reported.get(&id) != Some(&stamp) {
+                texts.push(format!("`{}`: {}", clean(&id), clean(text.trim_end())));
+                self.reported.insert(id, stamp);
+            }
+        }
+        texts
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::world::World;
 use inner_model_generated::tracing::{info, warn};
 use inner_model_generated::{Changes, Context, Leader, ParamChange, Worker, WorkerError};
+use rc_diagnostics::foreign::clean;
 use std::time::Duration;
 
 /// After so long without a change, the whole tree is published, so that the newest sample has it.
@@ -23,7 +24,7 @@ impl Worker for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         // Two components of one network have different names; of two runs of one component, the
         // later one has the greater time.
-        let writer = format!("{}@{}", ctx.name(), ctx.now().as_nanos());
+        let writer = format!("{}@{:020}", ctx.name(), ctx.now().as_nanos());
         let loaded = World::load(&writer, &ctx.params);
         let (world, warnings) = loaded.map_err(|error| WorkerError::Fatal(error.to_string()))?;
         for warning in warnings.lines() {
@@ -77,7 +78,7 @@ impl Leader for SpecificWorker {
         for problem in replica.apply(model, now(ctx), &changes, place, folders) {
             warn!(
                 "a change of `{}` cannot be taken: {problem}",
-                changes.writer
+                clean(&changes.writer)
             );
         }
         self.world.forget_clouds();

@@ -7,6 +7,7 @@ use innermodel::{
     Edit, Folders, InnerModel, Keep, Kind, LoadError, NodeId, NodeRef, Pose, Snapshot, Time,
 };
 use innermodel_collision::Space;
+use rc_diagnostics::foreign::clean;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -84,7 +85,7 @@ impl World {
         let problems = self.space.as_mut().map(Space::problems);
         let problems = problems.into_iter().flatten();
         problems
-            .map(|problem| format!("the mesh of `{}`: {}", problem.id, problem.error))
+            .map(|problem| format!("the mesh of `{}`: {}", clean(&problem.id), problem.error))
             .collect()
     }
 
@@ -120,7 +121,11 @@ impl World {
             });
             self.space = Some(space);
             if let Some(contact) = new {
-                let id = |node: NodeId| after.node(node).map_or("", |node| node.id());
+                let id = |node: NodeId| {
+                    after
+                        .node(node)
+                        .map_or(String::new(), |node| clean(node.id()))
+                };
                 let text = format!("`{}` would collide with `{}`", id(contact.a), id(contact.b));
                 return Err(Refusal::Collision(text));
             }
@@ -226,16 +231,20 @@ fn cloud_node<'t>(tree: &'t Snapshot, id: &str) -> Result<NodeRef<'t>, Refusal> 
 
 /// The node has another kind than an operation needs.
 pub(crate) fn wrong_kind(node: &NodeRef<'_>, expected: &str) -> Refusal {
-    let text = format!("`{}` is a {}, not {expected}", node.id(), node.kind().tag());
+    let (id, tag) = (clean(node.id()), node.kind().tag());
+    let text = format!("`{id}` is a {tag}, not {expected}");
     Refusal::Kind(text)
 }
 
 /// The path of a mesh, if it can be read.
 pub(crate) fn readable_mesh(path: Option<&Path>, written: &str) -> Result<(), Refusal> {
     let Some(path) = path else {
-        return Err(Refusal::Path(format!("cannot find the mesh `{written}`")));
+        return Err(Refusal::Path(format!(
+            "cannot find the mesh `{}`",
+            clean(written)
+        )));
     };
     innermodel_mesh::read(path)
         .map(drop)
-        .map_err(|error| Refusal::Path(format!("{}: {error}", path.display())))
+        .map_err(|error| Refusal::Path(format!("{}: {error}", clean(&path.to_string_lossy()))))
 }

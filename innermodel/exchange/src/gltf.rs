@@ -15,6 +15,20 @@ const UNSIGNED: u32 = 5125;
 const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
+/// The program, as the files name it.
+const GENERATOR: &str = "rcgen";
+
+/// Whether [`write`] made a file.
+pub fn is_exported(file: &[u8]) -> bool {
+    let read = || {
+        let length: [u8; 4] = file.get(12..16)?.try_into().ok()?;
+        let end = 20_usize.checked_add(u32::from_le_bytes(length) as usize)?;
+        let root: Value = serde_json::from_slice(file.get(20..end)?).ok()?;
+        Some(root["asset"]["generator"] == GENERATOR)
+    };
+    file.starts_with(b"glTF") && read().unwrap_or(false)
+}
+
 /// The scene of a document: a node for each of its nodes, with its name. Findings tell what does not
 /// fit, and which meshes cannot be read.
 pub fn write(document: &Document) -> (Vec<u8>, Diagnostics) {
@@ -38,7 +52,7 @@ pub fn write(document: &Document) -> (Vec<u8>, Diagnostics) {
         }
     }
     let mut root = json!({
-        "asset": {"version": "2.0", "generator": "rcgen"},
+        "asset": {"version": "2.0", "generator": GENERATOR},
         "scene": 0,
         "scenes": [{"nodes": tops}],
         "nodes": writer.nodes,

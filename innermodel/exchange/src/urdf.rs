@@ -4,7 +4,7 @@ mod read;
 mod write;
 
 pub use read::read;
-pub use write::write;
+pub use write::{is_exported, write};
 
 /// Takes metres to millimetres.
 const METRE: f64 = 1000.0;

@@ -168,10 +168,14 @@ impl<'a, 'd> Attributes<'a, 'd> {
             none
         };
         let (min, max) = (limit("min", f64::NEG_INFINITY), limit("max", f64::INFINITY));
-        if min > max
-            && let Some(value) = self.value("min").cloned()
+        let wrong = [
+            ("min", min > max, "`min` is greater than `max`"),
+            ("min", min == f64::INFINITY, "`min` cannot be `inf`"),
+            ("max", max == f64::NEG_INFINITY, "`max` cannot be `-inf`"),
+        ];
+        if let Some((name, _, message)) = wrong.into_iter().find(|(_, is_wrong, _)| *is_wrong)
+            && let Some(value) = self.value(name).cloned()
         {
-            let message = "`min` is greater than `max`";
             self.push(Diagnostic::error("bad-value", value.span, message));
         }
         (min, max)

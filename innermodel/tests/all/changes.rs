@@ -411,3 +411,37 @@ fn where_the_hand_was() {
     );
     assert!((poses.pose().rotation[1] - 0.5).abs() < 1e-12);
 }
+
+#[test]
+fn a_new_joint_is_within_its_limits() {
+    let model = InnerModel::new();
+    let joint = |id: &str, min: f64, max: f64| {
+        let kind = kinds::Joint {
+            axis: kinds::Axis::Z,
+            min,
+            max,
+            home: 0.0,
+            port: 0,
+            low: [0.0; 3],
+            high: [0.0; 3],
+        };
+        NewNode::new(id, Kind::Joint(kind), Pose::default())
+    };
+    let wanted = [
+        ("a", 0.5, 1.0, 0.5),
+        ("b", -2.0, -1.0, -1.0),
+        ("c", -1.0, 1.0, 0.0),
+    ];
+    for (id, min, max, stands) in wanted {
+        change(&model, |edit| edit.add("root", joint(id, min, max))).expect("a joint");
+        let tree = model.snapshot();
+        assert_eq!(tree.node(id).expect("a joint").position(), Some(stands));
+    }
+    let far = f64::INFINITY;
+    for (min, max) in [(far, far), (-far, -far)] {
+        let added = change(&model, |edit| edit.add("root", joint("d", min, max)));
+        assert_eq!(added, Err(Error::NotFinite("d".to_owned())));
+    }
+    let added = change(&model, |edit| edit.add("root", frame("d\u{1}", 0.0)));
+    assert_eq!(added, Err(Error::Character("d\\u{1}".to_owned())));
+}

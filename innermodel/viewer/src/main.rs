@@ -7,6 +7,7 @@ use innermodel::kinds::Camera as Pixels;
 use innermodel::{Folders, InnerModel, Point, Snapshot, Time};
 use innermodel_render::{Image, Scene, View, camera, id_colours, look_at};
 use innermodel_viewer::{Navigator, Options, draw, run, scene};
+use rc_diagnostics::foreign::clean;
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
@@ -98,7 +99,7 @@ fn node_view(tree: &Snapshot, id: &str, request: &Request) -> Result<View, Failu
         let cameras = tree
             .nodes()
             .filter(|node| matches!(node.kind().tag(), "camera" | "rgbd"));
-        let cameras: Vec<&str> = cameras.map(|node| node.id()).collect();
+        let cameras: Vec<String> = cameras.map(|node| clean(node.id())).collect();
         let known = if cameras.is_empty() {
             "the file has none".to_owned()
         } else {
@@ -133,13 +134,14 @@ fn to_file(
         let _ = writeln!(
             std::io::stderr(),
             "warning: the mesh of `{}`: {}",
-            problem.id,
+            clean(&problem.id),
             problem.error
         );
     }
     let encoded = if request.ids {
         let mut list = String::new();
         for (_, id, [red, green, blue]) in id_colours(tree) {
+            let id = clean(id);
             list.push_str(&format!("#{red:02x}{green:02x}{blue:02x} {id}\n"));
         }
         print(&list)?;
@@ -148,6 +150,6 @@ fn to_file(
         draw(&mut image, tree, view, request.marks, radius * 0.08);
         image.png()
     };
-    let written = encoded.and_then(|bytes| std::fs::write(path, bytes));
+    let written = encoded.and_then(|bytes| rc_files::write(path, bytes));
     written.map_err(|error| Failure::System(format!("{}: {error}", path.display())))
 }

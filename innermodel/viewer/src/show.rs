@@ -5,6 +5,7 @@ use crate::overlay::{self, Marks};
 use crate::window::{Input, Window, WindowError};
 use innermodel::{NodeId, Snapshot};
 use innermodel_render::{Image, Scene};
+use rc_diagnostics::foreign::clean;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -189,7 +190,7 @@ impl Show<'_> {
         };
         let pose = node.to_root().pose();
         let ([x, y, z], [rx, ry, rz]) = (pose.translation, pose.rotation);
-        let (id, tag) = (node.id(), node.kind().tag());
+        let (id, tag) = (clean(node.id()), node.kind().tag());
         (self.say)(&format!(
             "{id} ({tag}): {x:.1} {y:.1} {z:.1} mm, {rx:.4} {ry:.4} {rz:.4} rad in the root"
         ));

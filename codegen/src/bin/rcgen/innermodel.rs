@@ -8,11 +8,6 @@ use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// What an exported file has in its first bytes.
-const MARK: &[u8] = b"rcgen";
-/// How many bytes these are.
-const BEGIN: usize = 400;
-
 pub(crate) fn export(
     target: Target,
     file: &Path,
@@ -44,30 +39,31 @@ pub(crate) fn export(
     found.extend(more);
     report(&sources, &found, common.format)?;
     let path = out.join(format!("{name}.{ending}"));
-    let old = std::fs::read(&path).ok();
-    if let Some(old) = &old
-        && !is_ours(old)
-    {
+    let old = match rc_files::read_bytes(&path) {
+        Ok(old) => Some(old),
+        Err(error) if error.kind() == ErrorKind::NotFound => None,
+        Err(error) => return Err(Failure::System(format!("{}: {error}", path.display()))),
+    };
+    if old.as_ref() == Some(&bytes) {
+        return Ok(());
+    }
+    let is_ours = match target {
+        Target::Urdf => urdf::is_exported,
+        _ => gltf::is_exported,
+    };
+    if old.as_deref().is_some_and(|old| !is_ours(old)) {
         let place = path.display();
         return Err(Failure::Usage(format!(
             "{place} is there, and was not written by an export; name another folder"
         )));
     }
-    if old.as_ref() == Some(&bytes) {
-        return Ok(());
-    }
     if !dry_run {
-        let written = std::fs::create_dir_all(out).and_then(|()| std::fs::write(&path, &bytes));
+        let written = std::fs::create_dir_all(out).and_then(|()| rc_files::write(&path, &bytes));
         written.map_err(|error| Failure::System(format!("{}: {error}", path.display())))?;
     }
     let word = if old.is_some() { "update" } else { "create" };
     print_line(format_args!("{word} {}", path.display()));
     Ok(())
-}
-
-fn is_ours(bytes: &[u8]) -> bool {
-    let begin = bytes.get(..BEGIN).unwrap_or(bytes);
-    begin.windows(MARK.len()).any(|window| window == MARK)
 }
 
 fn read(file: &Path) -> Result<String, Failure> {

@@ -146,3 +146,60 @@ fn lost_samples_are_made_up_for() {
     });
     assert_eq!(whole.count(), 2);
 }
+
+/// A node that comes and goes often is removed in the other instance each time.
+#[test]
+fn removals_are_published_however_often_a_node_came_back() {
+    let (mut a, mut b) = (start("arm.xml"), start_at("arm.xml", 1));
+    settle(&mut a, &mut b);
+    for _ in 0..5000 {
+        let (worker, ctx) = context(&mut a);
+        let element = r#"<transform id="ball"/>"#;
+        let added = worker.add(ctx, "world".into(), element.into());
+        added.expect("a node");
+        worker.remove(ctx, "ball".into()).expect("a node");
+    }
+    let (worker, ctx) = context(&mut a);
+    worker
+        .add(ctx, "world".into(), r#"<transform id="ball"/>"#.into())
+        .expect("a node");
+    settle(&mut a, &mut b);
+    let (worker, ctx) = context(&mut a);
+    worker.remove(ctx, "ball".into()).expect("a node");
+    assert_eq!(samples(&mut a)[0].removed.len(), 1);
+}
+
+/// A wrong stamp, a file of the user and a character that no file can have are refused.
+#[test]
+fn wrong_changes_are_refused() {
+    let (mut a, mut b) = (start("arm.xml"), start_at("arm.xml", 1));
+    settle(&mut a, &mut b);
+    let there = place(&mut b.0, &mut b.1, "cup");
+    for (x, count) in [(1.5, i64::MAX), (2.5, -1), (3.5, i64::MIN)] {
+        let (worker, ctx) = context(&mut a);
+        let other = pose(there[0] + x, 0.0, 0.0);
+        worker.set_pose(ctx, "cup".into(), other).expect("a pose");
+        let mut sample = samples(&mut a);
+        for node in &mut sample[0].nodes {
+            node.stamp.count = count;
+        }
+        deliver(&sample, &mut b);
+        assert_eq!(place(&mut b.0, &mut b.1, "cup"), there);
+    }
+    // A later change of the instance is counted as before.
+    let (worker, ctx) = context(&mut b);
+    worker
+        .set_pose(ctx, "cup".into(), pose(1.0, 0.0, 0.0))
+        .expect("a pose");
+    let count = samples(&mut b)[0].nodes[0].stamp.count;
+    assert!((1..100).contains(&count), "{count}");
+    let (worker, ctx) = context(&mut b);
+    let scene = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../innermodel/scenes/house.xml"
+    );
+    let include = format!(r#"<include path="{scene}"/>"#);
+    let refused = worker.add(ctx, "world".into(), include);
+    let text = format!("{:?}", refused.expect_err("a file"));
+    assert!(text.contains("includes no files"), "{text}");
+}

@@ -70,6 +70,8 @@ fn nodes_are_added_listed_and_removed() {
     assert_eq!(code!(wrong, AddTransformError), ErrorType::InvalidEngine);
     let empty = add(it, ctx, "", "static");
     assert_eq!(code!(empty, AddTransformError), ErrorType::InvalidValues);
+    let control = add(it, ctx, "a\u{1}", "static");
+    assert_eq!(code!(control, AddTransformError), ErrorType::InvalidValues);
 
     let mut add = |item: &str, joint: JointType, ctx: &mut Context| {
         it.add_joint(ctx, item.into(), "stand".into(), joint)
@@ -79,6 +81,8 @@ fn nodes_are_added_listed_and_removed() {
         joint("w", 0.0, 1.0),
         joint("x", 1.0, 0.0),
         joint("x", f32::NAN, 0.0),
+        joint("x", f32::INFINITY, f32::INFINITY),
+        joint("x", f32::NEG_INFINITY, f32::NEG_INFINITY),
     ] {
         let refused = add("other", wrong, ctx);
         assert_eq!(code!(refused, AddJointError), ErrorType::InvalidValues);

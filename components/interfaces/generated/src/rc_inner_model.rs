@@ -744,7 +744,8 @@ impl rc_middleware::in_place::InPlace for ColouredPointInPlace {
 pub type Cloud = Vec<ColouredPoint>;
 
 /// When a node was last changed, and by which instance. The later one of two changes holds: that with the
-/// greater count, and of equal counts that of the greater writer.
+/// greater count, and of equal counts that of the greater writer. An instance refuses a change that its
+/// tree does not allow: of two changes at the same moment that exclude each other, it keeps its own.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stamp {
     pub count: i64,

@@ -111,6 +111,10 @@ impl Reader<'_> {
                     let Some(name) = self.attribute(xml, "name") else {
                         continue;
                     };
+                    if name.text.is_empty() {
+                        self.error("bad-value", name.span, "a link has no name".to_owned());
+                        continue;
+                    }
                     if links.insert(name.text.clone(), xml).is_some() {
                         let message = format!("duplicate link `{}`", name.text);
                         self.error("duplicate-id", name.span, message);
@@ -284,7 +288,14 @@ impl Reader<'_> {
         let xml = edge.xml;
         let here = self.origin(xml);
         let name = self.text.attribute(xml, "name");
-        let link = &edge.child.text;
+        // The root of the tree has this id.
+        let is_root = edge.child.text == ROOT;
+        let link = if is_root {
+            self.fresh(ROOT)
+        } else {
+            edge.child.text.clone()
+        };
+        let link = &link;
         let form = self.text.attribute(xml, "type");
         let form = form.unwrap_or_else(|| Name::new("", self.text.tag(xml)));
         for tag in ["mimic", "dynamics", "calibration", "safety_controller"] {
@@ -336,6 +347,10 @@ impl Reader<'_> {
         {
             min = self.number(limit, "lower", 0.0) * unit;
             max = self.number(limit, "upper", 0.0) * unit;
+            if min > max {
+                let message = "`lower` is greater than `upper`".to_owned();
+                self.error("bad-value", self.text.tag(limit), message);
+            }
         }
         let named = name.map_or_else(|| link.clone(), |name| name.text);
         let is_link = named == *link && turn == IDENTITY && (turns || here == Place::HERE);

@@ -13,11 +13,19 @@ const VELOCITY: f64 = 10.0;
 /// What takes the place of a missing limit where only the other one is there: radians or metres.
 const FAR: f64 = 10_000.0;
 
+/// The first lines of a file.
+const BEGIN: &str = "<?xml version=\"1.0\"?>\n<!-- Exported by rcgen. -->\n";
+
+/// Whether [`write`] made a file.
+pub fn is_exported(file: &[u8]) -> bool {
+    file.starts_with(BEGIN.as_bytes())
+}
+
 /// The text of a robot in URDF. Each node that may have children, and each sensor, is a link; the
 /// links have the ids of their nodes, and the joints, too. Findings tell what does not fit.
 pub fn write(document: &Document, robot: &str) -> (String, Diagnostics) {
     let mut writer = Writer {
-        out: String::from("<?xml version=\"1.0\"?>\n<!-- Exported by rcgen. -->\n"),
+        out: BEGIN.to_owned(),
         found: Diagnostics::new(),
     };
     writer

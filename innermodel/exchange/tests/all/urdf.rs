@@ -187,8 +187,25 @@ fn wrong_files_are_refused_with_a_place() {
             r#"<robot><joint name="a"/></robot>"#,
             "the joint has no `<parent>`",
         ),
+        (r#"<robot><link name=""/></robot>"#, "a link has no name"),
+        (
+            r#"<robot><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/><child link="b"/><limit lower="1" upper="0"/></joint></robot>"#,
+            "`lower` is greater than `upper`",
+        ),
     ] {
         let (_, found) = imported(text);
         assert!(found.contains(expected), "{text}: {found}");
     }
+}
+
+/// The root of a tree has the id `root`: a link below another one gets a similar one.
+#[test]
+fn a_link_with_the_id_of_the_root_gets_another_one() {
+    let text = r#"<robot><link name="base"/><link name="root"/><joint name="j" type="fixed"><parent
+        link="base"/><child link="root"/></joint></robot>"#;
+    let (document, found) = imported(text);
+    assert_eq!(found, "");
+    let ids = document.nodes.iter().map(|node| node.id.as_str());
+    assert_eq!(ids.collect::<Vec<_>>(), ["base", "root_2"]);
+    crate::model(&document);
 }

@@ -93,6 +93,9 @@ fn equals_rays(model: &InnerModel, view: &View) {
                 let kind = tree.node(*node).map(|node| node.kind().tag());
                 kind != Ok("axes")
             });
+            if image.nodes[at].is_none() {
+                assert!(hit.is_none(), "{x} {y}: {hit:?} is not drawn");
+            }
             let (Some(hit), Some(node)) = (hit, drawn) else {
                 assert!(drawn.is_none(), "{x} {y}");
                 continue;

@@ -6,8 +6,8 @@ use crate::{rcview, scene};
 use innermodel::{InnerModel, Time};
 use innermodel_viewer::{Viewer, innermodel};
 use std::io::{BufRead, BufReader};
-use std::process::Stdio;
-use std::sync::{Arc, Mutex};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{
@@ -16,7 +16,40 @@ use x11rb::protocol::xproto::{
 };
 use x11rb::rust_connection::RustConnection;
 
-const LIMIT: Duration = Duration::from_secs(30);
+const LIMIT: Duration = Duration::from_mins(5);
+
+/// A process that a test starts. Dropping it ends it.
+struct Process(Child);
+
+impl Process {
+    fn start(command: &mut Command) -> Self {
+        Self(command.spawn().expect("to start it"))
+    }
+
+    /// Its next line.
+    fn line(&mut self) -> String {
+        let output = self.0.stdout.take().expect("its output");
+        let (send, lines) = mpsc::channel();
+        std::thread::spawn(move || {
+            let mut line = String::new();
+            let read = BufReader::new(output).read_line(&mut line);
+            send.send(read.map(|_| line))
+        });
+        let line = lines.recv_timeout(LIMIT).expect("a line in time");
+        line.expect("a line")
+    }
+
+    fn end(&mut self) -> ExitStatus {
+        until("its end", || self.0.try_wait().expect("a child"))
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
 
 fn until<T>(what: &str, mut found: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
@@ -127,13 +160,13 @@ fn the_window_shows_turns_and_picks() {
     let Some(screen) = screen("the_window_shows_turns_and_picks") else {
         return;
     };
-    let mut viewer = rcview()
-        .arg(scene("arm.xml"))
-        .args(["--camera", "0,760,2000,0,760,0", "--size", "320x200"])
-        .env("DISPLAY", &screen.name)
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("to start it");
+    let mut viewer = Process::start(
+        rcview()
+            .arg(scene("arm.xml"))
+            .args(["--camera", "0,760,2000,0,760,0", "--size", "320x200"])
+            .env("DISPLAY", &screen.name)
+            .stdout(Stdio::piped()),
+    );
     let user = User::new(&screen);
     let window = until("the window", || user.window("arm.xml – rcview"));
     let black = user.pixels(window).map(|image| vec![0; image.len()]);
@@ -150,16 +183,13 @@ fn the_window_shows_turns_and_picks() {
     // id and a pose.
     user.event(window, BUTTON_PRESS_EVENT, 1, 160, 100);
     user.event(window, BUTTON_RELEASE_EVENT, 1, 160, 100);
-    let mut line = String::new();
-    let output = viewer.stdout.take().expect("its output");
-    BufReader::new(output).read_line(&mut line).expect("a line");
+    let line = viewer.line();
     assert!(
         line.contains(" mm, ") && line.contains(" rad in the root"),
         "{line}"
     );
     user.press(window, 'q');
-    let ended = until("its end", || viewer.try_wait().expect("a child"));
-    assert!(ended.success());
+    assert!(viewer.end().success());
 }
 
 /// The window of a component follows the tree, and is switched on and off.
@@ -170,18 +200,18 @@ fn the_window_of_a_component_is_live() {
     };
     // A library takes the display of the environment, which a test must not change: another process
     // is the component.
-    let mut component = std::process::Command::new(std::env::current_exe().expect("this program"))
-        .args(["--exact", "windows::component", "--nocapture", "--ignored"])
-        .env("DISPLAY", &screen.name)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("to start it");
+    let mut component = Process::start(
+        Command::new(std::env::current_exe().expect("this program"))
+            .args(["--exact", "windows::component", "--nocapture", "--ignored"])
+            .env("DISPLAY", &screen.name)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped()),
+    );
     let user = User::new(&screen);
     let window = until("the window", || user.window("component"));
     let black = user.pixels(window).map(|image| vec![0; image.len()]);
     let first = user.changed(window, &black.unwrap_or_default());
-    let mut input = component.stdin.take().expect("its input");
+    let mut input = component.0.stdin.take().expect("its input");
     std::io::Write::write_all(&mut input, b"move\n").expect("to ask");
     user.changed(window, &first);
     std::io::Write::write_all(&mut input, b"hide\n").expect("to ask");
@@ -191,8 +221,7 @@ fn the_window_of_a_component_is_live() {
     std::io::Write::write_all(&mut input, b"show\n").expect("to ask");
     until("the window again", || user.window("component"));
     drop(input);
-    let ended = until("its end", || component.try_wait().expect("a child"));
-    assert!(ended.success());
+    assert!(component.end().success());
 }
 
 /// The option of a `.cdsl` and two parameters show the tree of a component, without code. Without a
@@ -217,7 +246,7 @@ fn a_component_with_the_option_has_a_window() {
         let program = program.with_file_name("arm_monitor");
         assert!(program.exists(), "run the tests by `cargo xtask test`");
         let network = format!("{network}_{}", std::process::id());
-        let mut command = std::process::Command::new(program);
+        let mut command = Command::new(program);
         command
             .args(["--network", &network, "--name", "shown_arm", "--config"])
             .arg(config)
@@ -226,7 +255,7 @@ fn a_component_with_the_option_has_a_window() {
             .stdin(Stdio::null())
             .stdout(output.try_clone().expect("a log"))
             .stderr(output);
-        (command.spawn().expect("to start it"), log)
+        (Process::start(&mut command), log)
     };
     let (mut shown, _) = start("with_display", &screen.name);
     let (mut hidden, log) = start("without_display", ":nothing");
@@ -239,10 +268,10 @@ fn a_component_with_the_option_has_a_window() {
         text.contains("cannot open a window").then_some(())
     });
     for component in [&mut shown, &mut hidden] {
-        assert_eq!(component.try_wait().expect("a child"), None);
-        let id = rustix::process::Pid::from_child(component);
+        assert_eq!(component.0.try_wait().expect("a child"), None);
+        let id = rustix::process::Pid::from_child(&component.0);
         rustix::process::kill_process(id, rustix::process::Signal::TERM).expect("to end it");
-        until("its end", || component.try_wait().expect("a child"));
+        component.end();
     }
 }
 
