@@ -40,6 +40,7 @@ mod model;
 mod pages;
 pub mod sensors;
 pub mod shapes;
+pub mod slots;
 mod snapshot;
 mod transform;
 

@@ -49,6 +49,22 @@ pub struct Space {
     problems: Vec<Problem>,
 }
 
+/// Bodies of their own, which share shapes with those of the first one. [`Space::problems`] stay
+/// there.
+impl Clone for Space {
+    fn clone(&self) -> Self {
+        Self {
+            tree: self.tree.clone(),
+            solids: self.solids.clone(),
+            free: self.free.clone(),
+            places: self.places.clone(),
+            bvh: self.bvh.clone(),
+            meshes: self.meshes.clone(),
+            problems: Vec::new(),
+        }
+    }
+}
+
 impl Space {
     /// The bodies of a version. Meshes are read from their files.
     pub fn new(tree: &Snapshot) -> Self {
@@ -80,6 +96,12 @@ impl Space {
     /// Whether there is no body.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
+    }
+
+    /// The shape of a node's body and its pose in the root, in metres, as parry has them.
+    pub fn shape_of(&self, node: NodeId) -> Option<(&SharedShape, &Pose)> {
+        let solid = self.solid(node)?;
+        Some((&solid.shape, &solid.pose))
     }
 
     /// Meshes that gave no body since the last call.
@@ -218,6 +240,9 @@ impl Space {
             .collect();
         let shape = SharedShape::trimesh(vertices, read.triangles)
             .map_err(|error| MeshError::Wrong(error.to_string()))?;
+        // A body whose scale changes leaves a shape that nothing else has.
+        self.meshes
+            .retain(|_, known| Arc::strong_count(&known.0) > 1);
         self.meshes.insert(key, shape.clone());
         Ok(shape)
     }

@@ -24,6 +24,9 @@
 mod allowed;
 mod bodies;
 mod queries;
+mod touching;
 
 pub use bodies::{Problem, Space};
-pub use queries::{Contact, Hit, Near};
+pub use parry3d_f64 as parry;
+pub use queries::{Caster, Contact, Hit, Near};
+pub use touching::Touching;

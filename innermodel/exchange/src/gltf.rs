@@ -128,7 +128,7 @@ impl Writer {
         }
         let mut out = json!({"name": node.id});
         if let Kind::Camera(camera) = &node.kind {
-            self.camera(node, camera, &mut here, &mut out);
+            self.camera(node, &camera.camera, &mut here, &mut out);
         } else if let Kind::Rgbd(rgbd) = &node.kind {
             self.camera(node, &rgbd.camera, &mut here, &mut out);
         } else {
@@ -204,7 +204,11 @@ impl Writer {
                 self.misses(node, "axes");
                 return None;
             }
-            Kind::Laser(_) | Kind::Imu { .. } | Kind::TouchSensor(_) => {
+            Kind::Laser(_)
+            | Kind::Lidar(_)
+            | Kind::Ultrasound(_)
+            | Kind::Imu(_)
+            | Kind::TouchSensor(_) => {
                 self.misses(node, "words for the values of sensors");
                 return None;
             }

@@ -135,6 +135,66 @@ impl<'a, 'd> Attributes<'a, 'd> {
         self.units.length(written)
     }
 
+    /// A number that meets a condition; if it does not, it is reported.
+    fn checked(&mut self, name: &str, default: f64, is_right: fn(f64) -> bool, rule: &str) -> f64 {
+        let number = self.number(name, default);
+        if !is_right(number)
+            && let Some(value) = self.value(name).cloned()
+        {
+            let message = format!("`{name}` {rule}, found `{}`", value.text);
+            self.push(Diagnostic::error("bad-value", value.span, message));
+            return default;
+        }
+        number
+    }
+
+    /// A number of at least 0.
+    pub(crate) fn at_least_0(&mut self, name: &str, default: f64) -> f64 {
+        self.checked(name, default, |n| n >= 0.0, "cannot be negative")
+    }
+
+    /// A length of at least 0, in millimetres.
+    pub(crate) fn length_at_least_0(&mut self, name: &str, default: f64) -> f64 {
+        let units = self.units;
+        if self.value(name).is_none() {
+            return default;
+        }
+        let written = self.at_least_0(name, f64::NAN);
+        if written.is_nan() {
+            default
+        } else {
+            units.length(written)
+        }
+    }
+
+    /// A number greater than 0.
+    pub(crate) fn positive(&mut self, name: &str, default: f64) -> f64 {
+        self.checked(name, default, |n| n > 0.0, "must be greater than 0")
+    }
+
+    /// A number from 0 to 1.
+    pub(crate) fn part(&mut self, name: &str, default: f64) -> f64 {
+        let is_part = |n| (0.0..=1.0).contains(&n);
+        self.checked(name, default, is_part, "must be from 0 to 1")
+    }
+
+    /// Points as `x,z x,z …`, in millimetres.
+    pub(crate) fn path(&mut self, name: &str) -> Vec<[f64; 2]> {
+        let Some(value) = self.value(name).cloned() else {
+            return Vec::new();
+        };
+        let units = self.units;
+        let point = |word: &str| {
+            let (x, z) = word.split_once(',')?;
+            Some([units.length(finite(x)?), units.length(finite(z)?)])
+        };
+        let points: Option<Vec<_>> = value.text.split_whitespace().map(point).collect();
+        points.unwrap_or_else(|| {
+            self.bad_number(name, &value, "points such as `0,0 1000,500`");
+            Vec::new()
+        })
+    }
+
     /// A length that must be greater than 0.
     pub(crate) fn positive_length(&mut self, name: &str) -> f64 {
         let Some(value) = self.value(name).cloned() else {

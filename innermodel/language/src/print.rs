@@ -1,6 +1,9 @@
 //! Writes a document that loads as an equal one.
 
-use crate::model::{Document, Engine, Form, Kind, Node, Plane, Render, Shape, Transform};
+use crate::model::{
+    Battery, Document, Engine, Form, Human, Kind, Lidar, Node, Plane, Render, Robot, Shape, Signal,
+    Transform,
+};
 
 /// The text of a document: in millimetres, with all that was included. Attributes that have their
 /// default are left out.
@@ -126,6 +129,42 @@ impl Writer<'_> {
         self.number("max", max, f64::INFINITY);
     }
 
+    fn signal(&mut self, signal: &Signal) {
+        self.number("rate", signal.rate, 0.0);
+        self.number("noise", signal.noise, 0.0);
+        self.number("quantum", signal.quantum, 0.0);
+        self.number("dropout", signal.dropout, 0.0);
+        self.number("drift", signal.drift, 0.0);
+        self.number("latency", signal.latency, 0.0);
+    }
+
+    fn lidar(&mut self, lidar: &Lidar) {
+        self.number("min", lidar.min, 0.0);
+        self.number("max", lidar.max, 0.0);
+        self.number("angle", lidar.angle, std::f64::consts::TAU);
+        self.count("measures", lidar.measures);
+        self.number("rings", f64::from(lidar.rings), 1.0);
+        self.number("low", lidar.low, 0.0);
+        self.number("high", lidar.high, 0.0);
+        self.signal(&lidar.signal);
+    }
+
+    fn robot(&mut self, robot: &Robot) {
+        self.count("port", robot.port);
+        self.number("noise", robot.noise, 0.0);
+        self.flag("collide", robot.collide);
+        self.number("maxspeed", robot.max_speed, Robot::MAX_SPEED);
+        self.number("maxturn", robot.max_turn, Robot::MAX_TURN);
+        self.number("slip", robot.slip, 0.0);
+    }
+
+    fn human(&mut self, human: &Human) {
+        let points = human.path.iter().map(|[x, z]| format!("{x},{z}"));
+        self.text_or("path", &points.collect::<Vec<_>>().join(" "), "");
+        self.number("speed", human.speed, Human::SPEED);
+        self.number("height", human.height, Human::HEIGHT);
+    }
+
     fn plane(&mut self, plane: &Plane) {
         self.list("size", plane.size);
         self.text_or("texture", &plane.texture, "");
@@ -152,6 +191,7 @@ fn attributes(node: &Node, out: &mut String) {
             to.text_or("axis", joint.axis.name(), "z");
             to.limits(joint.min, joint.max);
             to.number("home", joint.home, 0.0);
+            to.number("maxspeed", joint.max_speed, 0.0);
             to.count("port", joint.port);
             to.numbers(["lx", "ly", "lz"], joint.low);
             to.numbers(["hx", "hy", "hz"], joint.high);
@@ -162,6 +202,7 @@ fn attributes(node: &Node, out: &mut String) {
             to.number("home", joint.home, 0.0);
             to.number("position", joint.position, 0.0);
             to.number("offset", joint.offset, 0.0);
+            to.number("maxspeed", joint.max_speed, 0.0);
             to.count("port", joint.port);
         }
         Kind::TouchSensor(sensor) => {
@@ -169,22 +210,20 @@ fn attributes(node: &Node, out: &mut String) {
             to.numbers(["nx", "ny", "nz"], sensor.normal);
             to.limits(sensor.min, sensor.max);
             to.count("port", sensor.port);
+            to.signal(&sensor.signal);
         }
-        Kind::Robot(robot) => {
-            to.count("port", robot.port);
-            to.number("noise", robot.noise, 0.0);
-            to.flag("collide", robot.collide);
-        }
+        Kind::Robot(robot) => to.robot(robot),
         Kind::Camera(camera) => {
-            to.number("width", camera.width, 0.0);
-            to.number("height", camera.height, 0.0);
-            to.number("focal", camera.focal, 0.0);
+            to.number("width", camera.camera.width, 0.0);
+            to.number("height", camera.camera.height, 0.0);
+            to.number("focal", camera.camera.focal, 0.0);
+            to.signal(&camera.signal);
         }
         Kind::Rgbd(rgbd) => {
             to.number("width", rgbd.camera.width, 0.0);
             to.number("height", rgbd.camera.height, 0.0);
             to.number("focal", rgbd.camera.focal, 0.0);
-            to.number("noise", rgbd.noise, 0.0);
+            to.signal(&rgbd.signal);
             to.count("port", rgbd.port);
             to.text_or("ifconfig", &rgbd.ifconfig, "");
         }
@@ -195,8 +234,26 @@ fn attributes(node: &Node, out: &mut String) {
             to.number("angle", laser.angle, 0.0);
             to.count("measures", laser.measures);
             to.text_or("ifconfig", &laser.ifconfig, "");
+            to.signal(&laser.signal);
         }
-        Kind::Imu { port } => to.count("port", *port),
+        Kind::Lidar(lidar) => to.lidar(lidar),
+        Kind::Ultrasound(ultrasound) => {
+            to.number("min", ultrasound.min, 0.0);
+            to.number("max", ultrasound.max, 0.0);
+            to.number("angle", ultrasound.angle, 0.0);
+            to.signal(&ultrasound.signal);
+        }
+        Kind::Imu(imu) => {
+            to.count("port", imu.port);
+            to.number("gyronoise", imu.gyro_noise, 0.0);
+            to.signal(&imu.signal);
+        }
+        Kind::Battery(battery) => {
+            to.number("endurance", battery.endurance, Battery::ENDURANCE);
+            to.number("charging", battery.charging, Battery::CHARGING);
+            to.number("level", battery.level, 1.0);
+        }
+        Kind::Human(human) => to.human(human),
         Kind::Plane(plane) => to.plane(plane),
         Kind::Display(display) => {
             to.plane(&display.plane);

@@ -5,8 +5,9 @@ use crate::check;
 use crate::elements::{self, Element, element};
 use crate::include::{self, Found, Loader};
 use crate::model::{
-    Axes, Camera, Display, Document, Drive, Engine, Form, Joint, Kind, Laser, Mesh, Node, Plane,
-    Pose, Prismatic, ROOT, Render, Rgbd, Robot, Shape, Solid, TouchSensor, Transform,
+    Axes, Battery, Camera, ColourCamera, Display, Document, Drive, Engine, Form, Human, Imu, Joint,
+    Kind, Laser, Lidar, Mesh, Node, Plane, Pose, Prismatic, ROOT, Render, Rgbd, Robot, Shape,
+    Signal, Solid, TouchSensor, Transform, Ultrasound,
 };
 use crate::units::Units;
 use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap, Span, nearest};
@@ -404,6 +405,7 @@ fn kind(element: &Element, from: &mut Attributes<'_, '_>, units: Units) -> (Kind
                 min,
                 max,
                 home: from.number("home", 0.0),
+                max_speed: from.at_least_0("maxspeed", 0.0),
                 port: from.count("port", 0),
                 low: from.numbers(["lx", "ly", "lz"]),
                 high: from.numbers(["hx", "hy", "hz"]),
@@ -418,6 +420,7 @@ fn kind(element: &Element, from: &mut Attributes<'_, '_>, units: Units) -> (Kind
                 home: from.length("home", 0.0),
                 position: from.length("position", 0.0),
                 offset: from.length("offset", 0.0),
+                max_speed: from.length_at_least_0("maxspeed", 0.0),
                 port: from.count("port", 0),
             })
         }
@@ -429,14 +432,18 @@ fn kind(element: &Element, from: &mut Attributes<'_, '_>, units: Units) -> (Kind
                 min,
                 max,
                 port: from.count("port", 0),
+                signal: signal(from, false),
             })
         }
         "differentialrobot" => robot(Drive::Differential, from),
         "omnirobot" => robot(Drive::Omni, from),
-        "camera" => Kind::Camera(camera(from)),
+        "camera" => Kind::Camera(ColourCamera {
+            camera: camera(from),
+            signal: signal(from, false),
+        }),
         "rgbd" => Kind::Rgbd(Rgbd {
             camera: camera(from),
-            noise: noise(from),
+            signal: signal(from, true),
             port: from.count("port", 0),
             ifconfig: from.text("ifconfig"),
         }),
@@ -447,10 +454,42 @@ fn kind(element: &Element, from: &mut Attributes<'_, '_>, units: Units) -> (Kind
             angle: from.number("angle", 0.0),
             measures: from.count("measures", 0),
             ifconfig: from.text("ifconfig"),
+            signal: signal(from, true),
         }),
-        "imu" => Kind::Imu {
+        "lidar" => Kind::Lidar(Lidar {
+            min: from.length("min", 0.0),
+            max: from.length("max", 0.0),
+            angle: from.number("angle", std::f64::consts::TAU),
+            measures: from.count("measures", 0),
+            rings: from.count("rings", 1),
+            low: from.number("low", 0.0),
+            high: from.number("high", 0.0),
+            signal: signal(from, true),
+        }),
+        "ultrasound" => Kind::Ultrasound(Ultrasound {
+            min: from.length("min", 0.0),
+            max: from.length("max", 0.0),
+            angle: from.number("angle", 0.0),
+            signal: signal(from, true),
+        }),
+        "imu" => Kind::Imu(Imu {
             port: from.count("port", 0),
-        },
+            gyro_noise: from.at_least_0("gyronoise", 0.0),
+            signal: signal(from, false),
+        }),
+        "battery" => Kind::Battery(Battery {
+            endurance: from.positive("endurance", Battery::ENDURANCE),
+            charging: from.positive("charging", Battery::CHARGING),
+            level: from.part("level", 1.0),
+        }),
+        "human" => Kind::Human(Human {
+            path: from.path("path"),
+            speed: from.length_at_least_0("speed", Human::SPEED),
+            height: match from.length_at_least_0("height", Human::HEIGHT) {
+                0.0 => Human::HEIGHT,
+                height => height,
+            },
+        }),
         "plane" => Kind::Plane(plane(from, units)),
         "display" => Kind::Display(Display {
             plane: plane(from, units),
@@ -488,21 +527,32 @@ fn robot(drive: Drive, from: &mut Attributes<'_, '_>) -> Kind {
     Kind::Robot(Robot {
         drive,
         port: from.count("port", 0),
-        noise: noise(from),
+        // RoboComp ends if a noise is negative.
+        noise: from.at_least_0("noise", 0.0),
         collide: from.flag("collide"),
+        max_speed: from.length_at_least_0("maxspeed", Robot::MAX_SPEED),
+        max_turn: from.at_least_0("maxturn", Robot::MAX_TURN),
+        slip: from.part("slip", 0.0),
     })
 }
 
-/// RoboComp ends if a noise is negative.
-fn noise(from: &mut Attributes<'_, '_>) -> f64 {
-    let noise = from.number("noise", 0.0);
-    if noise < 0.0
-        && let Some(value) = from.value("noise").cloned()
-    {
-        let message = format!("`noise` cannot be negative, found `{}`", value.text);
-        from.push(Diagnostic::error("bad-value", value.span, message));
+/// How a sensor measures. The values of some sensors are lengths.
+fn signal(from: &mut Attributes<'_, '_>, lengths: bool) -> Signal {
+    let mut value = |name: &str| {
+        if lengths {
+            from.length_at_least_0(name, 0.0)
+        } else {
+            from.at_least_0(name, 0.0)
+        }
+    };
+    Signal {
+        noise: value("noise"),
+        quantum: value("quantum"),
+        drift: value("drift"),
+        rate: from.at_least_0("rate", 0.0),
+        dropout: from.part("dropout", 0.0),
+        latency: from.at_least_0("latency", 0.0),
     }
-    noise
 }
 
 fn camera(from: &mut Attributes<'_, '_>) -> Camera {

@@ -23,8 +23,19 @@ pub(crate) fn colour(kind: &Kind) -> [u8; 3] {
     })
 }
 
-/// The light is at the camera: a surface that faces it is brighter.
-pub(crate) fn shade(colour: [u8; 3], normal: &Vector, way: &Vector) -> [u8; 3] {
-    let facing = (normal.dot(way) / (normal.norm() * way.norm())).abs();
+/// The colour of a surface that a ray with the direction `way` meets. What faces the light is
+/// brighter. The light is in the direction `light`, of length 1, or at the camera.
+pub(crate) fn shade(
+    colour: [u8; 3],
+    normal: &Vector,
+    way: &Vector,
+    light: Option<&Vector>,
+) -> [u8; 3] {
+    let along = normal.dot(way);
+    let facing = match light {
+        None => (along / (normal.norm() * way.norm())).abs(),
+        // Both sides of a surface are seen.
+        Some(light) => (-along.signum() * normal.dot(light) / normal.norm()).max(0.0),
+    };
     colour.map(|part| (f64::from(part) * (0.35 + 0.65 * facing)) as u8)
 }

@@ -25,5 +25,5 @@ mod triangles;
 mod view;
 
 pub use image::{Image, id_colours};
-pub use scene::{Problem, Scene, TooLarge};
+pub use scene::{MOST_PIXELS, Problem, Scene, TooLarge};
 pub use view::{View, camera, look_at};

@@ -6,7 +6,7 @@ use crate::view::{Projection, View};
 use crate::{solids, triangles};
 use innermodel::kinds::{Mesh, Shape};
 use innermodel::shapes::{Body, bars, body};
-use innermodel::{Kind, NodeRef, Point, Snapshot, Transform};
+use innermodel::{Kind, NodeRef, Point, Snapshot, Transform, Vector};
 use innermodel_mesh::{MeshError, TriangleMesh};
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 /// The most pixels of an image.
-const MOST_PIXELS: f64 = 16_777_216.0;
+pub const MOST_PIXELS: f64 = 16_777_216.0;
 
 /// A mesh that cannot be drawn.
 #[derive(Debug)]
@@ -38,11 +38,31 @@ pub struct TooLarge {
 /// The path of a mesh, and its scale bit by bit.
 type MeshKey = (PathBuf, [u64; 3]);
 
-/// The meshes of a tree. Each one is read once.
+/// The meshes of a tree. Each one is read once, and forgotten when a picture does not show it.
 #[derive(Debug, Default)]
 pub struct Scene {
-    meshes: HashMap<MeshKey, Option<Arc<TriangleMesh>>>,
+    meshes: HashMap<MeshKey, KnownMesh>,
     problems: Vec<Problem>,
+    light: Option<Vector>,
+}
+
+/// A scene that shares the meshes of the first one. [`Scene::problems`] stay there.
+impl Clone for Scene {
+    fn clone(&self) -> Self {
+        Self {
+            meshes: self.meshes.clone(),
+            problems: Vec::new(),
+            light: self.light,
+        }
+    }
+}
+
+/// A mesh that was read; `None` if it cannot be read.
+#[derive(Clone, Debug)]
+struct KnownMesh {
+    mesh: Option<Arc<TriangleMesh>>,
+    /// Whether the picture that is being drawn shows it.
+    is_drawn: bool,
 }
 
 enum Part {
@@ -54,6 +74,12 @@ impl Scene {
     /// No mesh is read yet.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Sets the direction to the light in the root. `None`, and a direction without a length: the
+    /// light is at the camera.
+    pub fn set_light(&mut self, direction: Option<Vector>) {
+        self.light = direction.and_then(|direction| direction.try_normalize(1e-12));
     }
 
     /// Meshes that could not be drawn since the last call.
@@ -74,6 +100,10 @@ impl Scene {
         let mut image = Image::new(width as usize, height as usize, SKY);
         let projection = Projection::new(&view.camera);
         let to_camera = view.place.inverse();
+        for known in self.meshes.values_mut() {
+            known.is_drawn = false;
+        }
+        let light = self.light.map(|light| to_camera.vector(&light));
         for node in tree.nodes() {
             let here = to_camera * node.to_root();
             if let Kind::Axes(axes) = node.kind() {
@@ -83,6 +113,7 @@ impl Scene {
                         projection: &projection,
                         colour,
                         node: node.node_id(),
+                        light,
                     };
                     canvas.mesh(&cuboid(size), &(here * place));
                 }
@@ -96,12 +127,14 @@ impl Scene {
                 projection: &projection,
                 colour: colour(node.kind()),
                 node: node.node_id(),
+                light,
             };
             match part {
                 Part::Triangles(mesh) => canvas.mesh(&mesh, &(here * place)),
                 Part::Solid(shape) => solids::draw(&mut canvas, shape, &(here * place)),
             }
         }
+        self.meshes.retain(|_, known| known.is_drawn);
         Ok(image)
     }
 
@@ -120,8 +153,9 @@ impl Scene {
         let path = mesh.path.clone();
         let path = path.unwrap_or_else(|| mesh.file.clone().into());
         let key = (path, mesh.scale.map(f64::to_bits));
-        if let Some(known) = self.meshes.get(&key) {
-            return known.clone();
+        if let Some(known) = self.meshes.get_mut(&key) {
+            known.is_drawn = true;
+            return known.mesh.clone();
         }
         let read = match innermodel_mesh::read(&key.0) {
             Ok(mut read) => {
@@ -137,7 +171,11 @@ impl Scene {
                 None
             }
         };
-        self.meshes.insert(key, read.clone());
+        let known = KnownMesh {
+            mesh: read.clone(),
+            is_drawn: true,
+        };
+        self.meshes.insert(key, known);
         read
     }
 }

@@ -13,7 +13,8 @@ pub(crate) fn draw(canvas: &mut Canvas<'_>, shape: Shape, to_camera: &Transform)
             radius.hypot(length / 2.0)
         }
     };
-    let (projection, image) = (canvas.projection, &mut *canvas.image);
+    let (projection, light) = (canvas.projection, canvas.light.as_ref());
+    let image = &mut *canvas.image;
     let centre = to_camera.translation;
     if centre.z + reach < projection.near {
         return;
@@ -42,7 +43,7 @@ pub(crate) fn draw(canvas: &mut Canvas<'_>, shape: Shape, to_camera: &Transform)
             if let Some((depth, normal)) = found {
                 let (at, colour) = (row * image.width + column, canvas.colour);
                 image.set(at, depth, canvas.node, || {
-                    shade(colour, &to_camera.vector(&normal), &way)
+                    shade(colour, &to_camera.vector(&normal), &way, light)
                 });
             }
         }

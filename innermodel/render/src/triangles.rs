@@ -12,6 +12,8 @@ pub(crate) struct Canvas<'c> {
     pub(crate) projection: &'c Projection,
     pub(crate) colour: [u8; 3],
     pub(crate) node: NodeId,
+    /// The direction to the light, if it is not at the camera.
+    pub(crate) light: Option<Vector>,
 }
 
 impl Canvas<'_> {
@@ -66,8 +68,9 @@ impl Canvas<'_> {
                 let depth = offset / normal.dot(&way);
                 if depth >= self.projection.near {
                     let (at, colour) = (row * self.image.width + column, self.colour);
+                    let light = self.light.as_ref();
                     self.image
-                        .set(at, depth, self.node, || shade(colour, normal, &way));
+                        .set(at, depth, self.node, || shade(colour, normal, &way, light));
                 }
             }
         }

@@ -19,7 +19,7 @@ pub struct View {
 pub fn camera(tree: &Snapshot, key: impl Key) -> Result<Option<View>, Error> {
     let node = tree.node(key)?;
     let camera = match node.kind() {
-        Kind::Camera(camera) => camera,
+        Kind::Camera(colour) => &colour.camera,
         Kind::Rgbd(rgbd) => &rgbd.camera,
         _ => return Ok(None),
     };

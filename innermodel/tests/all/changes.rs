@@ -421,6 +421,7 @@ fn a_new_joint_is_within_its_limits() {
             min,
             max,
             home: 0.0,
+            max_speed: 0.0,
             port: 0,
             low: [0.0; 3],
             high: [0.0; 3],

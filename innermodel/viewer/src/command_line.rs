@@ -17,6 +17,8 @@ Options:
       --size <WxH>         The size of the image or the window in pixels [default: that of the camera for an
                            image, otherwise 960x640]
       --ids                Gives each node a colour of its own in the image, and prints the colours
+      --slots              Prints the members of slot arrays that a simulator of the file has, as a .ddsl
+                           lists them
       --frames             Draws the axes of frames: x red, y green, z blue
       --names              Writes the ids of nodes
       --joint <ID=VALUE>   Moves a joint: an angle in radians, or millimetres of a prismatic one
@@ -82,6 +84,7 @@ pub(crate) struct Request {
     pub(crate) size: (usize, usize),
     pub(crate) has_size: bool,
     pub(crate) ids: bool,
+    pub(crate) slots: bool,
     pub(crate) marks: Marks,
     pub(crate) joints: Vec<(String, f64)>,
 }
@@ -105,6 +108,7 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
         size: (960, 640),
         has_size: false,
         ids: false,
+        slots: false,
         marks: Marks::default(),
         joints: Vec::new(),
     };
@@ -128,6 +132,7 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
                 request.has_size = true;
             }
             Arg::Long("ids") => request.ids = true,
+            Arg::Long("slots") => request.slots = true,
             Arg::Long("frames") => request.marks.frames = true,
             Arg::Long("names") => request.marks.names = true,
             Arg::Long("joint") => {

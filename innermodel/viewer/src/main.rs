@@ -1,6 +1,7 @@
 //! `rcview`: shows an InnerModel file in a window, or draws it into a file.
 
 mod command_line;
+mod members;
 
 use command_line::{Camera, Command, Failure, Request};
 use innermodel::kinds::Camera as Pixels;
@@ -36,6 +37,9 @@ fn print(text: &str) -> Result<(), Failure> {
 fn view(request: &Request) -> Result<(), Failure> {
     let model = load(request)?;
     let tree = model.snapshot();
+    if request.slots {
+        return print(&members::clause(&tree)?);
+    }
     let (centre, radius) = scene(&tree);
     let around = Navigator::around(&tree);
     let (width, height) = request.size;

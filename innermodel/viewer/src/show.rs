@@ -147,7 +147,7 @@ impl Show<'_> {
                     return Wish::Nothing;
                 };
                 let part = |now: i16, last: i16| {
-                    f64::from(now - last) / window.size().0.max(window.size().1) as f64
+                    (f64::from(now) - f64::from(last)) / window.size().0.max(window.size().1) as f64
                 };
                 let (right, down) = (part(x, drag.last.0), part(y, drag.last.1));
                 drag.last = (x, y);

@@ -1,15 +1,13 @@
 //! From URDF to a document.
 
+mod bodies;
+
 use super::METRE;
 use crate::matrix::{
-    IDENTITY, Matrix, OF_MESH, Place, TO_URDF, Vector, angles, apply, between, of_rpy, product,
-    transposed, unit,
+    IDENTITY, Matrix, Place, TO_URDF, Vector, angles, apply, between, of_rpy, transposed, unit,
 };
 use innermodel_language::Pose;
-use innermodel_language::model::{
-    Axis, Document, Joint, Kind, Mesh, Node, Plane, Prismatic, ROOT, Render, Shape, Solid,
-    Transform,
-};
+use innermodel_language::model::{Axis, Document, Joint, Kind, Node, Prismatic, ROOT, Transform};
 use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap, Span, nearest};
 use rc_xml::XmlSource;
 use roxmltree::Node as Xml;
@@ -75,13 +73,6 @@ struct Edge<'d> {
     xml: Xml<'d, 'd>,
     parent: Name,
     child: Name,
-}
-
-/// A body of a link.
-struct Body {
-    name: String,
-    place: Place,
-    kind: Kind,
 }
 
 fn pose(place: &Place) -> Pose {
@@ -370,6 +361,7 @@ impl Reader<'_> {
                         min,
                         max,
                         home: 0.0,
+                        max_speed: 0.0,
                         port: 0,
                         low: [0.0; 3],
                         high: [0.0; 3],
@@ -395,6 +387,7 @@ impl Reader<'_> {
                         min,
                         max,
                         home: 0.0,
+                        max_speed: 0.0,
                         position: 0.0,
                         offset: 0.0,
                         port: 0,
@@ -430,197 +423,8 @@ impl Reader<'_> {
         }
         (Axis::Z, between(&[0.0, 0.0, 1.0], &wanted))
     }
-
-    /// The bodies and the mass of a link.
-    fn link(&mut self, xml: Xml<'_, '_>, name: &str, node: Option<usize>) {
-        if let Some(inertial) = child_of(xml, "inertial") {
-            let mass = child_of(inertial, "mass").map(|mass| self.number(mass, "value", 0.0));
-            let kind = node.map(|at| &mut self.document.nodes[at].kind);
-            match (kind, mass) {
-                (Some(Kind::Transform(transform)), Some(mass)) => transform.mass = mass,
-                (_, Some(mass)) if mass != 0.0 => {
-                    let message = format!("only a transform has a mass: `{name}` loses it");
-                    self.misses(self.text.tag(inertial), message);
-                }
-                _ => {}
-            }
-            let inertia = child_of(inertial, "inertia");
-            let parts = inertia.iter().flat_map(Xml::attributes);
-            if parts
-                .into_iter()
-                .any(|part| part.value().trim().parse() != Ok(0.0))
-            {
-                let message = format!("InnerModel has no moments of inertia: `{name}` loses them");
-                self.misses(self.text.tag(inertial), message);
-            }
-        }
-        let all = |tag: &str| -> Vec<Xml<'_, '_>> {
-            xml.children()
-                .filter(|child| child.has_tag_name(tag))
-                .collect()
-        };
-        let mut bodies: Vec<Body> = Vec::new();
-        for visual in all("visual") {
-            bodies.extend(self.body(visual, name));
-        }
-        for collision in all("collision") {
-            let Some(body) = self.body(collision, name) else {
-                continue;
-            };
-            let is_same = |seen: &&mut Body| {
-                seen.place == body.place && shape(&seen.kind) == shape(&body.kind)
-            };
-            if let Some(same) = bodies.iter_mut().find(is_same) {
-                set_collides(&mut same.kind);
-                continue;
-            }
-            let message = format!("a body of `{name}` that collides is drawn, too");
-            self.misses(self.text.tag(collision), message);
-            let mut body = body;
-            set_collides(&mut body.kind);
-            bodies.push(body);
-        }
-        for body in bodies {
-            self.add_body(body, node);
-        }
-    }
-
-    fn add_body(&mut self, body: Body, parent: Option<usize>) {
-        let id = self.fresh(&body.name);
-        let mut node = Node {
-            parent,
-            pose: pose(&body.place),
-            ..Node::new(&id, body.kind)
-        };
-        if !node.kind.has_pose() && node.pose != Pose::default() {
-            // A plane has no pose of its own.
-            let place = self.fresh(&format!("{id}_pose"));
-            let above = self.push(Node {
-                parent,
-                pose: node.pose,
-                ..Node::new(&place, Kind::Transform(Transform::default()))
-            });
-            (node.parent, node.pose) = (Some(above), Pose::default());
-        }
-        self.push(node);
-    }
-
-    /// The body of a `visual` or a `collision`.
-    fn body(&mut self, xml: Xml<'_, '_>, link: &str) -> Option<Body> {
-        let here = self.origin(xml);
-        let geometry = child_of(xml, "geometry")?;
-        let geometry = geometry.children().find(Xml::is_element)?;
-        let material = child_of(xml, "material");
-        let texture = material.and_then(|material| {
-            let own = self.colour(material);
-            let name = self.text.attribute(material, "name");
-            own.or_else(|| self.colours.get(&name?.text).cloned())
-        });
-        let texture = texture.unwrap_or_default();
-        let solid = |shape: Shape| {
-            Kind::Solid(Solid {
-                shape,
-                texture: texture.clone(),
-                collide: false,
-            })
-        };
-        let mut there = here;
-        let kind = match geometry.tag_name().name() {
-            "box" => {
-                let [x, y, z] = self.numbers(geometry, "size", [1.0; 3]).map(|n| n * METRE);
-                Kind::Plane(Plane {
-                    texture: texture.clone(),
-                    size: [y, z, x],
-                    repeat: 1,
-                    normal: [0.0, 0.0, -1.0],
-                    point: [0.0; 3],
-                    collide: false,
-                })
-            }
-            "sphere" => solid(Shape::Sphere {
-                radius: self.number(geometry, "radius", 1.0) * METRE,
-            }),
-            "cylinder" => solid(Shape::Cylinder {
-                radius: self.number(geometry, "radius", 1.0) * METRE,
-                length: self.number(geometry, "length", 1.0) * METRE,
-            }),
-            "mesh" => {
-                let file = self.attribute(geometry, "filename")?;
-                let scale = self.numbers(geometry, "scale", [1.0; 3]);
-                // The file has its own axes: a rotation, since both change the hand.
-                let axes = product(&transposed(&TO_URDF), &OF_MESH);
-                there.rotation = product(&there.rotation, &axes);
-                Kind::Mesh(Mesh {
-                    file: path(&file.text).to_owned(),
-                    path: None,
-                    scale: scale.map(|n| n * METRE),
-                    render: Render::Normal,
-                    collide: false,
-                })
-            }
-            other => {
-                let message = format!("InnerModel has no words for the shape `<{other}>`");
-                self.misses(self.text.tag(geometry), message);
-                return None;
-            }
-        };
-        let name = self.text.attribute(xml, "name").map(|name| name.text);
-        let name = name.filter(|name| !name.is_empty());
-        Some(Body {
-            name: name.unwrap_or_else(|| format!("{link}_body")),
-            place: there,
-            kind,
-        })
-    }
-
-    /// The colour of a material as `#rrggbb`.
-    fn colour(&mut self, material: Xml<'_, '_>) -> Option<String> {
-        if let Some(texture) = child_of(material, "texture") {
-            let message = "pictures on bodies of URDF are not imported".to_owned();
-            self.misses(self.text.tag(texture), message);
-        }
-        let colour = child_of(material, "color")?;
-        let [red, green, blue, _] = self.numbers(colour, "rgba", [0.7, 0.7, 0.7, 1.0]);
-        let [red, green, blue] =
-            [red, green, blue].map(|part| (part.clamp(0.0, 1.0) * 255.0).round() as u8);
-        Some(format!("#{red:02x}{green:02x}{blue:02x}"))
-    }
 }
 
 fn child_of<'a, 'd>(xml: Xml<'a, 'd>, tag: &str) -> Option<Xml<'a, 'd>> {
     xml.children().find(|child| child.has_tag_name(tag))
-}
-
-/// The file of a mesh, without the scheme and the package: it is looked for by its base name.
-fn path(written: &str) -> &str {
-    if let Some(path) = written.strip_prefix("file://") {
-        return path;
-    }
-    let package = written.strip_prefix("package://");
-    package.map_or(written, |rest| {
-        rest.split_once('/').map_or(rest, |(_, path)| path)
-    })
-}
-
-/// What a body is, whatever its colour.
-fn shape(kind: &Kind) -> Option<(String, Vector)> {
-    match kind {
-        Kind::Plane(plane) => Some((String::new(), plane.size)),
-        Kind::Mesh(mesh) => Some((mesh.file.clone(), mesh.scale)),
-        Kind::Solid(solid) => Some(match solid.shape {
-            Shape::Sphere { radius } => ("sphere".to_owned(), [radius, 0.0, 0.0]),
-            Shape::Cylinder { radius, length } => ("cylinder".to_owned(), [radius, length, 0.0]),
-            Shape::Cone { radius, length } => ("cone".to_owned(), [radius, length, 0.0]),
-        }),
-        _ => None,
-    }
-}
-
-fn set_collides(kind: &mut Kind) {
-    match kind {
-        Kind::Plane(plane) => plane.collide = true,
-        Kind::Mesh(mesh) => mesh.collide = true,
-        Kind::Solid(solid) => solid.collide = true,
-        _ => {}
-    }
 }

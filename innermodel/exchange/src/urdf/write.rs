@@ -49,7 +49,13 @@ fn is_frame(kind: &Kind) -> bool {
     kind.may_have_children()
         || matches!(
             kind,
-            Kind::Camera(_) | Kind::Rgbd(_) | Kind::Laser(_) | Kind::Imu { .. } | Kind::PointCloud
+            Kind::Camera(_)
+                | Kind::Rgbd(_)
+                | Kind::Laser(_)
+                | Kind::Lidar(_)
+                | Kind::Ultrasound(_)
+                | Kind::Imu(_)
+                | Kind::PointCloud
         )
 }
 

@@ -43,6 +43,9 @@ fn a_bad_number_is_no_zero() {
             <rgbd id="r" noise="-1"/>
             <sphere id="s"/>
             <cone id="c" radius="0" length="-1"/>
+            <laser id="l" rate="-1" dropout="1.5" latency="x"/>
+            <human id="h" path="0,0 1;2" speed="-1"/>
+            <battery id="b" charging="0" level="2"/>
         </innerModel>"#,
         &expect![[r#"
             world.xml:2:35: error[bad-number]: expected a number for `tx`, found `0,5` (write `0.5`)
@@ -61,6 +64,13 @@ fn a_bad_number_is_no_zero() {
             world.xml:9:14: error[missing-attribute]: the attribute `radius` is missing
             world.xml:10:34: error[bad-value]: `radius` must be greater than 0, found `0`
             world.xml:10:45: error[bad-value]: `length` must be greater than 0, found `-1`
+            world.xml:11:33: error[bad-value]: `rate` cannot be negative, found `-1`
+            world.xml:11:46: error[bad-value]: `dropout` must be from 0 to 1, found `1.5`
+            world.xml:11:60: error[bad-number]: expected a number for `latency`, found `x`
+            world.xml:12:33: error[bad-number]: expected points such as `0,0 1000,500` for `path`, found `0,0 1;2`
+            world.xml:12:49: error[bad-value]: `speed` cannot be negative, found `-1`
+            world.xml:13:39: error[bad-value]: `charging` must be greater than 0, found `0`
+            world.xml:13:49: error[bad-value]: `level` must be from 0 to 1, found `2`
         "#]],
     );
 }

@@ -14,14 +14,18 @@ const EVERYTHING: &str = r##"<?xml version="1.0"?>
         <JOINT id="j" lx="1" hz="2" tx="10" rz="1" min="-1" max="2" port="7" axis="x" home="0.5">
             <prismaticjoint id="p" min="0" max="100" position="20" offset="5" port="8" axis="y" home="10"/>
         </JOINT>
-        <joint id="free"/>
-        <touchsensor id="touch" type="binary" nx="1" min="0" max="5" port="9"/>
+        <joint id="free" maxspeed="2"/>
+        <touchsensor id="touch" dropout="0.1" type="binary" nx="1" min="0" max="5" port="9"/>
         <differentialrobot id="dr" tx="1" port="10" noise="0.1" collide="1"/>
-        <omnirobot id="or" collide="true"/>
-        <camera id="c" width="640" height="480" focal="500"/>
+        <omnirobot id="or" collide="true" maxspeed="500" maxturn="2" slip="0.1"/>
+        <camera id="c" width="640" height="480" focal="500" rate="15" noise="2"/>
         <rgbd id="d" width="640" height="480" focal="500" noise="0.5" port="11" ifconfig="1,2"/>
-        <laser id="l" port="12" min="100" max="30000" angle="3" measures="100" ifconfig="a &amp; &quot;b&quot;"/>
-        <imu id="i" port="13"/>
+        <laser id="l" port="12" min="100" max="30000" angle="3" measures="100" ifconfig="a &amp; &quot;b&quot;" rate="40" noise="5" quantum="1" dropout="0.01" drift="2" latency="0.1"/>
+        <imu id="i" port="13" noise="0.1" gyronoise="0.01"/>
+        <lidar id="li" max="30000" measures="360" rings="16" low="-0.2" high="0.3" rate="10"/>
+        <ultrasound id="us" min="20" max="3000" angle="0.5" noise="10"/>
+        <battery id="ba" endurance="100" level="0.5"/>
+        <human id="hu" tx="5" path="0,0 1000,-50.5" speed="800" height="1600"><transform id="hat"/></human>
         <plane id="pl" texture="#ff0000" repeat="2" size="10,20" ny="1" px="1" collide="1"/>
         <plane id="pl0"/>
         <plane id="pl1" size="100"/>
@@ -49,14 +53,20 @@ fn every_element_prints_and_loads_again() {
                 <joint id="j" tx="10" rz="1" axis="x" min="-1" max="2" home="0.5" port="7" lx="1" hz="2">
                     <prismaticJoint id="p" axis="y" min="0" max="100" home="10" position="20" offset="5" port="8"/>
                 </joint>
-                <joint id="free"/>
-                <touchsensor id="touch" type="binary" nx="1" min="0" max="5" port="9"/>
+                <joint id="free" maxspeed="2"/>
+                <touchsensor id="touch" type="binary" nx="1" min="0" max="5" port="9" dropout="0.1"/>
                 <differentialrobot id="dr" tx="1" port="10" noise="0.1" collide="1"/>
-                <omnirobot id="or" collide="1"/>
-                <camera id="c" width="640" height="480" focal="500"/>
+                <omnirobot id="or" collide="1" maxspeed="500" maxturn="2" slip="0.1"/>
+                <camera id="c" width="640" height="480" focal="500" rate="15" noise="2"/>
                 <rgbd id="d" width="640" height="480" focal="500" noise="0.5" port="11" ifconfig="1,2"/>
-                <laser id="l" port="12" min="100" max="30000" angle="3" measures="100" ifconfig="a &amp; &quot;b&quot;"/>
-                <imu id="i" port="13"/>
+                <laser id="l" port="12" min="100" max="30000" angle="3" measures="100" ifconfig="a &amp; &quot;b&quot;" rate="40" noise="5" quantum="1" dropout="0.01" drift="2" latency="0.1"/>
+                <imu id="i" port="13" gyronoise="0.01" noise="0.1"/>
+                <lidar id="li" max="30000" measures="360" rings="16" low="-0.2" high="0.3" rate="10"/>
+                <ultrasound id="us" min="20" max="3000" angle="0.5" noise="10"/>
+                <battery id="ba" endurance="100" level="0.5"/>
+                <human id="hu" tx="5" path="0,0 1000,-50.5" speed="800" height="1600">
+                    <transform id="hat"/>
+                </human>
                 <plane id="pl" size="10,20,0.1" texture="#ff0000" repeat="2" ny="1" px="1" collide="1"/>
                 <plane id="pl0" size="2500,2500,25" nz="-1"/>
                 <plane id="pl1" size="100,100,1" nz="-1"/>
@@ -192,7 +202,7 @@ fn metres_hold_for_included_files_that_say_nothing() {
     let Kind::Camera(camera) = &node("camera").kind else {
         panic!()
     };
-    assert_eq!((camera.focal, camera.width), (400.0, 640.0));
+    assert_eq!((camera.camera.focal, camera.camera.width), (400.0, 640.0));
     let Kind::Solid(Solid { shape, .. }) = &node("ball").kind else {
         panic!()
     };

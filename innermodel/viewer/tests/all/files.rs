@@ -163,3 +163,59 @@ fn wrong_requests_are_refused_with_what_is_allowed() {
     let help = run("arm.xml", &["--help"]);
     assert!(success(&help).contains("--camera <CAMERA>"));
 }
+
+/// The members that a simulator of the scene opens, as a network lists them.
+#[test]
+fn members_of_slot_arrays_are_printed_as_a_network_lists_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |body: &str| {
+        let path = folder.path().join("scene.xml");
+        let text = format!("<innerModel><transform id=\"world\">{body}</transform></innerModel>");
+        std::fs::write(&path, text).expect("a file");
+        let mut command = rcview();
+        command.arg(path).arg("--slots").env_remove("DISPLAY");
+        command.output().expect("to run it")
+    };
+    let laser = |id: &str| {
+        format!("<laser id=\"{id}\" min=\"100\" max=\"9000\" angle=\"3\" measures=\"90\"/>")
+    };
+    let scene = format!(
+        "<differentialrobot id=\"robot\">{}<touchsensor id=\"left\"/><touchsensor id=\"right\"/></differentialrobot>\
+         <transform id=\"arm\"><joint id=\"elbow\"><joint id=\"wrist\"/></joint></transform>\
+         <rgbd id=\"top\" focal=\"500\" width=\"640\" height=\"480\"/>{}",
+        laser("front"),
+        laser("door")
+    );
+    let printed = success(&file(&scene));
+    let expected = r#"slots
+{
+    lasers         "front", "door"; // Laser
+    touch_sensors  "robot"; // TouchSensor
+    bumpers        "robot"; // Bumper
+    cameras        "top"; // Camera
+    simple_cameras "top"; // CameraSimple
+    rgbd_cameras   "top"; // CameraRGBDSimple
+    rgbds          "top"; // RGBD
+    poses          "robot"; // FullPoseEstimation
+    bases          "robot"; // DifferentialRobot
+    generic_bases  "robot"; // GenericBase
+    motors         "world"; // JointMotor
+    pose_topics    "robot"; // FullPoseEstimationPub
+};
+"#;
+    assert_eq!(printed, expected);
+    let refused = |body: &str| {
+        let output = file(body);
+        assert_eq!(output.status.code(), Some(1));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    assert_eq!(
+        refused(&laser("front-left")),
+        "rcview: error: `front-left` cannot be a member of `lasers`: the name of a member has a letter, then letters, \
+         digits and single `_`, none at the end\n"
+    );
+    assert_eq!(
+        refused(&(laser("front") + &laser("Front"))),
+        "rcview: error: `front` and `Front` of `lasers` differ only in case\n"
+    );
+}

@@ -1,0 +1,205 @@
+//! Forces in simulated worlds.
+
+use innermodel::{InnerModel, Pose, Vector};
+use innermodel_physics::Physics;
+use innermodel_simulation::{MotorGoal, Speed, World};
+use std::time::Duration;
+
+const STEP: Duration = Duration::from_millis(10);
+
+fn world(text: &str) -> World {
+    let text = format!("<innerModel>{text}</innerModel>");
+    let model = InnerModel::parse(&text).expect("a right text");
+    let mut world = World::new(model, STEP, 1).expect("a world");
+    world.set_dynamics(Some(Box::new(Physics::new())));
+    world
+}
+
+fn place(world: &World, id: &str) -> [f64; 3] {
+    world.tree().pose("root", id).expect("a node").translation
+}
+
+const FLOOR: &str = r#"<plane id="floor" ny="1" py="-50" size="20000,20000,100" collide="1"/>"#;
+
+fn block(id: &str, x: f64, y: f64, mass: f64) -> String {
+    format!(
+        r#"<transform id="{id}" tx="{x}" ty="{y}" engine="bullet" mass="{mass}">
+            <plane id="{id}_body" size="200,200,200" collide="1"/></transform>"#
+    )
+}
+
+#[test]
+fn free_fall_is_half_of_g_times_the_square_of_time() {
+    for step in [1, 10, 50] {
+        let text = format!(
+            "<innerModel>{}</innerModel>",
+            block("stone", 0.0, 50_000.0, 3.0)
+        );
+        let model = InnerModel::parse(&text).expect("a right text");
+        let mut world = World::new(model, Duration::from_millis(step), 1).expect("a world");
+        world.set_dynamics(Some(Box::new(Physics::new())));
+        world.run(2000 / step).expect("steps");
+        let fallen = 50_000.0 - place(&world, "stone")[1];
+        let expected = 0.5 * 9.81 * 4.0 * 1000.0;
+        assert!(
+            (fallen / expected - 1.0).abs() < 1e-3,
+            "{step} ms: {fallen}"
+        );
+    }
+}
+
+#[test]
+fn blocks_stay_on_each_other() {
+    let stack: String = (0..4)
+        .map(|at| block(&format!("b{at}"), 0.0, 100.0 + 200.0 * f64::from(at), 1.0))
+        .collect();
+    let mut world = world(&format!("{FLOOR}{stack}"));
+    world.run(300).expect("steps");
+    for at in 0..4 {
+        let [x, y, z] = place(&world, &format!("b{at}"));
+        let height = 100.0 + 200.0 * f64::from(at);
+        assert!(
+            x.abs() < 3.0 && z.abs() < 3.0 && (y - height).abs() < 5.0,
+            "{at}: {x} {y} {z}"
+        );
+    }
+}
+
+#[test]
+fn a_push_moves_and_friction_stops() {
+    let mut world = world(&format!("{FLOOR}{}", block("crate", 0.0, 100.0, 2.0)));
+    world.run(50).expect("steps");
+    // 2 kg at 2 m/s.
+    world
+        .push("crate", Vector::new(4.0, 0.0, 0.0))
+        .expect("a body");
+    world.run(300).expect("steps");
+    // v²/(2 µ g), with rapier's friction of 0.5.
+    let expected = 2.0 * 2.0 / (2.0 * 0.5 * 9.81) * 1000.0;
+    let way = place(&world, "crate")[0];
+    assert!((way / expected - 1.0).abs() < 0.05, "{way} {expected}");
+    world.run(50).expect("steps");
+    assert!((place(&world, "crate")[0] - way).abs() < 0.5);
+    let error = world.push("floor", Vector::x()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "the body that forces move `floor` is not there"
+    );
+    assert!(
+        world
+            .push("crate", Vector::new(f64::NAN, 0.0, 0.0))
+            .is_err()
+    );
+}
+
+#[test]
+fn a_robot_pushes_what_is_in_its_way() {
+    let text = format!(
+        r#"{FLOOR}{}<differentialrobot id="base"><plane id="plate" py="100" size="300,150,300" collide="1"/></differentialrobot>"#,
+        block("crate", 0.0, 100.0, 1.0).replace(r#"ty="100""#, r#"ty="100" tz="600""#)
+    );
+    let mut world = world(&text);
+    let speed = Speed {
+        advance: 300.0,
+        ..Speed::default()
+    };
+    world.drive("base", speed).expect("a robot");
+    world.run(300).expect("steps");
+    // 900 mm, 150 mm of the robot and 100 mm of the crate.
+    let z = place(&world, "crate")[2];
+    assert!((z - 1150.0).abs() < 15.0, "{z}");
+}
+
+#[test]
+fn a_pendulum_swings_and_its_motor_lifts_it() {
+    let text = r#"<transform id="top" ty="2000"><joint id="hinge" axis="z" min="-2" max="2">
+        <transform id="rod" engine="bullet" mass="1">
+            <plane id="bar" py="-500" size="60,1000,60" collide="1"/><transform id="weight" ty="-1000"/>
+        </transform></joint></transform>"#;
+    let mut world = world(text);
+    world.run(10).expect("steps");
+    let to = |target| MotorGoal::Position { target, speed: 0.0 };
+    world.command(&[("hinge", to(0.8))]).expect("a joint");
+    world.run(300).expect("steps");
+    let motor = world.motor("hinge").expect("a joint");
+    assert!((motor.position - 0.8).abs() < 0.02, "{motor:?}");
+    let [x, y, _] = place(&world, "weight");
+    let (sin, cos) = motor.position.sin_cos();
+    assert!(
+        (x - 1000.0 * sin).abs() < 1.0 && (y - 2000.0 + 1000.0 * cos).abs() < 1.0,
+        "{x} {y}"
+    );
+    // Faster and to the limit.
+    let turn = MotorGoal::Velocity {
+        velocity: -1.0,
+        acceleration: 0.0,
+    };
+    world.command(&[("hinge", turn)]).expect("a joint");
+    world.run(100).expect("steps");
+    let motor = world.motor("hinge").expect("a joint");
+    assert!(
+        (motor.velocity + 1.0).abs() < 0.05 && motor.position < 0.0,
+        "{motor:?}"
+    );
+    world.run(400).expect("steps");
+    assert!((world.motor("hinge").expect("a joint").position + 2.0).abs() < 0.05);
+}
+
+#[test]
+fn forces_are_switched_while_the_world_runs() {
+    let mut world = world(&block("stone", 0.0, 5000.0, 1.0));
+    world.run(50).expect("steps");
+    let fallen = place(&world, "stone")[1];
+    assert!(fallen < 4000.0);
+    world.set_dynamics(None);
+    world.run(50).expect("steps");
+    assert_eq!(place(&world, "stone")[1], fallen);
+    assert!(!world.has_dynamics());
+    world.set_dynamics(Some(Box::new(Physics::new())));
+    world.run(10).expect("steps");
+    let more = fallen - place(&world, "stone")[1];
+    assert!((more - 49.05).abs() < 2.0, "it starts at rest: {more}");
+}
+
+#[test]
+fn scenes_change_while_bodies_fall() {
+    let mut world = world(&format!(
+        "{}{}",
+        block("a", 0.0, 9000.0, 1.0),
+        block("b", 900.0, 9000.0, 1.0)
+    ));
+    world.run(30).expect("steps");
+    let speed_before = place(&world, "b")[1];
+    world.edit(|edit| edit.remove("a")).expect("a node");
+    world.run(10).expect("steps");
+    // It goes on with its speed: 2.94 m/s for 0.1 s, and 49 mm.
+    let way = speed_before - place(&world, "b")[1];
+    assert!((way - 343.0).abs() < 10.0, "{way}");
+    world
+        .teleport("b", "root", Pose::new(0.0, 9000.0, 0.0, 0.0, 0.0, 0.0))
+        .expect("a place");
+    world.run(10).expect("steps");
+    let fallen = 9000.0 - place(&world, "b")[1];
+    assert!((fallen - 49.05).abs() < 2.0, "it starts at rest: {fallen}");
+}
+
+#[test]
+fn a_clone_falls_on_and_a_run_repeats() {
+    let run = || {
+        let mut world = world(&format!(
+            "{FLOOR}{}{}",
+            block("a", 0.0, 900.0, 1.0),
+            block("b", 50.0, 1300.0, 1.0)
+        ));
+        world.run(40).expect("steps");
+        let mut second = world.clone();
+        let before = world.digest();
+        second.run(20).expect("steps");
+        assert_eq!(world.digest(), before);
+        world.run(20).expect("steps");
+        let (a, b) = (place(&world, "b"), place(&second, "b"));
+        assert!((a[1] - b[1]).abs() < 5.0, "{a:?} {b:?}");
+        world.digest()
+    };
+    assert_eq!(run(), run());
+}

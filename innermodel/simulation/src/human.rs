@@ -1,0 +1,282 @@
+//! People who walk.
+
+use crate::error::Error;
+use crate::planar::wrapped;
+use crate::world::World;
+use innermodel::kinds::{Human, Shape, Solid};
+use innermodel::{Edit, Kind, NewNode, NodeId, Point, Pose};
+use std::f64::consts::TAU;
+
+/// At this distance in mm a person sees a robot ahead and begins to walk around it.
+const SEES: f64 = 2000.0;
+/// A person keeps this distance in mm to the side.
+const ROOM: f64 = 900.0;
+/// A person does not walk towards a robot that is nearer, in mm.
+const STOPS: f64 = 700.0;
+/// How far a person swings arms and legs, in radians.
+const SWING: f64 = 0.45;
+/// The way of two steps, as a part of the height.
+const STRIDE: f64 = 0.85;
+
+/// How a person walks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Walk {
+    /// The way along the path in mm.
+    pub(crate) way: f64,
+    /// How far to the right of the path, in mm.
+    pub(crate) aside: f64,
+    /// Of arms and legs, in radians.
+    phase: f64,
+}
+
+/// A part of the skeleton: its name, what it is below, its place as parts of the height, and the
+/// radius and the length of its body, which hangs down (length above 0) or stands up.
+struct Part {
+    name: &'static str,
+    above: &'static str,
+    place: [f64; 2],
+    body: Option<(f64, f64)>,
+}
+
+const fn part(name: &'static str, above: &'static str, x: f64, y: f64) -> Part {
+    Part {
+        name,
+        above,
+        place: [x, y],
+        body: None,
+    }
+}
+
+const fn limb(mut of: Part, radius: f64, length: f64) -> Part {
+    of.body = Some((radius, length));
+    of
+}
+
+/// The joints of a person, those above before those below.
+const SKELETON: [Part; 16] = [
+    limb(part("hips", "", 0.0, 0.53), 0.085, -0.29),
+    part("neck", "hips", 0.0, 0.32),
+    part("head", "neck", 0.0, 0.08),
+    limb(part("left_shoulder", "hips", -0.115, 0.29), 0.026, 0.18),
+    limb(part("left_elbow", "left_shoulder", 0.0, -0.18), 0.022, 0.16),
+    part("left_hand", "left_elbow", 0.0, -0.16),
+    limb(part("right_shoulder", "hips", 0.115, 0.29), 0.026, 0.18),
+    limb(
+        part("right_elbow", "right_shoulder", 0.0, -0.18),
+        0.022,
+        0.16,
+    ),
+    part("right_hand", "right_elbow", 0.0, -0.16),
+    limb(part("left_hip", "hips", -0.055, 0.0), 0.045, 0.25),
+    limb(part("left_knee", "left_hip", 0.0, -0.25), 0.034, 0.25),
+    part("left_foot", "left_knee", 0.0, -0.25),
+    limb(part("right_hip", "hips", 0.055, 0.0), 0.045, 0.25),
+    limb(part("right_knee", "right_hip", 0.0, -0.25), 0.034, 0.25),
+    part("right_foot", "right_knee", 0.0, -0.25),
+    part("face", "head", 0.0, 0.0),
+];
+/// The radius of a head, as a part of the height.
+const HEAD: f64 = 0.062;
+
+/// Adds the skeletons of the people who have none.
+pub(crate) fn add_skeletons(edit: &mut Edit) -> Result<(), innermodel::Error> {
+    let people = edit
+        .snapshot()
+        .nodes()
+        .filter_map(|node| match node.kind() {
+            Kind::Human(human) => Some((node.id().to_owned(), human.clone())),
+            _ => None,
+        });
+    for (id, human) in people.collect::<Vec<_>>() {
+        add_skeleton(edit, &id, &human)?;
+    }
+    Ok(())
+}
+
+/// Adds the skeleton of a person, if the file has none.
+fn add_skeleton(edit: &mut Edit, id: &str, human: &Human) -> Result<(), innermodel::Error> {
+    let name = |part: &str| format!("{id}_{part}");
+    let tree = edit.snapshot();
+    if SKELETON
+        .iter()
+        .any(|part| tree.node(&name(part.name)).is_ok())
+    {
+        return Ok(());
+    }
+    let height = human.height;
+    for part in &SKELETON {
+        let above = if part.above.is_empty() {
+            id.to_owned()
+        } else {
+            name(part.above)
+        };
+        let [x, y] = part.place.map(|place| place * height);
+        let pose = Pose::new(x, y, 0.0, 0.0, 0.0, 0.0);
+        edit.add(&above, NewNode::transform(name(part.name), pose))?;
+        let body = match part.body {
+            Some((radius, length)) => {
+                let shape = Shape::Cylinder {
+                    radius: radius * height,
+                    length: length.abs() * height,
+                };
+                Some((shape, -length * height / 2.0))
+            }
+            None if part.name == "head" => {
+                let radius = HEAD * height;
+                Some((Shape::Sphere { radius }, 0.0))
+            }
+            None => None,
+        };
+        if let Some((shape, y)) = body {
+            let texture = if part.name == "head" {
+                "#e0b090"
+            } else {
+                "#405070"
+            };
+            let solid = Kind::Solid(Solid {
+                shape,
+                texture: texture.to_owned(),
+                collide: true,
+            });
+            let pose = Pose::new(0.0, y, 0.0, 0.0, 0.0, 0.0);
+            let mut node = NewNode::new(format!("{}_body", name(part.name)), solid, pose);
+            node.allowed = vec![id.to_owned()];
+            edit.add(&name(part.name), node)?;
+        }
+    }
+    Ok(())
+}
+
+/// The place on a closed path after a way, and the direction there as (x, z).
+fn on_path(path: &[[f64; 2]], way: f64) -> ([f64; 2], [f64; 2]) {
+    let sides = || {
+        let next = path.iter().cycle().skip(1);
+        path.iter()
+            .zip(next)
+            .map(|(a, b)| (*a, *b, (b[0] - a[0]).hypot(b[1] - a[1])))
+    };
+    let length: f64 = sides().map(|(.., length)| length).sum();
+    let mut rest = if length > 0.0 {
+        way.rem_euclid(length)
+    } else {
+        0.0
+    };
+    for (a, b, side) in sides().filter(|(.., side)| *side > 0.0) {
+        if rest <= side {
+            let t = rest / side;
+            let to = [(b[0] - a[0]) / side, (b[1] - a[1]) / side];
+            return ([a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t], to);
+        }
+        rest -= side;
+    }
+    (path.first().copied().unwrap_or_default(), [0.0, 1.0])
+}
+
+impl Walk {
+    /// One step of a person. `robots` are places in the frame of the path.
+    fn step(&mut self, human: &Human, robots: &[[f64; 2]], seconds: f64) {
+        let (at, to) = on_path(&human.path, self.way);
+        let right = [to[1], -to[0]];
+        let here = [at[0] + right[0] * self.aside, at[1] + right[1] * self.aside];
+        let (mut wanted, mut nearest) = (0.0, f64::INFINITY);
+        for robot in robots {
+            let ahead = (robot[0] - here[0]) * to[0] + (robot[1] - here[1]) * to[1];
+            // To the right of the path.
+            let across = (robot[0] - at[0]) * right[0] + (robot[1] - at[1]) * right[1];
+            if ahead > -STOPS && ahead < SEES && across.abs() < ROOM {
+                let side = if across > 0.0 { -1.0 } else { 1.0 };
+                wanted = across + side * ROOM;
+            }
+            let apart = (robot[0] - here[0]).hypot(robot[1] - here[1]);
+            if ahead > 0.0 && (across - self.aside).abs() < STOPS {
+                nearest = f64::min(nearest, apart);
+            }
+        }
+        let way = human.speed * seconds;
+        let aside = (wanted - self.aside).max(-way).min(way);
+        self.aside += aside;
+        let advance = if nearest < STOPS { 0.0 } else { way };
+        self.way += advance;
+        let stride = (STRIDE * human.height).max(1.0);
+        self.phase = wrapped(self.phase + TAU * advance.max(aside.abs()) / stride);
+    }
+
+    /// Where the person is in its parent, at the height `y`.
+    fn pose(&self, human: &Human, y: f64) -> Pose {
+        let (at, to) = on_path(&human.path, self.way);
+        let (x, z) = (at[0] + to[1] * self.aside, at[1] - to[0] * self.aside);
+        Pose::new(x, y, z, 0.0, to[0].atan2(to[1]), 0.0)
+    }
+}
+
+impl World {
+    /// The joints of a person by their names, such as `head` and `left_knee`, in the root: the
+    /// ground truth for those who track people.
+    pub fn skeleton(&self, id: &str) -> Result<Vec<(&'static str, Point)>, Error> {
+        let tree = self.tree();
+        let node = tree.node(id)?;
+        if !matches!(node.kind(), Kind::Human(_)) {
+            return Err(Error::other_kind(id, node.kind(), "human"));
+        }
+        let joint = |part: &Part| {
+            let name = format!("{id}_{}", part.name);
+            let point = tree.transform("root", Point::origin(), &name)?;
+            Ok((part.name, point))
+        };
+        SKELETON.iter().map(joint).collect()
+    }
+
+    /// Moves all people by one step.
+    pub(crate) fn walk(&mut self) {
+        if self.state.people.is_empty() {
+            return;
+        }
+        let tree = self.tree();
+        let seconds = self.step.as_secs_f64();
+        let mut moves: Vec<(NodeId, Pose)> = Vec::new();
+        for (person, walk) in &mut self.state.people {
+            let Ok(node) = tree.node(*person) else {
+                continue;
+            };
+            let (Kind::Human(human), Some(parent)) = (node.kind(), node.parent()) else {
+                continue;
+            };
+            if human.path.len() < 2 {
+                continue;
+            }
+            let bases = self.state.bases.keys();
+            let places = bases.filter_map(|base| tree.between(parent, *base).ok());
+            let robots: Vec<_> = places.map(|p| [p.translation.x, p.translation.z]).collect();
+            walk.step(human, &robots, seconds);
+            moves.push((*person, walk.pose(human, node.pose().translation[1])));
+            let swing = SWING * walk.phase.sin();
+            let bend = |leg: f64| (SWING * (walk.phase.cos() * leg).max(0.0)) + 0.05;
+            let angles = [
+                ("left_shoulder", swing),
+                ("right_shoulder", -swing),
+                ("left_elbow", -0.3),
+                ("right_elbow", -0.3),
+                ("left_hip", -swing),
+                ("right_hip", swing),
+                ("left_knee", bend(1.0)),
+                ("right_knee", bend(-1.0)),
+            ];
+            for (joint, angle) in angles {
+                if let Ok(joint) = tree.node(&format!("{}_{joint}", node.id())) {
+                    let mut pose = joint.pose();
+                    pose.rotation = [angle, 0.0, 0.0];
+                    moves.push((joint.node_id(), pose));
+                }
+            }
+        }
+        let moved = self.change(|edit| {
+            for (node, pose) in &moves {
+                edit.set_pose(*node, *pose)?;
+            }
+            Ok(())
+        });
+        if let Err(error) = moved {
+            self.tell(format!("the people cannot walk: {error}"));
+        }
+    }
+}

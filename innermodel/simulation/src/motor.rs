@@ -1,0 +1,178 @@
+//! Motors of joints.
+
+use crate::base::FASTEST;
+use crate::error::Error;
+use crate::world::World;
+use innermodel::{Kind, NodeId, NodeRef};
+
+/// The greatest position of a joint without a limit, in rad or mm.
+const FARTHEST: f64 = 1e9;
+
+/// What a motor shall do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum MotorGoal {
+    /// It stays where it is.
+    #[default]
+    Hold,
+    /// It goes to a position, in rad or mm.
+    Position {
+        /// Within the limits of the joint.
+        target: f64,
+        /// At most at this speed; 0: as fast as it can.
+        speed: f64,
+    },
+    /// It moves at a speed until it is at a limit.
+    Velocity {
+        /// In rad/s or mm/s.
+        velocity: f64,
+        /// At most with this acceleration; 0: at once.
+        acceleration: f64,
+    },
+}
+
+/// What a motor does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MotorState {
+    /// What it shall do.
+    pub goal: MotorGoal,
+    /// In rad or mm.
+    pub position: f64,
+    /// In the last step, in rad/s or mm/s.
+    pub velocity: f64,
+}
+
+/// Limits of a joint: least and greatest position, greatest speed.
+pub(crate) fn limits(kind: &Kind) -> Option<(f64, f64, f64)> {
+    let (min, max, speed) = match kind {
+        Kind::Joint(joint) => (joint.min, joint.max, joint.max_speed),
+        Kind::Prismatic(joint) => (joint.min, joint.max, joint.max_speed),
+        _ => return None,
+    };
+    let speed = if speed > 0.0 { speed } else { FASTEST };
+    Some((min.max(-FARTHEST), max.min(FARTHEST), speed.min(FASTEST)))
+}
+
+impl World {
+    /// Sets the goals of motors: all of them, or none if one is refused. Returns for each one
+    /// whether a value beyond its limits was replaced by the limit.
+    ///
+    /// # Errors
+    /// There is no such joint, or a number is not finite.
+    pub fn command(&mut self, goals: &[(&str, MotorGoal)]) -> Result<Vec<bool>, Error> {
+        let tree = self.tree();
+        let mut checked = Vec::new();
+        for (id, goal) in goals {
+            let node = tree.node(*id)?;
+            let Some((min, max, fastest)) = limits(node.kind()) else {
+                return Err(Error::other_kind(id, node.kind(), "joint"));
+            };
+            let numbers = match *goal {
+                MotorGoal::Hold => [0.0; 2],
+                MotorGoal::Position { target, speed } => [target, speed],
+                MotorGoal::Velocity {
+                    velocity,
+                    acceleration,
+                } => [velocity, acceleration],
+            };
+            if numbers.iter().any(|n| !n.is_finite()) {
+                return Err(Error::not_finite("a goal", id));
+            }
+            let allowed = match *goal {
+                MotorGoal::Hold => MotorGoal::Hold,
+                MotorGoal::Position { target, speed } => MotorGoal::Position {
+                    target: target.max(min).min(max),
+                    speed: speed.abs().min(fastest),
+                },
+                MotorGoal::Velocity {
+                    velocity,
+                    acceleration,
+                } => MotorGoal::Velocity {
+                    velocity: velocity.max(-fastest).min(fastest),
+                    acceleration: acceleration.abs(),
+                },
+            };
+            checked.push((node.node_id(), allowed, allowed != *goal));
+        }
+        for (node, goal, _) in &checked {
+            if let Some(motor) = self.state.motors.get_mut(node) {
+                motor.goal = *goal;
+            }
+        }
+        Ok(checked.into_iter().map(|(.., clamped)| clamped).collect())
+    }
+
+    /// What the motor of a joint does.
+    pub fn motor(&self, id: &str) -> Result<MotorState, Error> {
+        let tree = self.tree();
+        let node = tree.node(id)?;
+        let Some(position) = node.position() else {
+            return Err(Error::other_kind(id, node.kind(), "joint"));
+        };
+        let state = self.state.motors.get(&node.node_id()).copied();
+        Ok(MotorState {
+            position,
+            ..state.unwrap_or_default()
+        })
+    }
+
+    /// Moves all joints by one step.
+    pub(crate) fn move_joints(&mut self) {
+        let tree = self.tree();
+        let seconds = self.step.as_secs_f64();
+        let mut moves: Vec<(NodeId, f64)> = Vec::new();
+        for (node, motor) in &mut self.state.motors {
+            if self.dynamics.as_ref().is_some_and(|d| d.moves_joint(*node)) {
+                continue;
+            }
+            let Ok(node) = tree.node(*node) else {
+                continue;
+            };
+            if let Some(position) = motor.step(&node, seconds) {
+                moves.push((node.node_id(), position));
+            }
+        }
+        if moves.is_empty() {
+            return;
+        }
+        let moved = self.change(|edit| {
+            for (node, position) in &moves {
+                edit.set_joint(*node, *position)?;
+            }
+            Ok(())
+        });
+        if let Err(error) = moved {
+            self.tell(format!("the joints cannot move: {error}"));
+        }
+    }
+}
+
+impl MotorState {
+    /// The position after a step, if it is another one.
+    fn step(&mut self, joint: &NodeRef<'_>, seconds: f64) -> Option<f64> {
+        let (min, max, fastest) = limits(joint.kind())?;
+        let position = joint.position()?;
+        let next = match self.goal {
+            MotorGoal::Hold => position,
+            MotorGoal::Position { target, speed } => {
+                let speed = if speed > 0.0 { speed } else { fastest };
+                let way = speed * seconds;
+                position + (target - position).clamp(-way, way)
+            }
+            MotorGoal::Velocity {
+                velocity,
+                acceleration,
+            } => {
+                let most = if acceleration > 0.0 {
+                    acceleration * seconds
+                } else {
+                    f64::INFINITY
+                };
+                let now = self.velocity + (velocity - self.velocity).clamp(-most, most);
+                (position + now * seconds).max(min).min(max)
+            }
+        };
+        self.velocity = (next - position) / seconds;
+        self.position = next;
+        (next != position).then_some(next)
+    }
+}

@@ -1,0 +1,250 @@
+//! Sensors that measure ranges by rays.
+
+use crate::battery::robot_of;
+use crate::error::Error;
+use crate::schedule::{Frame, Measured};
+use crate::signal::Errors;
+use crate::world::World;
+use innermodel::kinds::{Laser, Lidar, Ultrasound};
+use innermodel::{Kind, NodeId, NodeRef, Point, Vector};
+use std::collections::HashSet;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The most points of one frame.
+const MOST_POINTS: u64 = 4_000_000;
+/// Rays of an ultrasound sensor about its axis, on circles of a third, two thirds and all of its
+/// cone.
+const CIRCLES: [(f64, u32); 3] = [(1.0 / 3.0, 6), (2.0 / 3.0, 12), (1.0, 18)];
+
+/// One measure of a laser.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// In radians from z, towards x, as `InnerModel` has it: positive to the right.
+    pub angle: f64,
+    /// In millimetres; the greatest range where nothing is met.
+    pub distance: f64,
+}
+
+/// One frame of a laser or of an ultrasound sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scan {
+    /// Counts the frames of the sensor from 0.
+    pub number: u64,
+    /// When it was measured.
+    pub time: Duration,
+    /// From right to left. An ultrasound sensor has one.
+    pub ranges: Vec<Range>,
+}
+
+/// A point of a lidar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CloudPoint {
+    /// In the frame of the sensor.
+    pub point: Point,
+    /// In radians from z, towards x.
+    pub azimuth: f64,
+    /// In radians from the plane of x and z, upwards.
+    pub elevation: f64,
+    /// In millimetres.
+    pub distance: f64,
+    /// The node that was met.
+    pub node: NodeId,
+    /// The ring, from 0 for the lowest one.
+    pub ring: u32,
+}
+
+/// One frame of a lidar. Rays that meet nothing have no point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cloud {
+    /// Counts the frames of the sensor from 0.
+    pub number: u64,
+    /// When it was measured.
+    pub time: Duration,
+    /// Ring by ring, from right to left.
+    pub points: Vec<CloudPoint>,
+}
+
+/// The bodies of the robot that a node is below. Its sensors look through them.
+pub(crate) fn own_bodies(node: NodeRef<'_>) -> HashSet<NodeId> {
+    let mut above = std::iter::successors(Some(node), NodeRef::parent);
+    let robot = robot_of(node);
+    let robot = above.find(|node| Some(node.node_id()) == robot);
+    let below = robot.iter().flat_map(NodeRef::subtree);
+    below.map(|node| node.node_id()).collect()
+}
+
+fn direction(azimuth: f64, elevation: f64) -> Vector {
+    let (sin, cos) = azimuth.sin_cos();
+    let (up, along) = elevation.sin_cos();
+    Vector::new(along * sin, up, along * cos)
+}
+
+fn check(id: &str, values: u64) -> Result<(), Error> {
+    if values <= MOST_POINTS {
+        return Ok(());
+    }
+    Err(Error::TooManyValues {
+        id: rc_diagnostics::foreign::clean(id),
+        values,
+        most: MOST_POINTS,
+    })
+}
+
+impl World {
+    /// The last frame of a `laser` or an `ultrasound`.
+    pub fn scan(&mut self, id: &str) -> Result<Arc<Scan>, Error> {
+        let (node, frame) = match self.frame(id)? {
+            (_, _, Some(Measured::Scan(scan))) => return Ok(scan),
+            (node, frame, _) => (node, frame),
+        };
+        let tree = Arc::clone(&frame.tree);
+        let here = tree.node(node)?;
+        let ranges = match here.kind() {
+            Kind::Laser(laser) => self.laser(&here, laser, &frame)?,
+            Kind::Ultrasound(sonar) => self.ultrasound(&here, sonar, &frame)?,
+            kind => return Err(Error::other_kind(id, kind, "laser or ultrasound sensor")),
+        };
+        let scan = Arc::new(Scan {
+            number: frame.number,
+            time: frame.time,
+            ranges,
+        });
+        self.keep(node, Measured::Scan(Arc::clone(&scan)));
+        Ok(scan)
+    }
+
+    /// The last frame of a `lidar`.
+    pub fn cloud(&mut self, id: &str) -> Result<Arc<Cloud>, Error> {
+        let (node, frame) = match self.frame(id)? {
+            (_, _, Some(Measured::Cloud(cloud))) => return Ok(cloud),
+            (node, frame, _) => (node, frame),
+        };
+        let tree = Arc::clone(&frame.tree);
+        let here = tree.node(node)?;
+        let Kind::Lidar(lidar) = here.kind() else {
+            return Err(Error::other_kind(id, here.kind(), "lidar"));
+        };
+        let cloud = Arc::new(Cloud {
+            number: frame.number,
+            time: frame.time,
+            points: self.lidar(&here, lidar, &frame)?,
+        });
+        self.keep(node, Measured::Cloud(Arc::clone(&cloud)));
+        Ok(cloud)
+    }
+
+    fn laser(
+        &mut self,
+        node: &NodeRef<'_>,
+        laser: &Laser,
+        frame: &Frame,
+    ) -> Result<Vec<Range>, Error> {
+        check(node.id(), u64::from(laser.measures))?;
+        let random = self.random(node.id(), frame.number);
+        let own = own_bodies(*node);
+        let space = self.space_at(&frame.tree);
+        let caster = space.caster(node.node_id())?;
+        let mut errors = Errors::new(&laser.signal, random, frame.bias[0]);
+        let angles = innermodel::sensors::laser_angles(laser);
+        Ok(angles
+            .map(|angle| {
+                let hit = caster.cast(&direction(angle, 0.0), laser.max, &|b| !own.contains(&b));
+                // A ray without an echo takes random numbers, too: what it meets changes no other
+                // ray.
+                let measured = errors.measure(hit.map_or(laser.max, |(_, distance)| distance));
+                let distance = hit
+                    .and(measured)
+                    .map_or(laser.max, |d| d.max(laser.min).min(laser.max));
+                Range { angle, distance }
+            })
+            .collect())
+    }
+
+    fn ultrasound(
+        &mut self,
+        node: &NodeRef<'_>,
+        sonar: &Ultrasound,
+        frame: &Frame,
+    ) -> Result<Vec<Range>, Error> {
+        let random = self.random(node.id(), frame.number);
+        let own = own_bodies(*node);
+        let space = self.space_at(&frame.tree);
+        let caster = space.caster(node.node_id())?;
+        let circles = CIRCLES.iter().flat_map(|(part, count)| {
+            let (sin, cos) = (sonar.angle / 2.0 * part).sin_cos();
+            (0..*count).map(move |at| {
+                let (up, right) = (TAU * f64::from(at) / f64::from(*count)).sin_cos();
+                Vector::new(sin * right, sin * up, cos)
+            })
+        });
+        let rays = std::iter::once(Vector::z()).chain(circles);
+        let hits = rays.filter_map(|ray| caster.cast(&ray, sonar.max, &|b| !own.contains(&b)));
+        let nearest = hits.map(|(_, distance)| distance).reduce(f64::min);
+        let mut errors = Errors::new(&sonar.signal, random, frame.bias[0]);
+        let measured = nearest.and_then(|distance| errors.measure(distance));
+        let distance = measured.map_or(sonar.max, |d| d.max(sonar.min).min(sonar.max));
+        Ok(vec![Range {
+            angle: 0.0,
+            distance,
+        }])
+    }
+
+    fn lidar(
+        &mut self,
+        node: &NodeRef<'_>,
+        lidar: &Lidar,
+        frame: &Frame,
+    ) -> Result<Vec<CloudPoint>, Error> {
+        if lidar.measures == 0 {
+            return Ok(Vec::new());
+        }
+        let values = u64::from(lidar.measures) * u64::from(lidar.rings);
+        check(node.id(), values)?;
+        let random = self.random(node.id(), frame.number);
+        let own = own_bodies(*node);
+        let space = self.space_at(&frame.tree);
+        let caster = space.caster(node.node_id())?;
+        let mut errors = Errors::new(&lidar.signal, random, frame.bias[0]);
+        let mut points = Vec::new();
+        for ring in 0..lidar.rings {
+            let part = f64::from(ring) / f64::from(lidar.rings.saturating_sub(1).max(1));
+            let elevation = lidar.low + (lidar.high - lidar.low) * part;
+            for azimuth in ring_angles(lidar) {
+                let way = direction(azimuth, elevation);
+                let hit = caster.cast(&way, lidar.max, &|b| !own.contains(&b));
+                // A ray without an echo takes random numbers, too.
+                let measured = errors.measure(hit.map_or(lidar.max, |(_, distance)| distance));
+                let (Some((met, _)), Some(distance)) = (hit, measured) else {
+                    continue;
+                };
+                if distance < lidar.min || distance > lidar.max {
+                    continue;
+                }
+                points.push(CloudPoint {
+                    point: Point::from(way * distance),
+                    azimuth,
+                    elevation,
+                    distance,
+                    node: met,
+                    ring,
+                });
+            }
+        }
+        Ok(points)
+    }
+}
+
+/// The angles of a ring, from +angle/2. A whole turn has no second point at its end.
+fn ring_angles(lidar: &Lidar) -> impl Iterator<Item = f64> + use<> {
+    let (angle, count) = (lidar.angle, lidar.measures);
+    let is_turn = angle.abs() >= TAU - 1e-9;
+    let parts = if is_turn {
+        count
+    } else {
+        count.saturating_sub(1)
+    };
+    let step = angle / f64::from(parts.max(1));
+    (0..count).map(move |at| angle / 2.0 - f64::from(at) * step)
+}

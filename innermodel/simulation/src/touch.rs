@@ -1,0 +1,52 @@
+//! Sensors that feel contacts.
+
+use crate::error::Error;
+use crate::ranges::own_bodies;
+use crate::schedule::Measured;
+use crate::signal::Errors;
+use crate::world::World;
+use innermodel::{Kind, NodeId, Transform};
+use std::time::Duration;
+
+/// What a touch sensor feels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touch {
+    /// Counts the frames of the sensor from 0.
+    pub number: u64,
+    /// When it was measured.
+    pub time: Duration,
+    /// What a body below the sensor touches.
+    pub node: Option<NodeId>,
+}
+
+impl World {
+    /// The last frame of a `touchsensor`: whether one of its bodies overlaps another body with
+    /// `collide` that it may not touch. Bodies of its own robot do not count.
+    pub fn touch(&mut self, id: &str) -> Result<Touch, Error> {
+        let (node, frame) = match self.frame(id)? {
+            (_, _, Some(Measured::Touch(touch))) => return Ok(touch),
+            (node, frame, _) => (node, frame),
+        };
+        let tree = frame.tree;
+        let here = tree.node(node)?;
+        let Kind::TouchSensor(sensor) = here.kind() else {
+            return Err(Error::other_kind(id, here.kind(), "touchsensor"));
+        };
+        let random = self.random(id, frame.number);
+        let is_lost = Errors::new(&sensor.signal, random, 0.0).is_lost();
+        let own = own_bodies(here);
+        let counts = |_, other| !own.contains(&other);
+        let space = self.space_at(&tree);
+        let touched = space.touching(node, &Transform::identity(), &counts)?;
+        let touch = Touch {
+            number: frame.number,
+            time: frame.time,
+            node: touched
+                .first()
+                .map(|touching| touching.other)
+                .filter(|_| !is_lost),
+        };
+        self.keep(node, Measured::Touch(touch));
+        Ok(touch)
+    }
+}
