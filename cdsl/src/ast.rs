@@ -74,6 +74,8 @@ pub struct Communication {
 pub struct SlotDecl {
     /// The interface.
     pub interface: Name,
+    /// `[]`
+    pub array: Option<Span>,
     /// `(dds)`
     pub backend: Option<Name>,
     /// `as front`

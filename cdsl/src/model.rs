@@ -67,12 +67,14 @@ pub const DEFAULT_PERIOD: Duration = Duration::from_millis(100);
 /// An interface that a component implements, requires, publishes or subscribes to.
 #[derive(Clone, Debug)]
 pub struct Slot {
-    /// The name, unique in the component.
+    /// The name, unique in the component. In a network, a member of an array is a slot `ARRAY.MEMBER`.
     pub name: String,
     /// The role of the component in the connection.
     pub role: Role,
     /// The interface, in [`Component::library`].
     pub interface: InterfaceId,
+    /// Whether it is an array, whose members are named at start.
+    pub is_array: bool,
     /// The middleware, if the file sets one for this slot.
     pub backend: Option<Backend>,
     /// Whether the component works without a peer: its start and its readiness wait for none.
@@ -83,6 +85,14 @@ pub struct Slot {
     pub available: Vec<Name>,
     /// The location of its declaration.
     pub span: Span,
+}
+
+impl Slot {
+    /// The name as a path, as it stands in addresses and in rules of ROS 2: `Laser`, or `lasers/front` for the member
+    /// `lasers.front` of an array.
+    pub fn path(&self) -> String {
+        self.name.replace('.', "/")
+    }
 }
 
 /// The role of a component in a connection.

@@ -152,10 +152,11 @@ fn communication(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Commu
 fn slot(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SlotDecl> {
     let span = r.span(&pair);
     let (mut interface, mut backend, mut name, mut qos) = (None, None, None, Vec::new());
-    let (mut optional, mut available) = (None, Vec::new());
+    let (mut array, mut optional, mut available) = (None, None, Vec::new());
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => interface = Some(r.name(&part)),
+            Rule::array => array = Some(r.span(&part)),
             Rule::backend => backend = Some(r.name(&part)),
             Rule::slot_name => name = Some(r.name(&part)),
             Rule::kw_optional => optional = Some(r.name(&part)),
@@ -173,6 +174,7 @@ fn slot(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SlotDecl> {
     let trimmed = r.trivia.end_of_token_before(span.end);
     Some(SlotDecl {
         interface: interface?,
+        array,
         backend,
         name,
         optional,
@@ -324,6 +326,8 @@ rc_syntax::language!("`Component NAME { … };`", words: [crate_name, dotted_nam
     crate_name | dotted_name | slot | interface_name | backend | slot_name => "a name",
     duration | number => "a duration such as `50ms`",
     communication | kw_communication => "`implements`, `requires`, `publishes` or `subscribesTo`",
+    array | open_square => "`[`",
+    close_square => "`]`",
     clause => "a clause",
     kw_time => "`time`",
     external => "`external`",

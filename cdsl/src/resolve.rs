@@ -342,6 +342,7 @@ impl Resolver<'_> {
                     name,
                     role: *role,
                     interface,
+                    is_array: decl.array.is_some(),
                     backend,
                     optional,
                     qos,

@@ -111,6 +111,8 @@ pub enum Field {
     Priority(Literal),
     /// `parameters { speed 300; };`
     Parameters(Vec<Parameter>),
+    /// `slots { lasers "front", "back"; };`: arrays, each with its members.
+    Slots(Vec<(Name, Vec<Name>)>),
     /// `middleware dds { lease 500ms; };`
     Middleware(Middleware),
     /// `domain 7;`

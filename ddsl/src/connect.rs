@@ -5,10 +5,12 @@ use crate::compatibility::CompatibilityChecker;
 use crate::endpoint::{Endpoint, slot};
 use crate::exports::{Exports, is_provider};
 use crate::graph::{cycles, shortest_path, strongly_connected_components};
+use crate::members::wrong_member;
 use crate::model::{Deployment, Instance, InstanceOrGroup, SlotPath};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Role, Slot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_settings::member;
 use rc_syntax::Name;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
@@ -157,13 +159,28 @@ impl<'a> Connector<'a> {
     fn find(&mut self, path: &SlotPath) -> Option<Endpoint> {
         let instance = match path.place {
             // `Exports` reports errors of exports.
-            InstanceOrGroup::Group(group) => return self.exports.get(group, &path.slot.text),
+            InstanceOrGroup::Group(group) => {
+                let exported = self.exports.get(group, &path.slot.text);
+                let is_member = member::split(&path.slot.text).is_some();
+                if exported.is_none() && is_member && self.exports.knows(group, &path.slot.text) {
+                    let group = &self.deployment.groups[group].path;
+                    let message = format!("group `{group}` has no slot `{}`", path.slot.text);
+                    let error = Diagnostic::error("unknown-member", path.slot.span, message);
+                    let help = "name a member that `slots { … }` of a component inside lists";
+                    self.found.push(error.help(help));
+                }
+                return exported;
+            }
             InstanceOrGroup::Instance(instance) => instance,
         };
         let component = self.components.get(instance).copied().flatten()?;
         let mut slots = component.slots.iter();
         if let Some(slot) = slots.position(|s| s.name == path.slot.text) {
             return Some(Endpoint { instance, slot });
+        }
+        if let Some(error) = wrong_member(&self.deployment.instances[instance], &path.slot) {
+            self.found.push(error);
+            return None;
         }
         let name = &self.deployment.instances[instance].path;
         let message = format!("`{name}` has no slot `{}`", path.slot.text);

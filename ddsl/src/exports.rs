@@ -5,6 +5,7 @@ use crate::model::{Deployment, Group};
 use rc_cdsl::Component;
 use rc_cdsl::model::Role;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_settings::member;
 use rc_syntax::Name;
 use std::collections::{BTreeMap, HashMap};
 
@@ -66,20 +67,21 @@ impl<'a> Exports<'a> {
         }
         for (number, group) in deployment.groups.iter().enumerate().rev() {
             let own = std::mem::take(&mut inside[number]);
-            for name in &group.exports {
-                let end = own.find(group, name, found);
-                exports.0.insert((number, &name.text), end);
+            let slots = group.exports.iter();
+            for (slot, name) in slots.flat_map(|name| own.exported(name)) {
+                let end = own.find(group, slot, name, found);
+                exports.0.insert((number, slot), end);
                 let Some(parent) = group.parent else { continue };
                 match end {
                     Some(end) => {
-                        let slot = components[end.instance].map(|c| &c.slots[end.slot]);
+                        let described = components[end.instance].map(|c| &c.slots[end.slot]);
                         let candidate = Candidate {
                             end,
-                            provides: slot.is_some_and(|s| is_provider(s.role)),
+                            provides: described.is_some_and(|s| is_provider(s.role)),
                             span: name.span,
                         };
                         let slots = &mut inside[parent].slots;
-                        slots.entry(&name.text).or_default().push(candidate);
+                        slots.entry(slot).or_default().push(candidate);
                     }
                     None => inside[parent].incomplete = true,
                 }
@@ -91,6 +93,12 @@ impl<'a> Exports<'a> {
     /// The slot that `group` exports as `name`.
     pub(crate) fn get(&self, group: usize, name: &str) -> Option<Endpoint> {
         self.0.get(&(group, name)).copied().flatten()
+    }
+
+    /// Whether the exports of `group` are without errors, so that a member which none of them means does not exist.
+    pub(crate) fn knows(&self, group: usize, slot: &str) -> bool {
+        let array = member::split(slot).map_or(slot, |(array, _)| array);
+        !self.0.contains_key(&(group, slot)) && !self.0.contains_key(&(group, array))
     }
 
     /// The outermost group in which a slot is visible. `None` is the whole deployment.
@@ -106,17 +114,33 @@ impl<'a> Exports<'a> {
     }
 }
 
-impl GroupSlots<'_> {
-    /// The slot that `name` refers to: the only provider, otherwise the only slot. A provider takes
+impl<'a> GroupSlots<'a> {
+    /// The slots that an exported name means, each with this name: all members of an array, else one slot.
+    fn exported(&self, name: &'a Name) -> Vec<(&'a str, &'a Name)> {
+        let slots = self.slots.keys().filter(|slot| match member::split(slot) {
+            Some((array, _)) => array == name.text,
+            None => false,
+        });
+        let members: Vec<_> = slots.map(|slot| (*slot, name)).collect();
+        if members.is_empty() || self.slots.contains_key(name.text.as_str()) {
+            return vec![(name.text.as_str(), name)];
+        }
+        members
+    }
+
+    /// The slot that `slot`, exported as `name`, refers to: the only provider, otherwise the only slot. A provider takes
     /// precedence, because a consumer inside the group connects to it.
-    fn find(&self, group: &Group, name: &Name, found: &mut Diagnostics) -> Option<Endpoint> {
-        let all = self
-            .slots
-            .get(name.text.as_str())
-            .map_or(&[][..], Vec::as_slice);
+    fn find(
+        &self,
+        group: &Group,
+        slot: &str,
+        name: &Name,
+        found: &mut Diagnostics,
+    ) -> Option<Endpoint> {
+        let all = self.slots.get(slot).map_or(&[][..], Vec::as_slice);
         let providers: Vec<&Candidate> = all.iter().filter(|c| c.provides).collect();
         let group = &group.path;
-        let text = &name.text;
+        let text = slot;
         match (providers.as_slice(), all) {
             ([one], _) => return Some(one.end),
             ([], [one]) => return Some(one.end),

@@ -2,6 +2,7 @@
 
 use crate::ast::{self, Field};
 use crate::duplicates::{check_unique, report_duplicate};
+use crate::members;
 use crate::model::{BACKOFF, HUNG, Instance, Parameter, Policy, READY, Restart, STOP};
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
@@ -74,6 +75,7 @@ pub(crate) fn instance(
         system_time: None,
         exact: None,
         parameters: Vec::new(),
+        arrays: Vec::new(),
     };
     let mut references = References::default();
     // `middleware` may occur several times.
@@ -146,6 +148,7 @@ pub(crate) fn instance(
                 }
                 instance.parameters.clone_from(parameters);
             }
+            Field::Slots(lists) => instance.arrays = members::listed(lists, found),
             Field::Middleware(_) | Field::Domain(_) => {}
         }
     }

@@ -1,7 +1,7 @@
 //! DDSL: a network of components.
 //!
 //! [`parse`] turns one text into a syntax tree ([`ast`]). [`load`] also loads its imports and
-//! resolves all names into the [`model`]. [`connect`] checks the model against the components and
+//! resolves all names into the [`model`]. [`expand`] gives an instance its members of slot arrays. [`connect`] checks the model against the components and
 //! computes the connections.
 
 pub mod ast;
@@ -14,6 +14,7 @@ mod exports;
 mod fields;
 mod graph;
 mod imports;
+mod members;
 pub mod model;
 mod parse;
 mod resolve;
@@ -21,6 +22,7 @@ mod settings;
 
 pub use connect::{Connection, ConnectionDiagnostic, Network, connect};
 pub use endpoint::Endpoint;
+pub use members::expand;
 pub use model::Deployment;
 pub use parse::parse;
 pub use resolve::load;

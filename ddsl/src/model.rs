@@ -103,6 +103,17 @@ pub struct Instance {
     pub exact: Option<Span>,
     /// Values of parameters that take precedence over its configuration.
     pub parameters: Vec<Parameter>,
+    /// The members of slot arrays, as listed. After [`crate::expand`], all arrays of its component.
+    pub arrays: Vec<Array>,
+}
+
+/// The members of a slot array.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Array {
+    /// The array.
+    pub name: Name,
+    /// Its members, in the order of the file.
+    pub members: Vec<Name>,
 }
 
 /// A setting of a middleware.
@@ -231,7 +242,7 @@ pub struct External {
 pub struct SlotPath {
     /// The instance or the group that has the slot.
     pub place: InstanceOrGroup,
-    /// The name of the slot.
+    /// The name of the slot; `ARRAY.MEMBER` for a member of a slot array.
     pub slot: Name,
     /// The location of the whole path.
     pub span: Span,

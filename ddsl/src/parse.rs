@@ -35,7 +35,7 @@ const GROUP: [(&str, Rule); 10] = [
 ];
 /// A deployment has all declarations of a group but `export`.
 const DEPLOYMENT: &Keywords = GROUP.split_at(9).0;
-const COMPONENT: [(&str, Rule); 18] = [
+const COMPONENT: [(&str, Rule); 19] = [
     ("cdsl", Rule::text_field),
     ("executable", Rule::text_field),
     ("config", Rule::text_field),
@@ -50,6 +50,7 @@ const COMPONENT: [(&str, Rule); 18] = [
     ("cpu", Rule::cpu),
     ("priority", Rule::priority),
     ("parameters", Rule::parameters),
+    ("slots", Rule::slots),
     ("middleware", Rule::middleware),
     ("domain", Rule::domain),
     ("time", Rule::own_time),
@@ -272,6 +273,7 @@ fn field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<
         }
         Rule::cpu => Field::Cpu(values(r, pair)),
         Rule::parameters => Field::Parameters(parameters(r, pair)),
+        Rule::slots => Field::Slots(slots(r, pair)),
         Rule::middleware => Field::Middleware(middleware(r, pair)?),
         Rule::domain => Field::Domain(values(r, pair).into_iter().next()?),
         Rule::own_time => {
@@ -311,6 +313,23 @@ fn record(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Name> {
         }
     }
     words
+}
+
+fn slots(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<(Name, Vec<Name>)> {
+    let mut slots = Vec::new();
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::members => {
+                let mut names = r.texts(part);
+                if !names.is_empty() {
+                    slots.push((names.remove(0), names));
+                }
+            }
+            Rule::skipped => r.report_skipped(&part, Rule::members),
+            _ => {}
+        }
+    }
+    slots
 }
 
 fn parameters(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Parameter> {
@@ -433,6 +452,7 @@ rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
     settings => "`{`",
     setting => "a setting such as `lease 500ms;`",
     parameter => "a parameter such as `speed 300;`",
+    members => "members such as `lasers \"front\", \"back\";`",
     parameter_path => "the path of a parameter such as `motors[2].max`",
     list | open_square => "`[`",
     close_square => "`]`",

@@ -5,6 +5,7 @@ use crate::check::check;
 use crate::duplicates::{check_unique, report_duplicate};
 use crate::fields::{BlockContext, References, duration, instance};
 use crate::imports::{File, files};
+use crate::members::member_slot;
 use crate::model::{
     Bind, Deployment, External, Group, Host, InstanceOrGroup, LONGEST_NAME, SlotPath,
 };
@@ -450,8 +451,9 @@ impl<'a> Resolver<'a> {
         let InstanceOrGroup::Group(inside) = place else {
             let message = format!("expected a group, found component `{}`", last.text);
             let error = Diagnostic::error("not-a-group", name.span, message);
-            self.found
-                .push(error.help(format!("write `{}.SLOT`", last.text)));
+            let last = &last.text;
+            let help = format!("write `{last}.SLOT`, or `{last}.ARRAY.MEMBER` for a slot array");
+            self.found.push(error.help(help));
             return None;
         };
         let known = &self.scopes[inside + 1].places.known;
@@ -488,40 +490,83 @@ impl<'a> Resolver<'a> {
             .push(error.suggest(name, known.iter().map(String::as_str)));
     }
 
+    /// Whether the last name before the slot is a slot array: in a component, or exported by a group. `None` after an
+    /// error: it might be an array and a component or group at once.
+    fn is_array(
+        &mut self,
+        place: InstanceOrGroup,
+        name: &Name,
+        tree: &ast::SlotPath,
+    ) -> Option<bool> {
+        let InstanceOrGroup::Group(inside) = place else {
+            return Some(true);
+        };
+        let group = &self.deployment.groups[inside];
+        let Some(export) = group.exports.iter().find(|e| e.text == name.text) else {
+            return Some(false);
+        };
+        let Some(place) = self.scopes[inside + 1].places.known.get(&name.text) else {
+            return Some(true);
+        };
+        let (what, span) = match place {
+            InstanceOrGroup::Instance(at) => {
+                ("component", self.deployment.instances[*at].name.span)
+            }
+            InstanceOrGroup::Group(at) => ("group", self.deployment.groups[*at].name.span),
+        };
+        let message = format!(
+            "`{}.{}` could mean a member of the exported slot `{}`, or a slot of the {what} `{}`",
+            name.text, tree.slot.text, name.text, name.text
+        );
+        let error = Diagnostic::error("ambiguous-slot", name.span.to(tree.slot.span), message)
+            .label(export.span, "the export")
+            .label(span, format!("the {what}"))
+            .help("give one of them another name");
+        self.found.push(error);
+        None
+    }
+
     /// Resolves a path in `group`. A path may enter a group from outside only if the group exports
     /// the slot.
     fn slot_path(&mut self, tree: &ast::SlotPath, group: Option<usize>) -> Option<SlotPath> {
         let (first, rest) = tree.path.split_first()?;
         let mut place = self.first(first, group)?;
         let mut entered: Vec<(usize, &Name)> = Vec::new();
-        for (name, next) in rest.iter().zip(&tree.path) {
+        let mut array = None;
+        for (at, (name, next)) in rest.iter().zip(&tree.path).enumerate() {
+            if at + 1 == rest.len() && self.is_array(place, name, tree)? {
+                array = Some(name);
+                break;
+            }
             if let InstanceOrGroup::Group(inside) = place {
                 entered.push((inside, name));
             }
             place = self.inside(place, next, name)?;
         }
+        // A group exports an array as a whole.
+        let exported = array.unwrap_or(&tree.slot);
         let private = entered.iter().find(|(inside, _)| {
             let exports = &self.deployment.groups[*inside].exports;
             // Inside a group, all of its content is visible.
             !self.deployment.is_inside(group, Some(*inside))
-                && !exports.iter().any(|e| e.text == tree.slot.text)
+                && !exports.iter().any(|e| e.text == exported.text)
         });
         if let Some((inside, name)) = private {
             let within = &self.deployment.groups[*inside];
             let message = format!(
                 "`{}` is inside group `{}`, which does not export `{}`",
-                name.text, within.path, tree.slot.text
+                name.text, within.path, exported.text
             );
             let span = name.span.to(tree.slot.span);
             let error = Diagnostic::error("not-exported", span, message)
                 .label(within.name.span, "the group")
-                .help(within.export_with(&tree.slot.text));
+                .help(within.export_with(&exported.text));
             self.found.push(error);
             return None;
         }
         if let InstanceOrGroup::Group(of) = place {
             let of = &self.deployment.groups[of];
-            if !of.exports.iter().any(|e| e.text == tree.slot.text) {
+            if !of.exports.iter().any(|e| e.text == exported.text) {
                 let message = format!("group `{}` does not export `{}`", of.path, tree.slot.text);
                 let error = Diagnostic::error("not-exported", tree.slot.span, message)
                     .label(of.name.span, "the group");
@@ -536,7 +581,7 @@ impl<'a> Resolver<'a> {
         }
         Some(SlotPath {
             place,
-            slot: tree.slot.clone(),
+            slot: array.map_or_else(|| tree.slot.clone(), |array| member_slot(array, tree)),
             span: first.span.to(tree.slot.span),
         })
     }

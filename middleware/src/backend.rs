@@ -141,6 +141,13 @@ pub trait Publisher {
         })
     }
 
+    /// Lends memory of `length` bytes for an image, which its owner may keep while the publisher sends
+    /// other samples. `None` where the middleware lends none, so the sample has to be copied.
+    fn loan_image(&mut self, length: usize) -> Result<Option<Box<dyn LoanedSample>>, SendError> {
+        let _ = length;
+        Ok(None)
+    }
+
     /// The number of subscribers.
     fn peers(&self) -> usize;
 }

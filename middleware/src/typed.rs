@@ -12,6 +12,7 @@ pub use publisher::TypedPublisher;
 pub use request::Request;
 
 use crate::cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
+use std::marker::PhantomData;
 
 /// An operation of an interface. Generated code has one constant for each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,24 +32,50 @@ pub struct Operation {
 }
 
 /// A variant of a reply. A result of several parts has one variant for each part, all with case 0.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct ReplyVariant {
     /// 0 for the result, else the hash of the exception.
     pub case: i32,
+    codec: &'static dyn VariantCodec,
+}
+
+/// Writes and skips a variant of a reply.
+pub trait VariantCodec: Sync {
     /// Writes the default value.
-    pub put: fn(&mut Writer<'_>),
+    fn put(&self, writer: &mut Writer<'_>);
+
     /// Reads a value and drops it.
-    pub skip: fn(&mut Reader<'_>) -> Result<(), DecodeError>,
+    fn skip(&self, reader: &mut Reader<'_>) -> Result<(), DecodeError>;
+}
+
+/// The codec of a type that is known when code is compiled.
+struct Of<T>(PhantomData<fn() -> T>);
+
+impl<T: Cdr + Default> VariantCodec for Of<T> {
+    fn put(&self, writer: &mut Writer<'_>) {
+        writer.put(&T::default());
+    }
+
+    fn skip(&self, reader: &mut Reader<'_>) -> Result<(), DecodeError> {
+        reader.get::<T>().map(drop)
+    }
 }
 
 impl ReplyVariant {
     /// The variant of the exception `T`; with case 0, of a part of the result.
-    pub const fn of<T: Cdr + Default>(case: i32) -> Self {
-        Self {
-            case,
-            put: |writer| writer.put(&T::default()),
-            skip: |reader| reader.get::<T>().map(drop),
-        }
+    pub const fn of<T: Cdr + Default + 'static>(case: i32) -> Self {
+        Self::with(case, &const { Of::<T>(PhantomData) })
+    }
+
+    /// The variant of an exception, or with case 0 of the result, that `codec` writes.
+    pub const fn with(case: i32, codec: &'static dyn VariantCodec) -> Self {
+        Self { case, codec }
+    }
+}
+
+impl std::fmt::Debug for ReplyVariant {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "ReplyVariant({})", self.case)
     }
 }
 

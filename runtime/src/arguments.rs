@@ -2,9 +2,11 @@
 
 use crate::description::Description;
 use crate::ros_arguments::RosArguments;
+use crate::slots::Listed;
 use crate::time::ClockChoice;
 use rc_management::component::Role;
 use rc_middleware::{Address, Settings};
+use rc_settings::member;
 use rc_settings::qos::Policy;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -33,6 +35,8 @@ pub(crate) struct Arguments {
     pub(crate) active: bool,
     /// The file of an exact recording.
     pub(crate) record: Option<PathBuf>,
+    /// The members of slot arrays, as the network lists them.
+    pub(crate) members: Listed,
 }
 
 /// A policy for a topic by its name in ROS 2: `qos_overrides./scan.publisher.depth:=1` of its command line.
@@ -45,10 +49,25 @@ pub(crate) struct RosOverride {
     pub(crate) policy: Policy,
 }
 
-/// Checks that the component has a slot of this name. The error lists the slots.
+/// Checks that the component has a slot of this name, or may have a member. The error lists the slots.
 pub(crate) fn check_slot(description: &Description, slot: &str) -> Result<String, String> {
-    if description.slots.iter().any(|s| s.name == slot) {
-        return Ok(slot.to_owned());
+    let (own, of_array) = match member::split(slot) {
+        Some((array, member)) => (array, Some(member)),
+        None => (slot, None),
+    };
+    if let Some(found) = description.slots.iter().find(|s| s.name == own) {
+        return match of_array {
+            Some(member) if found.is_array => {
+                let checked = member::check(member);
+                checked.map_err(|reason| format!("`{slot}`: {reason}"))?;
+                Ok(slot.to_owned())
+            }
+            None if !found.is_array => Ok(slot.to_owned()),
+            None => Err(format!(
+                "`{slot}` is a slot array; name a member: `{slot}.NAME`"
+            )),
+            Some(_) => Err(format!("`{own}` is not a slot array; write `{own}`")),
+        };
     }
     let names: Vec<&str> = description.slots.iter().map(|s| s.name).collect();
     let near = rc_diagnostics::nearest(slot, names.iter().copied());

@@ -1,11 +1,13 @@
 //! The command line of every generated binary.
 
 use crate::arguments::{Arguments, ROS2, check_slot};
-use crate::description::Description;
+use crate::description::{Description, Slot};
 use crate::ros_arguments::{self, RosArguments};
+use crate::slots::Listed;
 use crate::time::ClockChoice;
 use lexopt::prelude::{Long, Short, ValueExt};
 use rc_middleware::{Address, Settings};
+use rc_settings::member;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::time::Duration;
@@ -49,6 +51,7 @@ pub(crate) fn parse(
         followers: Vec::new(),
         active: false,
         record: None,
+        members: Listed::new(),
     };
     while let Some(arg) = parser.next()? {
         match arg {
@@ -59,6 +62,10 @@ pub(crate) fn parse(
             Long("bind") => {
                 let (slot, address) = binding(description, &parser.value()?.string()?)?;
                 out.bindings.insert(slot, address);
+            }
+            Long("members") => {
+                let (array, members) = members(description, &parser.value()?.string()?)?;
+                out.members.insert(array, members);
             }
             Long("set-middleware") => setting(&parser.value()?.string()?, &mut out.settings)?,
             Long("clock") => out.clock = ClockChoice::parse(&parser.value()?.string()?)?,
@@ -130,6 +137,40 @@ fn binding(description: &Description, text: &str) -> Result<(String, Address), l
     Ok((slot, Address::parse(address)?))
 }
 
+/// Parses `lasers=front,back`. A list may be empty.
+fn members(description: &Description, text: &str) -> Result<(String, Vec<String>), lexopt::Error> {
+    let Some((array, list)) = text.split_once('=') else {
+        return Err(format!(
+            "--members takes ARRAY=NAMES, as in `--members lasers=front,back`, not `{text}`"
+        )
+        .into());
+    };
+    let mut arrays = description.slots.iter().filter(|slot| slot.is_array);
+    if arrays.clone().all(|slot| slot.name != array) {
+        let names: Vec<&str> = arrays.by_ref().map(|slot| slot.name).collect();
+        let hint = match rc_diagnostics::nearest(array, names.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if names.is_empty() => "it has none".to_owned(),
+            None => format!("there are: {}", names.join(", ")),
+        };
+        let name = description.name;
+        return Err(format!("--members: `{array}` is not a slot array of {name}; {hint}").into());
+    }
+    let mut members: Vec<String> = Vec::new();
+    for name in list.split(',').filter(|name| !name.is_empty()) {
+        member::check(name).map_err(|reason| format!("--members: `{name}`: {reason}"))?;
+        if members.iter().any(|other| other.eq_ignore_ascii_case(name)) {
+            return Err(format!("--members: `{array}` has `{name}` twice").into());
+        }
+        members.push(name.to_owned());
+    }
+    if members.len() > member::MOST {
+        let most = member::MOST;
+        return Err(format!("--members: an array has at most {most} members").into());
+    }
+    Ok((array.to_owned(), members))
+}
+
 /// Parses `speed=300`.
 fn parameter(text: &str) -> Result<(String, String), lexopt::Error> {
     let Some((path, value)) = text.split_once('=') else {
@@ -181,6 +222,15 @@ fn setting(text: &str, settings: &mut Settings) -> Result<(), lexopt::Error> {
     Ok(())
 }
 
+fn array_name(slot: &Slot) -> String {
+    let name = slot.name;
+    if slot.is_array {
+        format!("{name}[]")
+    } else {
+        name.to_owned()
+    }
+}
+
 fn version(description: &Description) -> String {
     let Description {
         name,
@@ -199,6 +249,7 @@ fn help(description: &Description) -> String {
          --network NAME        network of the component (default: default)\n  \
          --name NAME           name of the component in its network (default: {name})\n  \
          --bind SLOT=ADDRESS   address of a slot (default: NETWORK/Interface)\n  \
+         --members ARRAY=NAMES members of a slot array that the worker has to open, as in `--members lasers=front,back`\n  \
          --set PATH=VALUE      parameter for this run, as in `--set speed=300`\n  \
          --set-middleware MIDDLEWARE.KEY=VALUE\n                        \
          setting of [middleware.MIDDLEWARE], as in dds.domain=7; commas separate a list\n  \
@@ -239,7 +290,7 @@ fn help(description: &Description) -> String {
     for slot in description.slots {
         out.push_str(&format!(
             "  {:<24} {} {} ({})\n",
-            slot.name,
+            array_name(slot),
             slot.role.word(),
             slot.type_name,
             slot.backend

@@ -3,6 +3,7 @@
 use crate::context::Core;
 use crate::lifecycle::Hook;
 use crate::machine::Parts;
+use crate::slot_array::Member;
 use rc_configuration::{ParamChange, Values};
 use rc_middleware::Reader;
 use rc_middleware::typed::{HandlerError, Request};
@@ -53,13 +54,14 @@ pub trait Component {
     /// Runs once, after all other calls.
     fn finalize(&mut self);
 
-    /// Writes the number of peers of each slot that requires or publishes into `peers`, at the index of the slot.
+    /// Writes the number of peers of each slot that requires or publishes into `peers`, at the number of the slot or of the
+    /// member.
     fn sending_peers(&self, peers: &mut [usize]) {
         let _ = peers;
     }
 
     /// The state in which the component refuses all requests to an implemented slot; `None` if it serves
-    /// them. Asked before each request.
+    /// them. Asked before each request; for a member, of its array.
     fn unavailable(&mut self, slot: usize) -> Option<String> {
         let _ = slot;
         None
@@ -81,6 +83,31 @@ pub trait Component {
         let _ = (slot, operation, reader);
         Err(HandlerError(
             "the component subscribes to nothing".to_owned(),
+        ))
+    }
+
+    /// Answers a request to a member of an implemented slot array. `slot` is the number of the array.
+    fn serve_member(
+        &mut self,
+        slot: usize,
+        member: &Member,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
+        let _ = (slot, member);
+        request.unknown()
+    }
+
+    /// Handles a sample of a member of a subscribed slot array. `slot` is the number of the array.
+    fn receive_member(
+        &mut self,
+        slot: usize,
+        member: &Member,
+        operation: usize,
+        reader: &mut Reader<'_>,
+    ) -> Result<(), HandlerError> {
+        let _ = (slot, member, operation, reader);
+        Err(HandlerError(
+            "the component has no array that subscribes".to_owned(),
         ))
     }
 }

@@ -1,10 +1,11 @@
 //! The status and the heartbeats of a component.
 
 use crate::arguments::ROS2;
-use crate::description::{Description, Slot};
+use crate::description::Description;
 use crate::lifecycle::Lifecycle;
 use crate::machine::MachineRecord;
 use crate::settings::topic_qos;
+use crate::slots::{OpenSlot, SlotTable};
 use crate::status::{self, Shared};
 use crate::tool_requests::qos;
 use rc_management::component::{ClockKind, ClockStatus, Role, SlotStatus, Status};
@@ -12,8 +13,8 @@ use rc_management::link::Heartbeat;
 use rc_management::observation::{Described, OperationDescription, SlotDescription};
 use rc_middleware::{Address, Environment, Settings};
 use std::collections::BTreeMap;
-use std::sync::atomic::Ordering;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What does not change while the component runs.
 pub(crate) struct ComponentInfo {
@@ -21,36 +22,49 @@ pub(crate) struct ComponentInfo {
     pub(crate) name: String,
     network: String,
     settings: Settings,
-    /// The addresses of the slots; empty until they are open.
-    addresses: Mutex<Vec<String>>,
+    slots: Arc<SlotTable>,
+    /// Whether the middlewares are open, so that the slots can be found at their addresses.
+    is_open: AtomicBool,
 }
 
 impl ComponentInfo {
-    pub(crate) fn new(description: &'static Description, environment: &Environment) -> Self {
+    pub(crate) fn new(
+        description: &'static Description,
+        environment: &Environment,
+        slots: &Arc<SlotTable>,
+    ) -> Self {
         Self {
             description,
+            slots: Arc::clone(slots),
             name: environment.instance.clone(),
             network: environment.network.clone(),
             settings: environment.settings.clone(),
-            addresses: Mutex::default(),
+            is_open: AtomicBool::new(false),
         }
     }
 
-    pub(crate) fn set_addresses(&self, addresses: &[Address]) {
-        let mut known = self
-            .addresses
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        *known = addresses.iter().map(ToString::to_string).collect();
+    /// Tells the addresses of the slots from now on.
+    pub(crate) fn set_open(&self) {
+        self.is_open.store(true, Ordering::Relaxed);
+    }
+
+    /// The slots that may have connections, each with its number.
+    fn slots(&self) -> impl Iterator<Item = (usize, Arc<OpenSlot>)> {
+        let all = self.slots.all().into_iter().enumerate();
+        all.filter(|(_, slot)| !slot.is_whole_array())
+    }
+
+    fn address(&self, slot: &OpenSlot) -> Option<String> {
+        let is_open = self.is_open.load(Ordering::Relaxed);
+        slot.address
+            .as_ref()
+            .filter(|_| is_open)
+            .map(Address::to_string)
     }
 
     /// The connections with their types.
     pub(crate) fn describe(&self) -> Described {
-        let addresses = self
-            .addresses
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        let operations = |slot: &Slot| {
+        let operations = |slot: &OpenSlot| {
             let operations = slot.operations.iter().enumerate();
             let operations = operations.map(|(at, operation)| OperationDescription {
                 name: operation.name.to_owned(),
@@ -65,15 +79,14 @@ impl ComponentInfo {
             });
             operations.collect()
         };
-        let slots = self.description.slots.iter().enumerate();
-        let slots = slots.map(|(at, slot)| SlotDescription {
-            name: slot.name.to_owned(),
+        let slots = self.slots().map(|(_, slot)| SlotDescription {
+            name: slot.name.to_string(),
             role: slot.role,
             interface: slot.type_name.to_owned(),
             middleware: slot.backend.to_owned(),
-            address: addresses.get(at).cloned(),
+            address: self.address(&slot),
             hash: format!("{:016x}", slot.type_hash),
-            operations: operations(slot),
+            operations: operations(&slot),
         });
         let settings = |middleware: &str| {
             let keys = rc_settings::keys(middleware).unwrap_or_default().iter();
@@ -108,20 +121,22 @@ impl ComponentInfo {
     pub(crate) fn heartbeat(&self, shared: &Shared) -> Heartbeat {
         let mut status = shared.status();
         let delta = std::mem::take(&mut status.delta);
-        let slots = self.description.slots.iter().zip(&status.slots);
+        let all = self.slots.all();
+        let slots = all.iter().zip(&status.slots);
+        let slots = slots.filter(|(slot, _)| !slot.is_whole_array());
         let lost = slots.clone().filter(|(_, counters)| counters.lost > 0);
         let needing =
             slots.filter(|(slot, _)| matches!(slot.role, Role::Requires | Role::SubscribesTo));
         Heartbeat {
             age_ms: shared.age_ms(),
             lost: lost
-                .map(|(slot, counters)| (slot.name.to_owned(), counters.lost))
+                .map(|(slot, counters)| (slot.name.to_string(), counters.lost))
                 .collect(),
             peers: needing
-                .map(|(slot, counters)| (slot.name.to_owned(), counters.peers))
+                .map(|(slot, counters)| (slot.name.to_string(), counters.peers))
                 .collect(),
-            overruns: delta.overruns(self.description.slots, status.period),
-            silent: delta.silences(self.description.slots),
+            overruns: delta.overruns(&all, status.period),
+            silent: delta.silences(&all),
             mismatches: delta.mismatches(),
             clock: Some(Box::new(clock(shared, &status)))
                 .filter(|clock| clock.kind != ClockKind::System),
@@ -135,17 +150,16 @@ impl ComponentInfo {
 
     pub(crate) fn status(&self, shared: &Shared) -> Status {
         let status = shared.status();
-        let addresses = self
-            .addresses
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        let slots = self.description.slots.iter().zip(&status.slots);
-        let slots = slots.enumerate().map(|(at, (slot, counters))| SlotStatus {
-            name: slot.name.to_owned(),
+        // The counters of members are there once the worker is initialised.
+        let slots = self
+            .slots()
+            .filter_map(|(at, slot)| Some((at, slot, status.slots.get(at)?)));
+        let slots = slots.map(|(at, slot, counters)| SlotStatus {
+            name: slot.name.to_string(),
             role: slot.role,
             interface: slot.type_name.to_owned(),
             middleware: slot.backend.to_owned(),
-            address: addresses.get(at).cloned(),
+            address: self.address(&slot),
             peers: counters.peers,
             handlers: counters.handlers.timing(),
             refused: counters.refused,

@@ -54,6 +54,8 @@ pub struct Slot {
     pub backend: &'static str,
     /// The quality of service.
     pub qos: Qos,
+    /// Whether it is an array, whose members the worker opens.
+    pub is_array: bool,
     /// The operations, in the order of the IDSL.
     pub operations: &'static [Operation],
     /// The types of the operations for a middleware that has types of its own; else empty.

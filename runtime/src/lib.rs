@@ -5,7 +5,6 @@
 //! worker: `compute()` on its period, and handlers between two runs of it. A second thread answers management
 //! requests, takes signals and sends heartbeats, so that rcdeploy notices a worker that hangs.
 
-mod addresses;
 mod arguments;
 mod clock;
 mod command_line;
@@ -36,6 +35,8 @@ mod process;
 mod proposal;
 mod ros_arguments;
 mod settings;
+mod slot_array;
+mod slots;
 mod status;
 mod tap;
 pub mod testing;
@@ -49,12 +50,13 @@ pub use context::Core;
 pub use description::{Connect, Description, Slot};
 pub use error::StartError;
 pub use fastrand;
-pub use ports::Ports;
-pub use process::{Embedded, embed, run};
+pub use ports::{Connections, Ports};
+pub use process::{Embedded, Start, embed, run, run_with};
 pub use rc_configuration::model::Value;
 pub use rc_configuration::{ParamChange, Values};
 pub use rc_management::component::{Role, State};
 pub use rc_middleware as middleware;
+pub use slot_array::{Member, MemberError, SlotArray};
 pub use time::{Order, TimeError, TimeSource};
 pub use tracing;
 

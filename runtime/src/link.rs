@@ -350,6 +350,47 @@ mod tests {
         );
     }
 
+    /// A supervisor that is stopped for minutes reads nothing until the socket is full.
+    #[test]
+    fn a_supervisor_that_was_stopped_learns_the_newest_state() {
+        let (ours, theirs) = UnixStream::pair().expect("a pair");
+        let mut link = Link::new(ours).expect("a link");
+        while link.is_free() {
+            link.send_heartbeat(Heartbeat::default());
+        }
+        link.set_state(State::Starting);
+        link.set_state(State::Running);
+        link.set_ready();
+        let speed = |value: i64| change("speed", Parameter::Int(value), false);
+        link.set_unsaved(&[speed(1)]);
+        link.set_unsaved(&[speed(2)]);
+        let mut lines = Lines::new(Overlong::Count);
+        let mut levels = Vec::new();
+        while !matches!(levels.last(), Some(ComponentMessage::Parameters(_))) {
+            let read = lines.read(&theirs).0;
+            let messages = read
+                .iter()
+                .map(|line| line.bytes().map(ComponentMessage::decode));
+            for message in messages {
+                match message {
+                    Some(Ok(ComponentMessage::Heartbeat(_))) => {}
+                    Some(Ok(level)) => levels.push(level),
+                    wrong => panic!("{wrong:?}"),
+                }
+            }
+            link.write();
+        }
+        let unsaved = unsaved(&[speed(2)]);
+        let newest = [
+            ComponentMessage::State {
+                state: State::Running,
+            },
+            ComponentMessage::Ready,
+            ComponentMessage::Parameters(unsaved),
+        ];
+        assert_eq!(levels, newest);
+    }
+
     #[test]
     fn a_reason_of_any_length_reaches_the_supervisor() {
         let (ours, theirs) = UnixStream::pair().expect("a pair");

@@ -17,6 +17,7 @@ use crate::log::print_error;
 use crate::name_lock::NameLock;
 use crate::parameter_server::{Answer, ParameterServer, Requester};
 use crate::parameter_service::{BackendRequests, RequestQueue};
+use crate::slots::SlotTable;
 use crate::status::Shared;
 use crate::tap::Taps;
 use crate::tool_requests::{Tapping, ToolRequests};
@@ -25,8 +26,8 @@ use rc_management::component::{Done, Request, State};
 use rc_management::rpc::{self, Error};
 use rc_management::server::Received;
 use rc_management::{Server as Socket, ServerSource};
+use rc_middleware::Environment;
 use rc_middleware::parameters::ParameterService;
-use rc_middleware::{Address, Environment};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use serde_json::{Map, Value};
@@ -56,6 +57,7 @@ impl Management {
     pub(crate) fn start(
         description: &'static Description,
         environment: &Environment,
+        slots: &Arc<SlotTable>,
         shared: &Arc<Shared>,
         commands: &Arc<CommandQueue>,
         loaded: &LoadedConfiguration,
@@ -66,10 +68,11 @@ impl Management {
         let _ = std::fs::remove_file(name_lock.socket());
         let socket = Socket::bind(name_lock.socket())
             .map_err(|e| StartError::cannot_create("the management socket", &e))?;
-        let info = Arc::new(ComponentInfo::new(description, environment));
+        let info = Arc::new(ComponentInfo::new(description, environment, slots));
         let (waker, wakeups) =
             waker().map_err(|e| StartError::cannot_create("a socket pair", &e))?;
-        let taps = Arc::new(Taps::new(description.slots.len(), Some(waker.clone())));
+        let capacity = SlotTable::capacity(description);
+        let taps = Arc::new(Taps::new(capacity, Some(waker.clone())));
         let queue = Arc::new(RequestQueue::new(waker.clone()));
         if let Some(lifecycle) = &shared.lifecycle {
             lifecycle.report_to(waker.clone());
@@ -94,7 +97,7 @@ impl Management {
             commands: commands.clone(),
             firing: FireServer::new(commands.clone(), waker.clone()),
             backends: BackendRequests::new(queue.clone()),
-            tools: ToolRequests::new(description, taps.clone(), commands.clone(), waker.clone()),
+            tools: ToolRequests::new(slots.clone(), taps.clone(), commands.clone(), waker.clone()),
             socket,
             wakeups,
             link: None,
@@ -120,9 +123,9 @@ impl Management {
         })
     }
 
-    /// Sets the addresses of the slots.
-    pub(crate) fn set_addresses(&self, addresses: &[Address]) {
-        self.info.set_addresses(addresses);
+    /// Tells the addresses of the slots from now on.
+    pub(crate) fn set_open(&self) {
+        self.info.set_open();
     }
 
     /// The taps of the slots.

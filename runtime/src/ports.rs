@@ -1,10 +1,11 @@
 //! The connections of a component, opened in the order of its description.
 
-use crate::addresses::address;
 use crate::clock::SimulatedClock;
-use crate::description::{Description, Slot};
+use crate::description::Description;
 use crate::exact::{Exact, replayed_client, replayed_publisher};
 use crate::settings::topic_qos;
+use crate::slot_array::{Member, MemberError, SlotArray};
+use crate::slots::{OpenSlot, SlotTable};
 use crate::tap::{TappedClient, TappedPublisher, Taps};
 use crate::testing::{DefaultReply, DefaultingClient};
 use crate::time::follower::Follower;
@@ -19,7 +20,6 @@ use rc_middleware::{
     QueueGauge, Server, Settings, Subscriber, TypeIdentity, network_time,
 };
 use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
@@ -35,11 +35,14 @@ pub(crate) enum Receiver {
     },
 }
 
+/// The connections of a component. Its slot arrays share them, to open members.
+pub type Ports = Rc<Connections>;
+
 /// Opens the connections of a component. Generated code gets its publishers and clients from here.
-pub struct Ports {
+pub struct Connections {
     description: &'static Description,
+    slots: Arc<SlotTable>,
     backends: Vec<(&'static str, Box<dyn Backend>)>,
-    addresses: Vec<Address>,
     settings: Settings,
     /// The counters of the sending ends, each with the index of its slot.
     sent: RefCell<Vec<(usize, Counter)>>,
@@ -49,6 +52,10 @@ pub struct Ports {
     gate: Gate,
     /// The receive queues, each with the index of its slot.
     queues: RefCell<Vec<(usize, QueueGauge)>>,
+    /// Whether members are opened to receive: not where the recording or a test calls the handlers.
+    is_live: bool,
+    /// The receiving ends of members, until the event loop takes them.
+    receivers: RefCell<Vec<(usize, Receiver)>>,
     network: String,
     taps: Arc<Taps>,
     clock: ClockKind,
@@ -59,31 +66,22 @@ pub struct Ports {
     defaults: &'static [(usize, DefaultReply)],
 }
 
-impl Ports {
-    /// Opens the middlewares of `description`. `bindings` sets addresses of slots; the default is `NETWORK/Interface`.
+impl Connections {
+    /// Opens the middlewares of `description`.
     pub(crate) fn new(
         description: &'static Description,
         environment: &Environment,
-        bindings: &BTreeMap<String, Address>,
+        slots: &Arc<SlotTable>,
         clock: ClockKind,
     ) -> Result<Self, OpenError> {
-        let mut addresses = Vec::new();
-        for slot in description.slots {
-            addresses.push(address(&environment.network, slot, bindings)?);
-        }
         let mut backends = Vec::new();
         for (name, connect) in description.backends {
             backends.push((*name, connect(environment)?));
         }
-        let ports = Self::over(
-            description,
-            backends,
-            addresses,
-            &environment.network,
-            clock,
-        );
+        let ports = Self::over(description, backends, slots, &environment.network, clock);
         Ok(Self {
             settings: environment.settings.clone(),
+            is_live: true,
             ..ports
         })
     }
@@ -92,21 +90,23 @@ impl Ports {
     pub(crate) fn over(
         description: &'static Description,
         backends: Vec<(&'static str, Box<dyn Backend>)>,
-        addresses: Vec<Address>,
+        slots: &Arc<SlotTable>,
         network: &str,
         clock: ClockKind,
     ) -> Self {
         Self {
             description,
+            slots: Arc::clone(slots),
             backends,
-            addresses,
             settings: Settings::default(),
             sent: RefCell::default(),
             withheld: RefCell::default(),
             gate: Gate::default(),
             queues: RefCell::default(),
+            is_live: false,
+            receivers: RefCell::default(),
             network: network.to_owned(),
-            taps: Arc::new(Taps::new(description.slots.len(), None)),
+            taps: Arc::new(Taps::new(SlotTable::capacity(description), None)),
             clock,
             source: None,
             exact: Exact::Off,
@@ -137,11 +137,12 @@ impl Ports {
     /// The connections of a component that is repeated: they end in its recording.
     pub(crate) fn replayed(
         description: &'static Description,
+        slots: &Arc<SlotTable>,
         network: &str,
         clock: ClockKind,
         exact: &Exact,
     ) -> Self {
-        let ports = Self::over(description, Vec::new(), Vec::new(), network, clock);
+        let ports = Self::over(description, Vec::new(), slots, network, clock);
         Self {
             exact: exact.clone(),
             ..ports
@@ -217,8 +218,9 @@ impl Ports {
         let port = if let Some(replay) = self.exact.replay() {
             replayed_publisher(replay, slot, operation)
         } else {
-            let endpoint = self.topic_endpoint(slot, operation);
-            let port = self.backend(slot)?.publisher(&endpoint)?;
+            let open = self.slot(slot)?;
+            let endpoint = self.topic_endpoint(&open, operation)?;
+            let port = self.backend(&open)?.publisher(&endpoint)?;
             self.exact.publisher(slot, operation, port)
         };
         let port = Box::new(TappedPublisher {
@@ -227,7 +229,7 @@ impl Ports {
             slot,
             operation,
         });
-        let topic = TypedPublisher::new(port, self.description.slots[slot].operations[operation]);
+        let topic = TypedPublisher::new(port, self.slot(slot)?.operations[operation]);
         let topic = topic.behind(self.gate.clone());
         self.count(slot, topic.sent());
         let withheld = (slot, topic.withheld().clone());
@@ -249,8 +251,9 @@ impl Ports {
         let port = if let Some(replay) = self.exact.replay() {
             replayed_client(replay, slot)
         } else {
-            let port = self.backend(slot)?.client(&self.call_endpoint(slot))?;
-            let port = match self.defaults.iter().find(|(of, _)| *of == slot) {
+            let open = self.slot(slot)?;
+            let port = self.backend(&open)?.client(&call_endpoint(&open)?)?;
+            let port = match self.defaults.iter().find(|(of, _)| *of == open.described) {
                 Some((_, reply)) => Box::new(DefaultingClient {
                     port,
                     reply: *reply,
@@ -262,48 +265,99 @@ impl Ports {
         self.watch(slot, port.queue());
         let taps = Arc::clone(&self.taps);
         let port = Box::new(TappedClient { port, taps, slot });
-        let client = TypedClient::new(port, self.description.slots[slot].qos.timeout);
+        let client = TypedClient::new(port, self.slot(slot)?.qos.timeout);
         self.count(slot, client.sent());
         Ok(client)
     }
 
-    /// Opens the receiving ends of all slots, each with the index of its slot.
+    /// A slot array, whose members `open` opens by their numbers.
+    pub fn array<E>(
+        self: &Rc<Self>,
+        slot: usize,
+        open: fn(&Self, usize) -> Result<E, OpenError>,
+    ) -> SlotArray<E> {
+        SlotArray::new(self, slot, open)
+    }
+
+    /// Opens a member of an array, whose number in the description is `array`.
+    pub(crate) fn open_member<E>(
+        &self,
+        array: usize,
+        name: &str,
+        open: impl FnOnce(&Self, usize) -> Result<E, OpenError>,
+    ) -> Result<(Member, E), MemberError> {
+        let member = self.slots.add(array, name)?;
+        let receivers = if self.is_live {
+            self.receivers_of(member.slot())
+        } else {
+            Ok(Vec::new())
+        };
+        let opened = receivers.and_then(|ports| Ok((ports, open(self, member.slot())?)));
+        match opened {
+            Ok((ports, end)) => {
+                let ports = ports.into_iter().map(|port| (member.slot(), port));
+                self.receivers.borrow_mut().extend(ports);
+                Ok((member, end))
+            }
+            Err(error) => {
+                self.slots.remove_last();
+                Err(error.into())
+            }
+        }
+    }
+
+    /// The members of an array that the network lists.
+    pub(crate) fn listed(&self, array: usize) -> Option<Vec<String>> {
+        self.slots.listed(array)
+    }
+
+    /// Opens the receiving ends of all slots that are no arrays, each with the index of its slot.
     pub(crate) fn receivers(&self) -> Result<Vec<(usize, Receiver)>, OpenError> {
         let mut receivers = Vec::new();
-        for (at, slot) in self.description.slots.iter().enumerate() {
-            match slot.role {
-                Role::Implements => {
-                    let port = self.backend(at)?.server(&self.call_endpoint(at))?;
-                    self.watch(at, port.queue());
-                    let port = self.exact.server(at, port);
-                    receivers.push((at, Receiver::Server(port)));
-                }
-                Role::SubscribesTo => {
-                    for operation in 0..slot.operations.len() {
-                        let endpoint = self.topic_endpoint(at, operation);
-                        let port = self.backend(at)?.subscriber(&endpoint)?;
-                        self.watch(at, port.queue());
-                        let port = self.exact.subscriber(at, operation, port);
-                        let deadline = topic_qos(slot, operation, &self.settings).deadline;
-                        receivers.push((
-                            at,
-                            Receiver::Subscriber {
-                                port,
-                                operation,
-                                deadline,
-                            },
-                        ));
-                    }
-                }
-                Role::Requires | Role::Publishes => {}
+        for at in 0..self.description.slots.len() {
+            if !self.description.slots[at].is_array {
+                let ports = self.receivers_of(at)?;
+                receivers.extend(ports.into_iter().map(|port| (at, port)));
             }
         }
         Ok(receivers)
     }
 
-    /// The addresses of all slots.
-    pub(crate) fn addresses(&self) -> &[Address] {
-        &self.addresses
+    /// The receiving ends of the members that the worker has opened, each with the index of its slot.
+    pub(crate) fn take_members(&self) -> Vec<(usize, Receiver)> {
+        self.receivers.take()
+    }
+
+    /// Opens the receiving ends of a slot.
+    fn receivers_of(&self, at: usize) -> Result<Vec<Receiver>, OpenError> {
+        let slot = self.slot(at)?;
+        match slot.role {
+            Role::Implements => {
+                let port = self.backend(&slot)?.server(&call_endpoint(&slot)?)?;
+                self.watch(at, port.queue());
+                Ok(vec![Receiver::Server(self.exact.server(at, port))])
+            }
+            Role::SubscribesTo => {
+                let operations = 0..slot.operations.len();
+                let ports = operations.map(|operation| {
+                    let endpoint = self.topic_endpoint(&slot, operation)?;
+                    let port = self.backend(&slot)?.subscriber(&endpoint)?;
+                    self.watch(at, port.queue());
+                    Ok(Receiver::Subscriber {
+                        port: self.exact.subscriber(at, operation, port),
+                        operation,
+                        deadline: topic_qos(&slot, operation, &self.settings).deadline,
+                    })
+                });
+                ports.collect()
+            }
+            Role::Requires | Role::Publishes => Ok(Vec::new()),
+        }
+    }
+
+    /// The slots.
+    pub(crate) fn slots(&self) -> &Arc<SlotTable> {
+        &self.slots
     }
 
     /// Gives the parameters of the component to the middlewares.
@@ -367,68 +421,73 @@ impl Ports {
         }
     }
 
-    fn backend(&self, slot: usize) -> Result<&dyn Backend, OpenError> {
-        let wanted = self.description.slots[slot].backend;
+    fn slot(&self, slot: usize) -> Result<Arc<OpenSlot>, OpenError> {
+        self.slots.get(slot).ok_or_else(|| OpenError::Backend {
+            address: self.network.clone(),
+            reason: format!("the component has no slot {slot}; generate it anew"),
+        })
+    }
+
+    fn backend(&self, slot: &OpenSlot) -> Result<&dyn Backend, OpenError> {
+        let wanted = slot.backend;
         let found = self.backends.iter().find(|(name, _)| *name == wanted);
         found
             .map(|(_, backend)| backend.as_ref())
             .ok_or_else(|| OpenError::Backend {
-                address: self.addresses[slot].to_string(),
+                address: slot.name.to_string(),
                 reason: format!("this component was generated without {wanted}; generate it anew"),
             })
     }
 
-    fn call_endpoint(&self, slot: usize) -> Endpoint {
-        let Slot {
-            type_name,
-            type_hash,
-            qos,
-            ..
-        } = &self.description.slots[slot];
-        let types = TypeIdentity {
-            name: (*type_name).to_owned(),
-            hash: *type_hash,
-        };
-        Endpoint {
-            address: self.addresses[slot].clone(),
-            types,
-            qos: *qos,
-            external_types: self.description.slots[slot].external_types().collect(),
-        }
-    }
-
-    fn topic_endpoint(&self, slot: usize, operation: usize) -> Endpoint {
-        let Slot {
-            type_name,
-            operations,
-            ..
-        } = &self.description.slots[slot];
-        let mut qos = topic_qos(&self.description.slots[slot], operation, &self.settings);
+    fn topic_endpoint(&self, slot: &OpenSlot, operation: usize) -> Result<Endpoint, OpenError> {
+        let mut qos = topic_qos(slot, operation, &self.settings);
         if self.clock != ClockKind::System {
             // A middleware would measure it by the system's clock; the event loop measures it by the network's.
             qos.deadline = None;
         }
-        let external = self.description.slots[slot].external_types().nth(operation);
-        let operation = &operations[operation];
+        let external = slot.external_types().nth(operation);
+        let operation = &slot.operations[operation];
         let types = TypeIdentity {
-            name: format!("{type_name}/{}", operation.name),
+            name: format!("{}/{}", slot.type_name, operation.name),
             hash: operation.type_hash,
         };
-        Endpoint {
-            address: self.addresses[slot].join(operation.name),
+        Ok(Endpoint {
+            address: slot.address()?.join(operation.name),
             types,
             qos,
             external_types: external.into_iter().collect(),
-        }
+        })
     }
 }
 
-impl Slot {
+fn call_endpoint(slot: &OpenSlot) -> Result<Endpoint, OpenError> {
+    let types = TypeIdentity {
+        name: slot.type_name.to_owned(),
+        hash: slot.type_hash,
+    };
+    Ok(Endpoint {
+        address: slot.address()?.clone(),
+        types,
+        qos: slot.qos,
+        external_types: slot.external_types().collect(),
+    })
+}
+
+impl OpenSlot {
+    fn address(&self) -> Result<&Address, OpenError> {
+        self.address.as_ref().ok_or_else(|| OpenError::Backend {
+            address: self.name.to_string(),
+            reason: "it is an array; open its members".to_owned(),
+        })
+    }
+}
+
+impl OpenSlot {
     /// The operations, for a middleware that has types of its own.
     fn external_types(&self) -> impl Iterator<Item = ExternalType> {
         let operations = self.operations.iter().zip(self.external_types);
         operations.map(|(operation, type_name)| ExternalType {
-            slot: self.name.to_owned(),
+            slot: self.path(),
             operation: operation.name.to_owned(),
             id: operation.id,
             type_name: (*type_name).to_owned(),

@@ -16,9 +16,10 @@ use crate::link::Link;
 use crate::log::{self, print, print_error};
 use crate::management::Management;
 use crate::notify::{self, ServiceState};
-use crate::ports::Ports;
+use crate::ports::{Connections, Ports};
 use crate::probe;
 use crate::settings::settings;
+use crate::slots::SlotTable;
 use crate::status::{NetworkTime, Shared};
 use crate::testing::DefaultReply;
 use crate::time::protocol::turn_of;
@@ -42,13 +43,25 @@ const LINGER: Duration = Duration::from_millis(100);
 const LEAVE_LINGER: Duration = Duration::from_secs(2);
 
 /// Creates the component: its publishers and clients, its context, its worker.
-pub(crate) type Start<C> = fn(Core, &Ports, &Values) -> Result<C, StartError>;
+pub trait Start<C>: FnOnce(Core, &Ports, &Values) -> Result<C, StartError> {}
+
+impl<C, F: FnOnce(Core, &Ports, &Values) -> Result<C, StartError>> Start<C> for F {}
 
 /// Runs a component with the command line of this process, until it ends. Returns the exit code.
 ///
 /// The `main` of a component is a call of the generated `run`, which calls this function.
-pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> ExitCode {
-    let task = match command_line::parse(description, std::env::args_os().skip(1)) {
+pub fn run<C: Component>(description: &'static Description, start: impl Start<C>) -> ExitCode {
+    ExitCode::from(run_with(description, start, std::env::args_os().skip(1)))
+}
+
+/// The same with these arguments instead of the command line of this process. Returns the number of
+/// the exit code.
+pub fn run_with<C: Component>(
+    description: &'static Description,
+    start: impl Start<C>,
+    args: impl IntoIterator<Item = OsString>,
+) -> u8 {
+    let task = match command_line::parse(description, args) {
         Ok(task) => task,
         Err(error) => return fail(description, &StartError::Usage(error.to_string())),
     };
@@ -65,7 +78,7 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
         Task::Probe(arguments, wait) => {
             let result = probe::probe(&arguments.network, &arguments.name, wait);
             print(&format!("{}: {}\n", arguments.name, result.text()));
-            return ExitCode::from(result.code());
+            return result.code();
         }
         Task::Replay(arguments) => exact::replay(description, start, &arguments),
         Task::Run(arguments) => WakeEvent::new()
@@ -87,17 +100,17 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
             }),
     };
     match outcome {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(error) => fail(description, &error),
     }
 }
 
-fn fail(description: &Description, error: &StartError) -> ExitCode {
+fn fail(description: &Description, error: &StartError) -> u8 {
     match error {
         StartError::Configuration(text) => print_error(text),
         _ => print_error(&format!("{}: error: {error}\n", description.name)),
     }
-    ExitCode::from(error.exit_code())
+    error.exit_code()
 }
 
 /// A component that runs on a thread of this process, for tests.
@@ -145,7 +158,7 @@ const EMBEDDED_START_LIMIT: Duration = Duration::from_secs(10);
 /// ```
 pub fn embed<C: Component + 'static>(
     description: &'static Description,
-    start: Start<C>,
+    start: impl Start<C> + Send + 'static,
     args: &[&str],
 ) -> Result<Embedded, StartError> {
     embed_with_defaults(description, start, &[], args)
@@ -154,7 +167,7 @@ pub fn embed<C: Component + 'static>(
 /// The same, but a call that no server takes gets the reply of its slot in `defaults`.
 pub fn embed_with_defaults<C: Component + 'static>(
     description: &'static Description,
-    start: Start<C>,
+    start: impl Start<C> + Send + 'static,
     defaults: &'static [(usize, DefaultReply)],
     args: &[&str],
 ) -> Result<Embedded, StartError> {
@@ -207,7 +220,7 @@ enum Hosting {
 
 fn run_component<C: Component>(
     description: &'static Description,
-    start: Start<C>,
+    start: impl Start<C>,
     arguments: &Arguments,
     wake_event: WakeEvent,
     hosting: &Hosting,
@@ -219,7 +232,10 @@ fn run_component<C: Component>(
     let level = level.or(configuration.log.as_deref());
     let log = log::start(level, arguments.ros.prints_log.unwrap_or(true))?;
     let bindings = configuration::bindings(description, arguments, configuration)?;
-    let mut settings = settings(description, arguments, &loaded, &bindings)?;
+    let names = (arguments.network.as_str(), arguments.name.as_str());
+    let listed = arguments.members.clone();
+    let slots = Arc::new(SlotTable::new(description, names, &bindings, listed)?);
+    let mut settings = settings(description, arguments, &loaded, &slots)?;
     let kind = clock(description, arguments, &mut settings)?;
     let period = configuration.period.unwrap_or(description.period);
     let directory = RunDirectory::open(&arguments.network)
@@ -247,6 +263,7 @@ fn run_component<C: Component>(
     let management = Management::start(
         description,
         &environment,
+        &slots,
         &shared,
         &commands,
         &loaded,
@@ -261,9 +278,10 @@ fn run_component<C: Component>(
         kind,
         seed,
         parameters,
+        &arguments.members,
     );
     let exact = record(arguments, &began, &shared)?;
-    let mut ports = Ports::new(description, &environment, &bindings, kind)?;
+    let mut ports = Connections::new(description, &environment, &slots, kind)?;
     ports.set_taps(management.taps());
     ports.set_defaults(defaults);
     if let Some(lifecycle) = &shared.lifecycle {
@@ -279,7 +297,7 @@ fn run_component<C: Component>(
     };
     let (name, followers) = (&arguments.name, &arguments.followers);
     let time = ports.join_time(name, &simulated, followers, middleware)?;
-    management.set_addresses(ports.addresses());
+    management.set_open();
     if loaded.parameters.is_some() {
         ports.parameters(&management.parameters())?;
     }
@@ -289,7 +307,8 @@ fn run_component<C: Component>(
     }
     // Dropped before the ports, which wait for requests of the life cycle that are under way.
     let _ends = shared.lifecycle.clone().map(lifecycle::EndsWhenDropped);
-    let receivers = ports.receivers()?;
+    let mut receivers = ports.receivers()?;
+    let ports: Ports = Rc::new(ports);
     let (name, network) = (&arguments.name, &arguments.network);
     let core = Core::exact(name, network, shared.clone(), exact.clone(), seed);
     let started = exact.initialize(|| start(core, &ports, parameters));
@@ -298,6 +317,8 @@ fn run_component<C: Component>(
         Err(StartError::Worker(_)) if environment.wake_event.is_stopping() => return Ok(()),
         other => other?,
     };
+    slots.complete()?;
+    receivers.extend(ports.take_members());
     let mut component: Box<dyn Component> = match &exact {
         Exact::Record(recorder) => Box::new(Recorded::new(component, recorder.clone())),
         _ => Box::new(component),
@@ -307,18 +328,12 @@ fn run_component<C: Component>(
         status.sent = ports.sent();
         status.withheld = ports.withheld();
         status.queues = ports.queues();
+        status.extend_slots(slots.len());
     }
     // The ends of the network's time are closed after the last message has arrived.
     let (ended, time) = {
-        let mut event_loop = EventLoop::new(
-            &mut *component,
-            description,
-            &ports,
-            receivers,
-            commands,
-            time,
-        )
-        .map_err(|e| StartError::cannot_create("the event loop", &e))?;
+        let mut event_loop = EventLoop::new(&mut *component, &ports, receivers, commands, time)
+            .map_err(|e| StartError::cannot_create("the event loop", &e))?;
         management.ready();
         // A supervisor decides for its components.
         let starts_itself = arguments.active && !Link::is_expected();

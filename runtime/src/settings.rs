@@ -1,16 +1,15 @@
 //! The settings of middlewares. The command line precedes the configuration.
 
-use crate::addresses::address;
 use crate::arguments::{Arguments, ROS2, RosOverride};
 use crate::configuration::{LoadedConfiguration, configured};
-use crate::description::{Description, Slot};
+use crate::description::Description;
 use crate::ros_arguments::RosOverrides;
+use crate::slots::{NamedSlot, OpenSlot, SlotTable};
 use rc_management::component::Role;
-use rc_middleware::{Address, Durability, OpenError, Qos, Reliability, Settings};
+use rc_middleware::{Durability, OpenError, Qos, Reliability, Settings};
 use rc_settings::Value;
 use rc_settings::qos::{self, Policy};
 use rc_settings::ros::ResolvedRemapping;
-use std::collections::BTreeMap;
 
 /// Collects all settings. The log reports a rule that matches nothing in the component; a network may have it for
 /// another component.
@@ -18,7 +17,7 @@ pub(crate) fn settings(
     description: &Description,
     arguments: &Arguments,
     loaded: &LoadedConfiguration,
-    bindings: &BTreeMap<String, Address>,
+    slots: &SlotTable,
 ) -> Result<Settings, OpenError> {
     let ros = &loaded.ros;
     let mut settings = configured(&loaded.configuration);
@@ -27,11 +26,11 @@ pub(crate) fn settings(
     if !ros.remap.is_empty() {
         prepend(&mut settings, "remap", Value::Remappings(ros.remap.clone()));
     }
-    let overrides = overrides(description, arguments, ros, &settings, bindings)?;
+    let overrides = overrides(description, arguments, ros, &settings, slots)?;
     if !overrides.is_empty() {
         prepend(&mut settings, "qos", Value::Qos(overrides));
     }
-    warn(description, &settings);
+    warn(description, &settings, slots)?;
     for ignored in &ros.ignored {
         tracing::warn!("--ros-args: {ignored}");
     }
@@ -46,12 +45,14 @@ fn prepend(settings: &mut Settings, key: &str, mut rules: Value) {
     settings.set(ROS2, key, rules);
 }
 
-/// The slots of topics that a middleware carries.
-fn topics(description: &Description, middleware: &str) -> impl Iterator<Item = &'static Slot> {
-    let slots = description.slots.iter();
-    slots.filter(move |slot| {
-        slot.backend == middleware && matches!(slot.role, Role::Publishes | Role::SubscribesTo)
-    })
+/// The slots of topics that a middleware carries. Of arrays, the members that the network lists.
+fn topics(slots: &SlotTable, middleware: &str) -> Result<Vec<NamedSlot>, OpenError> {
+    let mut topics = slots.named()?;
+    topics.retain(|slot| {
+        slot.of.backend == middleware
+            && matches!(slot.of.role, Role::Publishes | Role::SubscribesTo)
+    });
+    Ok(topics)
 }
 
 /// The quality of service that the command line of ROS 2 sets by topic, as rules by slot and operation.
@@ -60,7 +61,7 @@ fn overrides(
     arguments: &Arguments,
     ros: &RosOverrides,
     settings: &Settings,
-    bindings: &BTreeMap<String, Address>,
+    slots: &SlotTable,
 ) -> Result<Vec<qos::Rule>, OpenError> {
     if ros.qos.is_empty() {
         return Ok(Vec::new());
@@ -72,17 +73,11 @@ fn overrides(
     let remap = remap.map(|rule| rule.resolve(&namespace, &node));
     let remap: Vec<ResolvedRemapping> = remap.collect();
     let mut named = Vec::new();
-    for slot in topics(description, ROS2) {
-        let own_address = address(network, slot, bindings)?;
-        for operation in slot.operations {
-            let own = own_address.join(operation.name);
-            let topic =
-                rc_settings::ros::operation(own.as_str(), slot.name, operation.name, &remap);
-            named.push((
-                topic,
-                slot.role,
-                format!("{}/{}", slot.name, operation.name),
-            ));
+    for NamedSlot { path, of, address } in topics(slots, ROS2)? {
+        for operation in of.operations {
+            let own = address.join(operation.name);
+            let topic = rc_settings::ros::operation(own.as_str(), &path, operation.name, &remap);
+            named.push((topic, of.role, format!("{path}/{}", operation.name)));
         }
     }
     let mut rules = Vec::new();
@@ -116,35 +111,63 @@ fn overrides(
 }
 
 /// Logs the rules that match nothing in this component.
-fn warn(description: &Description, settings: &Settings) {
-    let of = |slot: &Slot| slot.operations.iter().map(|o| o.name).collect();
+fn warn(
+    description: &Description,
+    settings: &Settings,
+    slots: &SlotTable,
+) -> Result<(), OpenError> {
+    let operations = |slot: &NamedSlot| {
+        let names: Vec<&str> = slot.of.operations.iter().map(|o| o.name).collect();
+        (slot.path.clone(), names)
+    };
+    let named = |slots: &[NamedSlot]| slots.iter().map(operations).collect::<Vec<_>>();
+    let all = named(&slots.named()?);
+    let all: Vec<(&str, Vec<&str>)> = all.iter().map(|(n, o)| (n.as_str(), o.clone())).collect();
     let name = description.name;
-    let slots: Vec<(&str, Vec<&str>)> = description.slots.iter().map(|s| (s.name, of(s))).collect();
     for (middleware, _) in description.backends {
         for rule in settings.remappings(middleware, "remap") {
             let from = &rule.from;
-            if let Some(hint) = rc_settings::ros::unknown_target_help(from, &slots) {
+            if let Some(hint) = rc_settings::ros::unknown_target_help(from, &all)
+                && !slots.may_have(from)
+            {
                 tracing::warn!("remap `{rule}`: {name} has no `{from}`; {hint}");
             }
         }
-        let topics = topics(description, middleware).map(|slot| (slot.name, of(slot)));
-        let topics: Vec<(&str, Vec<&str>)> = topics.collect();
+        let topics = named(&topics(slots, middleware)?);
+        let mut topics: Vec<(&str, Vec<&str>)> = topics
+            .iter()
+            .map(|(n, o)| (n.as_str(), o.clone()))
+            .collect();
+        // A rule for an array is one for all of its members.
+        let arrays = description.slots.iter().filter(|slot| slot.is_array);
+        topics.extend(
+            arrays.map(|slot| (slot.name, slot.operations.iter().map(|o| o.name).collect())),
+        );
         for rule in settings.qos(middleware, "qos") {
             let target = &rule.target;
-            if let Some(hint) = qos::unknown_topic_help(target, &topics) {
+            if let Some(hint) = qos::unknown_topic_help(target, &topics)
+                && !slots.may_have(target)
+            {
                 tracing::warn!(
                     "qos `{rule}`: {name} has no topic `{target}` over {middleware}; {hint}"
                 );
             }
         }
     }
+    Ok(())
 }
 
-/// The quality of service of a topic: that of its slot, changed by the settings.
-pub(crate) fn topic_qos(slot: &Slot, operation: usize, settings: &Settings) -> Qos {
+/// The quality of service of a topic: that of its slot, changed by the settings. A rule for a member precedes one for
+/// its array.
+pub(crate) fn topic_qos(slot: &OpenSlot, operation: usize, settings: &Settings) -> Qos {
     let mut qos = slot.qos;
     let rules = settings.qos(slot.backend, "qos");
-    for policy in qos::policies(rules, slot.name, slot.operations[operation].name) {
+    let operation = slot.operations[operation].name;
+    let mut policies = qos::policies(rules, slot.slot.name, operation);
+    if slot.member.is_some() {
+        policies.extend(qos::policies(rules, &slot.path(), operation));
+    }
+    for policy in policies {
         match policy {
             Policy::Reliable(true) => qos.reliability = Reliability::Reliable,
             Policy::Reliable(false) => qos.reliability = Reliability::BestEffort,

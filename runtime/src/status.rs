@@ -1,9 +1,9 @@
 //! The state, the counters and the times of a running component.
 
 use crate::clock::{Clock, Time};
-use crate::description::Slot;
 use crate::lifecycle::Lifecycle;
 use crate::machine::MachineRecord;
+use crate::slots::OpenSlot;
 use hdrhistogram::Histogram;
 use rc_diagnostics::foreign;
 use rc_management::component::{ClockKind, QueueStatus, State, Timing};
@@ -188,7 +188,7 @@ impl HeartbeatDelta {
     }
 
     /// The overruns, if there were any.
-    pub(crate) fn overruns(&self, slots: &[Slot], period: Duration) -> Option<Overruns> {
+    pub(crate) fn overruns(&self, slots: &[Arc<OpenSlot>], period: Duration) -> Option<Overruns> {
         let (activity, took) = self.slowest?;
         let ms = |duration: Duration| duration.as_secs_f64() * 1e3;
         Some(Overruns {
@@ -203,10 +203,10 @@ impl HeartbeatDelta {
     }
 
     /// How many milliseconds topics were silent, by name: `SLOT`, or `SLOT.OPERATION` if the slot has several.
-    pub(crate) fn silences(&self, slots: &[Slot]) -> BTreeMap<String, u64> {
-        let topic = |slot: &Slot, operation: usize| match slot.operations {
+    pub(crate) fn silences(&self, slots: &[Arc<OpenSlot>]) -> BTreeMap<String, u64> {
+        let topic = |slot: &OpenSlot, operation: usize| match slot.operations {
             [_, _, ..] => format!("{}.{}", slot.name, slot.operations[operation].name),
-            _ => slot.name.to_owned(),
+            _ => slot.name.to_string(),
         };
         let silent = self.silent.iter();
         silent
@@ -240,20 +240,12 @@ pub(crate) struct TimingRecorder {
 
 impl Status {
     fn new(period: Duration, slots: usize) -> Self {
-        let slots = (0..slots)
-            .map(|_| SlotCounters {
-                peers: 0,
-                handlers: TimingRecorder::new(),
-                refused: 0,
-                lost: 0,
-            })
-            .collect();
         Self {
             state: State::Starting,
             period,
             compute: TimingRecorder::new(),
             overruns: 0,
-            slots,
+            slots: (0..slots).map(|_| SlotCounters::new()).collect(),
             last_error: None,
             machine: None,
             followers: Vec::new(),
@@ -263,6 +255,11 @@ impl Status {
             queues: Vec::new(),
             delta: HeartbeatDelta::default(),
         }
+    }
+
+    /// Counts for so many slots: the worker has opened members.
+    pub(crate) fn extend_slots(&mut self, count: usize) {
+        self.slots.resize_with(count, SlotCounters::new);
     }
 
     /// How many samples a slot has published, or how many calls it has made.
@@ -298,6 +295,15 @@ fn total(counters: &[(usize, Counter)], slot: usize) -> u64 {
 }
 
 impl SlotCounters {
+    fn new() -> Self {
+        Self {
+            peers: 0,
+            handlers: TimingRecorder::new(),
+            refused: 0,
+            lost: 0,
+        }
+    }
+
     /// Counts a handled message. `lost` samples of its sender right before it did not arrive.
     pub(crate) fn handled(&mut self, took: Duration, lost: u64, ok: bool) {
         self.handlers.count(took, ok);

@@ -210,10 +210,23 @@ impl Publisher for TappedPublisher {
         }
         Ok(Box::new(TappedLoan {
             loan,
-            taps: &self.taps,
+            taps: Arc::clone(&self.taps),
             slot: self.slot,
             operation: self.operation,
         }))
+    }
+
+    fn loan_image(&mut self, length: usize) -> Result<Option<Box<dyn LoanedSample>>, SendError> {
+        let Some(loan) = self.port.loan_image(length)? else {
+            return Ok(None);
+        };
+        // It may be kept for long: whether somebody taps it is asked when it is sent.
+        Ok(Some(Box::new(TappedLoan {
+            loan,
+            taps: Arc::clone(&self.taps),
+            slot: self.slot,
+            operation: self.operation,
+        })))
     }
 
     fn peers(&self) -> usize {
@@ -223,7 +236,7 @@ impl Publisher for TappedPublisher {
 
 struct TappedLoan<'p> {
     loan: Box<dyn LoanedSample + 'p>,
-    taps: &'p Taps,
+    taps: Arc<Taps>,
     slot: usize,
     operation: usize,
 }

@@ -3,7 +3,7 @@
 
 use crate::commands::{Command, CommandQueue};
 use crate::component_info::ComponentInfo;
-use crate::description::{Description, Slot};
+use crate::slots::{OpenSlot, SlotTable};
 use crate::tap::{Copied, Taps};
 use crate::waker::Waker;
 use rc_diagnostics::foreign::clean;
@@ -99,7 +99,7 @@ type Answered = (u64, Option<Value>, Result<Value, Error>);
 
 /// The part of the management thread that serves tools.
 pub(crate) struct ToolRequests {
-    description: &'static Description,
+    slots: Arc<SlotTable>,
     taps: Arc<Taps>,
     commands: Arc<CommandQueue>,
     management: Waker,
@@ -108,13 +108,13 @@ pub(crate) struct ToolRequests {
 
 impl ToolRequests {
     pub(crate) fn new(
-        description: &'static Description,
+        slots: Arc<SlotTable>,
         taps: Arc<Taps>,
         commands: Arc<CommandQueue>,
         management: Waker,
     ) -> Self {
         Self {
-            description,
+            slots,
             taps,
             commands,
             management,
@@ -159,7 +159,7 @@ impl ToolRequests {
     ) -> Result<(), Error> {
         let (slot, found) = self.slot(slot)?;
         if found.role != Role::Implements {
-            return Err(wrong_role(found, "call", "implements"));
+            return Err(wrong_role(&found, "call", "implements"));
         }
         self.push((client, id), slot, None, body, limit)
     }
@@ -174,7 +174,7 @@ impl ToolRequests {
     ) -> Result<(), Error> {
         let (slot, found) = self.slot(slot)?;
         if found.role != Role::SubscribesTo {
-            return Err(wrong_role(found, "sample", "subscribesTo"));
+            return Err(wrong_role(&found, "sample", "subscribesTo"));
         }
         let names = found.operations.iter().map(|operation| operation.name);
         let at = names.clone().position(|name| name == operation);
@@ -206,11 +206,17 @@ impl ToolRequests {
         Ok(())
     }
 
-    fn slot(&self, name: &str) -> Result<(usize, &'static Slot), Error> {
-        let mut slots = self.description.slots.iter().enumerate();
-        let found = slots.find(|(_, slot)| slot.name == name);
-        let names = self.description.slots.iter().map(|slot| slot.name);
-        found.ok_or_else(|| unknown("slot", name, names))
+    fn slot(&self, name: &str) -> Result<(usize, Arc<OpenSlot>), Error> {
+        let all = self.slots.all();
+        let slots = all.iter().enumerate();
+        let mut slots = slots.filter(|(_, slot)| !slot.is_whole_array());
+        let found = slots.clone().find(|(_, slot)| slot.name == name);
+        let found = found.map(|(at, slot)| (at, Arc::clone(slot)));
+        let names = slots
+            .by_ref()
+            .map(|(_, slot)| &*slot.name)
+            .collect::<Vec<_>>();
+        found.ok_or_else(|| unknown("slot", name, names.into_iter()))
     }
 
     /// How long the next message may still take.
@@ -256,18 +262,20 @@ impl ToolRequests {
             .clients_mut()
             .flat_map(|client| client.state.keys().copied())
             .collect();
-        for slot in 0..self.description.slots.len() {
+        for slot in 0..self.slots.len() {
             self.taps.set(slot, wanted.contains(&slot));
         }
     }
 
     fn send(&self, socket: &mut Socket<Tapping>, copied: Copied) {
         let number = copied.slot;
-        let slot = &self.description.slots[number];
+        let Some(slot) = self.slots.get(number) else {
+            return;
+        };
         let operation = copied.operation.and_then(|at| slot.operations.get(at));
         let Copied { header, .. } = copied;
         let mut copy = Notification::Tapped(Box::new(Tapped {
-            slot: slot.name.to_owned(),
+            slot: slot.name.to_string(),
             kind: copied.kind,
             operation: operation.map(|operation| operation.name.to_owned()),
             type_hash: header.type_hash,
@@ -310,8 +318,8 @@ impl ToolRequests {
     }
 }
 
-fn wrong_role(slot: &Slot, what: &str, role: &str) -> Error {
-    let (name, is) = (slot.name, slot.role.word());
+fn wrong_role(slot: &OpenSlot, what: &str, role: &str) -> Error {
+    let (name, is) = (&slot.name, slot.role.word());
     let message = format!("`{what}` wants a slot that {role}; `{name}` {is}");
     Error::new(Error::INVALID_PARAMS, message)
 }
@@ -343,8 +351,10 @@ pub(crate) fn qos(qos: &rc_middleware::Qos) -> observation::QosDescription {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+    use crate::description::{Description, Slot};
+    use crate::slots::Listed;
     use crate::waker::waker;
     use rc_management::observation::TappedKind;
     use rc_middleware::{Header, WakeEvent};
@@ -359,11 +369,12 @@ mod tests {
         type_hash: 7,
         backend: "none",
         qos: rc_middleware::Qos::CALL,
+        is_array: false,
         operations: &[],
         external_types: &[],
     };
 
-    static DESCRIPTION: Description = Description {
+    pub(crate) static DESCRIPTION: Description = Description {
         name: "tested",
         model_hash: 1,
         middleware: "none",
@@ -382,7 +393,8 @@ mod tests {
         let commands = Arc::new(CommandQueue::new(wake.clone()));
         let (management, _wakeups) = waker().expect("a pair");
         let taps = Arc::new(Taps::new(1, None));
-        let tools = ToolRequests::new(&DESCRIPTION, taps, Arc::clone(&commands), management);
+        let slots = Arc::new(SlotTable::replayed(&DESCRIPTION, ("n", "c"), Listed::new()));
+        let tools = ToolRequests::new(slots, taps, Arc::clone(&commands), management);
         (tools, commands)
     }
 

@@ -7,6 +7,7 @@
 //!
 //! - [`address`]: addresses of slots.
 //! - [`duration`]: durations as people write them.
+//! - [`member`]: members of slot arrays.
 //! - [`qos`]: rules that override the quality of service of topics.
 //! - [`ros`]: names of ROS 2, and rules that remap them.
 
@@ -14,6 +15,7 @@ pub mod address;
 pub mod duration;
 mod key;
 mod kind;
+pub mod member;
 pub mod qos;
 pub mod ros;
 mod scalar;

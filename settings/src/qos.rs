@@ -199,7 +199,7 @@ fn is_target(text: &str) -> bool {
         first.is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
             && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
     };
-    text.split('/').count() <= 2 && text.split('/').all(is_name)
+    text.split('/').count() <= 3 && text.split('/').all(is_name)
 }
 
 /// The policies that apply to a topic, each at most once. A rule for the operation takes
@@ -207,7 +207,7 @@ fn is_target(text: &str) -> bool {
 pub fn policies(rules: &[Rule], slot: &str, operation: &str) -> Vec<Policy> {
     let of_the_operation = rules
         .iter()
-        .filter(|rule| rule.target.split_once('/') == Some((slot, operation)));
+        .filter(|rule| rule.target.rsplit_once('/') == Some((slot, operation)));
     let of_the_slot = rules.iter().filter(|rule| rule.target == slot);
     let mut found: Vec<Policy> = Vec::new();
     for Rule { policy, .. } in of_the_operation.chain(of_the_slot) {
@@ -252,7 +252,7 @@ mod tests {
         for (text, said) in [
             ("Laser.depth=1", "such as LaserPub/newScan.depth:=1"),
             ("depth:=1", "SLOT.POLICY:=VALUE"),
-            ("a/b/c.depth:=1", "SLOT.POLICY:=VALUE"),
+            ("a/b/c/d.depth:=1", "SLOT.POLICY:=VALUE"),
             ("/scan.depth:=1", "SLOT.POLICY:=VALUE"),
             ("Laser.dept:=1", "did you mean `depth`?"),
             (

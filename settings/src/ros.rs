@@ -155,7 +155,7 @@ impl ResolvedRemapping {
     /// The name of an operation by this rule, if the rule matches. Its name without rules is
     /// `default`.
     fn apply(&self, slot: &str, operation: &str, default: &str) -> Option<String> {
-        if self.from == default || self.from.split_once('/') == Some((slot, operation)) {
+        if self.from == default || self.from.rsplit_once('/') == Some((slot, operation)) {
             return Some(self.to.clone());
         }
         (self.from == slot).then(|| format!("{}/{}", self.to, token(operation)))

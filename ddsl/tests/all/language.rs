@@ -135,7 +135,6 @@ fn unknown_and_repeated_names_are_reported() {
             n.ddsl:6:11: error[reserved-name]: the name `rcdeploy` is reserved for the supervisor
             n.ddsl:7:17: error[unknown-instance]: unknown component or group `bb` (did you mean `bbb`?)
             n.ddsl:8:6: error[unknown-instance]: unknown component or group `x` (expected one of `A`, `a`, `bbb`, `rcdeploy`)
-            n.ddsl:8:19: error[not-a-group]: expected a group, found component `a` (write `a.SLOT`)
         "#]],
     );
 }
@@ -441,7 +440,6 @@ fn paths_into_groups_need_exports() {
             n.ddsl:10:22: error[not-exported]: group `arm` does not export `Pose`; the group at n.ddsl:3:7 (write `export Goal, Pose;` in group `arm`)
             n.ddsl:11:22: error[not-exported]: group `arm` does not export `Gaol`; the group at n.ddsl:3:7 (did you mean `Goal`?)
             n.ddsl:12:22: error[unknown-instance]: group `arm` has no component or group `lft` (did you mean `left`?)
-            n.ddsl:13:22: error[not-a-group]: expected a group, found component `out` (write `out.SLOT`)
             n.ddsl:14:6: error[unknown-instance]: unknown component or group `motor` (expected one of `arm`, `none`, `out`)
             n.ddsl:14:20: error[unknown-instance]: unknown component or group `left` (expected one of `arm`, `none`, `out`)
             n.ddsl:16:23: error[not-exported]: group `none` does not export `Goal`; the group at n.ddsl:15:7 (write `export Goal;` in group `none`)
@@ -551,7 +549,7 @@ fn a_time_that_is_wrong() {
     check(
         "time simulated by a.b;\nComponent a { cdsl \"a\"; };\ntime simulated;\ntime;\nComponent time { cdsl \"t\"; time simulated; };",
         &expect![[r#"
-            n.ddsl:2:21: error[not-a-group]: expected a group, found component `a` (write `a.SLOT`)
+            n.ddsl:2:21: error[not-a-group]: expected a group, found component `a` (write `a.SLOT`, or `a.ARRAY.MEMBER` for a slot array)
             n.ddsl:4:15: error[syntax-error]: expected `by`, found `;`
             n.ddsl:5:5: error[syntax-error]: expected `simulated by NAME`, found `;`
             n.ddsl:6:33: error[syntax-error]: expected `system`, found `simulated`

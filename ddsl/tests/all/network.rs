@@ -47,7 +47,7 @@ fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Compo
 
 /// Checks the diagnostics for a deployment of the components `(cdsl, communications)`, and returns
 /// its connections.
-fn network(body: &str, described: &[(&str, &str)], expected: &Expect) -> Vec<String> {
+pub(crate) fn network(body: &str, described: &[(&str, &str)], expected: &Expect) -> Vec<String> {
     let mut sources = SourceMap::new();
     let components: HashMap<&str, Component> = described
         .iter()
@@ -56,13 +56,21 @@ fn network(body: &str, described: &[(&str, &str)], expected: &Expect) -> Vec<Str
     let source = sources.add("n.ddsl", format!("Deployment n {{\n{body}}};"));
     let loader = MemoryLoader::default();
     let (deployment, found) = rc_ddsl::load(&mut sources, &loader, source);
-    assert_eq!(render(&sources, &found, Format::Short), "");
-    let deployment = deployment.expect("a deployment");
-    let parts = deployment.instances.iter();
-    let parts = parts.map(|i| components.get(i.cdsl.as_ref()?.text.as_str()));
-    let parts: Vec<Option<&Component>> = parts.collect();
+    let mut all = found;
+    assert!(deployment.is_some(), "a deployment");
+    let Some(mut deployment) = deployment else {
+        return Vec::new();
+    };
+    let name = deployment.name.text.clone();
+    let parts = deployment.instances.iter_mut().map(|instance| {
+        let plain = components.get(instance.cdsl.as_ref()?.text.as_str())?;
+        Some(rc_ddsl::expand(&name, instance, plain, &mut all).unwrap_or_else(|| plain.clone()))
+    });
+    let owned: Vec<Option<Component>> = parts.collect();
+    let parts: Vec<Option<&Component>> = owned.iter().map(Option::as_ref).collect();
     let (network, found) = rc_ddsl::connect(&deployment, &parts);
-    expected.assert_eq(&render(&sources, &found, Format::Short));
+    all.extend(found);
+    expected.assert_eq(&render(&sources, &all, Format::Short));
     let name = |end: rc_ddsl::Endpoint| {
         format!(
             "{}.{}",
@@ -78,7 +86,7 @@ fn network(body: &str, described: &[(&str, &str)], expected: &Expect) -> Vec<Str
 
 /// Like [`network`], for instances `(name, communications)` outside groups. `binds` begins on line
 /// 2.
-fn connect(instances: &[(&str, &str)], binds: &str, expected: &Expect) -> Vec<String> {
+pub(crate) fn connect(instances: &[(&str, &str)], binds: &str, expected: &Expect) -> Vec<String> {
     let components = instances
         .iter()
         .map(|(name, _)| format!("Component {name} {{ cdsl \"{name}\"; }};\n"));

@@ -9,7 +9,7 @@ use rc_middleware::{
     CallError, Client, Endpoint, Header, OpenError, QueueGauge, RequestBody, wait,
 };
 use rc_network::{
-    EndpointSpec, GuidPrefix, Look, Opening, Peer, PendingCall, ReaderPort, Role, Session,
+    CallState, EndpointSpec, GuidPrefix, Opening, Peer, PendingCall, ReaderPort, Role, Session,
     WriterPort, body, call_qos, sample_header, signal, stamp,
 };
 use std::collections::BTreeSet;
@@ -180,7 +180,7 @@ impl DdsClient {
             spin: self.spin,
             last_words: LAST_WORDS,
         };
-        let waited = call.wait((start, limit), || Look {
+        let waited = call.wait((start, limit), || CallState {
             has_server: self.is_there(server),
             reply: self.take_reply(take),
         });

@@ -58,7 +58,7 @@ pub(crate) fn open(
         _late_joiners: late_joiners,
         port,
         topic,
-        notifier,
+        notifier: Arc::new(notifier),
     })
 }
 
@@ -68,7 +68,7 @@ pub(crate) struct SharedPublisher {
     _late_joiners: Option<LateJoinerThread>,
     port: Arc<PublisherPort>,
     topic: TopicService,
-    notifier: Notifier,
+    notifier: Arc<Notifier>,
     /// Dropped after everything above: the last process that leaves must have no port open.
     session: Arc<Session>,
 }
@@ -103,7 +103,7 @@ impl SharedPublisher {
             _late_joiners: None,
             port: Arc::new(port),
             topic,
-            notifier,
+            notifier: Arc::new(notifier),
             session: Arc::clone(session),
         })
     }
@@ -121,12 +121,7 @@ impl SharedPublisher {
         at: u64,
         reached: Result<usize, iceoryx2::port::SendError>,
     ) -> Result<(), SendError> {
-        let reached = reached.map_err(|error| self.failed(&error))?;
-        self.notifier.notify();
-        if reached > 0 {
-            self.session.note_published(at);
-        }
-        Ok(())
+        announce(&self.address, &self.notifier, &self.session, at, reached)
     }
 }
 
@@ -155,9 +150,68 @@ impl Publisher for SharedPublisher {
         }))
     }
 
+    fn loan_image(&mut self, length: usize) -> Result<Option<Box<dyn LoanedSample>>, SendError> {
+        let sample = self
+            .port
+            .loan_slice_uninit(length)
+            .map_err(|error| self.failed(&error))?;
+        Ok(Some(Box::new(KeptLoan {
+            address: self.address.clone(),
+            sample: memory::sample(sample),
+            notifier: Arc::clone(&self.notifier),
+            session: Arc::clone(&self.session),
+        })))
+    }
+
     fn peers(&self) -> usize {
         tool_ports::subscribers(&self.topic)
     }
+}
+
+/// A sample that is being written in place, and does not borrow its publisher.
+struct KeptLoan {
+    address: String,
+    sample: Sample,
+    notifier: Arc<Notifier>,
+    /// Dropped after everything above.
+    session: Arc<Session>,
+}
+
+impl LoanedSample for KeptLoan {
+    fn memory(&self) -> &[u8] {
+        self.sample.payload()
+    }
+
+    fn memory_mut(&mut self) -> &mut [u8] {
+        self.sample.payload_mut()
+    }
+
+    fn send(self: Box<Self>, header: Header) -> Result<(), SendError> {
+        let mut loan = *self;
+        *loan.sample.user_header_mut() = MessageHeader::new(header);
+        let reached = loan.sample.send();
+        let (notifier, session) = (&loan.notifier, &loan.session);
+        announce(&loan.address, notifier, session, header.sent, reached)
+    }
+}
+
+/// Notifies the subscribers after a sample was sent.
+fn announce(
+    address: &str,
+    notifier: &Notifier,
+    session: &Session,
+    at: u64,
+    reached: Result<usize, iceoryx2::port::SendError>,
+) -> Result<(), SendError> {
+    let reached = reached.map_err(|error| SendError::Backend {
+        address: address.to_owned(),
+        reason: format!("{error:?}"),
+    })?;
+    notifier.notify();
+    if reached > 0 {
+        session.note_published(at);
+    }
+    Ok(())
 }
 
 /// A sample that is being written in place.

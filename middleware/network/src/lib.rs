@@ -47,7 +47,7 @@ pub use identity::{EndpointKind, Identity};
 pub use local_registry::{LocalRegistry, OpenLock, Registration, RegistrationGuard};
 pub use mismatches::Mismatches;
 pub use peers::{GuidPrefix, Peer, Presence, prefix};
-pub use pending_call::{Look, PendingCall, Unanswered};
+pub use pending_call::{CallState, PendingCall, Unanswered};
 pub use port::{EndpointSpec, Opening, ReaderPort, WriterPort, signal};
 pub use publisher::TopicPublisher;
 pub use qos::{call_qos, topic_qos};

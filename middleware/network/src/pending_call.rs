@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 const CYCLE: Duration = Duration::from_millis(50);
 
 /// What a client learns when it looks for a reply.
-pub struct Look {
-    /// Whether the server is there. Look at it before the reply: a reply that a server sent before
+pub struct CallState {
+    /// Whether the server is there. Determine it before the reply: a reply that a server sent before
     /// it left is there by then, or comes at once.
     pub has_server: bool,
     /// The result of the call, if the reply has come.
@@ -61,18 +61,18 @@ impl PendingCall<'_> {
     pub fn wait(
         &self,
         (start, limit): (Instant, Duration),
-        mut look: impl FnMut() -> Look,
+        mut state: impl FnMut() -> CallState,
     ) -> Result<Result<(), CallError>, Unanswered> {
         let mut interrupted = false;
         loop {
             self.signal.clear();
-            let Look { has_server, reply } = look();
+            let CallState { has_server, reply } = state();
             if let Some(result) = reply {
                 return Ok(result);
             }
             if !has_server {
                 wait(&[self.signal.as_fd()], self.last_words);
-                return look().reply.ok_or(Unanswered::ServerDied);
+                return state().reply.ok_or(Unanswered::ServerDied);
             }
             if self.wake_event.is_stopping() {
                 return Err(Unanswered::Stopping);

@@ -13,8 +13,9 @@ use rc_middleware::{
     WakeEvent, wait,
 };
 use rc_network::{
-    Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, Look, Opening, Peer, PendingCall, RateLimit,
-    ReaderPort, ReplyQueue, Role, WriterPort, body, call_qos, sample_header, signal, stamp,
+    Backlog, CallState, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, Peer, PendingCall,
+    RateLimit, ReaderPort, ReplyQueue, Role, WriterPort, body, call_qos, sample_header, signal,
+    stamp,
 };
 use std::collections::BTreeSet;
 use std::os::fd::AsFd;
@@ -410,7 +411,7 @@ impl RosClient {
             spin: self.spin,
             last_words: LAST_WORDS,
         };
-        let waited = call.wait((start, limit), || Look {
+        let waited = call.wait((start, limit), || CallState {
             has_server: self.services[request.0].has(server),
             reply: self.take_reply(request, take),
         });

@@ -57,8 +57,8 @@ impl<'a> Reader<'a> {
         self.image
     }
 
-    /// The memory image that follows.
-    pub(crate) fn image(&mut self) -> Option<&'a [u8]> {
+    /// The memory image that follows, where the sender wrote one.
+    pub fn image(&mut self) -> Option<&'a [u8]> {
         if !self.image {
             return None;
         }

@@ -210,7 +210,7 @@ fn open_ros_reply(reader: &mut Reader<'_>, replies: &[ReplyVariant]) -> Result<i
         if code(replies, variant.case) == found {
             return Ok(variant.case);
         }
-        (variant.skip)(reader)?;
+        variant.codec.skip(reader)?;
     }
     match found {
         0 => Ok(0),

@@ -1,7 +1,7 @@
 //! Publishes the samples of one operation, as CDR or in place.
 
 use super::{Gate, Operation, fill, unsendable};
-use crate::backend::Publisher;
+use crate::backend::{LoanedSample, Publisher};
 use crate::cdr::{EncodeError, Writer};
 use crate::counter::Counter;
 use crate::error::SendError;
@@ -129,6 +129,30 @@ impl TypedPublisher {
         }
         let memory = Memory::Shared(loan);
         Ok(Loan { memory, send })
+    }
+
+    /// Lends memory for an image of `length` bytes whose type is known at run time. `None` where the
+    /// middleware lends none. [`TypedPublisher::send_image`] sends it.
+    pub fn loan_image(
+        &mut self,
+        length: usize,
+    ) -> Result<Option<Box<dyn LoanedSample>>, SendError> {
+        self.port.loan_image(length)
+    }
+
+    /// Sends an image that [`TypedPublisher::loan_image`] lent and that is a value of its type.
+    pub fn send_image(&mut self, loan: Box<dyn LoanedSample>) -> Result<(), SendError> {
+        if !self.gate.is_open() {
+            self.withheld.next();
+            return Ok(());
+        }
+        loan.send(Header {
+            type_hash: self.operation.type_hash,
+            sequence: self.sent.next(),
+            sent: now(),
+            encoding: Encoding::Image,
+            ..Header::default()
+        })
     }
 
     /// The number of subscribers.

@@ -27,7 +27,7 @@ impl Beginning {
                 writer.put(&code(self.replies, self.case));
                 let here = self.place().unwrap_or(self.replies.len());
                 for variant in &self.replies[..here] {
-                    (variant.put)(writer);
+                    variant.codec.put(writer);
                 }
             }
         }
@@ -149,7 +149,7 @@ impl<'a> Request<'a> {
                 begin.write(writer);
                 write(writer);
                 for variant in begin.rest() {
-                    (variant.put)(writer);
+                    variant.codec.put(writer);
                 }
             };
             self.writer.measure();
@@ -176,7 +176,7 @@ impl<'a> Request<'a> {
     /// Ends the reply. If it cannot be encoded, the request is refused with the reason.
     fn finish(&mut self) -> Result<(), HandlerError> {
         for variant in std::mem::take(&mut self.rest) {
-            (variant.put)(&mut self.writer);
+            variant.codec.put(&mut self.writer);
         }
         let written = self.writer.finish().map(|_| ());
         self.finished(written)

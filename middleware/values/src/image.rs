@@ -44,6 +44,27 @@ fn part(bytes: &[u8], at: usize, size: usize) -> Result<&[u8], ValueError> {
     part.ok_or_else(|| ValueError::new("the image ends too early"))
 }
 
+/// The members of a structure, each with the offset and the size of its image.
+pub fn image_members(
+    ty: &Struct,
+) -> impl Iterator<Item = Result<(&Member, usize, usize), ValueError>> {
+    members(ty)
+}
+
+/// Reads the image of a member.
+pub fn read_member_image(member: &Member, bytes: &[u8]) -> Result<Value, ValueError> {
+    read_member(member, bytes, &mut Budget::of(bytes.len()))
+}
+
+/// Writes the image of a member, after checking the value. Unused elements keep their bytes.
+pub fn write_member_image(
+    member: &Member,
+    value: &Value,
+    bytes: &mut [u8],
+) -> Result<(), ValueError> {
+    write_member(member, value, bytes)
+}
+
 /// The members of a structure, each with its offset.
 fn members(ty: &Struct) -> impl Iterator<Item = Result<(&Member, usize, usize), ValueError>> {
     let mut end = 0_usize;

@@ -51,7 +51,7 @@ pub use cells::{cells, csv_cell};
 pub use decode::{decode, decode_from};
 pub use encode::{encode, encode_body};
 pub use error::{DescriptionError, ValueError};
-pub use image::{decode_image, encode_image};
+pub use image::{decode_image, encode_image, image_members, read_member_image, write_member_image};
 pub use json::{default, from_json};
 pub use numbers::Numbers;
 pub use text::Style;

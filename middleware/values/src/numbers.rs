@@ -55,7 +55,7 @@ macro_rules! numbers {
             }
 
             /// Appends a number of the same type. Returns whether it was one.
-            pub(crate) fn push(&mut self, value: &Value) -> bool {
+            pub fn push(&mut self, value: &Value) -> bool {
                 match self {
                     $(Self::$kind(items) => {
                         let number: Option<$number> = $from(value);

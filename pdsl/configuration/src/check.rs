@@ -184,23 +184,15 @@ impl Checker {
         }
         if let Some((table, at)) = self.table(root, "bindings") {
             for (slot, item) in table.iter() {
-                let Some(address) = item.as_str() else {
-                    let path = format!("bindings.{slot}");
-                    self.wrong_type(item, &path, at, "an address as a string");
+                // `lasers.front = "…"` is a table to TOML.
+                let Some(members) = item.as_table_like() else {
+                    self.binding(table, (slot, slot.to_owned()), item, at, out);
                     continue;
                 };
-                if let Err(reason) = rc_settings::address::check(address) {
-                    let span = self.locator.span(item.span(), at);
-                    self.found
-                        .push(Diagnostic::error("bad-address", span, reason));
-                    continue;
+                for (name, item) in members.iter() {
+                    let member = rc_settings::member::path(slot, name);
+                    self.binding(members, (name, member), item, at, out);
                 }
-                let span = table.key(slot).and_then(toml_edit::Key::span);
-                let binding = Binding {
-                    address: address.to_owned(),
-                    span: self.locator.span(span, at),
-                };
-                out.bindings.insert(slot.to_owned(), binding);
             }
         }
         if let Some((table, at)) = self.table(root, "middleware") {
@@ -231,6 +223,32 @@ impl Checker {
             self.found.push(violation.diagnostic());
         }
         out.parameters = block.values();
+    }
+
+    /// Takes the address of a slot, which `table` has under `key`.
+    fn binding(
+        &mut self,
+        table: &dyn TableLike,
+        (key, slot): (&str, String),
+        item: &toml_edit::Item,
+        at: Span,
+        out: &mut Configuration,
+    ) {
+        let Some(address) = item.as_str() else {
+            let path = format!("bindings.{slot}");
+            return self.wrong_type(item, &path, at, "an address as a string");
+        };
+        if let Err(reason) = rc_settings::address::check(address) {
+            let span = self.locator.span(item.span(), at);
+            let error = Diagnostic::error("bad-address", span, reason);
+            return self.found.push(error);
+        }
+        let span = table.key(key).and_then(toml_edit::Key::span);
+        let binding = Binding {
+            address: address.to_owned(),
+            span: self.locator.span(span, at),
+        };
+        out.bindings.insert(slot, binding);
     }
 
     fn period(&mut self, table: &dyn TableLike, at: Span) -> Option<Duration> {

@@ -49,4 +49,4 @@ pub use schema::{Slot, schema};
 pub use template::template;
 #[cfg(feature = "tools")]
 pub use update::{Change, ChangeKind, Update, unset_parameters, update};
-pub use values::Values;
+pub use values::{Field, Values};

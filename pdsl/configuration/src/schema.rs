@@ -20,13 +20,15 @@ const ADDRESS: &str = "^[A-Za-z0-9_-]+(/[A-Za-z0-9_-]+)*$";
 /// The formats of a namespace of ROS 2, of the name of a node, and of rules.
 const NAMESPACE: &str = "^/([A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*)?$";
 const NODE: &str = "^[A-Za-z_][A-Za-z0-9_]*$";
-const QOS: &str = "^[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)?\\.[a-z]+:=[a-z0-9._]+$";
+const QOS: &str = "^[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*){0,2}\\.[a-z]+:=[a-z0-9._]+$";
 const REMAPPING: &str = "^[A-Za-z0-9_/~]+:=[A-Za-z0-9_/~]+$";
 
 /// A slot of the component, with its description.
 pub struct Slot<'a> {
     /// The name, as in `[bindings]`.
     pub name: &'a str,
+    /// Whether it is an array, whose members have addresses.
+    pub is_array: bool,
     /// The description: "requires `Laser`".
     pub what: String,
 }
@@ -48,8 +50,15 @@ pub fn schema(
     let bindings = slots.iter().map(|slot| {
         let what = format!("The address of the slot `{}`: {}.", slot.name, slot.what);
         let address = json!({ "description": what, "type": "string", "pattern": ADDRESS });
-        (slot.name, address)
+        let members = json!({ "type": "object", "additionalProperties": address });
+        (slot.name, if slot.is_array { members } else { address })
     });
+    // `lasers.front = "…"` is a table; `"lasers.front" = "…"` is one key.
+    let arrays = slots.iter().filter(|slot| slot.is_array).map(|slot| {
+        let address = json!({ "type": "string", "pattern": ADDRESS });
+        (format!("^{}\\.", slot.name), address)
+    });
+    let arrays: Map<String, Json> = arrays.collect();
     let mut declared = table(
         parameters.map_or(&[][..], |model| &model.parameters),
         parameters.map_or(&[][..], |model| &model.rules),
@@ -71,6 +80,9 @@ pub fn schema(
         }),
         ("bindings", {
             let mut table = object(bindings);
+            if !arrays.is_empty() {
+                set(&mut table, "patternProperties", Json::Object(arrays));
+            }
             describe(
                 &mut table,
                 "The address of the peers of each slot.".to_owned(),

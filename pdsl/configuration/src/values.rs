@@ -29,6 +29,17 @@ pub struct Values {
     entries: Vec<(String, Entry)>,
 }
 
+/// What a name of a parameter stands for.
+#[derive(Clone, Copy, Debug)]
+pub enum Field<'a> {
+    /// A scalar or an array.
+    Value(&'a Value),
+    /// A group.
+    Group(&'a Values),
+    /// The structures of a list.
+    List(&'a [Values]),
+}
+
 static EMPTY: Values = Values {
     entries: Vec::new(),
 };
@@ -40,6 +51,18 @@ impl Values {
 
     pub(crate) fn entries(&self) -> &[(String, Entry)] {
         &self.entries
+    }
+
+    /// All names with what they stand for, for code that reads the model at run time.
+    pub fn fields(&self) -> impl Iterator<Item = (&str, Field<'_>)> {
+        self.entries.iter().map(|(name, entry)| {
+            let field = match entry {
+                Entry::Value(value, _) => Field::Value(value),
+                Entry::Group(values) => Field::Group(values),
+                Entry::List(list) => Field::List(list),
+            };
+            (name.as_str(), field)
+        })
     }
 
     pub(crate) fn entry(&self, name: &str) -> Option<&Entry> {

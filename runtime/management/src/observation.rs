@@ -1,8 +1,8 @@
 //! What a component tells about its connections and their types, and the copies of messages that it
 //! makes for tools.
 
-use crate::component::Role;
 use crate::foreign;
+use crate::role::Role;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

@@ -159,7 +159,7 @@ mod tests {
                 break error;
             }
             // It always takes something.
-            assert_eq!(read.read(&mut [0; 100]).expect("a connection"), 100);
+            assert_ne!(read.read(&mut [0; 100]).expect("a connection"), 0);
         };
         assert_eq!(error.kind(), ErrorKind::TimedOut);
     }

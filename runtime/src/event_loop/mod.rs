@@ -10,8 +10,7 @@ mod report;
 
 use crate::commands::{Command, CommandQueue};
 use crate::component::{Component, WorkerError};
-use crate::description::Description;
-use crate::ports::{Ports, Receiver};
+use crate::ports::{Connections, Receiver};
 use crate::status::{Activity, Shared};
 use crate::time::TimeRole;
 use crate::tool_requests::ToolMessage;
@@ -20,9 +19,9 @@ use port::Port;
 pub(crate) use port::{answer, receive};
 use rc_management::component::State;
 use rc_management::observation::TappedKind;
+use rc_middleware::Header;
 use rc_middleware::backend::Profile;
 use rc_middleware::typed::HandlerError;
-use rc_middleware::{Header, Reader};
 use report::{Handled, NotHandled};
 use rustix::event::{Timespec, epoll};
 use rustix::time::{
@@ -56,10 +55,9 @@ const TIME: u64 = 1 << 32;
 
 pub(crate) struct EventLoop<'a> {
     component: &'a mut dyn Component,
-    description: &'static Description,
     shared: Arc<Shared>,
     commands: Arc<CommandQueue>,
-    connections: &'a Ports,
+    connections: &'a Connections,
     ports: Vec<Port>,
     epoll: OwnedFd,
     timer: OwnedFd,
@@ -86,8 +84,7 @@ pub(crate) struct EventLoop<'a> {
 impl<'a> EventLoop<'a> {
     pub(crate) fn new(
         component: &'a mut dyn Component,
-        description: &'static Description,
-        connections: &'a Ports,
+        connections: &'a Connections,
         receivers: Vec<(usize, Receiver)>,
         commands: Arc<CommandQueue>,
         role: TimeRole,
@@ -125,12 +122,13 @@ impl<'a> EventLoop<'a> {
         }
         let ports = receivers
             .into_iter()
-            .map(|(slot, receiver)| Port::new(slot, receiver))
+            .filter_map(|(slot, receiver)| {
+                Some(Port::new(slot, connections.slots().get(slot)?, receiver))
+            })
             .collect();
         let period = component.core().period();
         Ok(Self {
             component,
-            description,
             shared,
             commands,
             connections,
@@ -319,7 +317,9 @@ impl<'a> EventLoop<'a> {
         let mut reply = Vec::new();
         let idle = self.idle_state();
         let connections = self.connections;
-        let operations = self.description.slots[slot].operations;
+        let Some(of) = connections.slots().get(slot) else {
+            return;
+        };
         let taps = connections.taps();
         let exact = self.component.core().exact.clone();
         let result: Result<(), NotHandled> = match message.operation {
@@ -329,15 +329,14 @@ impl<'a> EventLoop<'a> {
                 let received = match idle {
                     Some(state) => Err(HandlerError(format!("the component is {state}"))),
                     None => exact.sample(slot, operation, header, body, || {
-                        self.component
-                            .receive(slot, operation, &mut Reader::new(body))
+                        receive(self.component, &of, operation, header, body)
                     }),
                 };
                 received.map_err(Into::into)
             }
             None => taps.serve(slot, header, body, &mut reply, |reply| {
                 exact.request(slot, header, body, reply, |reply| {
-                    answer(self.component, slot, operations, idle, header, body, reply)
+                    answer(self.component, &of, idle, header, body, reply)
                 })
             }),
         };
@@ -389,21 +388,20 @@ impl<'a> EventLoop<'a> {
         let Self {
             component,
             ports,
-            description,
             connections,
             ..
         } = self;
         let taps = connections.taps();
         let port = &mut ports[at];
         let slot = port.slot;
-        let operations = description.slots[slot].operations;
+        let of = &port.of;
         let mut result: Result<(), NotHandled> = Ok(());
         let mut lost = 0;
         let gaps = &mut port.gaps;
         let taken = match &mut port.receiver {
             Receiver::Server(server) => server.serve(&mut |header, body, reply| {
                 result = taps.serve(slot, header, body, reply, |reply| {
-                    answer(*component, slot, operations, idle, header, body, reply)
+                    answer(*component, of, idle, header, body, reply)
                 });
             }),
             Receiver::Subscriber {
@@ -415,7 +413,7 @@ impl<'a> EventLoop<'a> {
                 if idle.is_some() {
                     return;
                 }
-                let received = receive(*component, slot, *operation, operations, header, body);
+                let received = receive(*component, of, *operation, header, body);
                 result = received.map_err(Into::into);
             }),
         };
@@ -425,7 +423,7 @@ impl<'a> EventLoop<'a> {
                 port.received();
                 let now = Instant::now();
                 port.last_sample = Some(stamp(&self.role, self.began, now));
-                let spin = self.description.slots[slot].qos.spin;
+                let spin = port.of.qos.spin;
                 if !spin.is_zero() {
                     self.ports[at].spin_until = Some(now + spin);
                 }
@@ -569,7 +567,7 @@ impl<'a> EventLoop<'a> {
         }
         self.peers_at = Some(now);
         let here = stamp(&self.role, self.began, now);
-        let mut counts = vec![0; self.description.slots.len()];
+        let mut counts = vec![0; self.connections.slots().len()];
         for port in &mut self.ports {
             counts[port.slot] = match &port.receiver {
                 Receiver::Server(server) => server.peers(),

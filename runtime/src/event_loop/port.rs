@@ -5,13 +5,17 @@ use crate::clock::Time;
 use crate::component::Component;
 use crate::lifecycle::LifecycleState;
 use crate::ports::Receiver;
-use rc_middleware::typed::{HandlerError, Operation, Request};
+use crate::slots::OpenSlot;
+use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Gaps, Header, Reader, Reply};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A receiving end with what the loop knows of it.
 pub(super) struct Port {
+    /// The number of its slot.
     pub(super) slot: usize,
+    pub(super) of: Arc<OpenSlot>,
     pub(super) receiver: Receiver,
     pub(super) ready: bool,
     pub(super) gaps: Gaps,
@@ -34,9 +38,10 @@ pub(super) struct Port {
 
 impl Port {
     /// The first turn serves messages that have arrived before.
-    pub(super) fn new(slot: usize, receiver: Receiver) -> Self {
+    pub(super) fn new(slot: usize, of: Arc<OpenSlot>, receiver: Receiver) -> Self {
         Self {
             slot,
+            of,
             deadline: match receiver {
                 Receiver::Subscriber { deadline, .. } => deadline,
                 Receiver::Server(_) => None,
@@ -106,25 +111,27 @@ impl Port {
 /// Lets the worker handle a sample, if it has the type of the topic.
 pub(crate) fn receive(
     component: &mut dyn Component,
-    slot: usize,
+    slot: &OpenSlot,
     operation: usize,
-    operations: &[Operation],
     header: Header,
     body: &[u8],
 ) -> Result<(), HandlerError> {
-    let expected = operations[operation].type_hash;
+    let expected = slot.operations[operation].type_hash;
     if header.type_hash != 0 && header.type_hash != expected {
         return Err(HandlerError("it is of another type".to_owned()));
     }
-    component.receive(slot, operation, &mut Reader::of(body, header.encoding))
+    let reader = &mut Reader::of(body, header.encoding);
+    match &slot.member {
+        Some(member) => component.receive_member(slot.described, member, operation, reader),
+        None => component.receive(slot.described, operation, reader),
+    }
 }
 
 /// Reads the envelope of a request, lets the worker answer and sends the reply. A request without an envelope gets no
 /// reply. In a state that does not serve the slot, no handler runs.
 pub(crate) fn answer(
     component: &mut dyn Component,
-    slot: usize,
-    operations: &[Operation],
+    slot: &OpenSlot,
     idle: Option<LifecycleState>,
     header: Header,
     body: &[u8],
@@ -132,14 +139,18 @@ pub(crate) fn answer(
 ) -> Result<(), NotHandled> {
     let mut request = Request::open(header, body, reply).map_err(HandlerError::from)?;
     let idle = idle.map(|state| state.word().to_owned());
-    let state = idle.or_else(|| component.unavailable(slot));
+    let state = idle.or_else(|| component.unavailable(slot.described));
     let refusal = state.and_then(|state| {
-        let known = operations.iter().find(|o| o.id == request.operation)?;
+        let known = slot.operations.iter().find(|o| o.id == request.operation)?;
         Some(request.unavailable(known, &state))
     });
     let result = match refusal {
         Some(reason) => Err(NotHandled::Refused(reason)),
-        None => component.serve(slot, &mut request).map_err(Into::into),
+        None => match &slot.member {
+            Some(member) => component.serve_member(slot.described, member, &mut request),
+            None => component.serve(slot.described, &mut request),
+        }
+        .map_err(Into::into),
     };
     request.close();
     result
@@ -148,10 +159,11 @@ pub(crate) fn answer(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::slots::{Listed, SlotTable};
+    use crate::tool_requests::tests::DESCRIPTION;
     use rc_middleware::{ReceiveError, Subscriber};
     use rustix::fd::{AsFd, BorrowedFd};
     use std::fs::File;
-    use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// A subscriber without samples, which counts how often its wake-ups are cleared.
@@ -187,7 +199,8 @@ mod tests {
             operation: 0,
             deadline: None,
         };
-        let mut port = Port::new(0, receiver);
+        let slots = SlotTable::replayed(&DESCRIPTION, ("n", "c"), Listed::new());
+        let mut port = Port::new(0, slots.get(0).expect("a slot"), receiver);
         let rests = |port: &mut Port| {
             let mut rests = 0;
             while port.ready {

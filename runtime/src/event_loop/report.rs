@@ -146,7 +146,7 @@ impl EventLoop<'_> {
         let port = &mut self.ports[at];
         if port.logged.is_none_or(|last| last.elapsed() >= LOG_PAUSE) {
             port.logged = Some(Instant::now());
-            tracing::warn!("slot {}: {message}", self.description.slots[port.slot].name);
+            tracing::warn!("slot {}: {message}", port.of.name);
         }
     }
 }

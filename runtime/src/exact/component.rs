@@ -6,6 +6,7 @@ use crate::component::{Component, WorkerError};
 use crate::context::Core;
 use crate::lifecycle::Hook;
 use crate::machine::Parts;
+use crate::slot_array::Member;
 use rc_configuration::{ParamChange, Values};
 use rc_middleware::Reader;
 use rc_middleware::typed::{HandlerError, Request};
@@ -120,5 +121,25 @@ impl<C: Component> Component for Recorded<C> {
         reader: &mut Reader<'_>,
     ) -> Result<(), HandlerError> {
         self.component.receive(slot, operation, reader)
+    }
+
+    fn serve_member(
+        &mut self,
+        slot: usize,
+        member: &Member,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
+        self.component.serve_member(slot, member, request)
+    }
+
+    fn receive_member(
+        &mut self,
+        slot: usize,
+        member: &Member,
+        operation: usize,
+        reader: &mut Reader<'_>,
+    ) -> Result<(), HandlerError> {
+        let component = &mut self.component;
+        component.receive_member(slot, member, operation, reader)
     }
 }

@@ -12,13 +12,14 @@ use crate::description::Description;
 use crate::error::StartError;
 use crate::event_loop::{answer, receive};
 use crate::log;
-use crate::ports::Ports;
+use crate::ports::{Connections, Ports};
 use crate::process;
+use crate::slots::{Listed, SlotTable};
 use crate::status::{NetworkTime, Shared};
 use rc_configuration::{ParamChange, Values};
 use rc_management::component::{ClockKind, State};
 use rc_middleware::{DecodeError, Reader, WakeEvent};
-use std::cell::{Cell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::VecDeque;
 use std::fmt;
 use std::io::{self, Read};
@@ -34,6 +35,8 @@ const BEFORE: usize = 24;
 /// The recording, as far as it has not been repeated.
 pub(crate) struct Replay {
     description: &'static Description,
+    /// The slots, once the beginning of the recording is read.
+    slots: OnceCell<Arc<SlotTable>>,
     clock: Arc<SimulatedClock>,
     input: RefCell<Box<dyn Read>>,
     /// Entries with the numbers of their turns.
@@ -59,6 +62,7 @@ impl Replay {
     ) -> Self {
         Self {
             description,
+            slots: OnceCell::new(),
             clock,
             input: RefCell::new(input),
             waiting: RefCell::default(),
@@ -177,9 +181,21 @@ impl Replay {
         self.is_next(Kind::Fired).then(|| self.pop()).flatten()
     }
 
+    fn slots(&self) -> &Arc<SlotTable> {
+        let none = || {
+            Arc::new(SlotTable::replayed(
+                self.description,
+                ("", ""),
+                Listed::new(),
+            ))
+        };
+        self.slots.get_or_init(none)
+    }
+
     fn report(&self) -> Report<'_> {
         Report {
             description: self.description,
+            slots: self.slots(),
             turn: self.turn.get(),
             turns: self.turns.get(),
             outputs: self.outputs.get(),
@@ -253,7 +269,7 @@ fn state_of(word: &str) -> State {
 /// JSON, and ends the process where the worker does something else than it did.
 pub(crate) fn replay<C: Component>(
     description: &'static Description,
-    start: process::Start<C>,
+    start: impl process::Start<C>,
     arguments: &Arguments,
 ) -> Result<(), StartError> {
     log::start(arguments.log.as_deref(), true)?;
@@ -266,17 +282,19 @@ pub(crate) fn replay<C: Component>(
     let began = Start::from_json(&first.text).map_err(wrong)?;
     let values = values(description, arguments, &began).map_err(wrong)?;
     let wake_event = WakeEvent::new().map_err(|e| StartError::cannot_create("an event", &e))?;
-    let slots = description.slots.len();
+    let names = (began.network.as_str(), began.name.as_str());
+    let slots = SlotTable::replayed(description, names, began.members.clone());
+    let slots = replay.slots.get_or_init(|| Arc::new(slots));
     let time = NetworkTime::new(began.clock, clock.clone());
     let shared = Arc::new(Shared::new(
         wake_event,
         description.period,
-        slots,
+        slots.len(),
         time,
         false,
     ));
     let exact = Exact::Replay(Rc::clone(&replay));
-    let mut ports = Ports::replayed(description, &began.network, began.clock, &exact);
+    let mut ports = Connections::replayed(description, slots, &began.network, began.clock, &exact);
     if began.clock == ClockKind::Source {
         ports.simulate_time(&clock);
     }
@@ -298,6 +316,7 @@ pub(crate) fn replay<C: Component>(
             "the recording does not begin with the start".to_owned(),
         ));
     }
+    let ports: Ports = Rc::new(ports);
     let component = start(core, &ports, &values);
     let mut component = match component {
         Ok(component) => component,
@@ -339,33 +358,19 @@ fn run_turn(
         }
         Kind::Sample => {
             let operation = usize::from(turn.operation);
-            let slots = replay.description.slots;
-            if slots
-                .get(slot)
-                .is_none_or(|s| operation >= s.operations.len())
-            {
-                return Err("the recording is of other slots".to_owned());
-            }
+            let slots = replay.slots();
+            let of = slots.get(slot).filter(|of| operation < of.operations.len());
+            let of = of.ok_or_else(|| "the recording is of other slots".to_owned())?;
             // What the handler says is in the log; a value that cannot be read is the same again.
             let header = turn.header(turn.value);
-            let operations = slots[slot].operations;
-            let _ = receive(component, slot, operation, operations, header, &turn.data);
+            let _ = receive(component, &of, operation, header, &turn.data);
         }
         Kind::Request => {
             let mut reply = replayed_ports::Replying::new(turn.operation);
-            let Some(of) = replay.description.slots.get(slot) else {
-                return Err("the recording is of other slots".to_owned());
-            };
+            let of = replay.slots().get(slot);
+            let of = of.ok_or_else(|| "the recording is of other slots".to_owned())?;
             let header = turn.header(turn.value);
-            let _ = answer(
-                component,
-                slot,
-                of.operations,
-                None,
-                header,
-                &turn.data,
-                &mut reply,
-            );
+            let _ = answer(component, &of, None, header, &turn.data, &mut reply);
             reply.compare(replay, slot);
         }
         _ => return Err(format!("a turn cannot begin with `{}`", turn.kind.word())),

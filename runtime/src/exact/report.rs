@@ -3,10 +3,12 @@
 use super::entry::{Entry, Kind};
 use crate::clock::Time;
 use crate::description::Description;
+use crate::slots::{OpenSlot, SlotTable};
 use rc_management::component::Role;
 use rc_middleware::{Reader, rpc};
 use serde_json::{Value as Json, json};
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// The most bytes of a message in a report.
 const SHOWN: usize = 64 * 1024;
@@ -16,6 +18,7 @@ const SHOWN_BEFORE: usize = 1024;
 /// The state of the run, for a line of JSON.
 pub(super) struct Report<'a> {
     pub(super) description: &'a Description,
+    pub(super) slots: &'a SlotTable,
     pub(super) turn: u64,
     pub(super) turns: u64,
     pub(super) outputs: u64,
@@ -77,7 +80,7 @@ impl Report<'_> {
     fn entry(&self, entry: &Entry<'_>, limit: usize) -> Json {
         let mut json = json!({ "kind": entry.kind.word() });
         if let Some(slot) = self.slot(entry) {
-            json["slot"] = Json::from(slot.name);
+            json["slot"] = Json::from(&*slot.name);
             json["interface"] = Json::from(slot.type_name);
             let operation = match entry.kind {
                 Kind::Send | Kind::Call | Kind::Request => {
@@ -105,8 +108,8 @@ impl Report<'_> {
         json
     }
 
-    fn slot(&self, entry: &Entry<'_>) -> Option<&'static crate::description::Slot> {
-        let slot = self.description.slots.get(usize::from(entry.slot))?;
+    fn slot(&self, entry: &Entry<'_>) -> Option<Arc<OpenSlot>> {
+        let slot = self.slots.get(usize::from(entry.slot))?;
         let fits = match entry.kind {
             Kind::Sample => slot.role == Role::SubscribesTo,
             Kind::Request | Kind::Reply => slot.role == Role::Implements,

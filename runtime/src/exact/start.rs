@@ -1,6 +1,7 @@
 //! The first entry of a recording: which component ran, and with what.
 
 use crate::description::Description;
+use crate::slots::Listed;
 use rc_configuration::Values;
 use rc_management::component::ClockKind;
 use serde_json::{Value as Json, json};
@@ -21,6 +22,8 @@ pub(crate) struct Start {
     pub(crate) seed: u64,
     /// The parameters, without secrets.
     pub(crate) parameters: Json,
+    /// The members of slot arrays that the network lists.
+    pub(crate) members: Listed,
     /// The working directory.
     pub(crate) directory: String,
     /// The executable.
@@ -36,6 +39,7 @@ impl Start {
         clock: ClockKind,
         seed: u64,
         values: &Values,
+        members: &Listed,
     ) -> Self {
         let directory = std::env::current_dir().unwrap_or_default();
         Self {
@@ -46,6 +50,7 @@ impl Start {
             clock,
             seed,
             parameters: values.to_record(),
+            members: members.clone(),
             directory: directory.display().to_string(),
             program: std::env::current_exe()
                 .unwrap_or_default()
@@ -64,6 +69,7 @@ impl Start {
             "clock": serde_json::to_value(self.clock).unwrap_or_default(),
             "seed": self.seed,
             "parameters": self.parameters,
+            "members": self.members,
             "directory": self.directory,
             "program": self.program,
         })
@@ -91,6 +97,10 @@ impl Start {
             clock: serde_json::from_value(clock).map_err(|e| e.to_string())?,
             seed: json.get("seed").and_then(Json::as_u64).unwrap_or_default(),
             parameters: json.get("parameters").cloned().unwrap_or_default(),
+            members: match json.get("members").cloned() {
+                Some(members) => serde_json::from_value(members).map_err(|e| e.to_string())?,
+                None => Listed::new(),
+            },
             directory: field("directory")?,
             program: field("program")?,
         })

@@ -15,7 +15,12 @@ pub(super) struct Hub {
     wake_event: WakeEvent,
     servers: RefCell<BTreeMap<String, Rc<RefCell<Calls>>>>,
     topics: RefCell<BTreeMap<String, Rc<RefCell<Topic>>>>,
+    /// What makes the fakes of a member, by the beginning of the addresses of its array.
+    arrays: RefCell<Vec<(String, Rc<MakeMember>)>>,
 }
+
+/// Makes the fakes of a member, by its name.
+type MakeMember = dyn Fn(&Rc<Hub>, &str);
 
 impl Hub {
     pub(super) fn new(wake_event: WakeEvent) -> Self {
@@ -23,6 +28,7 @@ impl Hub {
             wake_event,
             servers: RefCell::default(),
             topics: RefCell::default(),
+            arrays: RefCell::default(),
         }
     }
 
@@ -31,6 +37,25 @@ impl Hub {
         let mut servers = self.servers.borrow_mut();
         let new = || Rc::new(RefCell::new(Calls::new(address)));
         Rc::clone(servers.entry(address.to_owned()).or_insert_with(new))
+    }
+
+    /// Makes the fakes of each member that is opened at `array/NAME`.
+    pub(super) fn prepare(&self, array: &str, make: impl Fn(&Rc<Self>, &str) + 'static) {
+        let array = (format!("{array}/"), Rc::new(make) as Rc<MakeMember>);
+        self.arrays.borrow_mut().push(array);
+    }
+
+    /// Makes the fakes of the member at this address, if it is one.
+    fn make_member(self: &Rc<Self>, address: &str) {
+        let arrays = self.arrays.borrow().clone();
+        let found = arrays
+            .iter()
+            .find_map(|(array, make)| Some((address.strip_prefix(array)?, make)));
+        if let Some((rest, make)) = found {
+            // The address of a topic ends with its operation.
+            let name = rest.split('/').next().unwrap_or_default();
+            make(self, name);
+        }
     }
 
     /// The topic at an address.
@@ -59,7 +84,8 @@ impl Backend for FakeBackend {
     }
 
     fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
-        let topic = self.hub.topic(&endpoint.address.to_string());
+        self.hub.make_member(endpoint.address.as_str());
+        let topic = self.hub.topic(endpoint.address.as_str());
         Ok(Box::new(subscriber::Port(topic)))
     }
 
@@ -68,7 +94,8 @@ impl Backend for FakeBackend {
     }
 
     fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
-        let calls = self.hub.server(&endpoint.address.to_string());
+        self.hub.make_member(endpoint.address.as_str());
+        let calls = self.hub.server(endpoint.address.as_str());
         Ok(Box::new(server::Port {
             calls,
             wake_event: self.hub.wake_event.clone(),

@@ -5,12 +5,14 @@
 //! module: a call goes to a [`FakeServer`], a sample to a [`FakeSubscriber`]. All of it stays on
 //! the thread of the test. [`embed`] runs a whole component, whose missing servers are replaced.
 
+mod array;
 mod backend;
 mod defaults;
 mod server;
 mod subscriber;
 
 pub use crate::process::embed_with_defaults as embed;
+pub use array::FakeArray;
 pub use defaults::DefaultReply;
 pub(crate) use defaults::DefaultingClient;
 pub use rc_middleware::in_place::boxed as in_place;
@@ -22,18 +24,21 @@ use crate::clock::{Clock, SimulatedClock, Time};
 use crate::component::WorkerError;
 use crate::configuration;
 use crate::context::Core;
-use crate::description::Description;
+use crate::description::{Description, Slot};
 use crate::error::StartError;
 use crate::lifecycle::{Hook, LifecycleState, Missed, Transition};
-use crate::ports::Ports;
+use crate::ports::{Connections, Ports};
 use crate::ros_arguments::RosArguments;
+use crate::slots::{Listed, SlotTable};
 use crate::status::{NetworkTime, Shared};
 use crate::time::ClockChoice;
 use backend::{FakeBackend, Hub};
 use rc_configuration::Values;
 use rc_management::component::{ClockKind, State};
+use rc_middleware::typed::Operation;
 use rc_middleware::{Address, Backend, OpenError, Settings, WakeEvent};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
@@ -45,11 +50,13 @@ const NETWORK: &str = "test";
 const SHORTEST_PERIOD: Duration = Duration::from_micros(100);
 
 /// The peers, the clock and the state of a component under test.
+#[derive(Clone)]
 pub struct TestBed {
     description: &'static Description,
     clock: Arc<SimulatedClock>,
     shared: Arc<Shared>,
     hub: Rc<Hub>,
+    slots: Arc<SlotTable>,
 }
 
 /// A component under test before its context is made.
@@ -72,10 +79,18 @@ pub struct Configured {
 
 /// Reads and checks `etc/config.toml` as the component does when it starts.
 pub fn configured(description: &'static Description) -> Result<Configured, StartError> {
+    configured_by(description, None)
+}
+
+/// The same with the configuration in `file`.
+pub fn configured_by(
+    description: &'static Description,
+    file: Option<PathBuf>,
+) -> Result<Configured, StartError> {
     let arguments = Arguments {
         network: NETWORK.to_owned(),
         name: description.name.to_owned(),
-        config: None,
+        config: file,
         bindings: BTreeMap::new(),
         log: None,
         settings: Settings::default(),
@@ -85,6 +100,7 @@ pub fn configured(description: &'static Description) -> Result<Configured, Start
         followers: Vec::new(),
         active: false,
         record: None,
+        members: Listed::new(),
     };
     let loaded = configuration::load(description, &arguments)?;
     Ok(Configured {
@@ -116,9 +132,8 @@ impl TestBed {
         for (name, _) in description.backends {
             backends.push((*name, Box::new(FakeBackend::new(name, Rc::clone(&hub)))));
         }
-        let addresses = (0..description.slots.len()).map(|slot| address(description, slot));
-        let addresses = addresses.collect::<Result<Vec<Address>, OpenError>>()?;
-        let mut ports = Ports::over(description, backends, addresses, NETWORK, kind);
+        let slots = Arc::new(slots(description)?);
+        let mut ports = Connections::over(description, backends, &slots, NETWORK, kind);
         if description.simulates_time {
             ports.simulate_time(&clock);
         }
@@ -131,7 +146,9 @@ impl TestBed {
             clock,
             shared,
             hub,
+            slots,
         };
+        let ports = Rc::new(ports);
         Ok(Parts { bed, core, ports })
     }
 
@@ -179,11 +196,69 @@ impl TestBed {
     }
 }
 
-/// The address of a slot: its own name, since two slots may have one interface.
-fn address(description: &Description, slot: usize) -> Result<Address, OpenError> {
-    let text = format!("{NETWORK}/{}", description.slots[slot].name);
-    Address::parse(&text).map_err(|reason| OpenError::Backend {
-        address: text,
-        reason,
-    })
+/// The slots at addresses of their own names, since two slots may have one interface. Any member may be opened.
+fn slots(description: &'static Description) -> Result<SlotTable, OpenError> {
+    let own = |slot: &Slot| {
+        let text = format!("{NETWORK}/{}", slot.name);
+        let address = Address::parse(&text).map_err(|reason| OpenError::Backend {
+            address: text,
+            reason,
+        })?;
+        Ok((slot.name.to_owned(), address))
+    };
+    let slots = description.slots.iter().filter(|slot| !slot.is_array);
+    let bindings = slots.map(own).collect::<Result<_, OpenError>>()?;
+    SlotTable::new(
+        description,
+        (NETWORK, description.name),
+        &bindings,
+        Listed::new(),
+    )
+}
+
+impl TestBed {
+    /// Calls `make` for each member of the array `slot` that the worker opens.
+    fn prepare_members(&self, slot: usize, make: impl Fn(&Self, &str) + 'static) {
+        let (description, slots) = (self.description, Arc::clone(&self.slots));
+        let (clock, shared) = (Arc::clone(&self.clock), Arc::clone(&self.shared));
+        let array = self.slots.array_address(description.slots[slot].name);
+        // The hub keeps this function, which must not keep the hub.
+        self.hub.prepare(&array, move |hub, name| {
+            let bed = Self {
+                description,
+                clock: Arc::clone(&clock),
+                shared: Arc::clone(&shared),
+                hub: Rc::clone(hub),
+                slots: Arc::clone(&slots),
+            };
+            make(&bed, name);
+        });
+    }
+
+    /// Lists the members of an array as a network does, before the worker opens them.
+    ///
+    /// # Panics
+    /// The component has no such array.
+    pub fn list_members(&self, array: &str, members: &[&str]) {
+        let mut arrays = self.description.slots.iter().filter(|slot| slot.is_array);
+        assert!(
+            arrays.any(|slot| slot.name == array),
+            "{} has no slot array `{array}`",
+            self.description.name
+        );
+        self.slots.list(array, members);
+    }
+
+    /// The operations and the address of a slot, or of a member of an array, by its number in the description.
+    fn end(&self, slot: usize, member: Option<&str>) -> (&'static [Operation], String) {
+        let of = &self.description.slots[slot];
+        let own = || self.slots.get(slot)?.address.clone();
+        let address = match member {
+            Some(member) => self.slots.address(of.name, member).ok(),
+            None => own(),
+        };
+        // What has no address is not opened either.
+        let address = address.map_or_else(String::new, |address| address.to_string());
+        (of.operations, address)
+    }
 }

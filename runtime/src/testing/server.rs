@@ -1,6 +1,6 @@
 //! Fake servers: they answer the calls of a worker under test, and keep them.
 
-use super::{TestBed, address};
+use super::TestBed;
 use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::typed::{HandlerError, Operation, Request};
 use rc_middleware::{CallError, Client, DecodeError, Header, Reader, WakeEvent};
@@ -79,15 +79,33 @@ impl<T: Clone + 'static> FakeServer<T> {
         slot: usize,
         read: fn(&mut Request<'_>) -> Result<T, HandlerError>,
     ) -> Self {
+        Self::at(bed, slot, None, read)
+    }
+
+    /// The server of a member of the array `slot`.
+    #[doc(hidden)]
+    pub fn of_member(
+        bed: &TestBed,
+        slot: usize,
+        member: &str,
+        read: fn(&mut Request<'_>) -> Result<T, HandlerError>,
+    ) -> Self {
+        Self::at(bed, slot, Some(member), read)
+    }
+
+    fn at(
+        bed: &TestBed,
+        slot: usize,
+        member: Option<&str>,
+        read: fn(&mut Request<'_>) -> Result<T, HandlerError>,
+    ) -> Self {
         let calls: Rc<RefCell<Vec<T>>> = Rc::default();
         let kept = Rc::clone(&calls);
-        // The slots of a description have addresses, or there would be no test bed.
-        let address =
-            address(bed.description, slot).map_or_else(|e| e.to_string(), |a| a.to_string());
+        let (operations, address) = bed.end(slot, member);
         let state = bed.hub.server(&address);
         {
             let mut state = state.borrow_mut();
-            state.operations = bed.description.slots[slot].operations;
+            state.operations = operations;
             state.record = Some(Box::new(move |request| {
                 let call = read(request)?;
                 kept.borrow_mut().push(call);

@@ -1,6 +1,6 @@
 //! Fake subscribers: they keep what a worker under test publishes.
 
-use super::{TestBed, address};
+use super::TestBed;
 use rc_middleware::{DecodeError, Header, Publisher, Reader, SendError};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -44,13 +44,30 @@ impl<T: Clone + 'static> FakeSubscriber<T> {
         slot: usize,
         read: fn(usize, &mut Reader<'_>) -> Result<T, DecodeError>,
     ) -> Self {
+        Self::at(bed, slot, None, read)
+    }
+
+    /// The subscriber of a member of the array `slot`.
+    #[doc(hidden)]
+    pub fn of_member(
+        bed: &TestBed,
+        slot: usize,
+        member: &str,
+        read: fn(usize, &mut Reader<'_>) -> Result<T, DecodeError>,
+    ) -> Self {
+        Self::at(bed, slot, Some(member), read)
+    }
+
+    fn at(
+        bed: &TestBed,
+        slot: usize,
+        member: Option<&str>,
+        read: fn(usize, &mut Reader<'_>) -> Result<T, DecodeError>,
+    ) -> Self {
         let samples: Rc<RefCell<Vec<T>>> = Rc::default();
-        let operations = bed.description.slots[slot].operations.iter().enumerate();
-        let topics = operations.map(|(at, operation)| {
-            // The slots of a description have addresses, or there would be no test bed.
-            let address = address(bed.description, slot)
-                .map_or_else(|e| e.to_string(), |a| a.join(operation.name).to_string());
-            let topic = bed.hub.topic(&address);
+        let (operations, address) = bed.end(slot, member);
+        let topics = operations.iter().enumerate().map(|(at, operation)| {
+            let topic = bed.hub.topic(&format!("{address}/{}", operation.name));
             let kept = Rc::clone(&samples);
             topic.borrow_mut().record = Some(Box::new(move |reader| {
                 let sample = read(at, reader)?;

@@ -280,6 +280,7 @@ const SLOT: Slot = Slot {
     backend: "local",
     qos: Qos::CALL,
     operations: &[DOUBLE],
+    is_array: false,
     external_types: &[],
 };
 

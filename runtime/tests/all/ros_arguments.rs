@@ -41,6 +41,7 @@ const fn topic(name: &'static str, role: Role, operations: &'static [Operation],
         backend: "ros2",
         qos,
         operations,
+        is_array: false,
         external_types: &[],
     }
 }

@@ -34,6 +34,7 @@ const fn slot(name: &'static str, role: Role, qos: Qos) -> Slot {
         backend: "local",
         qos,
         operations: &VALUE,
+        is_array: false,
         external_types: &[],
     }
 }

@@ -45,6 +45,7 @@ static DESCRIPTION: Description = Description {
             ..Qos::CALL
         },
         operations: &[DOUBLE],
+        is_array: false,
         external_types: &[],
     }],
     backends: &[("local", rc_local::connect)],

@@ -9,6 +9,7 @@ pub const NONE: u16 = u16::MAX;
 
 /// A part of a table, from `start` up to and without `end`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Range {
     /// The first index.
     pub start: u16,
@@ -30,6 +31,7 @@ impl Range {
 
 /// A state machine.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Chart {
     /// The name of the machine.
     pub name: Cow<'static, str>,
@@ -64,6 +66,7 @@ pub struct Chart {
 
 /// A state.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
     /// Its name.
     pub name: Cow<'static, str>,
@@ -93,6 +96,7 @@ pub struct State {
 
 /// The kind of a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Kind {
     /// A state without substates.
     Atomic,
@@ -122,6 +126,7 @@ impl Kind {
 
 /// A transition.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Transition {
     /// The state that it leaves.
     pub source: u16,
@@ -144,6 +149,7 @@ pub struct Transition {
 
 /// The events that select a transition.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Trigger {
     /// The transition needs no event.
     Eventless,
@@ -155,6 +161,7 @@ pub enum Trigger {
 
 /// A guard.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Condition {
     /// There is none.
     Always,
@@ -166,6 +173,7 @@ pub enum Condition {
 
 /// An action.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Action {
     /// Puts an event into the internal queue.
     Raise(u16),

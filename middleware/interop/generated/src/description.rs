@@ -19,6 +19,7 @@ const SLOT_INTEROP: Slot = Slot {
     type_hash: 0x040eeb9468c537d2,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::interop::OPERATIONS,
     external_types: backend::TYPES_INTEROP,
 };
@@ -31,6 +32,7 @@ const SLOT_CAMERA: Slot = Slot {
     type_hash: 0xd8fb589b72c0499f,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::camera::OPERATIONS,
     external_types: backend::TYPES_CAMERA,
 };
@@ -43,6 +45,7 @@ const SLOT_ORACLE: Slot = Slot {
     type_hash: 0xc94092469064b887,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::oracle::OPERATIONS,
     external_types: backend::TYPES_ORACLE,
 };
@@ -55,6 +58,7 @@ const SLOT_CAMERA_DRIVER: Slot = Slot {
     type_hash: 0x2969e4c9d56ec5f1,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::camera_driver::OPERATIONS,
     external_types: backend::TYPES_CAMERA_DRIVER,
 };
@@ -71,6 +75,7 @@ const SLOT_REPORTS: Slot = Slot {
         depth: 1000,
         ..Qos::SUBSCRIBER
     },
+    is_array: false,
     operations: interfaces::reports::OPERATIONS,
     external_types: backend::TYPES_REPORTS,
 };
@@ -87,6 +92,7 @@ const SLOT_TALK: Slot = Slot {
         depth: 10,
         ..Qos::SUBSCRIBER
     },
+    is_array: false,
     operations: interfaces::talk::OPERATIONS,
     external_types: backend::TYPES_TALK,
 };
@@ -104,6 +110,7 @@ const SLOT_ORDERS: Slot = Slot {
         depth: 5,
         ..Qos::SUBSCRIBER
     },
+    is_array: false,
     operations: interfaces::orders::OPERATIONS,
     external_types: backend::TYPES_ORDERS,
 };
@@ -119,6 +126,7 @@ const SLOT_ECHOES: Slot = Slot {
         depth: 1000,
         ..Qos::PUBLISHER
     },
+    is_array: false,
     operations: interfaces::echoes::OPERATIONS,
     external_types: backend::TYPES_ECHOES,
 };
@@ -131,6 +139,7 @@ const SLOT_GOSSIP: Slot = Slot {
     type_hash: 0x682ab473f5014f84,
     backend: backend::MIDDLEWARE,
     qos: Qos::PUBLISHER,
+    is_array: false,
     operations: interfaces::gossip::OPERATIONS,
     external_types: backend::TYPES_GOSSIP,
 };
@@ -143,6 +152,7 @@ const SLOT_IMAGES: Slot = Slot {
     type_hash: 0x764905efc4f71d7e,
     backend: backend::MIDDLEWARE,
     qos: Qos::PUBLISHER,
+    is_array: false,
     operations: interfaces::images::OPERATIONS,
     external_types: backend::TYPES_IMAGES,
 };
@@ -159,6 +169,7 @@ const SLOT_ARCHIVE: Slot = Slot {
         depth: 5,
         ..Qos::PUBLISHER
     },
+    is_array: false,
     operations: interfaces::archive::OPERATIONS,
     external_types: backend::TYPES_ARCHIVE,
 };

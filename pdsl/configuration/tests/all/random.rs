@@ -497,7 +497,8 @@ fn property(u: &mut Unstructured<'_>) -> Result<Property> {
 
 /// Values of the tables of the framework.
 fn framework() -> Case {
-    let slots = ["Laser", "Laser1"].map(|name| rc_configuration::Slot {
+    let slots = ["Laser", "Laser1", "lasers"].map(|name| rc_configuration::Slot {
+        is_array: name == "lasers",
         name,
         what: "requires `Laser`".to_owned(),
     });
@@ -506,6 +507,9 @@ fn framework() -> Case {
         ("[component]\nperiod = '20ms'\nlog = 'warn'", true),
         ("[component]\nperiod = '1.5 s'", true),
         ("[component]\nperiod = 0.5", true),
+        ("[bindings]\nlasers.front = 'a/b'\nLaser = 'a/c'", true),
+        ("[bindings]\n\"lasers.front\" = 'a/b'", true),
+        ("[bindings]\nlasers.front = 'a b'", false),
         ("[component]\nperiod = 0.01", false),
         ("[component]\nperiod = '20 parsecs'", false),
         ("[component]\nlog = 'loud'", false),

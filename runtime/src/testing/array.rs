@@ -1,0 +1,58 @@
+//! The fakes of a slot array: one for each member.
+
+use super::TestBed;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+/// The fake peers of the members of a slot array, by their names. Its clones are the same peers.
+pub struct FakeArray<F> {
+    bed: TestBed,
+    fakes: Rc<Fakes<F>>,
+}
+
+struct Fakes<F> {
+    new: fn(&TestBed, &str) -> F,
+    members: RefCell<BTreeMap<String, F>>,
+}
+
+impl<F: Clone> Fakes<F> {
+    fn member(&self, bed: &TestBed, name: &str) -> F {
+        let known = self.members.borrow().get(name).cloned();
+        known.unwrap_or_else(|| {
+            let new = (self.new)(bed, name);
+            self.members
+                .borrow_mut()
+                .insert(name.to_owned(), new.clone());
+            new
+        })
+    }
+}
+
+impl<F: Clone + 'static> FakeArray<F> {
+    /// The peers of the members of the array `slot`, which `new` makes as soon as the worker opens
+    /// them.
+    #[doc(hidden)]
+    pub fn new(bed: &TestBed, slot: usize, new: fn(&TestBed, &str) -> F) -> Self {
+        let fakes = Rc::new(Fakes {
+            new,
+            members: RefCell::default(),
+        });
+        let made = Rc::clone(&fakes);
+        bed.prepare_members(slot, move |bed, name| drop(made.member(bed, name)));
+        Self {
+            bed: bed.clone(),
+            fakes,
+        }
+    }
+
+    /// The peer of a member. A test may prepare it before the worker opens the member.
+    pub fn member(&self, name: &str) -> F {
+        self.fakes.member(&self.bed, name)
+    }
+
+    /// The peers of all members that the worker has opened, or that the test has asked for.
+    pub fn all(&self) -> Vec<F> {
+        self.fakes.members.borrow().values().cloned().collect()
+    }
+}
