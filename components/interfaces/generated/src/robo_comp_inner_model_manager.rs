@@ -47,7 +47,8 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompInnerModelManager","types
 ]}
 ]}"#;
 
-/// What a node is. A prismatic joint counts as a joint, a ball, a cylinder and a cone as meshes, and axes as a transform.
+/// What a node is. A prismatic joint counts as a joint, a ball, a cylinder and a cone as meshes, a lidar and
+/// an ultrasound sensor as lasers, and axes, a battery and a human as transforms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum NodeType {
     #[default]

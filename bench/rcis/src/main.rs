@@ -1,0 +1,196 @@
+//! What a simulated world costs: sensors, robots, bodies. Argument: a folder, into which the mesh
+//! is written that peers use as well; without it, the figures are printed.
+
+use innermodel::{Folders, InnerModel};
+use innermodel_simulation::{Speed, World};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+type Failure = Box<dyn std::error::Error>;
+
+/// How often each figure is measured; the median is printed.
+const BLOCKS: usize = 7;
+
+fn main() -> Result<(), Failure> {
+    let folder = std::env::temp_dir().join("bench_rcis");
+    std::fs::create_dir_all(&folder)?;
+    if let Some(target) = std::env::args().nth(1) {
+        write_ball(Path::new(&target), 100)?;
+        return Ok(());
+    }
+    println!("| what | measured |\n|---|---|");
+    for rings in [50, 100, 200] {
+        rays(&folder, rings)?;
+    }
+    for beams in [540, 1080, 2160] {
+        let us = sweep(&folder, beams)?;
+        println!("| a laser of {beams} beams, 20,000 triangles: one sweep | {us:.0} µs |");
+    }
+    let laser = sweep(&folder, 1080)?;
+    for rings in [50, 100, 200] {
+        let ms = picture(&folder, rings)?;
+        let triangles = 2 * rings * rings;
+        println!("| RGBD of 320 × 240 pixels, {triangles} triangles: one picture | {ms:.2} ms |");
+    }
+    let rgbd = picture(&folder, 100)?;
+    let core = laser * 40.0 / 1e6 + rgbd * 15.0 / 1e3;
+    println!(
+        "| 1080 beams at 40 Hz and RGBD at 15 Hz, 20,000 triangles | {:.1} % of a core |",
+        core * 100.0
+    );
+    for robots in [1, 10, 20] {
+        let (us, factor) = house(robots)?;
+        println!("| {robots} robots that drive in a hall: one step of 10 ms | {us:.0} µs, {factor:.0} times real time |");
+    }
+    Ok(())
+}
+
+/// The median of a time in seconds.
+fn median(mut measure: impl FnMut() -> Result<f64, Failure>) -> Result<f64, Failure> {
+    let mut times = Vec::new();
+    for _ in 0..BLOCKS {
+        times.push(measure()?);
+    }
+    times.sort_by(f64::total_cmp);
+    Ok(times[BLOCKS / 2])
+}
+
+/// Writes a ball of 2·n² triangles with the radius 1 as `ball.obj`.
+fn write_ball(folder: &Path, n: usize) -> Result<PathBuf, Failure> {
+    let mut text = String::new();
+    let half = n;
+    for row in 0..=half {
+        let polar = std::f64::consts::PI * row as f64 / half as f64;
+        for column in 0..n {
+            let angle = std::f64::consts::TAU * column as f64 / n as f64;
+            let (x, z) = (polar.sin() * angle.cos(), polar.sin() * angle.sin());
+            writeln!(text, "v {x} {} {z}", polar.cos())?;
+        }
+    }
+    for row in 0..half {
+        for column in 0..n {
+            let next = (column + 1) % n;
+            let at = |row: usize, column: usize| row * n + column + 1;
+            let (a, b) = (at(row, column), at(row, next));
+            let (c, d) = (at(row + 1, column), at(row + 1, next));
+            writeln!(text, "f {a} {b} {c}\nf {b} {d} {c}")?;
+        }
+    }
+    let path = folder.join("ball.obj");
+    std::fs::write(&path, text)?;
+    Ok(path)
+}
+
+/// A world with a ball of 2·n² triangles of 1 m in a hall, and what `inside` adds.
+fn world(folder: &Path, n: usize, inside: &str) -> Result<World, Failure> {
+    write_ball(folder, n)?;
+    let text = format!(
+        r#"<innerModel>
+            <plane id="floor" ny="1" py="-1500" size="20000,20000,100" collide="1"/>
+            <plane id="north" pz="9000" size="20000,5000,100" collide="1"/>
+            <plane id="south" pz="-9000" size="20000,5000,100" collide="1"/>
+            <plane id="east" nx="1" px="9000" size="20000,5000,100" collide="1"/>
+            <plane id="west" nx="1" px="-9000" size="20000,5000,100" collide="1"/>
+            <mesh id="ball" file="ball.obj" scale="1000" collide="1"/>
+            {inside}
+        </innerModel>"#
+    );
+    let path = folder.join("scene.xml");
+    std::fs::write(&path, text)?;
+    let tree = InnerModel::load(&path, &Folders::default())?;
+    Ok(World::new(tree, Duration::from_millis(1), 1)?)
+}
+
+/// Rays that all meet the ball, as the peer casts them.
+fn rays(folder: &Path, n: usize) -> Result<(), Failure> {
+    let inside = r#"<transform id="stand" tz="-3000"><laser id="laser" max="90000" angle="0.6" measures="10000"/></transform>"#;
+    let mut world = world(folder, n, inside)?;
+    let seconds = median(|| {
+        world.step()?;
+        let start = Instant::now();
+        let scan = world.scan("laser")?;
+        let took = start.elapsed().as_secs_f64();
+        assert!(scan.ranges.iter().all(|range| range.distance < 3100.0));
+        Ok(took)
+    })?;
+    let triangles = 2 * n * n;
+    println!("| a ray that meets a mesh of {triangles} triangles | {:.0} ns |", seconds * 1e5);
+    Ok(())
+}
+
+/// A sweep all around between ball and walls, in µs.
+fn sweep(folder: &Path, beams: usize) -> Result<f64, Failure> {
+    let inside = format!(
+        r#"<transform id="stand" tz="-3000"><laser id="laser" max="30000" angle="6.28" measures="{beams}"/></transform>"#
+    );
+    let mut world = world(folder, 100, &inside)?;
+    let seconds = median(|| {
+        world.run(20)?;
+        let start = Instant::now();
+        for _ in 0..20 {
+            world.step()?;
+            world.scan("laser")?;
+        }
+        Ok(start.elapsed().as_secs_f64() / 20.0)
+    })?;
+    Ok(seconds * 1e6)
+}
+
+/// A picture of ball and walls, in ms.
+fn picture(folder: &Path, n: usize) -> Result<f64, Failure> {
+    let inside = r#"<transform id="stand" tz="-3000" ty="300"><rgbd id="eye" width="320" height="240" focal="280"/></transform>"#;
+    let mut world = world(folder, n, inside)?;
+    let seconds = median(|| {
+        let start = Instant::now();
+        for _ in 0..10 {
+            world.step()?;
+            world.picture("eye")?;
+        }
+        Ok(start.elapsed().as_secs_f64() / 10.0)
+    })?;
+    Ok(seconds * 1e3)
+}
+
+/// Robots with a laser of 20 Hz that is read; one step in µs, and how much faster than real time.
+fn house(robots: usize) -> Result<(f64, f64), Failure> {
+    let mut inside = String::new();
+    for robot in 0..robots {
+        let (x, z) = ((robot % 5) as f64 * 1500.0 - 3000.0, (robot / 5) as f64 * 1500.0 - 4000.0);
+        write!(
+            inside,
+            r#"<differentialrobot id="base{robot}" tx="{x}" tz="{z}" collide="1">
+                <cylinder id="hull{robot}" radius="200" length="300" collide="1"/>
+                <laser id="laser{robot}" max="10000" angle="3.14" measures="181" rate="20" noise="10"/>
+            </differentialrobot>"#
+        )?;
+    }
+    let text = format!(
+        r#"<innerModel><plane id="north" pz="9000" size="20000,5000,100" collide="1"/>
+            <plane id="east" nx="1" px="9000" size="20000,5000,100" collide="1"/>{inside}</innerModel>"#
+    );
+    let step = Duration::from_millis(10);
+    let mut world = World::new(InnerModel::parse(&text)?, step, 1)?;
+    for robot in 0..robots {
+        let speed = Speed {
+            advance: 300.0,
+            // A circle of 300 mm: no robot meets another one.
+            turn: 1.0,
+            side: 0.0,
+        };
+        world.drive(&format!("base{robot}"), speed)?;
+    }
+    let seconds = median(|| {
+        let start = Instant::now();
+        for _ in 0..200 {
+            world.step()?;
+            if world.steps() % 5 == 0 {
+                for robot in 0..robots {
+                    world.scan(&format!("laser{robot}"))?;
+                }
+            }
+        }
+        Ok(start.elapsed().as_secs_f64() / 200.0)
+    })?;
+    Ok((seconds * 1e6, step.as_secs_f64() / seconds))
+}

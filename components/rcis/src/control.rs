@@ -1,0 +1,522 @@
+//! The interface `Simulation`.
+
+use crate::SpecificWorker;
+use crate::refusal::{Refusal, reply};
+use crate::worlds::{check_new, unknown};
+use innermodel::{InnerModel, NewNode};
+use innermodel_physics::Physics;
+use innermodel_simulation::{Dynamics, Speed, World};
+use rcis_generated::interfaces::simulation as calls;
+use rcis_generated::types::rc_simulation::Reason;
+use rcis_generated::{
+    Attribute, BodyJoint, Clock, Collision, Context, Direction, Names, Point, Pose, Prediction,
+    Signal, Simulation, SimulationError, Skeleton,
+};
+use std::time::Duration;
+
+/// The most steps of one request.
+const MOST_STEPS: i64 = 100_000;
+/// The longest prediction in seconds.
+const LONGEST: f64 = 3600.0;
+
+fn wrong(what: impl Into<String>) -> Refusal {
+    Refusal::Other(Reason::WrongValue, what.into())
+}
+
+fn pose_in(pose: &Pose) -> innermodel::Pose {
+    innermodel::Pose::new(pose.x, pose.y, pose.z, pose.rx, pose.ry, pose.rz)
+}
+
+fn pose_out(pose: &innermodel::Pose) -> Pose {
+    let ([x, y, z], [rx, ry, rz]) = (pose.translation, pose.rotation);
+    Pose {
+        x,
+        y,
+        z,
+        rx,
+        ry,
+        rz,
+    }
+}
+
+/// The nodes of a text with one outermost element, each with the place of its parent among them.
+fn elements(text: &str) -> Result<Vec<(Option<usize>, NewNode)>, Refusal> {
+    let parsed = InnerModel::parse(&format!("<innerModel>{text}</innerModel>"));
+    let parsed = parsed.map_err(|error| Refusal::Other(Reason::WrongText, error.to_string()))?;
+    let tree = parsed.snapshot();
+    let tops = tree.root().children().count();
+    if tops != 1 {
+        let text = format!("expected one element, found {tops}");
+        return Err(Refusal::Other(Reason::WrongText, text));
+    }
+    let nodes: Vec<_> = tree.nodes().skip(1).collect();
+    Ok(nodes
+        .iter()
+        .map(|node| {
+            let parent = node.parent().map(|parent| parent.node_id());
+            let above = nodes.iter().position(|n| Some(n.node_id()) == parent);
+            let mut new = NewNode::new(node.id(), node.kind().clone(), node.pose());
+            new.allowed = node.allowed().to_vec();
+            (above, new)
+        })
+        .collect())
+}
+
+fn clock(world: &World, pending: u64) -> Clock {
+    let count = |number: u128| i64::try_from(number).unwrap_or(i64::MAX);
+    Clock {
+        time: count(world.time().as_nanos()),
+        steps: count(u128::from(world.steps())),
+        step: count(world.step_time().as_nanos()),
+        pending: count(u128::from(pending)),
+    }
+}
+
+fn speed(side: f64, advance: f64, turn: f64) -> Speed {
+    Speed {
+        side,
+        advance,
+        turn,
+    }
+}
+
+impl SpecificWorker {
+    /// The world of a name.
+    fn named(&mut self, name: &str) -> Result<&mut World, Refusal> {
+        if name.is_empty() {
+            return Ok(&mut self.world);
+        }
+        if !self.worlds.clones.contains_key(name) {
+            return Err(unknown(&self.worlds.clones, name, "clone"));
+        }
+        let found = self.worlds.clones.get_mut(name);
+        found.ok_or_else(|| wrong("the clone is gone"))
+    }
+
+    /// Asks or changes the world of a name.
+    fn with<T, E: From<SimulationError>>(
+        &mut self,
+        name: &str,
+        make: impl FnOnce(&mut World) -> Result<T, Refusal>,
+    ) -> Result<T, E> {
+        reply(self.named(name).and_then(make))
+    }
+
+    fn make_steps(&mut self, ctx: &mut Context, name: &str, count: i64) -> Result<Clock, Refusal> {
+        if !(0..=MOST_STEPS).contains(&count) {
+            return Err(wrong(format!(
+                "expected 0 to {MOST_STEPS} steps, found {count}"
+            )));
+        }
+        let steps = count.unsigned_abs();
+        if !name.is_empty() {
+            let world = self.named(name)?;
+            world.run(steps)?;
+            return Ok(clock(world, 0));
+        }
+        if ctx.time.is_active() && ctx.params.wait {
+            if self.pending > 0 {
+                let text = format!("{} steps are not over", self.pending);
+                return Err(Refusal::Other(Reason::Busy, text));
+            }
+            self.pending = steps;
+        } else {
+            for _ in 0..steps {
+                self.step(ctx).map_err(|error| wrong(error.to_string()))?;
+            }
+        }
+        Ok(clock(&self.world, self.pending))
+    }
+}
+
+/// The number of worlds that the parameters allow.
+fn most(ctx: &Context) -> usize {
+    usize::try_from(ctx.params.most_worlds).unwrap_or(0)
+}
+
+impl Simulation for SpecificWorker {
+    fn get_clock(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+    ) -> Result<Clock, calls::GetClockError> {
+        let pending = if world.is_empty() { self.pending } else { 0 };
+        self.with(&world, |world| Ok(clock(world, pending)))
+    }
+
+    fn step(
+        &mut self,
+        ctx: &mut Context,
+        world: String,
+        count: i64,
+    ) -> Result<Clock, calls::StepError> {
+        reply(self.make_steps(ctx, &world, count))
+    }
+
+    fn set_paused(&mut self, _ctx: &mut Context, paused: bool) {
+        self.paused = paused;
+    }
+
+    fn add(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        parent: String,
+        element: String,
+    ) -> Result<(), calls::AddError> {
+        self.with(&world, |world| {
+            let elements = elements(&element)?;
+            let ids: Vec<String> = elements.iter().map(|(_, node)| node.id.clone()).collect();
+            world.edit(|edit| {
+                for (above, node) in elements {
+                    let above = above.and_then(|at| ids.get(at)).unwrap_or(&parent);
+                    edit.add(above, node)?;
+                }
+                Ok(())
+            })?;
+            Ok(())
+        })
+    }
+
+    fn remove(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        id: String,
+    ) -> Result<(), calls::RemoveError> {
+        self.with(&world, |world| {
+            world.edit(|edit| edit.remove(&id))?;
+            Ok(())
+        })
+    }
+
+    fn set(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        id: String,
+        element: String,
+    ) -> Result<(), calls::SetError> {
+        self.with(&world, |world| {
+            let mut elements = elements(&element)?;
+            match elements.pop() {
+                Some((None, node)) if node.id == id => {
+                    world.edit(|edit| {
+                        edit.set_kind(&id, node.kind)?;
+                        edit.set_allowed(&id, node.allowed)
+                    })?;
+                    Ok(())
+                }
+                _ => {
+                    let text = "expected one element with the id of the node, and none in it";
+                    Err(Refusal::Other(Reason::WrongText, text.to_owned()))
+                }
+            }
+        })
+    }
+
+    fn teleport(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        id: String,
+        base: String,
+        pose: Pose,
+    ) -> Result<(), calls::TeleportError> {
+        self.with(&world, |world| {
+            Ok(world.teleport(&id, &base, pose_in(&pose))?)
+        })
+    }
+
+    fn move_to(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        id: String,
+        parent: String,
+    ) -> Result<(), calls::MoveToError> {
+        self.with(&world, |world| {
+            Ok(world.edit(|edit| edit.move_to(&id, &parent))?)
+        })
+    }
+
+    fn re_parent(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        id: String,
+        parent: String,
+    ) -> Result<(), calls::ReParentError> {
+        self.with(&world, |world| {
+            Ok(world.edit(|edit| edit.re_parent(&id, &parent))?)
+        })
+    }
+
+    fn set_attribute(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        id: String,
+        attribute: Attribute,
+    ) -> Result<(), calls::SetAttributeError> {
+        let Attribute { name, type_, value } = attribute;
+        self.with(&world, |world| {
+            Ok(world.edit(|edit| {
+                let known = edit.snapshot().node(&id)?.attribute(&name).is_ok();
+                if known {
+                    edit.set_attribute(&id, &name, &type_, &value)
+                } else {
+                    edit.add_attribute(&id, &name, &type_, &value)
+                }
+            })?)
+        })
+    }
+
+    fn remove_attribute(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        id: String,
+        name: String,
+    ) -> Result<(), calls::RemoveAttributeError> {
+        self.with(&world, |world| {
+            Ok(world.edit(|edit| edit.remove_attribute(&id, &name))?)
+        })
+    }
+
+    fn set_signal(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        id: String,
+        signal: Signal,
+    ) -> Result<(), calls::SetSignalError> {
+        self.with(&world, |world| {
+            let new = innermodel::kinds::Signal {
+                rate: signal.rate,
+                noise: signal.noise,
+                quantum: signal.quantum,
+                dropout: signal.dropout,
+                drift: signal.drift,
+                latency: signal.latency,
+            };
+            Ok(world.set_signal(&id, new)?)
+        })
+    }
+
+    fn get_signal(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        id: String,
+    ) -> Result<Signal, calls::GetSignalError> {
+        self.with(&world, |world| {
+            let signal = world.signal(&id)?;
+            Ok(Signal {
+                rate: signal.rate,
+                noise: signal.noise,
+                quantum: signal.quantum,
+                dropout: signal.dropout,
+                drift: signal.drift,
+                latency: signal.latency,
+            })
+        })
+    }
+
+    fn collide(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        a: String,
+        b: String,
+    ) -> Result<bool, calls::CollideError> {
+        self.with(&world, |world| Ok(world.collide(&a, &b)?))
+    }
+
+    fn get_pose(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        id: String,
+        base: String,
+    ) -> Result<Pose, calls::GetPoseError> {
+        self.with(&world, |world| {
+            Ok(pose_out(&world.tree().pose(&base, &id)?))
+        })
+    }
+
+    fn print(&mut self, _ctx: &mut Context, world: String) -> Result<String, calls::PrintError> {
+        self.with(&world, |world| Ok(world.tree().print()))
+    }
+
+    fn get_digest(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+    ) -> Result<i64, calls::GetDigestError> {
+        self.with(&world, |world| Ok(world.digest().cast_signed()))
+    }
+
+    fn get_skeleton(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        id: String,
+    ) -> Result<Skeleton, calls::GetSkeletonError> {
+        self.with(&world, |world| {
+            let joints = world.skeleton(&id)?.into_iter();
+            Ok(joints
+                .map(|(name, place)| BodyJoint {
+                    name: name.to_owned(),
+                    place: Point {
+                        x: place.x,
+                        y: place.y,
+                        z: place.z,
+                    },
+                })
+                .collect())
+        })
+    }
+
+    fn set_physics(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        active: bool,
+    ) -> Result<(), calls::SetPhysicsError> {
+        self.with(&world, |world| {
+            if active != world.has_dynamics() {
+                let physics: Box<dyn Dynamics> = Box::new(Physics::new());
+                world.set_dynamics(active.then_some(physics));
+            }
+            Ok(())
+        })
+    }
+
+    fn push(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        id: String,
+        impulse: Direction,
+    ) -> Result<(), calls::PushError> {
+        let impulse = innermodel::Vector::new(impulse.x, impulse.y, impulse.z);
+        self.with(&world, |world| Ok(world.push(&id, impulse)?))
+    }
+
+    fn snapshot(
+        &mut self,
+        ctx: &mut Context,
+        world: String,
+        name: String,
+    ) -> Result<(), calls::SnapshotError> {
+        let free = check_new(&self.worlds.snapshots, &name, "snapshot", most(ctx));
+        let kept = free.and_then(|()| Ok(self.named(&world)?.keep_state()));
+        reply(kept.map(|kept| drop(self.worlds.snapshots.insert(name, kept))))
+    }
+
+    fn restore(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        name: String,
+    ) -> Result<(), calls::RestoreError> {
+        let kept = self.worlds.snapshots.get(&name).cloned();
+        let kept = kept.ok_or_else(|| unknown(&self.worlds.snapshots, &name, "snapshot"));
+        reply(kept.and_then(|kept| {
+            self.named(&world)?.set_back(&kept);
+            Ok(())
+        }))
+    }
+
+    fn forget_snapshot(
+        &mut self,
+        _ctx: &mut Context,
+        name: String,
+    ) -> Result<(), calls::ForgetSnapshotError> {
+        let known = self.worlds.snapshots.remove(&name);
+        let known = known.ok_or_else(|| unknown(&self.worlds.snapshots, &name, "snapshot"));
+        reply(known.map(drop))
+    }
+
+    fn get_snapshots(&mut self, _ctx: &mut Context) -> Names {
+        self.worlds.snapshots.keys().cloned().collect()
+    }
+
+    fn predict(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        base: String,
+        side: f64,
+        advance: f64,
+        turn: f64,
+        time: f64,
+    ) -> Result<Prediction, calls::PredictError> {
+        self.with(&world, |world| {
+            if !(0.0..=LONGEST).contains(&time) {
+                return Err(wrong(format!(
+                    "expected 0 to {LONGEST} seconds, found {time}"
+                )));
+            }
+            let time = Duration::from_secs_f64(time);
+            let found = world.predict(&base, speed(side, advance, turn), time)?;
+            Ok(Prediction {
+                pose: pose_out(&found.pose),
+                collision: found.collision.map(|collision| Collision {
+                    after: collision.after.as_secs_f64(),
+                    body: collision.body,
+                    obstacle: collision.obstacle,
+                }),
+            })
+        })
+    }
+
+    fn clone(
+        &mut self,
+        ctx: &mut Context,
+        world: String,
+        name: String,
+    ) -> Result<(), calls::CloneError> {
+        let free = check_new(&self.worlds.clones, &name, "clone", most(ctx));
+        let new = free.and_then(|()| Ok(World::clone(self.named(&world)?)));
+        reply(new.map(|new| drop(self.worlds.clones.insert(name, new))))
+    }
+
+    fn remove_clone(
+        &mut self,
+        _ctx: &mut Context,
+        name: String,
+    ) -> Result<(), calls::RemoveCloneError> {
+        let known = self.worlds.clones.remove(&name);
+        let known = known.ok_or_else(|| unknown(&self.worlds.clones, &name, "clone"));
+        reply(known.map(drop))
+    }
+
+    fn get_clones(&mut self, _ctx: &mut Context) -> Names {
+        self.worlds.clones.keys().cloned().collect()
+    }
+
+    fn drive(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        base: String,
+        side: f64,
+        advance: f64,
+        turn: f64,
+    ) -> Result<f64, calls::DriveError> {
+        self.with(&world, |world| {
+            let taken = world.drive(&base, speed(side, advance, turn))?;
+            let parts = [
+                (taken.side, side),
+                (taken.advance, advance),
+                (taken.turn, turn),
+            ];
+            let parts = parts.into_iter().filter(|(_, asked)| *asked != 0.0);
+            Ok(parts
+                .map(|(taken, asked)| taken / asked)
+                .fold(1.0, f64::min))
+        })
+    }
+}

@@ -1,0 +1,13 @@
+//! The component `rcis`.
+
+mod control;
+mod motors;
+mod pictures;
+mod ranges;
+mod refusal;
+mod robots;
+mod scene;
+mod specific_worker;
+mod worlds;
+
+pub use specific_worker::SpecificWorker;

@@ -1,0 +1,364 @@
+//! Cameras, with and without depth.
+
+use crate::SpecificWorker;
+use crate::ranges::period_ms;
+use innermodel_simulation::{Error, Picture};
+use rcis_generated::interfaces::rgbd as calls;
+use rcis_generated::interfaces::{camera_rgbd_simple as rgbd_calls, camera_simple as simple_calls};
+use rcis_generated::types::{
+    robo_comp_camera_rgbd_simple as simple_rgbd, robo_comp_camera_simple as simple,
+    robo_comp_rgbd as full,
+};
+use rcis_generated::{
+    Cameras, ColorSeq, Context, DepthSeq, Image, Member, MotorStateMap, PixelFormat, PointSeq,
+    Registration, RgbdCameras, Rgbds, SimpleCameras, TBaseState, TRGBDParams,
+};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The most bytes of a picture of the interface `Camera`, and its most pixels along one side.
+const MOST_BYTES: usize = 2_100_000;
+const LONGEST_SIDE: usize = 4096;
+
+fn ms(time: Duration) -> i64 {
+    i64::try_from(time.as_millis()).unwrap_or(i64::MAX)
+}
+
+fn side(pixels: usize) -> i32 {
+    i32::try_from(pixels).unwrap_or(i32::MAX)
+}
+
+fn bytes(picture: &Picture) -> Vec<u8> {
+    picture.image.colours.as_flattened().to_vec()
+}
+
+/// Depths in mm; 0 where nothing was measured.
+fn depths(picture: &Picture) -> Vec<f32> {
+    let depths = picture.image.depths.iter();
+    depths
+        .map(|depth| {
+            if depth.is_finite() {
+                *depth as f32
+            } else {
+                0.0
+            }
+        })
+        .collect()
+}
+
+impl SpecificWorker {
+    fn frame_period(&self, id: &str) -> f32 {
+        let signal = self.world.signal(id);
+        period_ms(
+            signal.map_or(0.0, |signal| signal.rate),
+            self.world.step_time(),
+        ) as f32
+    }
+
+    fn simple_image(&mut self, id: &str) -> Result<simple_rgbd::TImage, Error> {
+        let picture = self.world.picture(id)?;
+        let focal = picture.camera.focal as i32;
+        Ok(simple_rgbd::TImage {
+            compressed: false,
+            camera_id: 0,
+            width: side(picture.image.width),
+            height: side(picture.image.height),
+            depth: 3,
+            focalx: focal,
+            focaly: focal,
+            alivetime: ms(picture.time),
+            period: self.frame_period(id),
+            image: bytes(&picture),
+        })
+    }
+
+    fn simple_depth(&mut self, id: &str) -> Result<simple_rgbd::TDepth, Error> {
+        let picture = self.world.picture(id)?;
+        let focal = picture.camera.focal as i32;
+        Ok(simple_rgbd::TDepth {
+            compressed: false,
+            camera_id: 0,
+            width: side(picture.image.width),
+            height: side(picture.image.height),
+            focalx: focal,
+            focaly: focal,
+            alivetime: ms(picture.time),
+            period: self.frame_period(id),
+            depth_factor: 0.001,
+            depth: depths(&picture)
+                .into_iter()
+                .flat_map(f32::to_le_bytes)
+                .collect(),
+        })
+    }
+
+    fn simple_points(&mut self, id: &str) -> Result<simple_rgbd::TPoints, Error> {
+        let picture = self.world.picture(id)?;
+        let points = picture.points().map(|point| {
+            let point = point.unwrap_or_default();
+            simple_rgbd::Point3D {
+                x: point.x as f32,
+                y: point.y as f32,
+                z: point.z as f32,
+            }
+        });
+        Ok(simple_rgbd::TPoints {
+            points: points.collect(),
+            alivetime: ms(picture.time),
+            period: self.frame_period(id),
+            compressed: false,
+        })
+    }
+
+    /// Checks the name that a client gives one camera among several.
+    fn simple<T>(
+        &mut self,
+        member: &Member,
+        camera: &str,
+        get: impl FnOnce(&mut Self, &str) -> Result<T, Error>,
+    ) -> Result<T, simple_rgbd::HardwareFailedException> {
+        if !camera.is_empty() && camera != member.name() {
+            let camera = rc_diagnostics::foreign::clean(camera);
+            let what = format!("this is the camera `{}`, not `{camera}`", member.name());
+            return Err(simple_rgbd::HardwareFailedException { what });
+        }
+        let failed = |error: Error| simple_rgbd::HardwareFailedException {
+            what: error.to_string(),
+        };
+        get(self, member.name()).map_err(failed)
+    }
+
+    /// The last frame of a camera, with motors and base of its robot.
+    fn whole(
+        &mut self,
+        member: &Member,
+    ) -> Result<(Arc<Picture>, MotorStateMap, TBaseState), full::HardwareFailedException> {
+        let failed = |error: Error| full::HardwareFailedException {
+            what: error.to_string(),
+        };
+        let picture = self.world.picture(member.name()).map_err(failed)?;
+        let owner = self.world.owner(member.name()).map_err(failed)?;
+        let motors = self.motor_states(&owner);
+        // A camera without a robot has no base.
+        let base = self.state_of_robot(member.name()).unwrap_or_default();
+        Ok((picture, motors, base))
+    }
+}
+
+fn colours(picture: &Picture) -> ColorSeq {
+    let colours = picture.image.colours.iter();
+    colours
+        .map(|[red, green, blue]| full::ColorRGB {
+            red: *red,
+            green: *green,
+            blue: *blue,
+        })
+        .collect()
+}
+
+fn cloud(picture: &Picture) -> PointSeq {
+    let points = picture.points().map(|point| {
+        let w = if point.is_some() { 1.0 } else { 0.0 };
+        let point = point.unwrap_or_default();
+        full::PointXYZ {
+            x: point.x as f32,
+            y: point.y as f32,
+            z: point.z as f32,
+            w,
+        }
+    });
+    points.collect()
+}
+
+impl Cameras for SpecificWorker {
+    fn get_image(&mut self, _ctx: &mut Context, member: &Member) -> Image {
+        let picture = match self.world.picture(member.name()) {
+            Ok(picture) => picture,
+            Err(error) => {
+                self.tell(error.to_string());
+                return Image::default();
+            }
+        };
+        let (width, height) = (picture.image.width, picture.image.height);
+        let data = bytes(&picture);
+        if data.len() > MOST_BYTES || width.max(height) > LONGEST_SIDE {
+            self.tell(format!(
+                "the interface Camera has no pictures of {width} × {height} pixels, as those of `{}`",
+                member.name()
+            ));
+            return Image::default();
+        }
+        let count = |number: u128| i64::try_from(number).unwrap_or(i64::MAX);
+        Image {
+            captured: count(picture.time.as_nanos()),
+            number: count(u128::from(picture.number) + 1),
+            width: side(width),
+            height: side(height),
+            format: PixelFormat::Rgb,
+            frame: member.name().chars().take(32).collect(),
+            data,
+        }
+    }
+}
+
+impl SimpleCameras for SpecificWorker {
+    fn get_image(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<simple::TImage, simple_calls::GetImageError> {
+        let image = self.simple_image(member.name());
+        let image = image.map_err(|error| simple::HardwareFailedException {
+            what: error.to_string(),
+        })?;
+        Ok(simple::TImage {
+            width: image.width,
+            height: image.height,
+            depth: image.depth,
+            image: image.image,
+        })
+    }
+}
+
+impl RgbdCameras for SpecificWorker {
+    fn get_image(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+        camera: String,
+    ) -> Result<simple_rgbd::TImage, rgbd_calls::GetImageError> {
+        Ok(self.simple(member, &camera, Self::simple_image)?)
+    }
+
+    fn get_depth(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+        camera: String,
+    ) -> Result<simple_rgbd::TDepth, rgbd_calls::GetDepthError> {
+        Ok(self.simple(member, &camera, Self::simple_depth)?)
+    }
+
+    fn get_points(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+        camera: String,
+    ) -> Result<simple_rgbd::TPoints, rgbd_calls::GetPointsError> {
+        Ok(self.simple(member, &camera, Self::simple_points)?)
+    }
+
+    fn get_all(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+        camera: String,
+    ) -> Result<simple_rgbd::Trgbd, rgbd_calls::GetAllError> {
+        Ok(self.simple(member, &camera, |worker, id| {
+            Ok(simple_rgbd::Trgbd {
+                image: worker.simple_image(id)?,
+                depth: worker.simple_depth(id)?,
+            })
+        })?)
+    }
+}
+
+impl Rgbds for SpecificWorker {
+    fn get_rgbd_params(&mut self, _ctx: &mut Context, member: &Member) -> TRGBDParams {
+        let picture = self.world.picture(member.name());
+        let Ok(picture) = picture else {
+            return TRGBDParams::default();
+        };
+        let period = self.frame_period(member.name());
+        let image = full::CameraParameters {
+            focal: picture.camera.focal as i32,
+            width: side(picture.image.width),
+            height: side(picture.image.height),
+            size: side(picture.image.colours.len()),
+            fps: (1000.0 / period).round() as i32,
+        };
+        TRGBDParams {
+            color: image.clone(),
+            depth: image,
+            timer_period: period as i32,
+            talk_to_base: true,
+            talk_to_joint_motor: true,
+            driver: "rcis".to_owned(),
+            device: member.name().to_owned(),
+        }
+    }
+
+    /// Both images have the same pixels, whatever is asked for.
+    fn set_registration(
+        &mut self,
+        _ctx: &mut Context,
+        _member: &Member,
+        _value: Registration,
+    ) -> Result<(), calls::SetRegistrationError> {
+        Ok(())
+    }
+
+    fn get_registration(
+        &mut self,
+        _ctx: &mut Context,
+        _member: &Member,
+    ) -> Result<Registration, calls::GetRegistrationError> {
+        Ok(Registration::DepthInColor)
+    }
+
+    fn get_data(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<calls::GetDataAnswer, calls::GetDataError> {
+        let (picture, motors, base) = self.whole(member)?;
+        Ok((bytes(&picture), depths(&picture), motors, base))
+    }
+
+    fn get_depth_in_ir(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<calls::GetDepthInIRAnswer, calls::GetDepthInIRError> {
+        let (picture, motors, base) = self.whole(member)?;
+        Ok((depths(&picture), motors, base))
+    }
+
+    fn get_image(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<(ColorSeq, DepthSeq, PointSeq, MotorStateMap, TBaseState), calls::GetImageError>
+    {
+        let (picture, motors, base) = self.whole(member)?;
+        let (colours, points) = (colours(&picture), cloud(&picture));
+        Ok((colours, depths(&picture), points, motors, base))
+    }
+
+    fn get_depth(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<(DepthSeq, MotorStateMap, TBaseState), calls::GetDepthError> {
+        let (picture, motors, base) = self.whole(member)?;
+        Ok((depths(&picture), motors, base))
+    }
+
+    fn get_rgb(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<(ColorSeq, MotorStateMap, TBaseState), calls::GetRGBError> {
+        let (picture, motors, base) = self.whole(member)?;
+        Ok((colours(&picture), motors, base))
+    }
+
+    fn get_xyz(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<(PointSeq, MotorStateMap, TBaseState), calls::GetXYZError> {
+        let (picture, motors, base) = self.whole(member)?;
+        Ok((cloud(&picture), motors, base))
+    }
+}

@@ -1,0 +1,500 @@
+//! Bases, poses, batteries and inertial sensors.
+
+use crate::SpecificWorker;
+use innermodel::{Kind, NodeRef};
+use innermodel_simulation::{Error, Inertia, Planar, Speed};
+use rcis_generated::interfaces::{
+    battery_status as battery_calls, differential_robot as base_calls,
+    generic_base as generic_calls, omni_robot as omni_calls,
+};
+use rcis_generated::types::{
+    robo_comp_battery_status as battery, robo_comp_differential_robot as differential,
+    robo_comp_generic_base as generic, robo_comp_omni_robot as omni,
+};
+use rcis_generated::{
+    Acceleration, Bases, Batteries, BatteryStates, Context, DataImu, FullPoseEuler, GenericBases,
+    Imus, Magnetic, Member, OmniBases, Orientation, Poses, TBaseState, TBattery, Wgyr,
+};
+
+/// The voltage of an empty battery, and what a full one has more, in V.
+const EMPTY: f64 = 22.0;
+const RISE: f64 = 4.0;
+/// The charge of a full battery, in A s.
+const CAPACITY: f64 = 36_000.0;
+
+/// Whether a node is below another one.
+pub(crate) fn is_below(node: NodeRef<'_>, above: &str) -> bool {
+    std::iter::successors(Some(node), NodeRef::parent).any(|node| node.id() == above)
+}
+
+fn place(x: f32, z: f32, alpha: f32) -> Planar {
+    Planar {
+        x: f64::from(x),
+        z: f64::from(z),
+        alpha: f64::from(alpha),
+    }
+}
+
+/// A place as the wire has it: whole millimetres.
+fn whole(x: i32, z: i32, alpha: f32) -> Planar {
+    Planar {
+        x: f64::from(x),
+        z: f64::from(z),
+        alpha: f64::from(alpha),
+    }
+}
+
+impl SpecificWorker {
+    pub(crate) fn base_state(&self, id: &str) -> Result<TBaseState, Error> {
+        let base = self.world.base(id)?;
+        let (odometer, corrected) = (base.odometer, base.corrected);
+        let (sin, cos) = odometer.alpha.sin_cos();
+        let Speed {
+            side,
+            advance,
+            turn,
+        } = base.actual;
+        Ok(TBaseState {
+            x: odometer.x as f32,
+            corrected_x: corrected.x as f32,
+            z: odometer.z as f32,
+            corrected_z: corrected.z as f32,
+            alpha: odometer.alpha as f32,
+            corrected_alpha: corrected.alpha as f32,
+            adv_vx: (advance * cos + side * sin) as f32,
+            adv_vz: (advance * sin - side * cos) as f32,
+            rot_v: turn as f32,
+            is_moving: base.wanted != Speed::default(),
+        })
+    }
+
+    /// The state of the robot that a sensor belongs to.
+    pub(crate) fn state_of_robot(&self, sensor: &str) -> Result<TBaseState, Error> {
+        self.base_state(&self.world.owner(sensor)?)
+    }
+
+    fn odometer(&self, id: &str) -> Result<(i32, i32, f32), Error> {
+        let Planar { x, z, alpha } = self.world.base(id)?.odometer;
+        Ok((x.round() as i32, z.round() as i32, alpha as f32))
+    }
+
+    /// Where a base is, whatever its odometry says. The axes are right-handed with z up: x and y are
+    /// x and z of the tree.
+    pub(crate) fn full_pose(&self, id: &str) -> Result<FullPoseEuler, Error> {
+        let (tree, at) = (self.world.tree(), self.world.place(id)?);
+        let height = tree.pose("root", id)?.translation[1];
+        let speed = self.world.base(id)?.actual;
+        let (sin, cos) = at.alpha.sin_cos();
+        Ok(FullPoseEuler {
+            source: id.to_owned(),
+            x: at.x as f32,
+            y: at.z as f32,
+            z: height as f32,
+            rz: at.alpha as f32,
+            vx: (speed.advance * cos + speed.side * sin) as f32,
+            vy: (speed.advance * sin - speed.side * cos) as f32,
+            vrz: speed.turn as f32,
+            confidence: 100,
+            ..FullPoseEuler::default()
+        })
+    }
+
+    /// Commands a base. A number that is none stops it, and a limit is told.
+    fn go(&mut self, id: &str, wanted: Speed) -> Result<(), Error> {
+        match self.world.drive(id, wanted) {
+            Ok(taken) => {
+                if taken != wanted {
+                    self.tell(format!("`{id}` does not drive as fast as it was told to"));
+                }
+                Ok(())
+            }
+            Err(error) => {
+                // Without the robot, there is nothing to stop.
+                let _ = self.world.drive(id, Speed::default());
+                Err(error)
+            }
+        }
+    }
+
+    fn battery_of(&self, id: &str) -> Result<TBattery, Error> {
+        let state = self.world.battery(id)?;
+        let tree = self.world.tree();
+        let (endurance, charging) = match tree.node(id)?.kind() {
+            Kind::Battery(battery) => (battery.endurance, battery.charging),
+            _ => (1.0, 1.0),
+        };
+        let (states, current) = match (state.is_connected, state.level < 1.0) {
+            (true, true) => (BatteryStates::Charging, CAPACITY / charging),
+            (true, false) => (BatteryStates::Charged, 0.0),
+            (false, _) => (BatteryStates::Disconnected, -CAPACITY / endurance),
+        };
+        Ok(TBattery {
+            percentage: (100.0 * state.level) as f32,
+            state: states,
+            voltage: (EMPTY + RISE * state.level) as f32,
+            current: current as f32,
+        })
+    }
+
+    fn inertia(&mut self, member: &Member) -> Option<Inertia> {
+        match self.world.inertia(member.name()) {
+            Ok(inertia) => Some(inertia),
+            Err(error) => {
+                self.tell(error.to_string());
+                None
+            }
+        }
+    }
+}
+
+fn generic_failed(error: &Error) -> generic::HardwareFailedException {
+    generic::HardwareFailedException {
+        what: error.to_string(),
+    }
+}
+
+fn omni_failed(error: &Error) -> omni::HardwareFailedException {
+    omni::HardwareFailedException {
+        what: error.to_string(),
+    }
+}
+
+impl Bases for SpecificWorker {
+    fn get_base_state(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<TBaseState, base_calls::GetBaseStateError> {
+        Ok(self
+            .base_state(member.name())
+            .map_err(|e| generic_failed(&e))?)
+    }
+
+    fn get_base_pose(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<(i32, i32, f32), base_calls::GetBasePoseError> {
+        Ok(self
+            .odometer(member.name())
+            .map_err(|e| generic_failed(&e))?)
+    }
+
+    fn get_mech_params(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> differential::TMechParams {
+        let Ok((_, robot)) = self.world.robot(member.name()) else {
+            return differential::TMechParams::default();
+        };
+        differential::TMechParams {
+            device: member.name().to_owned(),
+            handler: "rcis".to_owned(),
+            max_vel_adv: robot.max_speed as f32,
+            max_vel_rot: robot.max_turn as f32,
+            ..differential::TMechParams::default()
+        }
+    }
+
+    fn set_speed_base(&mut self, _ctx: &mut Context, member: &Member, adv: f32, rot: f32) {
+        let wanted = Speed {
+            side: 0.0,
+            advance: f64::from(adv),
+            turn: f64::from(rot),
+        };
+        let done = self.go(member.name(), wanted);
+        self.or_default(done);
+    }
+
+    fn stop_base(&mut self, _ctx: &mut Context, member: &Member) {
+        let done = self.go(member.name(), Speed::default());
+        self.or_default(done);
+    }
+
+    fn reset_odometer(&mut self, _ctx: &mut Context, member: &Member) {
+        let origin = Some(Planar::default());
+        let done = self.world.set_odometer(member.name(), origin, None);
+        self.or_default(done);
+    }
+
+    fn set_odometer(&mut self, _ctx: &mut Context, member: &Member, state: TBaseState) {
+        let odometer = place(state.x, state.z, state.alpha);
+        let corrected = place(state.corrected_x, state.corrected_z, state.corrected_alpha);
+        let done = self
+            .world
+            .set_odometer(member.name(), Some(odometer), Some(corrected));
+        self.or_default(done);
+    }
+
+    fn set_odometer_pose(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+        x: i32,
+        z: i32,
+        alpha: f32,
+    ) {
+        let odometer = Some(whole(x, z, alpha));
+        let done = self.world.set_odometer(member.name(), odometer, None);
+        self.or_default(done);
+    }
+
+    fn correct_odometer(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+        x: i32,
+        z: i32,
+        alpha: f32,
+    ) {
+        let corrected = Some(whole(x, z, alpha));
+        let done = self.world.set_odometer(member.name(), None, corrected);
+        self.or_default(done);
+    }
+}
+
+impl OmniBases for SpecificWorker {
+    fn get_base_state(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<TBaseState, omni_calls::GetBaseStateError> {
+        Ok(self
+            .base_state(member.name())
+            .map_err(|e| omni_failed(&e))?)
+    }
+
+    fn get_base_pose(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<(i32, i32, f32), omni_calls::GetBasePoseError> {
+        Ok(self.odometer(member.name()).map_err(|e| omni_failed(&e))?)
+    }
+
+    fn set_speed_base(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+        advx: f32,
+        advz: f32,
+        rot: f32,
+    ) -> Result<(), omni_calls::SetSpeedBaseError> {
+        let wanted = Speed {
+            side: f64::from(advx),
+            advance: f64::from(advz),
+            turn: f64::from(rot),
+        };
+        Ok(self
+            .go(member.name(), wanted)
+            .map_err(|e| omni_failed(&e))?)
+    }
+
+    fn stop_base(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<(), omni_calls::StopBaseError> {
+        let done = self.go(member.name(), Speed::default());
+        Ok(done.map_err(|e| omni_failed(&e))?)
+    }
+
+    fn reset_odometer(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<(), omni_calls::ResetOdometerError> {
+        let origin = Some(Planar::default());
+        let done = self.world.set_odometer(member.name(), origin, None);
+        Ok(done.map_err(|e| omni_failed(&e))?)
+    }
+
+    fn set_odometer(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+        state: TBaseState,
+    ) -> Result<(), omni_calls::SetOdometerError> {
+        let odometer = place(state.x, state.z, state.alpha);
+        let corrected = place(state.corrected_x, state.corrected_z, state.corrected_alpha);
+        let done = self
+            .world
+            .set_odometer(member.name(), Some(odometer), Some(corrected));
+        Ok(done.map_err(|e| omni_failed(&e))?)
+    }
+
+    fn set_odometer_pose(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+        x: i32,
+        z: i32,
+        alpha: f32,
+    ) -> Result<(), omni_calls::SetOdometerPoseError> {
+        let odometer = Some(whole(x, z, alpha));
+        let done = self.world.set_odometer(member.name(), odometer, None);
+        Ok(done.map_err(|e| omni_failed(&e))?)
+    }
+
+    fn correct_odometer(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+        x: i32,
+        z: i32,
+        alpha: f32,
+    ) -> Result<(), omni_calls::CorrectOdometerError> {
+        let corrected = Some(whole(x, z, alpha));
+        let done = self.world.set_odometer(member.name(), None, corrected);
+        Ok(done.map_err(|e| omni_failed(&e))?)
+    }
+}
+
+impl GenericBases for SpecificWorker {
+    fn get_base_state(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<TBaseState, generic_calls::GetBaseStateError> {
+        Ok(self
+            .base_state(member.name())
+            .map_err(|e| generic_failed(&e))?)
+    }
+
+    fn get_base_pose(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<(i32, i32, f32), generic_calls::GetBasePoseError> {
+        Ok(self
+            .odometer(member.name())
+            .map_err(|e| generic_failed(&e))?)
+    }
+}
+
+impl Poses for SpecificWorker {
+    /// The simulator knows where the base is.
+    fn set_initial_pose(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+        _x: f32,
+        _y: f32,
+        _z: f32,
+        _rx: f32,
+        _ry: f32,
+        _rz: f32,
+    ) {
+        self.tell(format!(
+            "`{}` has its true pose; an initial pose has no effect",
+            member.name()
+        ));
+    }
+
+    fn get_full_pose_euler(&mut self, _ctx: &mut Context, member: &Member) -> FullPoseEuler {
+        let pose = self.full_pose(member.name());
+        self.or_default(pose)
+    }
+}
+
+impl Batteries for SpecificWorker {
+    fn get_battery_state(
+        &mut self,
+        _ctx: &mut Context,
+        member: &Member,
+    ) -> Result<TBattery, battery_calls::GetBatteryStateError> {
+        let state = self.battery_of(member.name());
+        Ok(state.map_err(|error| battery::HardwareFailedException {
+            what: error.to_string(),
+        })?)
+    }
+}
+
+fn parts(vector: &innermodel::Vector) -> [f32; 3] {
+    [vector.x as f32, vector.y as f32, vector.z as f32]
+}
+
+impl Imus for SpecificWorker {
+    fn get_data_imu(&mut self, ctx: &mut Context, member: &Member) -> DataImu {
+        let Some(inertia) = self.inertia(member) else {
+            return DataImu::default();
+        };
+        let [x_acc, y_acc, z_acc] = parts(&inertia.acceleration);
+        let [x_gyr, y_gyr, z_gyr] = parts(&inertia.turning);
+        let [x_mag, y_mag, z_mag] = parts(&inertia.north);
+        let Orientation { roll, pich, yaw } = self.get_orientation(ctx, member);
+        DataImu {
+            x_acc,
+            y_acc,
+            z_acc,
+            x_gyr,
+            y_gyr,
+            z_gyr,
+            x_mag,
+            y_mag,
+            z_mag,
+            roll,
+            pich,
+            yaw,
+            temperature: 25.0,
+        }
+    }
+
+    fn get_acceleration(&mut self, _ctx: &mut Context, member: &Member) -> Acceleration {
+        let Some(inertia) = self.inertia(member) else {
+            return Acceleration::default();
+        };
+        let [x_acc, y_acc, z_acc] = parts(&inertia.acceleration);
+        Acceleration {
+            x_acc,
+            y_acc,
+            z_acc,
+        }
+    }
+
+    fn get_velangular(&mut self, _ctx: &mut Context, member: &Member) -> Wgyr {
+        let Some(inertia) = self.inertia(member) else {
+            return Wgyr::default();
+        };
+        let [x_gyr, y_gyr, z_gyr] = parts(&inertia.turning);
+        Wgyr {
+            x_gyr,
+            y_gyr,
+            z_gyr,
+        }
+    }
+
+    fn get_magneticfields(&mut self, _ctx: &mut Context, member: &Member) -> Magnetic {
+        let Some(inertia) = self.inertia(member) else {
+            return Magnetic::default();
+        };
+        let [x_mag, y_mag, z_mag] = parts(&inertia.north);
+        Magnetic {
+            x_mag,
+            y_mag,
+            z_mag,
+        }
+    }
+
+    /// Roll is about z, pitch about x, yaw about y of the tree.
+    fn get_orientation(&mut self, _ctx: &mut Context, member: &Member) -> Orientation {
+        let Some(inertia) = self.inertia(member) else {
+            return Orientation::default();
+        };
+        let [x, y, z] = inertia.orientation;
+        let zero = self.yaws.get(member.name()).copied().unwrap_or(0.0);
+        Orientation {
+            roll: z as f32,
+            pich: x as f32,
+            yaw: (y - zero) as f32,
+        }
+    }
+
+    fn reset_imu(&mut self, _ctx: &mut Context, member: &Member) {
+        if let Some(inertia) = self.inertia(member) {
+            let yaw = inertia.orientation[1];
+            self.yaws.insert(member.name().to_owned(), yaw);
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! Lets the world of a scene step, and publishes where its bases are.
+
+use crate::scene;
+use crate::worlds::Worlds;
+use innermodel_physics::Physics;
+use innermodel_simulation::World;
+use rcis_generated::network_time::Order;
+use rcis_generated::tracing::{info, warn};
+use rcis_generated::{Context, ParamChange, Worker, WorkerError};
+use std::collections::HashSet;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// The shortest period of a component.
+const SHORTEST: Duration = Duration::from_micros(100);
+/// How long one `compute()` makes steps where nothing sets the pace.
+const BURST: Duration = Duration::from_millis(5);
+/// How many different warnings are logged once.
+const MOST_TOLD: usize = 1000;
+
+/// The simulator.
+pub struct SpecificWorker {
+    pub(crate) world: World,
+    pub(crate) worlds: Worlds,
+    /// Robots whose bumpers are disabled.
+    pub(crate) disabled: HashSet<String>,
+    /// Yaws that inertial sensors had when they were reset.
+    pub(crate) yaws: std::collections::HashMap<String, f64>,
+    /// Steps that were asked for and are not made yet.
+    pub(crate) pending: u64,
+    pub(crate) paused: bool,
+    /// When the last pose was published, in simulated time.
+    published: Option<Duration>,
+    told: HashSet<String>,
+}
+
+impl Worker for SpecificWorker {
+    fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
+        let params = &ctx.params;
+        let (seed, step) = (params.seed.cast_unsigned(), params.step);
+        let world = World::new(Arc::clone(&ctx.tree), step, seed);
+        let mut world = world.map_err(|error| WorkerError::Fatal(error.to_string()))?;
+        if params.physics {
+            world.set_dynamics(Some(Box::new(Physics::new())));
+        }
+        for problem in world.problems() {
+            warn!("{problem}");
+        }
+        scene::open(ctx, &world)?;
+        info!(
+            "{}: {} nodes, {} devices",
+            ctx.params.inner_model.display(),
+            world.tree().len(),
+            world.devices().len()
+        );
+        pace(ctx);
+        Ok(Self {
+            world,
+            worlds: Worlds::default(),
+            disabled: HashSet::new(),
+            yaws: std::collections::HashMap::new(),
+            pending: 0,
+            paused: ctx.params.paused,
+            published: None,
+            told: HashSet::new(),
+        })
+    }
+
+    fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        // While a follower is missing, the runtime goes on waiting.
+        if !ctx.time.missing().is_empty() {
+            return Ok(());
+        }
+        let started = Instant::now();
+        while self.pending > 0 || !self.paused {
+            self.pending = self.pending.saturating_sub(1);
+            self.step(ctx)?;
+            let is_free = ctx.params.rate == 0.0 && !ctx.time.is_active();
+            if !is_free || started.elapsed() > BURST {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn params_changed(
+        &mut self,
+        ctx: &mut Context,
+        changes: &[ParamChange],
+    ) -> Result<(), WorkerError> {
+        if changes.iter().any(|change| change.path == "paused") {
+            self.paused = ctx.params.paused;
+        }
+        pace(ctx);
+        Ok(())
+    }
+}
+
+/// Sets how fast time passes, and for whom it waits.
+fn pace(ctx: &mut Context) {
+    let params = &ctx.params;
+    let (step, rate, wait, limit) = (params.step, params.rate, params.wait, params.limit);
+    let period = if rate > 0.0 {
+        step.div_f64(rate).max(SHORTEST)
+    } else {
+        SHORTEST
+    };
+    ctx.time.set_paced(rate > 0.0);
+    ctx.time.set_order(Order::InTurn);
+    if wait {
+        ctx.time.wait_for_all(limit);
+    } else {
+        ctx.time.wait_for_nobody();
+    }
+    ctx.set_period(period);
+}
+
+impl SpecificWorker {
+    /// Makes one step, which the network hears of if it takes its time from here.
+    pub(crate) fn step(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        self.world.step()?;
+        if ctx.time.is_active() {
+            ctx.time.advance(self.world.step_time())?;
+        }
+        let now = self.world.time();
+        let since = self.published.map(|then| now.saturating_sub(then));
+        if since.is_none_or(|since| since >= ctx.params.pose_period) {
+            self.published = Some(now);
+            for at in 0..ctx.pose_topics.len() {
+                let name = ctx.pose_topics.members()[at].name().to_owned();
+                if let Ok(pose) = self.full_pose(&name) {
+                    ctx.pose_topics[at].new_full_pose(&pose)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Logs a warning, the first time it comes.
+    pub(crate) fn tell(&mut self, text: String) {
+        if self.told.len() < MOST_TOLD && !self.told.contains(&text) {
+            warn!("{text}");
+            self.told.insert(text);
+        }
+    }
+
+    /// A result for an interface that has no exception for it: the default, and a warning.
+    pub(crate) fn or_default<T: Default>(
+        &mut self,
+        result: Result<T, innermodel_simulation::Error>,
+    ) -> T {
+        result.unwrap_or_else(|error| {
+            self.tell(error.to_string());
+            T::default()
+        })
+    }
+}
