@@ -1,0 +1,119 @@
+"""Components of robots: workers in Python over the runtime of RoboComp."""
+
+import importlib.machinery
+import importlib.util
+import os
+import sys
+
+if sys.version_info < (3, 11):
+    raise ImportError(
+        f"robocomp needs Python 3.11 or newer; this is {sys.version.split()[0]} ({sys.executable})"
+    )
+
+try:
+    import numpy as _numpy  # noqa: F401
+except ImportError as error:
+    raise ImportError(
+        f"robocomp needs NumPy, which {sys.executable} does not find; "
+        f"install it with: {sys.executable} -m pip install numpy"
+    ) from error
+
+
+def _load_native() -> None:
+    """Loads the extension module that cargo built, if ROBOCOMP_NATIVE names one."""
+    name = "robocomp._native"
+    path = os.environ.get("ROBOCOMP_NATIVE")
+    if not path or name in sys.modules:
+        return
+    loader = importlib.machinery.ExtensionFileLoader(name, path)
+    spec = importlib.util.spec_from_file_location(name, path, loader=loader)
+    if spec is None or not os.path.exists(path):
+        raise ImportError(
+            f"ROBOCOMP_NATIVE names {path}, which does not exist; "
+            "build it with: cargo build --release -p rc-python"
+        )
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    loader.exec_module(module)
+
+
+_load_native()
+
+from robocomp._client import Network, connect  # noqa: E402
+from robocomp._component import (  # noqa: E402
+    Component,
+    ParamChange,
+    check_worker,
+    default,
+    embed,
+    main,
+    required,
+)
+from robocomp._context import Client, Context, Machine, Publisher  # noqa: E402
+from robocomp._errors import (  # noqa: E402
+    CallError,
+    Deadline,
+    Emergency,
+    Error,
+    Fatal,
+    InvalidArgument,
+    InvalidSample,
+    MalformedReply,
+    MiddlewareError,
+    NoServer,
+    NotSent,
+    QueueFull,
+    Refused,
+    RemoteError,
+    SendError,
+    ServerDied,
+    StartError,
+    Stopping,
+    Unavailable,
+    WorkerError,
+    WrongThread,
+)
+from robocomp._native import Loan, View  # noqa: E402
+from robocomp._link import Link  # noqa: E402
+from robocomp._struct import Struct  # noqa: E402
+
+__all__ = [
+    "CallError",
+    "Client",
+    "Component",
+    "Context",
+    "Deadline",
+    "Emergency",
+    "Error",
+    "Fatal",
+    "InvalidArgument",
+    "InvalidSample",
+    "Link",
+    "Loan",
+    "Machine",
+    "MalformedReply",
+    "MiddlewareError",
+    "Network",
+    "NoServer",
+    "NotSent",
+    "ParamChange",
+    "Publisher",
+    "QueueFull",
+    "Refused",
+    "RemoteError",
+    "SendError",
+    "ServerDied",
+    "StartError",
+    "Stopping",
+    "Struct",
+    "Unavailable",
+    "View",
+    "WorkerError",
+    "WrongThread",
+    "check_worker",
+    "connect",
+    "default",
+    "embed",
+    "main",
+    "required",
+]

@@ -1,0 +1,71 @@
+"""Classes for types that are known at run time only, from their description."""
+
+import keyword
+import re
+from collections import namedtuple
+from collections.abc import Iterable, Mapping
+from dataclasses import make_dataclass
+from enum import IntEnum
+from typing import Any
+
+from robocomp._errors import RemoteError
+
+
+def attribute(name: str) -> str:
+    """The name of a member as an attribute."""
+    return f"{name}_" if keyword.iskeyword(name) else name
+
+
+def snake_case(name: str) -> str:
+    """`getLaserData` as `get_laser_data`."""
+    text = re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name)
+    text = re.sub(r"([A-Z]+)([A-Z][a-z])", r"\1_\2", text)
+    return attribute(text.lower())
+
+
+def _exception(name: str, members: list[str]) -> type:
+    def __init__(self: Any, *values: Any) -> None:
+        RemoteError.__init__(self, *values)
+        for member, value in zip(members, values, strict=True):
+            setattr(self, member, value)
+
+    def __str__(self: Any) -> str:
+        parts = (f"{member}={getattr(self, member)!r}" for member in members)
+        return f"{name}({', '.join(parts)})"
+
+    body = {"__init__": __init__, "__str__": __str__, "__match_args__": tuple(members)}
+    return type(name, (RemoteError,), body)
+
+
+def _class(name: str, described: Mapping[str, Any]) -> type | None:
+    if "enum" in described:
+        values = [(attribute(key), number) for key, number in described["enum"]]
+        return IntEnum(name, values)  # type: ignore[return-value]
+    if "exception" in described:
+        return _exception(name, [attribute(m["name"]) for m in described["exception"]])
+    if "struct" in described:
+        members = [attribute(member["name"]) for member in described["struct"]]
+        return make_dataclass(name, [(member, Any) for member in members], slots=True)
+    return None
+
+
+def classes(modules: Iterable[Mapping[str, Any]]) -> dict[str, type]:
+    """A class for each type of these modules, by its name `Module::Name`, and for the replies of
+    operations that have several parts."""
+    found: dict[str, type] = {}
+    for module in modules:
+        prefix = module["module"]
+        for described in module.get("types", []):
+            made = _class(described["name"], described)
+            if made is not None:
+                found[f"{prefix}::{described['name']}"] = made
+        for interface in module.get("interfaces", []):
+            for operation in interface.get("operations", []):
+                parts = [attribute(part["name"]) for part in operation.get("outputs", [])]
+                if operation.get("result"):
+                    parts.append("result")
+                if len(parts) > 1:
+                    name = f"{prefix}::{interface['name']}.{operation['name']}"
+                    title = operation["name"][:1].upper() + operation["name"][1:]
+                    found[name] = namedtuple(f"{title}Answer", parts)  # noqa: PYI024
+    return found

@@ -1,0 +1,133 @@
+"""A running network without a component, for notebooks and scripts."""
+
+import json
+from collections.abc import Iterator
+from datetime import timedelta
+from typing import Any
+
+from robocomp import _native
+from robocomp._classes import attribute, classes, snake_case
+
+
+class Slot:
+    """A slot that a component implements: its operations are functions."""
+
+    def __init__(self, network: "Network", name: str, operations: dict[str, list[str]]) -> None:
+        self._network = network
+        self._name = name
+        self._operations = operations
+
+    def __getattr__(self, name: str) -> Any:
+        for operation, inputs in self._operations.items():
+            if name in (operation, snake_case(operation)):
+                return self._function(operation, [attribute(one) for one in inputs])
+        names = ", ".join(map(snake_case, self._operations))
+        raise AttributeError(f"{self._name} has no operation `{name}`; there are {names}")
+
+    def __dir__(self) -> list[str]:
+        return [snake_case(operation) for operation in self._operations]
+
+    def _function(self, operation: str, inputs: list[str]) -> Any:
+        whole = f"{self._name}.{operation}"
+
+        def call(*arguments: Any, **named: Any) -> Any:
+            values = list(arguments)
+            for one in inputs[len(values) :]:
+                if one not in named:
+                    raise TypeError(f"{whole}({', '.join(inputs)}) needs `{one}`")
+                values.append(named.pop(one))
+            if named or len(values) > len(inputs):
+                raise TypeError(f"{whole} takes ({', '.join(inputs)})")
+            return self._network._call(whole, tuple(values))
+
+        call.__name__ = snake_case(operation)
+        return call
+
+
+class Component:
+    """A running component: the slots that it implements are attributes."""
+
+    def __init__(self, name: str, slots: dict[str, Slot]) -> None:
+        self._name = name
+        self._slots = slots
+
+    def __getattr__(self, name: str) -> Slot:
+        for known, slot in self._slots.items():
+            if name in (known, snake_case(known)):
+                return slot
+        names = ", ".join(map(snake_case, self._slots)) or "none"
+        raise AttributeError(f"{self._name} implements no slot `{name}`; there are: {names}")
+
+    def __dir__(self) -> list[str]:
+        return [snake_case(slot) for slot in self._slots]
+
+
+class Network:
+    """A running network: its components are attributes, those of groups items."""
+
+    def __init__(self, name: str, timeout: timedelta) -> None:
+        self._native = _native.Network(name)
+        self.timeout = timeout
+        modules = {module["module"]: module for module in map(json.loads, self._native.modules())}
+        self.types = classes(modules.values())
+        """The classes of all types by their names, `Module::Name`."""
+        self._native.set_types(self.types)
+        slots: dict[str, dict[str, dict[str, list[str]]]] = {
+            name: {} for name in self._native.components()
+        }
+        for component, slot, operation, inputs in self._native.operations():
+            slots.setdefault(component, {}).setdefault(slot, {})[operation] = inputs
+        self._components = {
+            component: Component(
+                component,
+                {slot: Slot(self, f"{component}.{slot}", of) for slot, of in found.items()},
+            )
+            for component, found in slots.items()
+        }
+
+    @property
+    def components(self) -> list[str]:
+        """The names of the components."""
+        return list(self._components)
+
+    @property
+    def topics(self) -> list[str]:
+        """The names of the topics."""
+        return self._native.topics()
+
+    def __getitem__(self, name: str) -> Component:
+        try:
+            return self._components[name]
+        except KeyError:
+            names = ", ".join(self._components)
+            raise KeyError(f"there is no component `{name}`; there are {names}") from None
+
+    def __getattr__(self, name: str) -> Component:
+        components: dict[str, Component] = self.__dict__.get("_components", {})
+        if name in components:
+            return components[name]
+        raise AttributeError(f"there is no component `{name}`; there are {', '.join(components)}")
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._components]
+
+    def topic(self, name: str, timeout: timedelta | None = None) -> Iterator[Any]:
+        """The samples of a topic from now on: `COMPONENT.SLOT.OPERATION`, or an end of it. With a
+        `timeout` it ends when no sample comes for as long."""
+        samples = self._native.listen(name)
+        limit = None if timeout is None else timeout.total_seconds()
+        return _samples(samples, limit)
+
+    def _call(self, operation: str, arguments: tuple[Any, ...]) -> Any:
+        return self._native.call(operation, arguments, self.timeout.total_seconds())
+
+
+def _samples(samples: _native.Samples, limit: float | None) -> Iterator[Any]:
+    while (parts := samples.next(limit)) is not None:
+        yield parts[0] if len(parts) == 1 else parts
+
+
+def connect(network: str = "default", timeout: timedelta = timedelta(seconds=2)) -> Network:
+    """Asks the components of a running network for their descriptions. `timeout` is the longest
+    time of a call."""
+    return Network(network, timeout)

@@ -1,0 +1,176 @@
+"""The bases of the generated clients, publishers, machines and contexts."""
+
+import random
+from collections.abc import Mapping
+from datetime import timedelta
+from enum import IntEnum
+from typing import Any, Generic, TypeVar
+
+from robocomp._link import Link
+
+S = TypeVar("S", bound=IntEnum)
+E = TypeVar("E", bound=IntEnum)
+
+
+def _timedelta(nanoseconds: int) -> timedelta:
+    return timedelta(microseconds=nanoseconds / 1000)
+
+
+def _nanoseconds(time: timedelta) -> int:
+    nanoseconds = (time // timedelta(microseconds=1)) * 1000
+    if nanoseconds < 0:
+        raise ValueError(f"{time} is negative; a time from zero on is expected")
+    return nanoseconds
+
+
+class Client:
+    """Calls the operations of a required slot."""
+
+    __slots__ = ("_link", "_slot")
+
+    def __init__(self, link: Link, slot: int) -> None:
+        self._link = link
+        self._slot = slot
+
+    def _query(self, operation: int, /, *arguments: Any) -> Any:
+        return self._link.query(self._slot, operation, arguments)
+
+    def _query_in_place(self, operation: int, /, *arguments: Any) -> Any:
+        return self._link.query(self._slot, operation, arguments)
+
+    def _command(self, operation: int, /, *arguments: Any) -> None:
+        self._link.command(self._slot, operation, arguments)
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether there is a server."""
+        return self._link.peers(self._slot) > 0
+
+    @property
+    def timeout(self) -> timedelta:
+        """The longest time of a call."""
+        return _timedelta(self._link.timeout_ns(self._slot))
+
+    @timeout.setter
+    def timeout(self, timeout: timedelta) -> None:
+        self._link.set_timeout_ns(self._slot, _nanoseconds(timeout))
+
+
+class Publisher:
+    """Publishes the topics of a slot."""
+
+    __slots__ = ("_link", "_slot")
+
+    def __init__(self, link: Link, slot: int) -> None:
+        self._link = link
+        self._slot = slot
+
+    def _publish(self, operation: int, /, *arguments: Any) -> None:
+        self._link.publish(self._slot, operation, arguments)
+
+    def _loan(self, operation: int, /) -> Any:
+        return self._link.loan(self._slot, operation)
+
+    @property
+    def subscribers(self) -> int:
+        """The number of subscribers; where topics differ, the largest one."""
+        return self._link.peers(self._slot)
+
+
+class Machine(Generic[S, E]):
+    """The state machine of a component. `S` and `E` are its states and events."""
+
+    __slots__ = ("_link",)
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+
+    def fire(self, event: E) -> None:
+        """Puts an event into the queue of the machine, which handles it after the present function
+        of the worker."""
+        self._link.fire(int(event))
+
+    def is_in(self, state: S) -> bool:
+        """Whether a state is active. Then its ancestors are, too."""
+        return self._link.is_in(int(state))
+
+    @property
+    def has_started(self) -> bool:
+        """Whether the machine has entered its initial states."""
+        return self._link.machine_has_started()
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the machine has reached an end state of its own."""
+        return self._link.machine_has_ended()
+
+    def active(self) -> list[str]:
+        """The names of the active states without substates, as `driving.forward`."""
+        return self._link.active_states()
+
+
+class Context:
+    """The running component, as its worker sees it. It works on the thread of the worker only,
+    while one of its functions runs."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._random: random.Random | None = None
+
+    def _set_parameters(self, values: Mapping[str, Any]) -> None:
+        """Takes the values of a configuration that was checked."""
+
+    @property
+    def name(self) -> str:
+        """The name of this component in its network."""
+        return self._link.name()
+
+    @property
+    def network(self) -> str:
+        """The name of the network."""
+        return self._link.network()
+
+    def now(self) -> timedelta:
+        """The time of the network's clock since its zero, in whole microseconds: for the clock of
+        the system that is 1970-01-01. Simulated time stands while a function of the worker runs."""
+        return timedelta(microseconds=self._link.now_ns() // 1000)
+
+    def now_ns(self) -> int:
+        """The same time in nanoseconds."""
+        return self._link.now_ns()
+
+    @property
+    def period(self) -> timedelta:
+        """The period of `compute`. A new one holds from its next run on; at least 100 µs."""
+        return _timedelta(self._link.period_ns())
+
+    @period.setter
+    def period(self, period: timedelta) -> None:
+        self._link.set_period_ns(_nanoseconds(period))
+
+    @property
+    def state(self) -> str:
+        """The state of this component: `starting`, `running`, `emergency` or `stopping`."""
+        return self._link.state()
+
+    @property
+    def lifecycle(self) -> str | None:
+        """The state of the life cycle; `None` for a component that is not managed."""
+        return self._link.lifecycle()
+
+    @property
+    def is_stopping(self) -> bool:
+        """Whether the component is to end. Long work should look at it."""
+        return self._link.is_stopping()
+
+    def stop(self, reason: str) -> None:
+        """Ends this component in order: the present function returns, then `finalize` runs."""
+        self._link.stop(reason)
+
+    @property
+    def random(self) -> random.Random:
+        """Random numbers for the worker. An exact recording keeps their seed; in simulated time
+        every run of the network has the same ones."""
+        if self._random is None:
+            self._random = random.Random(self._link.seed())
+        return self._random

@@ -1,0 +1,96 @@
+"""The exceptions of calls, of publishing and of workers."""
+
+
+class Error(Exception):
+    """The base of all exceptions of this package."""
+
+
+class CallError(Error):
+    """A call failed, or a command was not queued at a server."""
+
+
+class NoServer(CallError):
+    """No server of the address is alive."""
+
+
+class Deadline(CallError):
+    """The reply did not arrive in time."""
+
+
+class ServerDied(CallError):
+    """The server ended before it replied."""
+
+
+class QueueFull(CallError):
+    """The server has not taken enough of the earlier requests."""
+
+
+class Refused(CallError):
+    """The server refused the request."""
+
+
+class Unavailable(CallError):
+    """The server does not serve the operation in its present state."""
+
+    state: str = ""
+    """The active states of the server, or the state of its life cycle."""
+
+
+class Stopping(CallError):
+    """This component is stopping: it makes no more calls, and can still send commands."""
+
+
+class InvalidArgument(CallError, ValueError):
+    """An argument does not fit its type. The message names the field."""
+
+
+class MalformedReply(CallError):
+    """The reply cannot be decoded."""
+
+
+class MiddlewareError(CallError):
+    """The middleware failed."""
+
+
+class SendError(Error):
+    """A sample was not published."""
+
+
+class InvalidSample(SendError, ValueError):
+    """The sample does not fit its type. The message names the field."""
+
+
+class NotSent(SendError):
+    """The middleware failed."""
+
+
+class RemoteError(Error):
+    """The base of the exceptions that interfaces declare."""
+
+    def __str__(self) -> str:
+        members: tuple[str, ...] = getattr(self, "__match_args__", ())
+        return ", ".join(f"{name}={getattr(self, name)!r}" for name in members)
+
+
+class WorkerError(Error):
+    """The runtime logs and counts the failure of a worker's function; the component runs on.
+
+    Its subclasses do more in `compute`. A handler that raises one refuses its request; in
+    `emergency`, `restore` and `finalize` each is logged only.
+    """
+
+
+class Emergency(WorkerError):
+    """The component enters the state Emergency, in which `emergency` runs in place of `compute`."""
+
+
+class Fatal(WorkerError):
+    """The component ends with exit code 3."""
+
+
+class StartError(Error):
+    """The component does not start."""
+
+
+class WrongThread(Error, RuntimeError):
+    """The context was used on another thread, or outside of the worker's functions."""

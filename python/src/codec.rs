@@ -1,0 +1,133 @@
+//! Bytes of calls and samples without a network, for tests of workers: a fake checks values as the
+//! wire does.
+
+use crate::description::{Operation, Program};
+use crate::errors;
+use crate::from_python::Misfit;
+use crate::types::Types;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyTuple};
+use rc_middleware::Encoding;
+use rc_values::{Struct, Value, decode, encode_body};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Encodes and decodes the calls and samples of a component.
+#[pyclass(frozen, module = "robocomp._native")]
+pub(crate) struct Codec {
+    program: Program,
+    types: Arc<Types>,
+}
+
+#[pymethods]
+impl Codec {
+    #[new]
+    fn new(description: &str, types: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let program = read(description)?;
+        let types = Types::read(&program, types)?;
+        Ok(Self { program, types })
+    }
+
+    /// The arguments of a call, or a sample.
+    fn request<'py>(
+        &self,
+        py: Python<'py>,
+        slot: usize,
+        operation: usize,
+        arguments: &Bound<'py, PyTuple>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let operation = self.operation(slot, operation)?;
+        encoded(
+            py,
+            operation,
+            self.types.arguments(&operation.request, arguments),
+        )
+    }
+
+    /// The arguments that these bytes hold.
+    fn decode_request<'py>(
+        &self,
+        py: Python<'py>,
+        slot: usize,
+        operation: usize,
+        bytes: &[u8],
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let operation = self.operation(slot, operation)?;
+        self.types
+            .parts(py, &decoded(py, &operation.request, bytes)?)
+    }
+
+    /// What a handler returned.
+    fn reply<'py>(
+        &self,
+        py: Python<'py>,
+        slot: usize,
+        operation: usize,
+        value: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let operation = self.operation(slot, operation)?;
+        encoded(py, operation, self.types.reply(&operation.reply, value))
+    }
+
+    /// What a call returns that gets these bytes.
+    fn decode_reply<'py>(
+        &self,
+        py: Python<'py>,
+        slot: usize,
+        operation: usize,
+        bytes: &[u8],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let operation = self.operation(slot, operation)?;
+        let values = decoded(py, &operation.reply, bytes)?;
+        self.types.answer_object(py, &operation.answer, &values)
+    }
+}
+
+impl Codec {
+    fn operation(&self, slot: usize, operation: usize) -> PyResult<&Operation> {
+        let found = self.program.operation(slot, operation);
+        found.ok_or_else(|| errors::no_such("operation", slot))
+    }
+}
+
+fn read(description: &str) -> PyResult<Program> {
+    Program::read(description).map_err(pyo3::exceptions::PyValueError::new_err)
+}
+
+fn encoded<'py>(
+    py: Python<'py>,
+    operation: &Operation,
+    value: Result<Value, Misfit>,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let refused = |reason: String| {
+        let message = format!("{}(): {reason}", operation.name);
+        errors::raise(py, "InvalidArgument", &message)
+    };
+    let value = value.map_err(|misfit| refused(misfit.to_string()))?;
+    let bytes = encode_body(&value).map_err(|error| refused(error.to_string()))?;
+    Ok(PyBytes::new(py, &bytes))
+}
+
+fn decoded(py: Python<'_>, ty: &Arc<Struct>, bytes: &[u8]) -> PyResult<Vec<Value>> {
+    match decode(ty, Encoding::Cdr, bytes) {
+        Ok(Value::Struct(_, values)) => Ok(values),
+        Ok(_) => Ok(Vec::new()),
+        Err(error) => Err(errors::raise(py, "MalformedReply", &error.to_string())),
+    }
+}
+
+/// The values of a configuration as the context gets them, and the period in nanoseconds that it
+/// sets. Without a path it is the file in the folder of the component.
+#[pyfunction]
+pub(crate) fn configuration<'py>(
+    py: Python<'py>,
+    description: &str,
+    folder: String,
+    path: Option<PathBuf>,
+) -> PyResult<(Bound<'py, PyDict>, Option<u64>)> {
+    let program = read(description)?.in_folder(folder);
+    let configured = rc_runtime::testing::configured_by(program.description, path);
+    let configured = configured.map_err(|error| errors::raise(py, "Error", &error.to_string()))?;
+    let values = crate::parameters::object(py, &configured.values)?;
+    Ok((values, configured.period.map(crate::link::nanoseconds)))
+}

@@ -1,0 +1,509 @@
+//! A worker in Python as the runtime sees it.
+
+use crate::description::{Operation, Program};
+use crate::errors;
+use crate::from_python::Misfit;
+use crate::link::{Link, read, write};
+use crate::memory::Memory;
+use crate::parameters;
+use crate::replies::undecodable;
+use crate::session::{self, Number, Session};
+use crate::types::Types;
+use crate::view::View;
+use crate::worker::Worker;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use rc_middleware::Reader;
+use rc_middleware::typed::{HandlerError, Request};
+use rc_runtime::lifecycle::{Hook, Transition};
+use rc_runtime::machine::{self, Hooks, Machine, Parts};
+use rc_runtime::{Component, Core, ParamChange, Ports, Role, StartError, Values, WorkerError};
+use rc_values::{Type, Value, decode_from, encode_image};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// What the generated package hands over, ready to start.
+pub(crate) struct Start {
+    pub(crate) program: Arc<Program>,
+    pub(crate) types: Arc<Types>,
+    /// The class of the context.
+    pub(crate) context: Py<PyAny>,
+    /// The class of the worker.
+    pub(crate) worker: Py<PyAny>,
+}
+
+/// A running worker with its context.
+pub(crate) struct Joint {
+    program: Arc<Program>,
+    types: Arc<Types>,
+    /// Not here while a function of the worker runs, as `machine`: the session of the thread has
+    /// them.
+    core: Option<Core>,
+    machine: Option<Machine<Number, Number>>,
+    context: Py<PyAny>,
+    worker: Worker,
+}
+
+impl Start {
+    /// Opens the connections, makes the context and the worker, and initializes it.
+    pub(crate) fn start(
+        self,
+        core: Core,
+        ports: &Ports,
+        values: &Values,
+    ) -> Result<Joint, StartError> {
+        Session::open(&self.program, ports)?.begin();
+        let machine = self
+            .program
+            .machine
+            .map(|machine| Machine::new(&machine.chart, machine.external.as_slice()));
+        let (mut core, mut machine) = (Some(core), machine);
+        let made = session::lend(&mut core, &mut machine, || {
+            Python::attach(|py| {
+                self.make(py, values)
+                    .map_err(|error| errors::of_worker(py, &error))
+            })
+        });
+        let (context, worker) = made.inspect_err(|_| Session::end())?;
+        let mut joint = Joint {
+            program: self.program,
+            types: self.types,
+            core,
+            machine,
+            context,
+            worker,
+        };
+        if !joint.program.description.managed && joint.machine.is_some() {
+            machine::start(&mut joint)?;
+        }
+        Ok(joint)
+    }
+
+    fn make(&self, py: Python<'_>, values: &Values) -> PyResult<(Py<PyAny>, Worker)> {
+        let link = Link::new(Arc::clone(&self.program), Arc::clone(&self.types));
+        let context = self.context.bind(py).call1((link,))?;
+        context.call_method1("_set_parameters", (parameters::object(py, values)?,))?;
+        let worker = self.worker.bind(py).call0()?;
+        let worker = Worker::new(&self.program, &worker)?;
+        let context = context.unbind();
+        worker.call(py, "initialize", (context.bind(py),))?;
+        Ok((context, worker))
+    }
+}
+
+impl Drop for Joint {
+    fn drop(&mut self) {
+        // Before the ports of the runtime, which must outlive it.
+        Session::end();
+    }
+}
+
+impl Joint {
+    /// Runs Python on behalf of the worker.
+    fn run<T>(&mut self, run: impl FnOnce(Python<'_>, &Self) -> T) -> T {
+        let (mut core, mut machine) = (self.core.take(), self.machine.take());
+        let result = session::lend(&mut core, &mut machine, || {
+            Python::attach(|py| run(py, self))
+        });
+        (self.core, self.machine) = (core, machine);
+        result
+    }
+
+    /// Calls a function of the worker that takes the context only, if there is one.
+    fn hook(&mut self, name: &str) -> Result<(), WorkerError> {
+        if !self.worker.has(name) {
+            return Ok(());
+        }
+        self.run(|py, joint| {
+            let result = joint.worker.call(py, name, (joint.context.bind(py),));
+            result
+                .map(drop)
+                .map_err(|error| errors::of_worker(py, &error))
+        })
+    }
+
+    /// The same where an error has no consequence but its log.
+    fn quiet_hook(&mut self, name: &str) {
+        if let Err(error) = self.hook(name) {
+            rc_runtime::tracing::error!("{name}(): {error}");
+        }
+    }
+
+    /// The context and the arguments of a handler.
+    fn arguments<'py>(&self, py: Python<'py>, request: &Value) -> PyResult<Bound<'py, PyTuple>> {
+        let mut arguments = vec![self.context.bind(py).clone()];
+        if let Value::Struct(_, values) = request {
+            for value in values {
+                arguments.push(self.types.object(py, value)?);
+            }
+        }
+        PyTuple::new(py, arguments)
+    }
+
+    /// The context and the sample that a handler gets.
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        operation: &Operation,
+        sample: &Sample<'_>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        match (
+            sample,
+            operation.request.members.first().map(|member| &member.ty),
+        ) {
+            (Sample::Value(value), _) => self.arguments(py, value),
+            (Sample::Image(image), Some(Type::Struct(ty))) => {
+                let memory = Py::new(py, Memory::copied(image))?;
+                let view = View::new(memory, Arc::clone(&self.types), Arc::clone(ty), 0);
+                let view = Bound::new(py, view)?.into_any();
+                PyTuple::new(py, [self.context.bind(py).clone(), view])
+            }
+            (Sample::Image(_), _) => PyTuple::new(py, [self.context.bind(py)]),
+        }
+    }
+
+    /// Runs the handler of a request.
+    fn answer(&self, py: Python<'_>, operation: &Operation, request: &Value) -> Answer {
+        let handled = self
+            .arguments(py, request)
+            .and_then(|arguments| self.worker.handle(py, &operation.handler, arguments));
+        let failed = |text: String| Answer::Failed(format!("{}(): {text}", operation.handler));
+        match handled {
+            Ok(result) if operation.wire.two_way => {
+                match self.types.reply(&operation.reply, result.bind(py)) {
+                    Ok(value) => Answer::Reply(0, value),
+                    Err(misfit) => failed(wrong_result(operation, &misfit)),
+                }
+            }
+            Ok(_) => Answer::None,
+            Err(error) => match self.thrown(py, operation, &error) {
+                Some(Ok((case, value))) => Answer::Reply(case, value),
+                Some(Err(misfit)) => failed(misfit.to_string()),
+                None => {
+                    let text = errors::one_line(py, &error);
+                    errors::log_traceback(py, &error);
+                    failed(text)
+                }
+            },
+        }
+    }
+
+    /// An exception that the operation declares, as the case of its reply.
+    fn thrown(
+        &self,
+        py: Python<'_>,
+        operation: &Operation,
+        error: &PyErr,
+    ) -> Option<Result<(i32, Value), Misfit>> {
+        let value = error.value(py);
+        let thrown = operation.throws.iter().find(|thrown| {
+            let class = self.types.class(&thrown.ty.name);
+            class.is_ok_and(|class| value.is_instance(class.python.bind(py)).unwrap_or(false))
+        })?;
+        let value = self.types.structure(&thrown.ty, value.as_any());
+        Some(value.map(|value| (thrown.id, value)))
+    }
+}
+
+/// Why a result is no reply.
+fn wrong_result(operation: &Operation, misfit: &Misfit) -> String {
+    let parts = operation.reply.members.len();
+    let what = if parts == 1 {
+        "its result"
+    } else {
+        "the tuple that it returned"
+    };
+    format!("{what}: {misfit}")
+}
+
+/// A received sample.
+enum Sample<'a> {
+    Value(Value),
+    /// For a handler that gets a view.
+    Image(Cow<'a, [u8]>),
+}
+
+impl<'a> Sample<'a> {
+    fn read(operation: &Operation, reader: &mut Reader<'a>) -> Result<Self, HandlerError> {
+        if !operation.in_place {
+            let value = read(&operation.request, reader).map_err(undecodable)?;
+            return Ok(Self::Value(value));
+        }
+        let Some(image) = reader.image() else {
+            let value = decode_from(&operation.request, reader).map_err(undecodable)?;
+            let image = encode_image(&value).map_err(undecodable)?;
+            return Ok(Self::Image(Cow::Owned(image)));
+        };
+        let size = operation.request.layout.map_or(0, |layout| layout.size);
+        if image.len() != size {
+            let (has, name) = (image.len(), &operation.name);
+            return Err(HandlerError(format!(
+                "{has} bytes are no `{name}` in place, which has {size}"
+            )));
+        }
+        Ok(Self::Image(Cow::Borrowed(image)))
+    }
+}
+
+/// What a handler makes of a request.
+enum Answer {
+    /// The case of a reply and its structure.
+    Reply(i32, Value),
+    Failed(String),
+    None,
+}
+
+impl Component for Joint {
+    fn core(&mut self) -> &mut Core {
+        self.core
+            .as_mut()
+            .expect("the core is away only while a function of the worker runs")
+    }
+
+    fn compute(&mut self) -> Result<(), WorkerError> {
+        if self.machine.is_none() {
+            return self.hook("compute");
+        }
+        let result = match machine::during(self) {
+            Ok(true) => self.hook("compute"),
+            Ok(false) => Ok(()),
+            Err(error) => Err(error),
+        };
+        let of_period = self.program.machine.and_then(|machine| {
+            let state = machine.period_state?;
+            machine.period_event.map(|event| (state, event))
+        });
+        if let (Some(machine), Some((state, event))) = (&mut self.machine, of_period)
+            && machine.is_in(Number(state))
+        {
+            machine.fire(Number(event));
+        }
+        let rested = machine::rest(self);
+        if matches!(result, Err(WorkerError::Fatal(_))) {
+            result
+        } else {
+            rested.and(result)
+        }
+    }
+
+    fn set_parameters(&mut self, values: &Values) {
+        let set = self.run(|py, joint| {
+            let values = parameters::object(py, values)?;
+            joint
+                .context
+                .call_method1(py, "_set_parameters", (values,))
+                .map(drop)
+        });
+        if let Err(error) = set {
+            rc_runtime::tracing::error!("the parameters cannot be set: {error}");
+        }
+    }
+
+    fn parameters_changed(&mut self, changes: &[ParamChange]) -> Result<(), WorkerError> {
+        if !self.worker.has("params_changed") {
+            return Ok(());
+        }
+        self.run(|py, joint| {
+            let called = parameters::changes(py, changes).and_then(|changes| {
+                let context = joint.context.bind(py);
+                joint.worker.call(py, "params_changed", (context, changes))
+            });
+            called
+                .map(drop)
+                .map_err(|error| errors::of_worker(py, &error))
+        })
+    }
+
+    fn react(&mut self) -> Result<(), WorkerError> {
+        if self.machine.is_none() {
+            return Ok(());
+        }
+        machine::react(self)
+    }
+
+    fn machine(&mut self) -> Option<&mut Parts> {
+        self.machine.as_mut().map(Machine::parts)
+    }
+
+    fn run_hook(&mut self, hook: Hook<'_>) -> Result<(), WorkerError> {
+        match hook {
+            Hook::Transition(transition) => {
+                self.hook(transition.word())?;
+                let starts = transition == Transition::Activate;
+                let machine = self.machine.as_ref().filter(|_| starts);
+                if machine.is_none_or(Machine::has_started) {
+                    return Ok(());
+                }
+                machine::start(self)?;
+                let first = self.program.machine.and_then(|machine| machine.first_event);
+                if let (Some(machine), Some(event)) = (&mut self.machine, first) {
+                    machine.fire(Number(event));
+                }
+                Ok(())
+            }
+            Hook::Error(transition, reason) => {
+                if !self.worker.has("error") {
+                    return Err(WorkerError::Failed(reason.to_owned()));
+                }
+                self.run(|py, joint| {
+                    let context = joint.context.bind(py);
+                    let arguments = (context, transition.word(), reason);
+                    let called = joint.worker.call(py, "error", arguments);
+                    called
+                        .map(drop)
+                        .map_err(|error| errors::of_worker(py, &error))
+                })
+            }
+        }
+    }
+
+    fn emergency(&mut self) {
+        self.quiet_hook("emergency");
+    }
+
+    fn restore(&mut self) {
+        self.quiet_hook("restore");
+    }
+
+    fn finalize(&mut self) {
+        if self.machine.is_some() {
+            machine::stop(self);
+        }
+        self.quiet_hook("finalize");
+    }
+
+    fn sending_peers(&self, peers: &mut [usize]) {
+        for (at, slot) in self.program.slots.iter().enumerate() {
+            if matches!(slot.role, Role::Requires | Role::Publishes) {
+                peers[at] = session::peers_of(at);
+            }
+        }
+    }
+
+    fn unavailable(&mut self, slot: usize) -> Option<String> {
+        let states = self.program.slots.get(slot)?.available.as_ref()?;
+        let states: Vec<Number> = states.iter().copied().map(Number).collect();
+        self.machine.as_ref()?.unavailable(&states)
+    }
+
+    fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+        let program = Arc::clone(&self.program);
+        let operations = program
+            .slots
+            .get(slot)
+            .map_or(&[][..], |slot| &slot.operations);
+        let operation = operations.iter().find(|o| o.wire.id == request.operation);
+        let Some(operation) = operation else {
+            return request.unknown();
+        };
+        let arguments = request.arguments(&operation.wire, |reader| {
+            read(&operation.request, reader).map_err(undecodable)
+        })?;
+        match self.run(|py, joint| joint.answer(py, operation, &arguments)) {
+            Answer::Reply(case, value) => request.reply_with(case, |writer| write(&value, writer)),
+            Answer::Failed(reason) => request.fail(&reason),
+            Answer::None => Ok(()),
+        }
+    }
+
+    fn receive(
+        &mut self,
+        slot: usize,
+        operation: usize,
+        reader: &mut Reader<'_>,
+    ) -> Result<(), HandlerError> {
+        let program = Arc::clone(&self.program);
+        let wrong = || HandlerError("the slot has no such topic".to_owned());
+        let operation = program.operation(slot, operation).ok_or_else(wrong)?;
+        let sample = Sample::read(operation, reader)?;
+        self.run(|py, joint| {
+            let handled = joint
+                .sample(py, operation, &sample)
+                .and_then(|arguments| joint.worker.handle(py, &operation.handler, arguments));
+            handled.map(drop).map_err(|error| {
+                let text = errors::one_line(py, &error);
+                errors::log_traceback(py, &error);
+                HandlerError(format!("{}(): {text}", operation.handler))
+            })
+        })
+    }
+}
+
+impl Hooks for Joint {
+    fn parts(&mut self) -> &mut Parts {
+        self.machine
+            .as_mut()
+            .expect(
+                "a step runs only where there is a machine, which is here between two functions",
+            )
+            .parts()
+    }
+
+    fn core(&mut self) -> &mut Core {
+        Component::core(self)
+    }
+
+    fn guard(&mut self, guard: u16) -> bool {
+        let Some(name) = self.machine_name(|machine| &machine.guards, guard) else {
+            return false;
+        };
+        let result = self.run(|py, joint| {
+            let called = joint.worker.call(py, name, (joint.context.bind(py),));
+            let called = called.and_then(|result| result.bind(py).is_truthy());
+            called.map_err(|error| errors::of_worker(py, &error))
+        });
+        result.unwrap_or_else(|error| {
+            rc_runtime::tracing::error!("the guard {name}() counts as false: {error}");
+            false
+        })
+    }
+
+    fn action(&mut self, action: u16) -> Result<(), WorkerError> {
+        match self.machine_name(|machine| &machine.actions, action) {
+            Some(name) => self.hook(name),
+            None => Ok(()),
+        }
+    }
+
+    fn entry(&mut self, state: u16) -> Result<(), WorkerError> {
+        self.state_hook("entry", state)
+    }
+
+    fn exit(&mut self, state: u16) -> Result<(), WorkerError> {
+        self.state_hook("exit", state)
+    }
+
+    fn during(&mut self, state: u16) -> Result<(), WorkerError> {
+        let name = self.state_name("during", state);
+        let Some(name) = name.filter(|name| self.worker.has(name)) else {
+            if let Some(machine) = &mut self.machine {
+                machine.no_during();
+            }
+            return Ok(());
+        };
+        self.hook(&name)
+    }
+}
+
+impl Joint {
+    fn machine_name(
+        &self,
+        names: impl FnOnce(&'static crate::description::Machine) -> &'static Vec<String>,
+        number: u16,
+    ) -> Option<&'static str> {
+        let names = names(self.program.machine?);
+        names.get(usize::from(number)).map(String::as_str)
+    }
+
+    fn state_name(&self, prefix: &str, state: u16) -> Option<String> {
+        let suffix = self.machine_name(|machine| &machine.states, state)?;
+        (!suffix.is_empty()).then(|| format!("{prefix}_{suffix}"))
+    }
+
+    fn state_hook(&mut self, prefix: &str, state: u16) -> Result<(), WorkerError> {
+        match self.state_name(prefix, state) {
+            Some(name) => self.hook(&name),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,300 @@
+//! The description of a component, as its generated package hands it over: JSON.
+//!
+//! The runtime keeps descriptions for ever, as those of components in Rust. A process has one
+//! component, so what is leaked here is leaked once.
+
+use rc_machine::Chart;
+use rc_middleware::typed::{self, ReplyVariant};
+use rc_middleware::{Durability, Qos, Reliability};
+use rc_runtime::{Connect, Role};
+use rc_values::description::Module;
+use rc_values::{Catalog, Pattern, Struct};
+use serde::Deserialize;
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::backends;
+use crate::replies;
+
+/// The JSON text.
+#[derive(Deserialize)]
+struct Text {
+    name: String,
+    model: String,
+    middleware: String,
+    period_ns: u64,
+    #[serde(default)]
+    parameters: Option<serde_json::Value>,
+    #[serde(default)]
+    managed: bool,
+    #[serde(default)]
+    simulates_time: bool,
+    types: Vec<Module>,
+    slots: Vec<SlotText>,
+    /// Definitions of the messages and services that are not part of ROS 2 itself.
+    #[serde(default)]
+    ros_types: Vec<String>,
+    #[serde(default)]
+    machine: Option<Machine>,
+}
+
+#[derive(Deserialize)]
+struct SlotText {
+    name: String,
+    role: Role,
+    interface: String,
+    type_name: String,
+    type_hash: String,
+    middleware: String,
+    #[serde(default)]
+    qos: QosText,
+    operations: Vec<OperationText>,
+    #[serde(default)]
+    external_types: Vec<String>,
+    #[serde(default)]
+    available: Option<Vec<u16>>,
+}
+
+/// What the component's language sets; the rest is the default of the slot's role.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct QosText {
+    reliable: Option<bool>,
+    transient_local: Option<bool>,
+    depth: Option<u32>,
+    deadline_ns: Option<u64>,
+    lifespan_ns: Option<u64>,
+    liveliness_ns: Option<u64>,
+    timeout_ns: Option<u64>,
+    spin_ns: Option<u64>,
+}
+
+#[derive(Deserialize)]
+struct OperationText {
+    name: String,
+    #[serde(default)]
+    handler: String,
+    #[serde(default)]
+    in_place: bool,
+}
+
+/// The state machine of a component.
+#[derive(Deserialize)]
+pub(crate) struct Machine {
+    pub(crate) chart: Chart,
+    /// The events that may be fired from outside.
+    pub(crate) external: Vec<u16>,
+    /// The event that follows the first activation of a managed component.
+    #[serde(default)]
+    pub(crate) first_event: Option<u16>,
+    /// The event of each period, and the state in which it is fired.
+    #[serde(default)]
+    pub(crate) period_event: Option<u16>,
+    #[serde(default)]
+    pub(crate) period_state: Option<u16>,
+    /// The suffix of `entry_`, `exit_` and `during_`, by the number of the state.
+    pub(crate) states: Vec<String>,
+    /// The functions of guards, by their numbers.
+    pub(crate) guards: Vec<String>,
+    /// The functions of actions, by their numbers.
+    pub(crate) actions: Vec<String>,
+}
+
+/// A component: what the runtime knows of it, and what the joint with Python needs besides.
+pub(crate) struct Program {
+    pub(crate) description: &'static rc_runtime::Description,
+    pub(crate) slots: Vec<Slot>,
+    pub(crate) machine: Option<&'static Machine>,
+}
+
+/// A slot.
+pub(crate) struct Slot {
+    pub(crate) role: Role,
+    pub(crate) operations: Vec<Operation>,
+    /// The states in which requests are served; `None` for all.
+    pub(crate) available: Option<Vec<u16>>,
+}
+
+/// An operation of a slot.
+pub(crate) struct Operation {
+    pub(crate) name: String,
+    /// The key of its class for replies of several parts.
+    pub(crate) answer: String,
+    pub(crate) wire: typed::Operation,
+    pub(crate) request: Arc<Struct>,
+    pub(crate) reply: Arc<Struct>,
+    pub(crate) throws: Vec<rc_values::Exception>,
+    /// The name of the worker's function.
+    pub(crate) handler: String,
+    /// Whether the handler of a sample gets a view.
+    pub(crate) in_place: bool,
+}
+
+impl Program {
+    /// Reads a description. The error names the part that is wrong.
+    pub(crate) fn read(json: &str) -> Result<Self, String> {
+        let text: Text = serde_json::from_str(json)
+            .map_err(|error| format!("the description of the component: {error}"))?;
+        let catalog = Catalog::new(&text.types).map_err(|error| error.to_string())?;
+        let slots = text.slots.iter().map(|slot| read_slot(&catalog, slot));
+        let slots: Vec<Slot> = slots.collect::<Result<_, _>>()?;
+        backends::add_ros_types(text.ros_types);
+        let described: Vec<rc_runtime::Slot> = std::iter::zip(&text.slots, &slots)
+            .map(|(text, slot)| describe_slot(text, slot))
+            .collect::<Result<_, _>>()?;
+        let words =
+            std::iter::once(&text.middleware).chain(text.slots.iter().map(|slot| &slot.middleware));
+        let mut connects: Vec<(&'static str, Connect)> = Vec::new();
+        for word in words {
+            let backend = backends::find(word)?;
+            if connects.iter().all(|(name, _)| *name != backend.0) {
+                connects.push(backend);
+            }
+        }
+        let types: Vec<&'static str> = text.types.iter().map(|m| leak_text(m.text())).collect();
+        let parameters = text.parameters.map(|schema| leak_text(schema.to_string()));
+        let description = rc_runtime::Description {
+            name: leak_text(text.name),
+            model_hash: hash(&text.model)?,
+            middleware: backends::find(&text.middleware)?.0,
+            period: Duration::from_nanos(text.period_ns),
+            parameters,
+            folder: "",
+            slots: described.leak(),
+            types: types.leak(),
+            backends: connects.leak(),
+            simulates_time: text.simulates_time,
+            managed: text.managed,
+            note: &[],
+        };
+        Ok(Self {
+            description: Box::leak(Box::new(description)),
+            slots,
+            machine: text.machine.map(|machine| &*Box::leak(Box::new(machine))),
+        })
+    }
+
+    /// The same in this folder, whose `etc/config.toml` is the default configuration.
+    pub(crate) fn in_folder(self, folder: String) -> Self {
+        let description = rc_runtime::Description {
+            folder: leak_text(folder),
+            ..*self.description
+        };
+        Self {
+            description: Box::leak(Box::new(description)),
+            ..self
+        }
+    }
+
+    /// An operation by the index of its slot and its own. The generated layer has no others.
+    pub(crate) fn operation(&self, slot: usize, operation: usize) -> Option<&Operation> {
+        self.slots.get(slot)?.operations.get(operation)
+    }
+}
+
+fn read_slot(catalog: &Catalog, slot: &SlotText) -> Result<Slot, String> {
+    let wrong = |what: &str| format!("the description of slot `{}`: {what}", slot.name);
+    let interface = catalog
+        .interface(&slot.type_name)
+        .ok_or_else(|| wrong(&format!("there is no interface `{}`", slot.type_name)))?;
+    if interface.operations.len() != slot.operations.len() {
+        return Err(wrong("it does not have the operations of its interface"));
+    }
+    let pairs = std::iter::zip(&interface.operations, &slot.operations);
+    let operations = pairs.map(|(known, text)| {
+        if known.name != text.name {
+            let (ours, theirs) = (&text.name, &known.name);
+            return Err(wrong(&format!("`{ours}` stands where `{theirs}` belongs")));
+        }
+        let wire = typed::Operation {
+            name: leak_text(known.name.clone()),
+            id: known.id,
+            type_hash: known.hash,
+            two_way: known.pattern == Pattern::Query,
+            replies: variants(known),
+        };
+        Ok(Operation {
+            name: known.name.clone(),
+            answer: format!("{}.{}", slot.type_name, known.name),
+            wire,
+            request: Arc::clone(&known.request),
+            reply: Arc::clone(&known.reply),
+            throws: known.throws.clone(),
+            handler: text.handler.clone(),
+            in_place: text.in_place,
+        })
+    });
+    Ok(Slot {
+        role: slot.role,
+        operations: operations.collect::<Result<_, _>>()?,
+        available: slot.available.clone(),
+    })
+}
+
+/// The variants of a reply, as the generated code of Rust has them.
+fn variants(operation: &rc_values::Operation) -> &'static [ReplyVariant] {
+    if operation.throws.is_empty() {
+        return &[];
+    }
+    let throws = operation.throws.iter();
+    let throws = throws.map(|thrown| ReplyVariant::with(thrown.id, replies::codec(&thrown.ty)));
+    let mut variants: Vec<ReplyVariant> = throws.collect();
+    if !operation.reply.members.is_empty() {
+        variants.push(ReplyVariant::with(0, replies::codec(&operation.reply)));
+    }
+    variants.leak()
+}
+
+fn describe_slot(text: &SlotText, slot: &Slot) -> Result<rc_runtime::Slot, String> {
+    let operations: Vec<typed::Operation> = slot.operations.iter().map(|o| o.wire).collect();
+    let external: Vec<&'static str> = text.external_types.iter().cloned().map(leak_text).collect();
+    Ok(rc_runtime::Slot {
+        is_array: false,
+        name: leak_text(text.name.clone()),
+        role: text.role,
+        interface: leak_text(text.interface.clone()),
+        type_name: leak_text(text.type_name.clone()),
+        type_hash: hash(&text.type_hash)?,
+        backend: backends::find(&text.middleware)?.0,
+        qos: text.qos.of(text.role),
+        operations: operations.leak(),
+        external_types: external.leak(),
+    })
+}
+
+impl QosText {
+    fn of(&self, role: Role) -> Qos {
+        let default = match role {
+            Role::Implements | Role::Requires => Qos::CALL,
+            Role::Publishes => Qos::PUBLISHER,
+            Role::SubscribesTo => Qos::SUBSCRIBER,
+        };
+        let time = |nanoseconds: Option<u64>| nanoseconds.map(Duration::from_nanos);
+        Qos {
+            reliability: match self.reliable {
+                Some(true) => Reliability::Reliable,
+                Some(false) => Reliability::BestEffort,
+                None => default.reliability,
+            },
+            durability: match self.transient_local {
+                Some(true) => Durability::TransientLocal,
+                Some(false) => Durability::Volatile,
+                None => default.durability,
+            },
+            depth: self.depth.unwrap_or(default.depth),
+            deadline: time(self.deadline_ns).or(default.deadline),
+            lifespan: time(self.lifespan_ns).or(default.lifespan),
+            liveliness: time(self.liveliness_ns).or(default.liveliness),
+            timeout: time(self.timeout_ns).unwrap_or(default.timeout),
+            spin: time(self.spin_ns).unwrap_or(default.spin),
+        }
+    }
+}
+
+fn hash(text: &str) -> Result<u64, String> {
+    u64::from_str_radix(text, 16).map_err(|_| format!("`{text}` is no hash of 16 digits"))
+}
+
+fn leak_text(text: String) -> &'static str {
+    text.leak()
+}

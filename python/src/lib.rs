@@ -1,0 +1,46 @@
+//! The native part of the Python package `robocomp`: it runs a worker in Python over the same
+//! runtime as workers in Rust, with types that are known at run time.
+//!
+//! The generated package of a component hands over its description, the classes of its types, of
+//! its context and of its worker. [`run`] joins them with the runtime.
+
+mod backends;
+mod client;
+mod codec;
+mod component;
+mod description;
+mod errors;
+mod from_python;
+mod link;
+mod log;
+mod machine_runner;
+mod memory;
+mod parameters;
+mod replies;
+mod run;
+mod session;
+mod to_python;
+mod types;
+mod view;
+mod worker;
+
+use pyo3::prelude::*;
+
+/// The module `robocomp._native`.
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::client::{Network, Samples};
+    #[pymodule_export]
+    use super::codec::{Codec, configuration};
+    #[pymodule_export]
+    use super::link::Link;
+    #[pymodule_export]
+    use super::log::log;
+    #[pymodule_export]
+    use super::machine_runner::MachineRunner;
+    #[pymodule_export]
+    use super::run::{Embedded, embed, run};
+    #[pymodule_export]
+    use super::view::{Loan, View};
+}

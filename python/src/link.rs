@@ -1,0 +1,283 @@
+//! The class `Link`: what the generated clients, publishers and contexts call.
+
+use crate::description::{Operation, Program};
+use crate::errors;
+use crate::from_python::Misfit;
+use crate::replies::undecodable;
+use crate::session::{Number, with, with_core, with_machine};
+use crate::types::Types;
+use crate::view::Loan;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use rc_middleware::typed::{TypedClient, expect_result};
+use rc_middleware::{CallError, EncodeError, Encoding, Reader, Writer};
+use rc_values::{Struct, Value, ValueError, decode, decode_from, encode};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The joint of a component with its runtime. It works on the thread of the worker.
+#[pyclass(frozen, module = "robocomp._native")]
+pub(crate) struct Link {
+    program: Arc<Program>,
+    types: Arc<Types>,
+}
+
+/// What a server replied.
+enum Answer {
+    Result(Value),
+    Exception(Value),
+}
+
+impl Link {
+    pub(crate) fn new(program: Arc<Program>, types: Arc<Types>) -> Self {
+        Self { program, types }
+    }
+
+    fn operation(&self, slot: usize, operation: usize) -> PyResult<&Operation> {
+        let found = self.program.operation(slot, operation);
+        found.ok_or_else(|| errors::no_such("operation", slot))
+    }
+}
+
+/// Writes a value that was checked against its type.
+pub(crate) fn write(value: &Value, writer: &mut Writer<'_>) {
+    if let Err(error) = encode(value, writer) {
+        writer.fail(EncodeError::NoValue(error.to_string()));
+    }
+}
+
+/// Reads a structure in either encoding.
+pub(crate) fn read(ty: &Arc<Struct>, reader: &mut Reader<'_>) -> Result<Value, ValueError> {
+    match reader.image() {
+        Some(image) => decode(ty, Encoding::Image, image),
+        None => decode_from(ty, reader),
+    }
+}
+
+fn call(
+    client: &mut TypedClient,
+    operation: &Operation,
+    request: &Value,
+) -> Result<Answer, CallError> {
+    client.call_with(
+        &operation.wire,
+        |writer| write(request, writer),
+        |case, reader| {
+            let malformed = |error| CallError::Malformed(undecodable(error));
+            if let Some(thrown) = operation.throws.iter().find(|thrown| thrown.id == case) {
+                return read(&thrown.ty, reader)
+                    .map(Answer::Exception)
+                    .map_err(malformed);
+            }
+            expect_result(case)?;
+            if operation.reply.members.is_empty() {
+                let empty = Value::Struct(Arc::clone(&operation.reply), Vec::new());
+                return Ok(Answer::Result(empty));
+            }
+            read(&operation.reply, reader)
+                .map(Answer::Result)
+                .map_err(malformed)
+        },
+    )
+}
+
+#[allow(
+    clippy::unused_self,
+    reason = "the methods belong to the object, whatever they need of it"
+)]
+#[pymethods]
+impl Link {
+    /// Calls a query and returns its result.
+    fn query<'py>(
+        &self,
+        py: Python<'py>,
+        slot: usize,
+        operation: usize,
+        arguments: &Bound<'py, PyTuple>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let operation = self.operation(slot, operation)?;
+        let request = self.request(py, operation, arguments)?;
+        let answer = py.detach(|| {
+            with(|session| {
+                let client = session.client(slot)?;
+                Ok(call(client, operation, &request))
+            })
+        })?;
+        match answer {
+            Ok(Answer::Result(Value::Struct(_, values))) => {
+                self.types.answer_object(py, &operation.answer, &values)
+            }
+            Ok(Answer::Result(_)) => Ok(py.None().into_bound(py)),
+            Ok(Answer::Exception(value)) => Err(PyErr::from_value(self.types.object(py, &value)?)),
+            Err(error) => Err(errors::of_call(py, &error)),
+        }
+    }
+
+    /// Sends a command.
+    fn command(
+        &self,
+        py: Python<'_>,
+        slot: usize,
+        operation: usize,
+        arguments: &Bound<'_, PyTuple>,
+    ) -> PyResult<()> {
+        let operation = self.operation(slot, operation)?;
+        let request = self.request(py, operation, arguments)?;
+        let sent = py.detach(|| {
+            with(|session| {
+                let client = session.client(slot)?;
+                Ok(client.send_with(&operation.wire, |writer| write(&request, writer)))
+            })
+        })?;
+        sent.map_err(|error| errors::of_call(py, &error))
+    }
+
+    /// Publishes a sample.
+    fn publish(
+        &self,
+        py: Python<'_>,
+        slot: usize,
+        operation: usize,
+        arguments: &Bound<'_, PyTuple>,
+    ) -> PyResult<()> {
+        let described = self.operation(slot, operation)?;
+        let sample = self.types.arguments(&described.request, arguments);
+        let sample = sample.map_err(|misfit| misplaced(py, "InvalidSample", described, &misfit))?;
+        let sent = py.detach(|| {
+            with(|session| {
+                let publisher = session.publisher(slot, operation)?;
+                Ok(publisher.publish_with(|writer| write(&sample, writer)))
+            })
+        })?;
+        sent.map_err(|error| errors::of_sending(py, &error))
+    }
+
+    /// Begins a sample that is written in place.
+    fn loan<'py>(
+        &self,
+        py: Python<'py>,
+        slot: usize,
+        operation: usize,
+    ) -> PyResult<Bound<'py, Loan>> {
+        let described = self.operation(slot, operation)?;
+        Loan::new(py, &self.types, &described.request, (slot, operation))
+    }
+
+    /// The number of servers or of subscribers.
+    fn peers(&self, slot: usize) -> PyResult<usize> {
+        with(|session| Ok(session.peers(slot)))
+    }
+
+    /// The longest time of a call, in nanoseconds.
+    fn timeout_ns(&self, slot: usize) -> PyResult<u64> {
+        with(|session| Ok(nanoseconds(session.client(slot)?.timeout())))
+    }
+
+    fn set_timeout_ns(&self, slot: usize, timeout: u64) -> PyResult<()> {
+        with(|session| {
+            session
+                .client(slot)?
+                .set_timeout(Duration::from_nanos(timeout));
+            Ok(())
+        })
+    }
+
+    fn name(&self) -> PyResult<String> {
+        with_core(|core| core.name().to_owned())
+    }
+
+    fn network(&self) -> PyResult<String> {
+        with_core(|core| core.network().to_owned())
+    }
+
+    /// The time of the network's clock, in nanoseconds.
+    fn now_ns(&self) -> PyResult<u64> {
+        with_core(|core| core.now().as_nanos())
+    }
+
+    fn period_ns(&self) -> PyResult<u64> {
+        with_core(|core| nanoseconds(core.period()))
+    }
+
+    fn set_period_ns(&self, period: u64) -> PyResult<()> {
+        with_core(|core| core.set_period(Duration::from_nanos(period)))
+    }
+
+    fn state(&self) -> PyResult<&'static str> {
+        with_core(|core| core.state().word())
+    }
+
+    fn lifecycle(&self) -> PyResult<Option<String>> {
+        with_core(|core| core.lifecycle().map(|state| state.to_string()))
+    }
+
+    fn is_stopping(&self) -> PyResult<bool> {
+        with_core(|core| core.is_stopping())
+    }
+
+    fn stop(&self, reason: &str) -> PyResult<()> {
+        with_core(|core| core.stop(reason))
+    }
+
+    /// A seed for the random numbers of the worker, which an exact recording keeps.
+    fn seed(&self) -> PyResult<u64> {
+        with_core(|core| core.random().u64(..))
+    }
+
+    fn fire(&self, event: u16) -> PyResult<()> {
+        let events = self
+            .program
+            .machine
+            .map_or(0, |machine| machine.chart.fireable);
+        if event >= events {
+            let message = format!("there is no event {event} that the worker can fire");
+            return Err(pyo3::exceptions::PyValueError::new_err(message));
+        }
+        with_machine(|machine| machine.fire(Number(event)))
+    }
+
+    fn is_in(&self, state: u16) -> PyResult<bool> {
+        let states = self
+            .program
+            .machine
+            .map_or(0, |machine| machine.chart.states.len());
+        if usize::from(state) >= states {
+            let message = format!("there is no state {state}");
+            return Err(pyo3::exceptions::PyValueError::new_err(message));
+        }
+        with_machine(|machine| machine.is_in(Number(state)))
+    }
+
+    fn machine_has_started(&self) -> PyResult<bool> {
+        with_machine(|machine| machine.has_started())
+    }
+
+    fn machine_has_ended(&self) -> PyResult<bool> {
+        with_machine(|machine| machine.has_ended())
+    }
+
+    fn active_states(&self) -> PyResult<Vec<&'static str>> {
+        with_machine(|machine| machine.active())
+    }
+}
+
+impl Link {
+    fn request(
+        &self,
+        py: Python<'_>,
+        operation: &Operation,
+        arguments: &Bound<'_, PyTuple>,
+    ) -> PyResult<Value> {
+        let request = self.types.arguments(&operation.request, arguments);
+        request.map_err(|misfit| misplaced(py, "InvalidArgument", operation, &misfit))
+    }
+}
+
+/// The exception for an argument that does not fit.
+fn misplaced(py: Python<'_>, class: &str, operation: &Operation, misfit: &Misfit) -> PyErr {
+    errors::raise(py, class, &format!("{}(): {misfit}", operation.name))
+}
+
+pub(crate) fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}

@@ -1,0 +1,269 @@
+//! The memory of an image: that of a sample which a publisher has lent, or a copy.
+//!
+//! `NumPy` reads and writes it by the buffer protocol. While an array is there, nothing takes the
+//! memory away.
+#![allow(
+    unsafe_code,
+    reason = "the buffer protocol hands out addresses; each block has its argument"
+)]
+
+use pyo3::exceptions::PyBufferError;
+use pyo3::ffi;
+use pyo3::prelude::*;
+use rc_middleware::LoanedSample;
+use std::ffi::{CString, c_int, c_void};
+use std::ptr::NonNull;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread::ThreadId;
+
+/// The memory of an image. Its address stays the same until it is taken.
+#[pyclass(frozen, module = "robocomp._native")]
+pub(crate) struct Memory {
+    start: NonNull<u8>,
+    length: usize,
+    writable: bool,
+    /// The number of buffers that are in use.
+    exports: AtomicUsize,
+    backing: Mutex<Backing>,
+}
+
+/// What owns the bytes.
+enum Backing {
+    /// Aligned to 16.
+    Owned(#[expect(dead_code, reason = "it owns the memory")] Box<[u128]>),
+    Lent(Lent),
+    Taken,
+}
+
+/// A sample that stays on the thread of its publisher.
+struct Lent {
+    sample: Option<Box<dyn LoanedSample>>,
+    thread: ThreadId,
+}
+
+// SAFETY: `sample` is used and dropped on `thread` only: `Memory::take` and `Drop` compare it, and
+// a sample that is dropped elsewhere waits in `ABANDONED` for its thread.
+unsafe impl Send for Lent {}
+
+/// Samples whose objects ended on another thread.
+static ABANDONED: Mutex<Vec<Lent>> = Mutex::new(Vec::new());
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        if self.sample.is_some() && std::thread::current().id() != self.thread {
+            let lent = Self {
+                sample: self.sample.take(),
+                thread: self.thread,
+            };
+            let mut abandoned = ABANDONED.lock().unwrap_or_else(PoisonError::into_inner);
+            abandoned.push(lent);
+        }
+    }
+}
+
+/// Drops the samples of this thread whose objects ended on other threads.
+pub(crate) fn drop_abandoned() {
+    let own = std::thread::current().id();
+    let mut abandoned = ABANDONED.lock().unwrap_or_else(PoisonError::into_inner);
+    abandoned.retain(|lent| lent.thread != own);
+}
+
+// SAFETY: `start` is the address of the memory that `backing` owns. It is read and written only
+// while the interpreter is attached, in `bytes`, `write` and through buffers, whose users keep
+// Python's rules for shared arrays.
+unsafe impl Send for Memory {}
+// SAFETY: as above.
+unsafe impl Sync for Memory {}
+
+impl Memory {
+    /// A copy of an image, which is only read.
+    pub(crate) fn copied(bytes: &[u8]) -> Self {
+        let memory = Self::own(bytes.len(), false);
+        // SAFETY: the memory has this length, nobody else has it yet, and does not overlap.
+        unsafe {
+            memory
+                .start
+                .as_ptr()
+                .copy_from_nonoverlapping(bytes.as_ptr(), bytes.len());
+        };
+        memory
+    }
+
+    /// Zeros for an image that is copied when it is sent.
+    pub(crate) fn zeros(length: usize) -> Self {
+        Self::own(length, true)
+    }
+
+    fn own(length: usize, writable: bool) -> Self {
+        let mut owned = vec![0_u128; length.div_ceil(16)].into_boxed_slice();
+        Self {
+            start: NonNull::from(&mut *owned).cast(),
+            length,
+            writable,
+            exports: AtomicUsize::new(0),
+            backing: Mutex::new(Backing::Owned(owned)),
+        }
+    }
+
+    /// The memory of a sample of this thread's publisher.
+    pub(crate) fn lent(mut sample: Box<dyn LoanedSample>) -> Self {
+        let memory = sample.memory_mut();
+        Self {
+            start: NonNull::from(&mut *memory).cast(),
+            length: memory.len(),
+            writable: true,
+            exports: AtomicUsize::new(0),
+            backing: Mutex::new(Backing::Lent(Lent {
+                sample: Some(sample),
+                thread: std::thread::current().id(),
+            })),
+        }
+    }
+
+    pub(crate) fn is_writable(&self) -> bool {
+        self.writable
+    }
+
+    /// Passes a part of the image to `read`.
+    pub(crate) fn read<T>(
+        &self,
+        at: usize,
+        length: usize,
+        read: impl FnOnce(&[u8]) -> T,
+    ) -> PyResult<T> {
+        let backing = self.backing.lock().unwrap_or_else(PoisonError::into_inner);
+        self.check(&backing, at, length)?;
+        // SAFETY: `check` has compared the part with the length, and `backing` owns the memory for
+        // as long as the lock is held. Bytes have no invalid values.
+        let bytes = unsafe { std::slice::from_raw_parts(self.start.as_ptr().add(at), length) };
+        Ok(read(bytes))
+    }
+
+    /// The same for writing.
+    pub(crate) fn write<T>(
+        &self,
+        at: usize,
+        length: usize,
+        write: impl FnOnce(&mut [u8]) -> T,
+    ) -> PyResult<T> {
+        let backing = self.backing.lock().unwrap_or_else(PoisonError::into_inner);
+        self.check(&backing, at, length)?;
+        if !self.writable {
+            return Err(PyBufferError::new_err("a received sample is only read"));
+        }
+        // SAFETY: as in `read`. The lock excludes other calls of `read` and `write`.
+        let bytes = unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr().add(at), length) };
+        Ok(write(bytes))
+    }
+
+    fn check(&self, backing: &Backing, at: usize, length: usize) -> PyResult<()> {
+        if matches!(backing, Backing::Taken) {
+            return Err(gone());
+        }
+        match at.checked_add(length) {
+            Some(end) if end <= self.length => Ok(()),
+            _ => Err(PyBufferError::new_err("the image ends too early")),
+        }
+    }
+
+    /// Takes the memory away, for sending or for dropping it. `None`: it is a copy. It fails while
+    /// an array is there.
+    pub(crate) fn take(&self) -> PyResult<Option<Box<dyn LoanedSample>>> {
+        let mut backing = self.backing.lock().unwrap_or_else(PoisonError::into_inner);
+        match &mut *backing {
+            Backing::Taken => return Err(gone()),
+            _ if self.exports.load(Ordering::Acquire) > 0 => {
+                return Err(PyBufferError::new_err(
+                    "a writable view of the sample exists; delete the arrays that were taken from \
+                     it before send()",
+                ));
+            }
+            Backing::Owned(_) => return Ok(None),
+            Backing::Lent(lent) if lent.thread != std::thread::current().id() => {
+                return Err(crate::errors::wrong_thread());
+            }
+            Backing::Lent(_) => {}
+        }
+        match std::mem::replace(&mut *backing, Backing::Taken) {
+            Backing::Lent(mut lent) => Ok(lent.sample.take()),
+            _ => Ok(None),
+        }
+    }
+
+    /// Ends a copy that was sent.
+    pub(crate) fn end(&self) {
+        let mut backing = self.backing.lock().unwrap_or_else(PoisonError::into_inner);
+        if self.exports.load(Ordering::Acquire) == 0 {
+            *backing = Backing::Taken;
+        }
+    }
+}
+
+fn gone() -> PyErr {
+    PyBufferError::new_err("the sample was sent or discarded")
+}
+
+#[pymethods]
+impl Memory {
+    /// Fills in a buffer of bytes.
+    #[allow(clippy::needless_pass_by_value, reason = "the protocol passes it so")]
+    unsafe fn __getbuffer__(
+        slf: Bound<'_, Self>,
+        view: *mut ffi::Py_buffer,
+        flags: c_int,
+    ) -> PyResult<()> {
+        let memory = slf.get();
+        let backing = memory
+            .backing
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        memory.check(&backing, 0, 0)?;
+        if flags & ffi::PyBUF_WRITABLE == ffi::PyBUF_WRITABLE && !memory.writable {
+            return Err(PyBufferError::new_err("a received sample is only read"));
+        }
+        let length = ffi::Py_ssize_t::try_from(memory.length)?;
+        let format = if flags & ffi::PyBUF_FORMAT == ffi::PyBUF_FORMAT {
+            CString::from(c"B").into_raw()
+        } else {
+            std::ptr::null_mut()
+        };
+        // SAFETY: the interpreter passes a buffer that may be filled in. The memory lives as long
+        // as `obj`, which the buffer holds, and is not taken away while `exports` counts the
+        // buffer.
+        unsafe {
+            (*view).obj = slf.clone().into_any().into_ptr();
+            (*view).buf = memory.start.as_ptr().cast::<c_void>();
+            (*view).len = length;
+            (*view).readonly = c_int::from(!memory.writable);
+            (*view).itemsize = 1;
+            (*view).format = format;
+            (*view).ndim = 1;
+            (*view).shape = if flags & ffi::PyBUF_ND == ffi::PyBUF_ND {
+                &raw mut (*view).len
+            } else {
+                std::ptr::null_mut()
+            };
+            (*view).strides = if flags & ffi::PyBUF_STRIDES == ffi::PyBUF_STRIDES {
+                &raw mut (*view).itemsize
+            } else {
+                std::ptr::null_mut()
+            };
+            (*view).suboffsets = std::ptr::null_mut();
+            (*view).internal = std::ptr::null_mut();
+        }
+        memory.exports.fetch_add(1, Ordering::AcqRel);
+        Ok(())
+    }
+
+    /// Releases a buffer.
+    unsafe fn __releasebuffer__(&self, view: *mut ffi::Py_buffer) {
+        // SAFETY: `__getbuffer__` made the format by `into_raw`, or left it null.
+        unsafe {
+            if !(*view).format.is_null() {
+                drop(CString::from_raw((*view).format));
+            }
+        }
+        self.exports.fetch_sub(1, Ordering::AcqRel);
+    }
+}

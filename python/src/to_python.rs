@@ -1,0 +1,118 @@
+//! From values to objects of Python.
+
+use crate::types::Types;
+use pyo3::IntoPyObjectExt;
+use pyo3::prelude::*;
+use pyo3::types::{PyByteArray, PyDict, PyList, PyTuple};
+use rc_middleware::in_place::IntoBytes;
+use rc_values::{Numbers, Primitive, Value};
+
+impl Types {
+    /// A value as an object. Numbers of a sequence become a writable array of `NumPy`.
+    pub(crate) fn object<'py>(
+        &self,
+        py: Python<'py>,
+        value: &Value,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        match value {
+            Value::Bool(value) => value.into_bound_py_any(py),
+            Value::Int(value) => value.into_bound_py_any(py),
+            Value::Uint(value) => value.into_bound_py_any(py),
+            Value::F32(value) => f64::from(*value).into_bound_py_any(py),
+            Value::F64(value) => value.into_bound_py_any(py),
+            Value::Text(value) => value.into_bound_py_any(py),
+            Value::Missing => Ok(py.None().into_bound(py)),
+            Value::Enum(of, number) => {
+                let member = self.class(&of.name)?.members.get(number);
+                match member {
+                    Some(member) => Ok(member.bind(py).clone()),
+                    None => number.into_bound_py_any(py),
+                }
+            }
+            Value::Numbers(numbers) => self.array(py, numbers),
+            Value::Sequence(items) => {
+                let items = items.iter().map(|item| self.object(py, item));
+                let items = items.collect::<PyResult<Vec<_>>>()?;
+                PyList::new(py, items)?.into_bound_py_any(py)
+            }
+            Value::Map(pairs) => {
+                let dict = PyDict::new(py);
+                for (key, value) in pairs {
+                    dict.set_item(self.object(py, key)?, self.object(py, value)?)?;
+                }
+                dict.into_bound_py_any(py)
+            }
+            Value::Struct(ty, values) => {
+                let class = self.class(&ty.name)?.python.bind(py);
+                class.call1(self.parts(py, values)?)
+            }
+        }
+    }
+
+    /// The members of a structure, as the arguments of a function.
+    pub(crate) fn parts<'py>(
+        &self,
+        py: Python<'py>,
+        values: &[Value],
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let objects = values.iter().map(|value| self.object(py, value));
+        PyTuple::new(py, objects.collect::<PyResult<Vec<_>>>()?)
+    }
+
+    /// What a call returns: nothing, the only part of the reply, or all of them.
+    pub(crate) fn answer_object<'py>(
+        &self,
+        py: Python<'py>,
+        operation: &str,
+        values: &[Value],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        match (values, self.answer(operation)) {
+            ([], _) => Ok(py.None().into_bound(py)),
+            ([value], _) => self.object(py, value),
+            (values, Some(class)) => class.bind(py).call1(self.parts(py, values)?),
+            (values, None) => self.parts(py, values)?.into_bound_py_any(py),
+        }
+    }
+
+    fn array<'py>(&self, py: Python<'py>, numbers: &Numbers) -> PyResult<Bound<'py, PyAny>> {
+        let of = dtype(numbers.primitive());
+        if numbers.is_empty() {
+            return self.empty.bind(py).call1((0, of));
+        }
+        let bytes = PyByteArray::new(py, bytes(numbers));
+        self.frombuffer.bind(py).call1((bytes, of))
+    }
+}
+
+/// The name of a number's type in `NumPy`.
+pub(crate) fn dtype(primitive: Primitive) -> &'static str {
+    match primitive {
+        Primitive::Bool => "?",
+        Primitive::I8 => "<i1",
+        Primitive::U8 => "<u1",
+        Primitive::I16 => "<i2",
+        Primitive::U16 => "<u2",
+        Primitive::I32 => "<i4",
+        Primitive::U32 => "<u4",
+        Primitive::I64 => "<i8",
+        Primitive::U64 => "<u8",
+        Primitive::F32 => "<f4",
+        Primitive::F64 => "<f8",
+    }
+}
+
+fn bytes(numbers: &Numbers) -> &[u8] {
+    match numbers {
+        Numbers::Bool(items) => items.as_bytes(),
+        Numbers::I8(items) => items.as_bytes(),
+        Numbers::U8(items) => items.as_bytes(),
+        Numbers::I16(items) => items.as_bytes(),
+        Numbers::U16(items) => items.as_bytes(),
+        Numbers::I32(items) => items.as_bytes(),
+        Numbers::U32(items) => items.as_bytes(),
+        Numbers::I64(items) => items.as_bytes(),
+        Numbers::U64(items) => items.as_bytes(),
+        Numbers::F32(items) => items.as_bytes(),
+        Numbers::F64(items) => items.as_bytes(),
+    }
+}

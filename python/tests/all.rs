@@ -1,0 +1,128 @@
+//! The tests in Python, which load the extension module of this crate.
+
+#[path = "../../deploy/tests/all/python.rs"]
+mod python;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What the package needs beside Python.
+const NUMPY: &str = "numpy==2.3.4";
+
+/// The extension module, which cargo built beside this program.
+fn native() -> PathBuf {
+    let own = std::env::current_exe().expect("this program");
+    let native = own.with_file_name("librobocomp_python.so");
+    assert!(native.exists(), "{} is not there", native.display());
+    native
+}
+
+/// A command of the interpreter that finds the package and the files of the tests. `None` where
+/// there is no Python 3.11 or no `NumPy`: `test` is listed as skipped.
+fn interpreter(test: &str) -> Option<Command> {
+    let python = python::packages("python-numpy", NUMPY, test)?;
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut command = Command::new(python);
+    command
+        .current_dir(package.join("tests/python"))
+        .env("PYTHONPATH", package)
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .env("ROBOCOMP_NATIVE", native());
+    Some(command)
+}
+
+/// Runs a file of tests.
+fn check(test: &str, file: &str, middleware: &str, domain: u32) {
+    let Some(mut command) = interpreter(test) else {
+        return;
+    };
+    let output = command
+        .args(["-X", "dev", file, "--verbose"])
+        .env("TEST_MIDDLEWARE", middleware)
+        .env("TEST_DOMAIN", domain.to_string())
+        .output()
+        .expect("the interpreter runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{}: {said}", output.status);
+    assert!(said.contains("\nRan "), "{said}");
+}
+
+#[test]
+fn every_type_is_exchanged_between_threads() {
+    check(
+        "every_type_is_exchanged_between_threads",
+        "test_exchange.py",
+        "local",
+        0,
+    );
+}
+
+#[test]
+fn every_type_is_exchanged_over_iceoryx2() {
+    check(
+        "every_type_is_exchanged_over_iceoryx2",
+        "test_exchange.py",
+        "iceoryx2",
+        0,
+    );
+}
+
+#[test]
+fn every_type_is_exchanged_over_dds() {
+    check(
+        "every_type_is_exchanged_over_dds",
+        "test_exchange.py",
+        "dds",
+        141,
+    );
+}
+
+#[test]
+fn every_type_is_exchanged_over_ros2() {
+    check(
+        "every_type_is_exchanged_over_ros2",
+        "test_exchange.py",
+        "ros2",
+        142,
+    );
+}
+
+#[test]
+fn a_program_starts_checks_its_worker_and_stops() {
+    check(
+        "a_program_starts_checks_its_worker_and_stops",
+        "test_program.py",
+        "iceoryx2",
+        0,
+    );
+}
+
+#[test]
+fn samples_are_written_in_shared_memory() {
+    check(
+        "samples_are_written_in_shared_memory",
+        "test_in_place.py",
+        "iceoryx2",
+        0,
+    );
+}
+
+#[test]
+fn samples_in_place_are_copied_over_dds() {
+    check(
+        "samples_in_place_are_copied_over_dds",
+        "test_in_place.py",
+        "dds",
+        143,
+    );
+}
+
+#[test]
+fn a_client_without_a_component_calls_and_listens() {
+    check(
+        "a_client_without_a_component_calls_and_listens",
+        "test_client.py",
+        "iceoryx2",
+        0,
+    );
+}

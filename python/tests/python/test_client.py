@@ -1,0 +1,112 @@
+"""A running network without a component of one's own."""
+
+import os
+import unittest
+from datetime import timedelta
+
+import numpy as np
+import robocomp
+from build import Fixture
+from demo import MODULE
+
+MIDDLEWARE = os.environ.get("TEST_MIDDLEWARE", "iceoryx2")
+NETWORK = f"py-client-{os.getpid()}"
+LIMIT = timedelta(seconds=20)
+
+
+class Client(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        fixture = Fixture("server", [MODULE], MIDDLEWARE)
+        fixture.slot("Echo", "implements", "Demo::Echo").slot("Images", "publishes", "Demo::Images")
+        types = fixture.types
+
+        class SpecificWorker(fixture.worker):
+            def initialize(self, ctx):
+                self.number = 0
+                self.notes = []
+
+            def compute(self, ctx):
+                self.number += 1
+                with ctx.images.loan_image() as image:
+                    image.number = self.number
+                    image.resize("data", 8)[:] = 5
+
+            def echo(self, ctx, all):
+                return all
+
+            def nothing(self, ctx):
+                return None
+
+            def shift(self, ctx, at, by):
+                if by == 0:
+                    raise types["Demo::Nonsense"]("by is zero", 7)
+                return 3, types["Demo::Point"](at.x + by, at.y)
+
+            def note(self, ctx, text):
+                self.notes.append(text)
+
+            def noted(self, ctx):
+                return self.notes
+
+            def numbers(self, ctx, data):
+                return data / 2
+
+        component = fixture.component(SpecificWorker)
+        cls.running = robocomp.embed(component, SpecificWorker, ["--network", NETWORK])
+        cls.net = robocomp.connect(NETWORK, timeout=LIMIT)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.running.stop()
+        cls.running.join()
+
+    def test_operations_are_called(self):
+        net = self.net
+        self.assertEqual(net.components, ["server"])
+        self.assertEqual(dir(net.server), ["echo"])
+        np.testing.assert_array_equal(net.server.echo.numbers([2, 4]), [1.0, 2.0])
+        np.testing.assert_array_equal(net["server"].Echo.numbers(data=[6]), [3.0])
+        point = net.types["Demo::Point"](1.0, 2.0)
+        answer = net.server.echo.shift(at=point, by=2.0)
+        self.assertEqual((answer.count, answer.result.x), (3, 3.0))
+        self.assertIsNone(net.server.echo.nothing())
+        net.server.echo.note("a note")
+        self.assertEqual(net.server.echo.noted(), ["a note"])
+
+    def test_errors_are_exceptions(self):
+        net = self.net
+        point = net.types["Demo::Point"](1.0, 2.0)
+        with self.assertRaises(net.types["Demo::Nonsense"]) as caught:
+            net.server.echo.shift(point, 0.0)
+        self.assertEqual(caught.exception.code, 7)
+        with self.assertRaises(robocomp.InvalidArgument):
+            net.server.echo.note(5)
+        with self.assertRaises(TypeError):
+            net.server.echo.note()
+        with self.assertRaises(AttributeError) as error:
+            net.server.echo.no_such()
+        self.assertIn("there are echo, nothing, shift", str(error.exception))
+        with self.assertRaises(AttributeError):
+            net.nobody  # noqa: B018
+        with self.assertRaises(KeyError):
+            net["nobody"]
+        with self.assertRaises(robocomp.Error):
+            robocomp.connect("py-no-such-network")
+        with self.assertRaises(robocomp.Error):
+            net.topic("no.such.topic")
+
+    def test_a_topic_is_a_stream(self):
+        self.assertEqual(self.net.topics, ["server.Images.image"])
+        images = self.net.topic("image", timeout=LIMIT)
+        numbers = []
+        for image in images:
+            self.assertEqual(image.data.tolist(), [5] * 8)
+            numbers.append(image.number)
+            if len(numbers) == 3:
+                break
+        self.assertEqual(numbers, sorted(set(numbers)))
+
+
+if __name__ == "__main__":
+    unittest.main()
