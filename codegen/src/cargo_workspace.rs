@@ -3,6 +3,7 @@
 use crate::files::GENERATED;
 use crate::languages;
 use crate::paths::{absolute, normal, relative};
+use crate::project::Language;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -47,7 +48,9 @@ impl Workspace {
                 manifest,
             };
             let is_root = workspace.manifest.contains_key("workspace");
-            if is_root && (root == folder || !workspace.excludes(&folder)) {
+            // Cargo must not take a component in Python for a package.
+            let is_python = || folder.join(Language::Python.manifest()).exists();
+            if is_root && (root == folder || !workspace.excludes(&folder) || is_python()) {
                 return Ok(Some(workspace));
             }
         }
@@ -89,6 +92,14 @@ impl Workspace {
     /// Whether it names the framework, as workspaces of `rcgen init` do.
     pub fn has_framework(&self) -> bool {
         get(&self.manifest, &["workspace", "dependencies", RUNTIME.0]).is_some()
+    }
+
+    /// The folder of the framework, if it is named by a path.
+    pub fn framework(&self) -> Option<PathBuf> {
+        let runtime = get(&self.manifest, &["workspace", "dependencies", RUNTIME.0])?;
+        let path = self.root.join(runtime.get("path")?.as_str()?);
+        path.ends_with(RUNTIME.1.trim_start_matches('/'))
+            .then(|| path.parent().map(normal))?
     }
 
     /// The folder of a package below the root, if one has this name.
@@ -160,10 +171,14 @@ impl Workspace {
                 continue;
             }
             let mut inside = own.ancestors().take_while(|above| **above != self.root);
-            if own.join("Cargo.toml").exists() || self.names(&own) {
+            let is_listed = own.join("Cargo.toml").exists() || self.names(&own);
+            if is_listed {
                 components.push(file);
-            } else if !inside.any(|above| above.join("Cargo.toml").exists()) {
+            } else if inside.any(|above| above.join("Cargo.toml").exists()) {
                 // A file inside another package belongs to its tests.
+            } else if Language::of_file(&file)? == Language::Python {
+                components.push(file);
+            } else {
                 unlisted.push(file);
             }
         }
@@ -171,21 +186,61 @@ impl Workspace {
     }
 
     /// The text of its manifest, and the same with `rc-middleware` and `interfaces` among the
-    /// dependencies; none where it knows `rc-middleware`, or no `rc-runtime` to take it from.
-    pub(crate) fn with_middleware(&self) -> io::Result<Option<(String, String)>> {
+    /// dependencies, and `no_packages` excluded where a pattern of the members names them; none where
+    /// nothing of this is missing.
+    pub(crate) fn as_needed(&self, no_packages: &[&Path]) -> io::Result<Option<(String, String)>> {
         // Another generation may have changed it since it was found.
         let Some(manifest) = manifest(&self.root)? else {
             return Ok(None);
         };
         let text = rc_files::read(&self.root.join("Cargo.toml"))?;
-        let new = self.add_middleware(&manifest).map(|new| {
-            if text.contains("\r\n") && !text.replace("\r\n", "").contains('\n') {
-                new.replace("\r\n", "\n").replace('\n', "\r\n")
-            } else {
-                new
-            }
-        });
+        let with_middleware = self.add_middleware(&manifest);
+        let current = with_middleware.clone().unwrap_or_else(|| text.clone());
+        let new = self
+            .exclude(&current, no_packages)?
+            .or(with_middleware)
+            .map(|new| {
+                if text.contains("\r\n") && !text.replace("\r\n", "").contains('\n') {
+                    new.replace("\r\n", "\n").replace('\n', "\r\n")
+                } else {
+                    new
+                }
+            });
         Ok(new.map(|new| (text, new)))
+    }
+
+    /// A manifest with these folders among `exclude`; none where cargo takes none of them for a package.
+    fn exclude(&self, manifest: &str, folders: &[&Path]) -> io::Result<Option<String>> {
+        let mut missing = Vec::new();
+        for folder in folders {
+            let folder = absolute(folder)?;
+            let inside = folder.starts_with(&self.root) && folder != self.root;
+            if inside && self.names(&folder) && !self.excludes(&folder) {
+                missing.push(relative(&self.root, &folder));
+            }
+        }
+        if missing.is_empty() {
+            return Ok(None);
+        }
+        let faulty = |error: &dyn std::fmt::Display| {
+            let message = format!("{}: {error}", self.root.join("Cargo.toml").display());
+            io::Error::new(io::ErrorKind::InvalidInput, message)
+        };
+        let manifest = manifest.parse::<DocumentMut>();
+        let mut manifest = manifest.map_err(|error| faulty(&error))?;
+        let workspace = manifest.get_mut("workspace");
+        let workspace = workspace.and_then(Item::as_table_like_mut);
+        let workspace = workspace.ok_or_else(|| faulty(&"`workspace` is no table"))?;
+        let excluded = workspace
+            .entry("exclude")
+            .or_insert(toml_edit::value(Array::new()));
+        let excluded = excluded
+            .as_array_mut()
+            .ok_or_else(|| faulty(&"`exclude` is no list"))?;
+        for folder in missing {
+            excluded.push(folder.to_string_lossy().as_ref());
+        }
+        Ok(Some(manifest.to_string()))
     }
 
     fn add_middleware(&self, manifest: &DocumentMut) -> Option<String> {
@@ -440,7 +495,7 @@ mod tests {
             let text = format!("[workspace]\n# mine\n[workspace.dependencies]\n{dependency}\n");
             write(&folder.path().join("Cargo.toml"), &text);
             let workspace = Workspace::of(folder.path()).expect("TOML").expect("a root");
-            let edited = workspace.with_middleware().expect("TOML");
+            let edited = workspace.as_needed(&[]).expect("TOML");
             edited.map(|(_, new)| new.replace(&text, ""))
         };
         let path = "rc-runtime = { path = \"/opt/rc/runtime\" }";

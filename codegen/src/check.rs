@@ -3,8 +3,8 @@
 use crate::configuration;
 use crate::innermodel;
 use crate::languages;
-use crate::project::Project;
-use crate::{dependencies, paths, ros, stubs};
+use crate::project::{Language, Project};
+use crate::{dependencies, paths, python, requirements, ros, stubs};
 use rc_cdsl::model::{Role, Slot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use rc_idsl::Session;
@@ -110,9 +110,17 @@ pub fn file(
             let right = !more.has_errors();
             found.extend(more);
             if let Some(project) = project.as_ref().filter(|_| right) {
-                found.extend(dependencies::compare(&project.component, project.folder()).1);
-                let unreachable = stubs::unreachable(project, sources);
-                found.extend(unreachable.map_err(io::Error::other)?);
+                match project.language() {
+                    Language::Rust => {
+                        found.extend(dependencies::compare(&project.component, project.folder()).1);
+                        let unreachable = stubs::unreachable(project, sources);
+                        found.extend(unreachable.map_err(io::Error::other)?);
+                    }
+                    Language::Python => {
+                        found.extend(requirements::compare(&project.component, project.code()).1);
+                        python::stubs::check(project, sources, found)?;
+                    }
+                }
             }
             let own = configuration::own(path).filter(|own| !was_read(own, sources));
             if let (Some(project), Some(own)) = (project.filter(|_| right), own)

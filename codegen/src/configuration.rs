@@ -6,6 +6,7 @@ use crate::project::Project;
 use rc_cdsl::Component;
 use rc_configuration::{Configuration, Parameters, Update};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_settings::member;
 use rc_syntax::Loader;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -97,7 +98,15 @@ pub(crate) fn check(
 
 /// Finds addresses under `[bindings]` for slots that the component does not have.
 pub fn unknown_slots(configuration: &Configuration, component: &Component) -> Vec<Diagnostic> {
-    let known = |name: &String| component.slots.iter().any(|slot| slot.name == *name);
+    // In a network, members are slots; a component alone knows its arrays only.
+    let known = |name: &String| {
+        let array = member::split(name).filter(|(_, of)| member::check(of).is_ok());
+        let mut slots = component.slots.iter();
+        slots.any(|slot| match array {
+            Some((array, _)) if slot.is_array => slot.name == array,
+            _ => !slot.is_array && slot.name == *name,
+        })
+    };
     let unknown = configuration
         .bindings
         .iter()
@@ -106,6 +115,12 @@ pub fn unknown_slots(configuration: &Configuration, component: &Component) -> Ve
         let name = &component.name.text;
         let message = format!("`{slot}` is not a slot of {name}");
         let error = Diagnostic::error("unknown-slot", binding.span, message);
+        let mut arrays = component.slots.iter().filter(|of| of.is_array);
+        if arrays.any(|of| of.name == *slot) {
+            return error.help(format!(
+                "it is an array; name a member: `\"{slot}.MEMBER\"`"
+            ));
+        }
         error.suggest(slot, component.slots.iter().map(|slot| slot.name.as_str()))
     });
     diagnostics.collect()

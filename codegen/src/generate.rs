@@ -1,10 +1,11 @@
 //! From a view to files.
 
 use crate::files::{Files, GENERATED, Owner};
-use crate::project::Project;
+use crate::project::{Language, Project};
+use crate::python;
 use crate::rust::{self, print::Printer};
 use crate::templates::TemplateError;
-use crate::{dependencies, markdown, parallel, view};
+use crate::{dependencies, markdown, parallel, requirements, view};
 use rc_cdsl::model::Backend;
 use rc_configuration::Parameters;
 use rc_diagnostics::Diagnostics;
@@ -56,15 +57,30 @@ pub fn component(
     interfaces: &str,
 ) -> Result<(Files, Diagnostics), TemplateError> {
     let (view, mut found) = view::component::of(project, middleware);
-    rust::component::check(&project.component, &mut found);
+    let language = project.language();
+    match language {
+        Language::Rust => rust::component::check(&project.component, &mut found),
+        Language::Python => {
+            python::check(&project.component.library, &mut found);
+            python::component::check(&project.component, &mut found);
+        }
+    }
     if found.has_errors() {
         return Ok((Files::default(), found));
     }
     let mut files = Files::default();
-    let component = rust::component::of(&view);
     let dependencies = project.component.dependencies.iter();
-    let dependencies: Vec<String> = dependencies.map(dependencies::line).collect();
-    Printer::new(&component)?.files(interfaces, &dependencies, &mut files)?;
+    match language {
+        Language::Rust => {
+            let component = rust::component::of(&view);
+            let dependencies: Vec<String> = dependencies.map(dependencies::line).collect();
+            Printer::new(&component)?.files(interfaces, &dependencies, &mut files)?;
+        }
+        Language::Python => {
+            let dependencies: Vec<String> = dependencies.map(requirements::line).collect();
+            python::print::files(&view, &dependencies, &mut files)?;
+        }
+    }
     let schema = Path::new(GENERATED).join("config.schema.json");
     files.add(schema, Owner::Generic, view.schema.clone());
     let configuration = rc_configuration::template(

@@ -7,7 +7,9 @@ use crate::generate;
 use crate::interface_crate::{Definitions, Error, InterfaceCrate};
 use crate::load::FileLoader;
 use crate::parallel;
-use crate::project::Project;
+use crate::project::{Language, Project};
+use crate::python::print as python;
+use crate::requirements;
 use crate::rust::print::{self, FIRST_TEST};
 use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
@@ -21,6 +23,7 @@ pub struct Component {
     pub folder: PathBuf,
     /// Whether it has a `src/lib.rs`, or gets one.
     pub is_library: bool,
+    language: Language,
     files: Files,
     definitions: Definitions,
 }
@@ -41,6 +44,9 @@ impl Component {
         middleware: Backend,
         interfaces: &InterfaceCrate,
     ) -> Result<(Option<Self>, Diagnostics), Error> {
+        if project.language() == Language::Python {
+            return Self::of_python(project, folder, middleware);
+        }
         let dependency = interfaces.dependency(&folder)?;
         // Laying out code takes most of the time of a generation.
         let (printed, defined) = parallel::both(
@@ -61,9 +67,31 @@ impl Component {
         found.extend(dependencies::compare(&project.component, &folder).1);
         let component = Self {
             folder,
+            language: Language::Rust,
             is_library,
             files,
             definitions,
+        };
+        Ok((Some(component).filter(|_| !found.has_errors()), found))
+    }
+
+    /// The same for a component in Python, which has its types in a package of its own.
+    fn of_python(
+        project: &Project,
+        folder: PathBuf,
+        middleware: Backend,
+    ) -> Result<(Option<Self>, Diagnostics), Error> {
+        let (mut files, mut found) = generate::component(project, middleware, "")?;
+        if folder.join("src").exists() {
+            files.remove(Path::new(python::FIRST_TEST));
+        }
+        found.extend(requirements::compare(&project.component, &folder).1);
+        let component = Self {
+            folder,
+            language: Language::Python,
+            is_library: true,
+            files,
+            definitions: Definitions::default(),
         };
         Ok((Some(component).filter(|_| !found.has_errors()), found))
     }
@@ -103,15 +131,22 @@ pub fn parts(
         .iter()
         .map(|component| component.definitions.clone());
     let definitions = interfaces.definitions(own.into_iter().chain(of_components).collect());
-    let Some(shared) = interfaces.files(definitions, exact, sources, loader, found)? else {
-        return Ok(None);
-    };
-    let mut parts = vec![Part {
-        folder: interfaces.folder().to_path_buf(),
-        files: shared,
-        component: None,
-    }];
-    parts.extend(interfaces.manifest()?.map(|files| Part {
+    let mut parts = Vec::new();
+    let mut languages = components.iter().map(|component| component.language);
+    // Components in Python alone need no crate.
+    if components.is_empty() || languages.any(|language| language == Language::Rust) {
+        let Some(shared) = interfaces.files(definitions, exact, sources, loader, found)? else {
+            return Ok(None);
+        };
+        parts.push(Part {
+            folder: interfaces.folder().to_path_buf(),
+            files: shared,
+            component: None,
+        });
+    }
+    let no_packages = components.iter().filter(|c| c.language == Language::Python);
+    let no_packages: Vec<&Path> = no_packages.map(|c| c.folder.as_path()).collect();
+    parts.extend(interfaces.manifest(&no_packages)?.map(|files| Part {
         folder: interfaces.root().to_path_buf(),
         files,
         component: None,
@@ -166,7 +201,7 @@ pub fn add_interfaces(interfaces: &InterfaceCrate, projects: &[&Project]) -> Res
         return Err(io::Error::new(io::ErrorKind::InvalidInput, error.message.clone()).into());
     }
     let mut folders = vec![];
-    let manifest = interfaces.manifest()?;
+    let manifest = interfaces.manifest(&[])?;
     folders.extend(files.as_ref().map(|files| (interfaces.folder(), files)));
     folders.extend(manifest.as_ref().map(|files| (interfaces.root(), files)));
     files::write(&folders)?;

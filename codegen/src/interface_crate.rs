@@ -344,15 +344,16 @@ impl InterfaceCrate {
         Ok(self.definitions(vec![definitions]))
     }
 
-    /// The workspace's manifest with what the crate needs of it, where something is missing.
+    /// The workspace's manifest with what the crate needs of it, and without `no_packages`, folders that cargo must not take
+    /// for packages, where something is missing.
     ///
     /// # Errors
     /// The manifest cannot be read.
-    pub fn manifest(&self) -> io::Result<Option<Files>> {
+    pub fn manifest(&self, no_packages: &[&Path]) -> io::Result<Option<Files>> {
         let Some(workspace) = &self.workspace else {
             return Ok(None);
         };
-        Ok(workspace.with_middleware()?.map(|(old, new)| {
+        Ok(workspace.as_needed(no_packages)?.map(|(old, new)| {
             let mut files = Files::default();
             files.edit("Cargo.toml", old, new);
             files

@@ -12,14 +12,26 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The interfaces that come with this program, so that it works wherever it is installed.
-const SHIPPED: [(&str, &str); 13] = [
+const SHIPPED: [(&str, &str); 23] = [
     (
         "BatteryStatus.idsl",
         include_str!("../../components/interfaces/BatteryStatus.idsl"),
     ),
     (
+        "Bumper.idsl",
+        include_str!("../../components/interfaces/Bumper.idsl"),
+    ),
+    (
         "Camera.idsl",
         include_str!("../../components/interfaces/Camera.idsl"),
+    ),
+    (
+        "CameraRGBDSimple.idsl",
+        include_str!("../../components/interfaces/CameraRGBDSimple.idsl"),
+    ),
+    (
+        "CameraSimple.idsl",
+        include_str!("../../components/interfaces/CameraSimple.idsl"),
     ),
     (
         "CommonBehavior.idsl",
@@ -42,6 +54,10 @@ const SHIPPED: [(&str, &str); 13] = [
         include_str!("../../components/interfaces/GenericBase.idsl"),
     ),
     (
+        "IMU.idsl",
+        include_str!("../../components/interfaces/IMU.idsl"),
+    ),
+    (
         "InnerModel.idsl",
         include_str!("../../components/interfaces/InnerModel.idsl"),
     ),
@@ -62,8 +78,32 @@ const SHIPPED: [(&str, &str); 13] = [
         include_str!("../../components/interfaces/LaserPub.idsl"),
     ),
     (
+        "Lidar3D.idsl",
+        include_str!("../../components/interfaces/Lidar3D.idsl"),
+    ),
+    (
+        "OmniRobot.idsl",
+        include_str!("../../components/interfaces/OmniRobot.idsl"),
+    ),
+    (
+        "RGBD.idsl",
+        include_str!("../../components/interfaces/RGBD.idsl"),
+    ),
+    (
+        "Simulation.idsl",
+        include_str!("../../components/interfaces/Simulation.idsl"),
+    ),
+    (
         "Speech.idsl",
         include_str!("../../components/interfaces/Speech.idsl"),
+    ),
+    (
+        "TouchSensor.idsl",
+        include_str!("../../components/interfaces/TouchSensor.idsl"),
+    ),
+    (
+        "Ultrasound.idsl",
+        include_str!("../../components/interfaces/Ultrasound.idsl"),
     ),
 ];
 

@@ -3,7 +3,8 @@
 use crate::cargo_workspace::Workspace;
 use crate::files::{Files, Owner};
 use crate::load::FileLoader;
-use crate::{names, paths};
+use crate::project::Language;
+use crate::{names, paths, python};
 use rc_cdsl::ast::Clause;
 use rc_cdsl::model::Role;
 use rc_diagnostics::{SourceMap, Span};
@@ -21,6 +22,8 @@ pub struct NewComponent {
     pub slots: Vec<(Role, Vec<String>)>,
     /// Its period.
     pub period: Option<Duration>,
+    /// The language of its worker.
+    pub language: Language,
     /// The description that it starts with.
     pub from: Option<PathBuf>,
 }
@@ -62,7 +65,12 @@ impl NewComponent {
     /// Its descriptions, relative to the root of the workspace.
     pub fn files(&self, workspace: &Workspace, loader: &FileLoader) -> Result<Files, Error> {
         let name = &self.name;
-        names::component(name).map_err(|reason| {
+        let is_rust = self.language == Language::Rust;
+        let named = match self.language {
+            Language::Rust => names::component(name),
+            Language::Python => python::names::component(name),
+        };
+        named.map_err(|reason| {
             Error::Refused(format!("a component cannot be called `{name}`: {reason}"))
         })?;
         let folder = self.folder();
@@ -71,7 +79,10 @@ impl NewComponent {
             let message = format!("{} exists already", folder.display());
             return Err(Error::Refused(message));
         }
-        if let Some(other) = workspace.package(&names::package(name))? {
+        if let Some(other) = workspace
+            .package(&names::package(name))?
+            .filter(|_| is_rust)
+        {
             let message = format!(
                 "the workspace has a package `{name}` already: {}",
                 other.display()
@@ -131,11 +142,12 @@ impl NewComponent {
         let name = &self.name;
         Ok(format!(
             "{head}\nComponent {name}\n{{\n    Communications\n    {{\n{slots}    }};\n    \
-             language rust;\n    parameters \"{name}.pdsl\";\n    period {period};\n}};\n"
+             language {};\n    parameters \"{name}.pdsl\";\n    period {period};\n}};\n",
+            self.language.word()
         ))
     }
 
-    /// The text of an existing description, for a component of this name in Rust. The files beside
+    /// The text of an existing description, for a component of this name and language. The files beside
     /// it that it names come with it.
     fn renamed(&self, from: &Path, files: &mut Files) -> Result<String, Error> {
         if !self.slots.is_empty() || self.period.is_some() {
@@ -159,7 +171,7 @@ impl NewComponent {
                 .clauses
                 .iter()
                 .filter_map(|(_, clause)| match clause {
-                    Clause::Language(language) => Some((language.span, "rust")),
+                    Clause::Language(language) => Some((language.span, self.language.word())),
                     _ => None,
                 }),
         );
@@ -192,7 +204,10 @@ impl NewComponent {
 /// The manifest of the workspace with the component among its members, if it does not name it yet.
 pub fn member(workspace: &Workspace, component: &NewComponent) -> std::io::Result<Files> {
     let mut files = Files::default();
-    if let Some((old, new)) = workspace.with_member(&component.folder())? {
+    // A component in Python is no package of cargo.
+    if component.language == Language::Rust
+        && let Some((old, new)) = workspace.with_member(&component.folder())?
+    {
         files.edit("Cargo.toml", old, new);
     }
     Ok(files)

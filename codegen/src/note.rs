@@ -18,6 +18,17 @@ const MAGIC_TEXT: &str = "\\x02rc-note\\x03\\x1e\\x1f";
 /// The file in `generated/` that contains the note.
 const SOURCE: &str = "src/backend.rs";
 
+/// The file in the package of a component in Python that describes it.
+pub const DESCRIPTION: &str = "description.json";
+
+/// The part of this file that is a note.
+#[derive(Deserialize)]
+struct Described {
+    name: String,
+    model: String,
+    middleware: String,
+}
+
 /// The content of a note.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Note {
@@ -38,17 +49,50 @@ impl Note {
         format!("{MAGIC_TEXT}{json}\\0")
     }
 
+    /// A line of a text file with this note, as it is read from an executable.
+    pub fn to_text(&self) -> String {
+        let json = serde_json::to_string(self).unwrap_or_default();
+        format!("{}{json}\0", String::from_utf8_lossy(MAGIC))
+    }
+
     /// Reads the note from the generated code in a component's folder. `None` if the file has no
-    /// note.
+    /// note. Of a component in Python, it is a part of the description in its package.
     ///
     /// # Errors
     /// The system cannot read the file. `NotFound` before the first generation.
     pub fn of_generated(folder: &Path) -> std::io::Result<Option<Self>> {
-        let text = rc_files::read(&folder.join(GENERATED).join(SOURCE))?;
+        let generated = folder.join(GENERATED);
+        let text = match rc_files::read(&generated.join(SOURCE)) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                return Self::of_package(&generated)?.ok_or(error).map(Some);
+            }
+            text => text?,
+        };
         Ok(text.split(MAGIC_TEXT).skip(1).find_map(|rest| {
             let (json, _) = rest.split_once("\\0")?;
             serde_json::from_str(&json.replace("\\\"", "\"")).ok()
         }))
+    }
+
+    /// Reads the note from the package of a component in Python, which lies in `generated`.
+    fn of_package(generated: &Path) -> std::io::Result<Option<Self>> {
+        for entry in std::fs::read_dir(generated).into_iter().flatten() {
+            match rc_files::read(&entry?.path().join(DESCRIPTION)) {
+                Ok(text) => {
+                    let described = serde_json::from_str::<Described>(&text).ok();
+                    return Ok(described.map(|described| Self {
+                        component: described.name,
+                        model: described.model,
+                        middleware: described.middleware,
+                    }));
+                }
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
+                // A file beside the package.
+                Err(error) if error.kind() == std::io::ErrorKind::NotADirectory => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(None)
     }
 
     /// Reads the note from an executable. `None` if the executable is not a component.

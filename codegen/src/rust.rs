@@ -1,7 +1,6 @@
 //! What Rust calls the things of a view, and how its code is laid out. A view says what there is; the templates in
 //! `templates/rust` hold the code.
 
-mod collisions;
 pub(crate) mod component;
 mod documentation;
 mod exports;
@@ -18,4 +17,21 @@ mod testing;
 mod types;
 pub mod worker;
 
-pub(crate) use collisions::check;
+use crate::collisions::{self, Naming};
+use rc_diagnostics::Diagnostics;
+use rc_idsl::Library;
+
+/// Reports names of the IDSL that become one name of Rust.
+pub(crate) fn check(library: &Library, found: &mut Diagnostics) {
+    const NAMING: Naming = Naming {
+        language: "Rust",
+        module: names::module,
+        ty: names::ty,
+        enumerator: names::camel,
+        member: names::snake,
+        operation: names::method,
+        parameter: names::local,
+        exception: operation_names::variant,
+    };
+    collisions::check(library, &NAMING, found);
+}

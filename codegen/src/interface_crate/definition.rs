@@ -24,7 +24,7 @@ pub struct Definition {
 }
 
 /// The definitions of the modules of a library.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Definitions(pub(super) Vec<(InterfaceModule, Origin, Span, Vec<String>)>);
 
 impl Definitions {

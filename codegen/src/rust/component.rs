@@ -55,6 +55,10 @@ pub(crate) struct Component<'a> {
     sends: bool,
     implements: bool,
     subscribes: bool,
+    /// Whether a slot array does.
+    implements_members: bool,
+    subscribes_members: bool,
+    arrays: bool,
     /// Whether a slot serves requests in some states only.
     gated: bool,
     /// Whether a slot sets its reliability, its durability.
@@ -95,6 +99,7 @@ pub(crate) struct Slot<'a> {
     role_word: &'static str,
     pub(crate) receives: bool,
     sends: bool,
+    is_array: bool,
     optional: bool,
     /// The states in which requests are served, as variants of `State`; in all if there is none.
     available: Vec<String>,
@@ -157,6 +162,7 @@ fn functions(machine: &view::Machine, index: usize) -> Slot<'_> {
         role_word: "",
         receives: true,
         sends: false,
+        is_array: false,
         optional: false,
         available: Vec::new(),
         interface: "",
@@ -186,7 +192,10 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
     let receiving = slots.iter().filter(|slot| slot.receives);
     let mut traits: Vec<String> = receiving.map(|slot| slot.type_name.clone()).collect();
     traits.sort_by(|a, b| worker::order(a, b));
-    let has = |role: &str| slots.iter().any(|s| s.receives && s.role_word == role);
+    let has = |role: &str, array: bool| {
+        let mut slots = slots.iter();
+        slots.any(|s| s.receives && s.role_word == role && s.is_array == array)
+    };
     Component {
         name: &view.name,
         file: &view.file,
@@ -224,8 +233,11 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         worker: WORKER,
         testing: testing::of(view),
         sends: slots.iter().any(|slot| slot.sends),
-        implements: has("implements"),
-        subscribes: has("subscribesTo"),
+        implements: has("implements", false),
+        subscribes: has("subscribesTo", false),
+        implements_members: has("implements", true),
+        subscribes_members: has("subscribesTo", true),
+        arrays: slots.iter().any(|slot| slot.is_array),
         gated: slots.iter().any(|slot| !slot.available.is_empty()),
         reliability: slots.iter().any(|slot| slot.qos.reliability.is_some()),
         durability: slots.iter().any(|slot| slot.qos.durability.is_some()),
@@ -352,6 +364,10 @@ fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
         ("machine::StateMachine", view.machine.is_some()),
         ("innermodel_viewer::innermodel", view.viewer),
         ("rc_runtime::lifecycle", view.managed),
+        (
+            "rc_runtime::{Member, MemberError, SlotArray}",
+            view.has_arrays(),
+        ),
         ("parameters::Params", view.parameters.is_some()),
         ("types::*", types.next().is_some()),
     ];
@@ -426,7 +442,7 @@ fn one<'a>(
         index,
         constant: format!("SLOT_{shout}"),
         field: names::snake(&slot.name),
-        type_name: trait_name(&slot.name),
+        type_name: trait_name(view, &slot.name),
         role: match slot.role {
             "implements" => "Implements",
             "requires" => "Requires",
@@ -436,6 +452,7 @@ fn one<'a>(
         role_word: slot.role,
         receives: slot.receives,
         sends: slot.sends,
+        is_array: slot.is_array,
         optional: slot.optional,
         available: slot.available.iter().map(|s| names::camel(s)).collect(),
         interface: &slot.interface,

@@ -21,10 +21,19 @@ const OWN: [&str; 10] = [
     "WorkerError",
 ];
 
+/// What the generated crate of a component with slot arrays exports besides.
+const OF_ARRAYS: [&str; 3] = ["Member", "MemberError", "SlotArray"];
+
+/// What the generated crate exports by name, whatever the description files declare.
+fn own(component: &view::Component) -> impl Iterator<Item = &'static str> {
+    let of_arrays = OF_ARRAYS.into_iter().filter(|_| component.has_arrays());
+    OWN.into_iter().chain(of_arrays)
+}
+
 /// The trait of a slot.
-pub(super) fn trait_name(slot: &str) -> String {
+pub(super) fn trait_name(component: &view::Component, slot: &str) -> String {
     let name = names::ty(slot);
-    if OWN.contains(&name.as_str()) {
+    if own(component).any(|own| own == name) {
         name + "_"
     } else {
         name
@@ -62,7 +71,7 @@ pub(super) struct Exports<'a> {
 
 impl<'a> Exports<'a> {
     pub(super) fn of(component: &'a view::Component) -> Self {
-        let mut names: Vec<String> = OWN.map(str::to_owned).to_vec();
+        let mut names: Vec<String> = own(component).map(str::to_owned).collect();
         for module in &component.modules {
             names.extend(of_types(module));
         }
@@ -84,7 +93,7 @@ impl<'a> Exports<'a> {
         let receiving = ["implements", "subscribesTo"];
         let slots = component.slots.iter();
         let slots = slots.filter(|s| receiving.contains(&s.role));
-        names.extend(slots.map(|s| trait_name(&s.name)));
+        names.extend(slots.map(|s| trait_name(component, &s.name)));
         names.sort();
         let repeated = names.windows(2).filter(|pair| pair[0] == pair[1]);
         Self {

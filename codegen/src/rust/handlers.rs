@@ -18,6 +18,8 @@ pub(crate) struct Handler {
     plain: String,
     constant: String,
     doc: Vec<String>,
+    /// The variable of the member of a slot array that is asked; empty for a single slot.
+    member: String,
     inputs: Vec<Input>,
     two_way: bool,
     throws: bool,
@@ -68,6 +70,7 @@ impl Handler {
             plain: method.to_owned(),
             constant: String::new(),
             doc: Vec::new(),
+            member: String::new(),
             inputs: Vec::new(),
             two_way: true,
             throws: false,
@@ -156,6 +159,11 @@ impl Handlers<'_> {
             })
             .collect();
         let result_name = reply.map(|_| reply_name(of, &inputs)).unwrap_or_default();
+        let member = if self.slot.is_array {
+            member_name(&inputs, &result_name)
+        } else {
+            String::new()
+        };
         // Reply values, the returned one first, as the user's file writes them.
         let bare = |module: &str, name: &str| exports.ty(module, name);
         let mut bare_results: Vec<String> = Vec::new();
@@ -189,6 +197,9 @@ impl Handlers<'_> {
             _ => String::new(),
         };
         let mut arguments = vec!["&mut self".to_owned(), "ctx: &mut Context".to_owned()];
+        if self.slot.is_array {
+            arguments.push(format!("{member}: &Member"));
+        }
         let bare_place = |ty: &Type| match ty {
             Type::Named { module, name, .. } => exports.in_place(module, name),
             _ => String::new(),
@@ -204,12 +215,14 @@ impl Handlers<'_> {
         let method = names::method(&of.name);
         let head = format!("fn {method}");
         let mut unused = vec!["ctx".to_owned()];
+        unused.extend(self.slot.is_array.then(|| member.clone()));
         unused.extend(inputs.iter().map(|input| input.name.clone()));
         unused.extend(reply.map(|_| result_name.clone()));
         Handler {
             plain: plain(&of.name),
             constant: operation_constant(&of.name),
             doc: operation_doc(of),
+            member,
             two_way: of.two_way,
             throws,
             mentioned: self.mentioned(of, &user_result, sample.is_some(), in_place),
@@ -264,6 +277,7 @@ impl Handlers<'_> {
             found.push(error_name(&of.name));
         }
         found.retain(|name| self.exports.is_unique(name));
+        found.extend(self.slot.is_array.then(|| "Member".to_owned()));
         found
     }
 }
@@ -275,6 +289,15 @@ fn reply_name(of: &Operation, inputs: &[Input]) -> String {
         _ => "result".to_owned(),
     };
     if inputs.iter().any(|input| input.name == name) {
+        name.push('_');
+    }
+    name
+}
+
+/// The variable of the member of a slot array that is asked. A parameter may have this name, too.
+fn member_name(inputs: &[Input], result_name: &str) -> String {
+    let mut name = "member".to_owned();
+    while inputs.iter().any(|input| input.name == name) || result_name == name {
         name.push('_');
     }
     name

@@ -18,6 +18,8 @@ pub(crate) struct Testing {
     /// Whether a fake is a server, a subscriber.
     calls: bool,
     publishes: bool,
+    /// Whether one is that of a slot array.
+    arrays: bool,
     /// Whether their types are those of modules.
     uses_types: bool,
 }
@@ -30,6 +32,7 @@ pub(crate) struct Fake {
     /// The field of the context.
     field: String,
     interface: String,
+    is_array: bool,
     calls: bool,
     /// The type of the fake server, and of the functions that read what it gets.
     server: String,
@@ -81,6 +84,7 @@ pub(super) fn of(view: &view::Component) -> Testing {
     Testing {
         calls: fakes.iter().any(|fake| fake.calls),
         publishes: fakes.iter().any(|fake| !fake.calls),
+        arrays: fakes.iter().any(|fake| fake.is_array),
         uses_types,
         fakes,
     }
@@ -108,6 +112,7 @@ fn fake(
         index,
         slot: slot.name.clone(),
         interface: slot.interface.clone(),
+        is_array: slot.is_array,
         calls,
         server: names::free(format!("{base}Fake"), taken),
         read: format!("read_{}", bare(&field)),

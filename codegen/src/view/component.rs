@@ -98,6 +98,8 @@ pub struct Slot {
     pub receives: bool,
     /// Whether the worker calls or publishes through it.
     pub sends: bool,
+    /// Whether it is an array, whose members the worker opens.
+    pub is_array: bool,
     /// Whether the component works without a peer.
     pub optional: bool,
     /// The name of the interface.
@@ -205,6 +207,11 @@ fn machine(project: &Project, found: &mut Diagnostics) -> Option<Machine> {
 }
 
 impl Component {
+    /// Whether a slot is an array.
+    pub fn has_arrays(&self) -> bool {
+        self.slots.iter().any(|slot| slot.is_array)
+    }
+
     /// The interface of a slot.
     pub fn interface(&self, slot: &Slot) -> Option<&library::Interface> {
         let module = self.modules.iter().find(|m| m.name == slot.module)?;
@@ -222,6 +229,7 @@ fn one(library: &Library, slot: &model::Slot, middleware: Backend) -> Slot {
         role: slot.role.word(),
         receives: any && matches!(slot.role, Role::Implements | Role::SubscribesTo),
         sends: slot.role == Role::Requires || (any && slot.role == Role::Publishes),
+        is_array: slot.is_array,
         optional: slot.optional,
         interface: interface.name.text.clone(),
         module: library.module(interface.module).name.text.clone(),
@@ -279,6 +287,7 @@ fn schema(project: &Project) -> String {
         let what = format!("{word} `{module}::{}`", interface.name.text);
         rc_configuration::Slot {
             name: &slot.name,
+            is_array: slot.is_array,
             what,
         }
     });
@@ -292,9 +301,9 @@ fn schema(project: &Project) -> String {
 
 fn check_language(project: &Project, found: &mut Diagnostics) {
     let language = &project.component.language;
-    if language.text != "rust" {
+    if !["rust", "python"].contains(&language.text.as_str()) {
         let message = format!("there are no templates for `{}` yet", language.text);
-        let help = "generate Rust with `--language rust`; the file stays as it is";
+        let help = "generate another language with `--language rust` or `--language python`; the file stays as it is";
         found.push(Diagnostic::error("no-templates", language.span, message).help(help));
     }
 }

@@ -203,6 +203,7 @@ fn the_view_as_json() {
         .slots[0].external_types = []
         .slots[0].in_place = false
         .slots[0].interface = "Gripper"
+        .slots[0].is_array = false
         .slots[0].middleware = null
         .slots[0].module = "Grip"
         .slots[0].name = "right"
@@ -223,6 +224,7 @@ fn the_view_as_json() {
         .slots[1].external_types = []
         .slots[1].in_place = false
         .slots[1].interface = "GripPub"
+        .slots[1].is_array = false
         .slots[1].middleware = null
         .slots[1].module = "Grip"
         .slots[1].name = "GripPub"

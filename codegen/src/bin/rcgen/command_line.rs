@@ -227,7 +227,10 @@ pub(crate) struct New {
     /// Its period, as in `50ms` [default: 100ms].
     #[arg(long, value_name = "DURATION", value_parser = period)]
     pub(crate) period: Option<Duration>,
-    /// Starts with a copy of this description, under the new name and in Rust.
+    /// The language of its worker [default: rust].
+    #[arg(long, value_parser = ["rust", "python"])]
+    pub(crate) language: Option<String>,
+    /// Starts with a copy of this description, under the new name and in this language.
     #[arg(long, value_name = "FILE.cdsl", conflicts_with_all = ["implements", "requires", "publishes", "subscribes", "period"])]
     pub(crate) from: Option<PathBuf>,
     /// The middleware of all slots that do not choose one: iceoryx2, dds or ros2; local for tests
@@ -260,7 +263,7 @@ pub(crate) struct Generate {
     #[arg(long, value_parser = middleware, add = words(&MIDDLEWARE))]
     pub(crate) middleware: Option<Backend>,
     /// Generates this language, whatever the file says.
-    #[arg(long, value_parser = ["rust"])]
+    #[arg(long, value_parser = ["rust", "python"])]
     pub(crate) language: Option<String>,
     /// Lists what would be written, and writes nothing.
     #[arg(long)]

@@ -3,8 +3,9 @@
 use crate::command_line::Common;
 use crate::reports::{Failure, load, print, report, tell};
 use rc_cdsl::model::Backend;
-use rc_codegen::{generate, stubs};
-use rc_diagnostics::{Format, SourceMap};
+use rc_codegen::project::Language;
+use rc_codegen::{Project, generate, python, stubs};
+use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn print_view(file: &Path, common: &Common, middleware: Backend) -> Result<(), Failure> {
@@ -27,10 +28,13 @@ pub(crate) fn print_stubs(
 ) -> Result<(), Failure> {
     let mut sources = SourceMap::new();
     let (mut project, mut found) = load(file, common, &mut sources)?;
+    let folder = out.unwrap_or_else(|| project.folder().to_path_buf());
+    if project.language() == Language::Python {
+        return print_python_stubs(file, &project, &folder, found, &mut sources, common);
+    }
     // Whatever the file says: the handlers that are there are Rust.
     "rust".clone_into(&mut project.component.language.text);
     let system = |e: stubs::Error| Failure::System(e.to_string());
-    let folder = out.unwrap_or_else(|| project.folder().to_path_buf());
     let (missing, more) = stubs::of(&project, &folder, &mut sources).map_err(system)?;
     found.extend(more);
     report(&sources, &found, common.format)?;
@@ -39,6 +43,33 @@ pub(crate) fn print_stubs(
     };
     if !missing.is_empty() {
         print(&missing.text().map_err(system)?);
+    } else if common.format != Format::Json {
+        tell(format_args!(
+            "{}: nothing is missing; handlers: {}\n",
+            file.display(),
+            missing.total()
+        ));
+    }
+    Ok(())
+}
+
+fn print_python_stubs(
+    file: &Path,
+    project: &Project,
+    folder: &Path,
+    mut found: Diagnostics,
+    sources: &mut SourceMap,
+    common: &Common,
+) -> Result<(), Failure> {
+    let stubs = python::stubs::of(project, folder, sources);
+    let (missing, more) = stubs.map_err(|error| Failure::System(error.to_string()))?;
+    found.extend(more);
+    report(sources, &found, common.format)?;
+    let Some(missing) = missing else {
+        return Err(Failure::Input);
+    };
+    if !missing.is_empty() {
+        print(&missing.text());
     } else if common.format != Format::Json {
         tell(format_args!(
             "{}: nothing is missing; handlers: {}\n",

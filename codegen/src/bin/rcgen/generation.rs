@@ -9,6 +9,7 @@ use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::generation::{self, Component, Part};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
+use rc_codegen::project::Language;
 use rc_codegen::view::BACKENDS;
 use rc_codegen::{FileLoader, Project, dependencies, languages, parallel, paths, stubs};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
@@ -362,7 +363,16 @@ impl Group {
             }
         }
         for (part, steps) in parts.iter().zip(&steps) {
-            if let Some(at) = part.component {
+            if let Some(at) = part.component
+                && projects[at].language() == Language::Python
+            {
+                if handlers_changed(steps) {
+                    let file = projects[at].path.display();
+                    tell(format_args!(
+                        "{file}: the handlers changed; `rcgen stubs {file}` prints what the worker lacks\n"
+                    ));
+                }
+            } else if let Some(at) = part.component {
                 let (project, format) = (&projects[at], args.common.format);
                 if handlers_changed(steps) {
                     say_what_is_missing(project, &part.folder, &mut sources, format);
@@ -470,9 +480,13 @@ pub(crate) fn shown(path: &Path) -> PathBuf {
 /// Whether traits of handlers have changed, of a worker that was there before.
 fn handlers_changed(steps: &[Step]) -> bool {
     let is_trait = |s: &Step| {
-        s.path.starts_with("generated/src/slots") || s.path.ends_with("generated/src/machine.rs")
+        s.path.starts_with("generated/src/slots")
+            || s.path.ends_with("generated/src/machine.rs")
+            || s.path.starts_with("generated") && s.path.ends_with("worker.py")
     };
-    let is_worker = |s: &Step| s.owner == Owner::Specific && s.path.ends_with("specific_worker.rs");
+    let is_worker = |s: &Step| {
+        s.owner == Owner::Specific && s.path.file_stem() == Some("specific_worker".as_ref())
+    };
     let kept = |s: &Step| s.change == Change::Keep;
     steps.iter().any(|s| is_trait(s) && !kept(s)) && steps.iter().any(|s| is_worker(s) && kept(s))
 }

@@ -76,19 +76,12 @@ pub(crate) fn import(file: &Path, out: &Path, format: Format) -> Result<(), Fail
     let (document, found): (_, Diagnostics) = urdf::read(&sources, source);
     report(&sources, &found, format)?;
     let text = innermodel_language::print(&document);
-    let mut options = std::fs::File::options();
-    let written = options.write(true).create_new(true).open(out);
-    let written =
-        written.and_then(|mut file| std::io::Write::write_all(&mut file, text.as_bytes()));
-    match written {
-        Ok(()) => {
-            print_line(format_args!("create {}", out.display()));
-            Ok(())
-        }
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-            let message = format!("{} is there already; name another file", out.display());
-            Err(Failure::Usage(message))
-        }
-        Err(error) => Err(Failure::System(format!("{}: {error}", out.display()))),
+    if std::fs::symlink_metadata(out).is_ok() {
+        let message = format!("{} is there already; name another file", out.display());
+        return Err(Failure::Usage(message));
     }
+    rc_files::write(out, text.as_bytes())
+        .map_err(|error| Failure::System(format!("{}: {error}", out.display())))?;
+    print_line(format_args!("create {}", out.display()));
+    Ok(())
 }

@@ -7,6 +7,7 @@ use rc_cdsl::model::Role;
 use rc_codegen::files::Change;
 use rc_codegen::new_component::{self, NewComponent};
 use rc_codegen::paths::{absolute, relative};
+use rc_codegen::project::Language;
 use rc_codegen::{FileLoader, Files, names, workspace};
 use std::path::Path;
 
@@ -56,6 +57,10 @@ pub(crate) fn new(args: New) -> Result<(), Failure> {
             .filter(|(_, interfaces)| !interfaces.is_empty())
             .collect(),
         period: args.period,
+        language: args
+            .language
+            .as_deref()
+            .map_or(Language::Rust, Language::of),
         from: args.from,
     };
     let loader = FileLoader::new(&args.common.include);

@@ -1,0 +1,54 @@
+//! What Python calls the things of a view. A view says what there is; the templates in
+//! `templates/python` hold the code.
+
+pub(crate) mod component;
+mod description;
+mod documentation;
+mod handlers;
+mod interfaces;
+pub mod interpreter;
+mod layout;
+mod library;
+mod machine;
+pub mod names;
+mod parameters;
+pub(crate) mod print;
+mod source;
+pub mod stubs;
+mod testing;
+mod types;
+
+use crate::collisions::{self, Naming};
+use rc_diagnostics::Diagnostics;
+use rc_idsl::Library;
+
+/// Reports names of the IDSL that become one name of Python.
+pub(crate) fn check(library: &Library, found: &mut Diagnostics) {
+    const NAMING: Naming = Naming {
+        language: "Python",
+        module: names::module,
+        ty: names::class,
+        enumerator: names::shout,
+        member: names::exception_member,
+        operation: names::method,
+        parameter: names::parameter,
+        exception: names::class,
+    };
+    collisions::check(library, &NAMING, found);
+}
+
+/// The functions of every worker.
+pub(crate) const HOOKS: [&str; 12] = [
+    "initialize",
+    "compute",
+    "params_changed",
+    "emergency",
+    "restore",
+    "finalize",
+    "configure",
+    "activate",
+    "deactivate",
+    "cleanup",
+    "shutdown",
+    "error",
+];

@@ -1,0 +1,485 @@
+//! Names and types of Python for a component: what the templates of its package print.
+
+use super::interfaces::{self, InterfaceFile};
+use super::library::{TypeModule, Types};
+use super::machine::{self, Machine};
+use super::parameters::{self, Parameters};
+use super::testing::{self, Testing};
+use super::{documentation, handlers, layout, names};
+use crate::view;
+use crate::view::library::Kind;
+use handlers::Handler;
+use rc_diagnostics::{Diagnostic, Diagnostics};
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What a new component's worker is called.
+pub(crate) const WORKER: &str = "SpecificWorker";
+
+/// The module of the worker in `src`.
+pub(crate) const WORKER_MODULE: &str = "specific_worker";
+
+/// What every generated package exports by name.
+const OWN: [&str; 24] = [
+    "COMPONENT",
+    "CallError",
+    "Context",
+    "Deadline",
+    "Emergency",
+    "Event",
+    "Fatal",
+    "InvalidArgument",
+    "InvalidSample",
+    "Machine",
+    "NoServer",
+    "ParamChange",
+    "Params",
+    "QueueFull",
+    "Refused",
+    "SendError",
+    "ServerDied",
+    "State",
+    "Stopping",
+    "Unavailable",
+    "Worker",
+    "WorkerError",
+    "interfaces",
+    "types",
+];
+
+/// What every context has.
+const OF_CONTEXT: [&str; 18] = [
+    "lifecycle",
+    "link",
+    "logger",
+    "machine",
+    "name",
+    "network",
+    "now",
+    "now_ns",
+    "params",
+    "period",
+    "random",
+    "set_period",
+    "state",
+    "stop",
+    "is_stopping",
+    "time",
+    "time_source",
+    "tree",
+];
+
+/// A component as its templates see it.
+#[derive(Debug, Serialize)]
+pub(crate) struct Component<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) file: &'a str,
+    doc: String,
+    pub(crate) package: String,
+    managed: bool,
+    pub(crate) slots: Vec<Slot<'a>>,
+    /// The slots that call or publish, and those that implement or subscribe.
+    sends: bool,
+    receives: bool,
+    pub(crate) types: Vec<TypeModule>,
+    pub(crate) interfaces: Vec<InterfaceFile>,
+    pub(crate) parameters: Option<Parameters>,
+    pub(crate) machine: Option<Machine<'a>>,
+    /// The classes of the description's types: `"Module::Name"` and the expression.
+    classes: Vec<(String, String)>,
+    /// The lines that `__init__` imports, and its `__all__`.
+    imports: Vec<String>,
+    exports: Vec<String>,
+    worker_imports: Vec<String>,
+    worker_uses: super::library::Uses,
+    user: User,
+    testing: Testing,
+}
+
+/// What the user's new worker holds.
+#[derive(Debug, Serialize)]
+struct User {
+    import: String,
+    numpy: bool,
+    npt: bool,
+    hooks: &'static [&'static str],
+    handlers: Vec<Handler>,
+    machine: Vec<Handler>,
+}
+
+/// One slot.
+#[derive(Debug, Serialize)]
+pub(crate) struct Slot<'a> {
+    pub(crate) name: &'a str,
+    index: usize,
+    pub(crate) field: String,
+    role: &'a str,
+    pub(crate) sends: bool,
+    calls: bool,
+    optional: bool,
+    interface: &'a str,
+    /// The file of the interface and its class for this slot.
+    module: String,
+    class: String,
+    pub(crate) handlers: Vec<Handler>,
+}
+
+impl Component<'_> {
+    /// The functions that the worker must write, with the names that its file uses.
+    pub(crate) fn required(&self) -> Vec<Handler> {
+        let mut all = self.user.handlers.clone();
+        all.extend(self.user.machine.iter().cloned());
+        if self.machine.is_none() {
+            all.insert(0, handlers::of_hook("compute", &[]));
+        }
+        all
+    }
+
+    /// The functions that it may write.
+    pub(crate) fn hooks(&self) -> Vec<Handler> {
+        let mut all: Vec<Handler> = ["initialize", "emergency", "restore", "finalize"]
+            .map(|name| handlers::of_hook(name, &[]))
+            .to_vec();
+        if self.machine.is_some() {
+            all.push(handlers::of_hook("compute", &[]));
+        }
+        if self.parameters.is_some() {
+            let changes = [("changes", "Sequence[ParamChange]")];
+            all.push(handlers::of_hook("params_changed", &changes));
+        }
+        if self.managed {
+            let hooks = ["configure", "activate", "deactivate", "cleanup", "shutdown"];
+            all.extend(hooks.map(|name| handlers::of_hook(name, &[])));
+            all.push(handlers::of_hook(
+                "error",
+                &[("transition", "str"), ("reason", "str")],
+            ));
+        }
+        for suffix in self.machine.iter().flat_map(Machine::suffixes) {
+            let hooks = ["entry", "exit", "during"].map(|what| format!("{what}_{suffix}"));
+            all.extend(hooks.iter().map(|name| handlers::of_hook(name, &[])));
+        }
+        all
+    }
+
+    /// How the names of handlers begin.
+    pub(crate) fn handler_prefixes(&self) -> impl Iterator<Item = String> {
+        let slots = self.slots.iter().filter(|slot| !slot.handlers.is_empty());
+        let slots = slots.map(|slot| format!("{}_", slot.field.trim_end_matches('_')));
+        let machine = self.machine.iter();
+        slots.chain(machine.flat_map(|_| ["entry_", "exit_", "during_"].map(str::to_owned)))
+    }
+
+    /// Whether an annotation that the user wrote may mean the type that is needed. Names that are
+    /// not known may mean anything.
+    pub(crate) fn may_mean(&self, needed: &str, own: &str) -> bool {
+        const KNOWN: [&str; 9] = [
+            "bool", "bytes", "dict", "float", "int", "list", "None", "str", "tuple",
+        ];
+        let plain = |text: &str| {
+            let parts = text.split_inclusive(|c: char| !(c.is_alphanumeric() || "_.".contains(c)));
+            let last = parts.map(|part| part.rsplit('.').next().unwrap_or_default());
+            last.collect::<String>().replace([' ', '"', '\''], "")
+        };
+        let (needed, own) = (plain(needed), plain(own));
+        let mut words = own.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+        let is_known = |word: &str| {
+            word.is_empty() || KNOWN.contains(&word) || self.exports.iter().any(|name| name == word)
+        };
+        // An alias of the description, and NumPy's short names, stand for other types.
+        let has_aliases = self.types.iter().any(|module| module.has_alias_in(&own));
+        needed == own || has_aliases || !words.all(is_known)
+    }
+
+    pub(crate) fn type_stems(&self) -> Vec<&str> {
+        sorted(self.types.iter().map(|module| module.stem.as_str()))
+    }
+
+    pub(crate) fn interface_stems(&self) -> Vec<&str> {
+        sorted(self.interfaces.iter().map(|file| file.stem.as_str()))
+    }
+}
+
+fn sorted<'a>(stems: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut stems: Vec<&str> = stems.collect();
+    stems.sort_unstable();
+    stems
+}
+
+/// The functions for its life cycle that a new worker has; the others have useful defaults.
+const HOOKS: [&str; 4] = ["configure", "activate", "deactivate", "cleanup"];
+
+pub(crate) fn of(view: &view::Component) -> Component<'_> {
+    let types = Types::of(view);
+    let modules: Vec<TypeModule> = view.modules.iter().map(|m| types.module(m)).collect();
+    let interfaces = interfaces::of(view);
+    let unique = unique(&modules, &interfaces);
+    let slots = view.slots.iter().enumerate();
+    let slots: Vec<Slot> = slots.map(|(at, slot)| one(view, at, slot)).collect();
+    let machine = view.machine.as_ref().map(machine::of);
+    let user = user(view, &slots, &unique);
+    let handlers = || slots.iter().flat_map(|slot| &slot.handlers);
+    let signatures: Vec<&str> = handlers().map(|h| h.signature.as_str()).collect();
+    let stems = modules.iter().map(|module| (&module.stem, "types"));
+    let stems = stems.chain(interfaces.iter().map(|file| (&file.stem, "interfaces")));
+    let worker_imports = stems.filter_map(|(stem, folder)| {
+        let alias = if folder == "types" { "_" } else { "_i_" };
+        mentions(&signatures, &format!("{alias}{stem}."))
+            .then(|| format!("from .{folder} import {stem} as {alias}{stem}"))
+    });
+    let mut worker_imports: Vec<String> = worker_imports.collect();
+    worker_imports.sort();
+    let (imports, exports) = exports(view, &modules, &interfaces, &unique);
+    Component {
+        name: &view.name,
+        file: &view.file,
+        doc: documentation::docstring_or(
+            0,
+            &view.doc,
+            format!("What the component `{}` communicates.", view.name),
+        ),
+        package: names::package(&view.name),
+        managed: view.managed,
+        sends: slots.iter().any(|slot| slot.sends),
+        receives: slots.iter().any(|slot| !slot.handlers.is_empty()),
+        worker_uses: super::library::Uses::of(&signatures),
+        worker_imports,
+        classes: classes(view, &interfaces),
+        types: modules,
+        interfaces,
+        parameters: view.parameters.as_ref().map(parameters::of),
+        machine,
+        imports,
+        exports,
+        user,
+        testing: testing::of(view, &types),
+        slots,
+    }
+}
+
+/// Whether a text mentions a name that ends with a dot.
+pub(super) fn mentions(texts: &[&str], word: &str) -> bool {
+    let starts = |text: &str, at: usize| {
+        let mut chars = text[..at].chars();
+        chars
+            .next_back()
+            .is_none_or(|c| !(c.is_alphanumeric() || c == '_'))
+    };
+    texts
+        .iter()
+        .any(|text| text.match_indices(word).any(|(at, _)| starts(text, at)))
+}
+
+fn one<'a>(view: &'a view::Component, index: usize, slot: &'a view::Slot) -> Slot<'a> {
+    let interface = view.interface(slot);
+    let class = names::class(&slot.interface);
+    let calls = slot.role == "requires";
+    let end = if calls { "Client" } else { "Publisher" };
+    Slot {
+        name: &slot.name,
+        index,
+        field: names::snake(&slot.name),
+        role: slot.role,
+        sends: slot.sends,
+        calls,
+        optional: slot.optional,
+        interface: &slot.interface,
+        module: interfaces::stem(view, &slot.module, &slot.interface),
+        class: format!("{class}{end}"),
+        handlers: match interface {
+            Some(interface) if slot.receives => handlers::of(view, slot, interface),
+            _ => Vec::new(),
+        },
+    }
+}
+
+/// Where names come from that only one module declares: the name, and the module that the package
+/// imports it from.
+fn unique(modules: &[TypeModule], interfaces: &[InterfaceFile]) -> BTreeMap<String, String> {
+    let mut all: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let types = modules.iter().flat_map(|m| {
+        m.exports
+            .iter()
+            .map(move |name| (name, format!("types.{}", m.stem)))
+    });
+    let ends = interfaces.iter().flat_map(|i| {
+        i.exports
+            .iter()
+            .map(move |name| (name, format!("interfaces.{}", i.stem)))
+    });
+    for (name, from) in types.chain(ends) {
+        all.entry(name.clone()).or_default().push(from);
+    }
+    all.into_iter()
+        .filter(|(name, from)| from.len() == 1 && !OWN.contains(&name.as_str()))
+        .filter_map(|(name, from)| Some((name, from.into_iter().next()?)))
+        .collect()
+}
+
+/// The imports of `__init__`, and the names that it exports.
+fn exports(
+    view: &view::Component,
+    modules: &[TypeModule],
+    interfaces: &[InterfaceFile],
+    unique: &BTreeMap<String, String>,
+) -> (Vec<String>, Vec<String>) {
+    let mut from: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut add = |module: &str, names: &[&str]| {
+        let names = names.iter().map(|name| (*name).to_owned());
+        from.entry(module.to_owned()).or_default().extend(names);
+    };
+    add("context", &["Context"]);
+    add("worker", &["Worker"]);
+    if view.parameters.is_some() {
+        add("parameters", &["Params"]);
+    }
+    if view.machine.is_some() {
+        add("machine", &["Event", "Machine", "State"]);
+    }
+    for (name, module) in unique {
+        add(module, &[name]);
+    }
+    let mut exports: Vec<String> = from.values().flatten().cloned().collect();
+    exports.extend(
+        OWN.map(str::to_owned)
+            .into_iter()
+            .filter(|name| match name.as_str() {
+                "Params" => view.parameters.is_some(),
+                "Event" | "Machine" | "State" => view.machine.is_some(),
+                "types" => !modules.is_empty(),
+                "interfaces" => !interfaces.is_empty(),
+                _ => true,
+            }),
+    );
+    layout::sort_all(&mut exports);
+    let mut imports: Vec<String> = Vec::new();
+    let mut folders = Vec::new();
+    if !interfaces.is_empty() {
+        folders.push("interfaces".to_owned());
+    }
+    if !modules.is_empty() {
+        folders.push("types".to_owned());
+    }
+    if !folders.is_empty() {
+        imports.push(layout::import(".", &folders));
+    }
+    for (module, mut names) in from {
+        layout::sort(&mut names);
+        imports.push(layout::import(&format!(".{module}"), &names));
+    }
+    (imports, exports)
+}
+
+fn classes(view: &view::Component, interfaces: &[InterfaceFile]) -> Vec<(String, String)> {
+    let mut all = Vec::new();
+    for module in &view.modules {
+        for decl in &module.types {
+            if !matches!(decl.kind, Kind::Alias { .. }) {
+                let class = names::class(&decl.name);
+                all.push((
+                    format!("{}::{}", module.name, decl.name),
+                    format!("types.{}.{class}", names::module(&module.name)),
+                ));
+            }
+        }
+    }
+    for file in interfaces {
+        all.extend(file.answers().map(|(operation, class)| {
+            let key = format!("{}::{}.{operation}", file.module, file.name);
+            (key, format!("interfaces.{}.{class}", file.stem))
+        }));
+    }
+    all
+}
+
+fn user(view: &view::Component, slots: &[Slot], unique: &BTreeMap<String, String>) -> User {
+    let handlers: Vec<Handler> = slots
+        .iter()
+        .zip(&view.slots)
+        .filter(|(slot, _)| !slot.handlers.is_empty())
+        .filter_map(|(_, of)| Some(handlers::of_user(view, of, view.interface(of)?, unique)))
+        .flatten()
+        .collect();
+    let machine = view.machine.as_ref().map(handlers::of_machine);
+    let machine = machine.unwrap_or_default();
+    let mut names: Vec<String> = ["Context", "Worker"].map(str::to_owned).to_vec();
+    names.extend(
+        handlers
+            .iter()
+            .flat_map(|handler| handler.mentioned.clone()),
+    );
+    layout::sort(&mut names);
+    let texts: Vec<&str> = handlers.iter().map(|h| h.signature.as_str()).collect();
+    User {
+        import: layout::import(&names::package(&view.name), &names),
+        numpy: mentions(&texts, "np."),
+        npt: mentions(&texts, "npt."),
+        hooks: if view.managed { &HOOKS } else { &[] },
+        handlers,
+        machine,
+    }
+}
+
+/// Reports names that become one name of Python, or one that generated code uses itself.
+pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
+    let name = &component.name;
+    if let Err(reason) = names::component(&name.text) {
+        let message = format!(
+            "a component in Python cannot be called `{}`: {reason}",
+            name.text
+        );
+        found.push(Diagnostic::error("name-collision", name.span, message));
+    }
+    let refused = [
+        (component.viewer.is_some(), "show a tree of InnerModel"),
+        (component.simulates_time, "advance the time of its network"),
+        (
+            component.slots.iter().any(|slot| slot.is_array),
+            "have slot arrays",
+        ),
+    ];
+    for (_, what) in refused.iter().filter(|(is_used, _)| *is_used) {
+        let message = format!("a component in Python cannot {what}");
+        let error = Diagnostic::error("not-in-python", component.language.span, message);
+        found.push(error.help("write `language rust;`"));
+    }
+    let mut seen: Vec<(&str, String)> = Vec::new();
+    let mut handlers: BTreeSet<String> = super::HOOKS.iter().map(|h| (*h).to_owned()).collect();
+    for slot in &component.slots {
+        let field = names::snake(&slot.name);
+        let interface = component.library.interface(slot.interface);
+        if let Some((other, _)) = seen.iter().find(|(_, other)| *other == field) {
+            let message = format!(
+                "slots `{other}` and `{}` are both `{field}` in Python",
+                slot.name
+            );
+            let help = format!("name one of them: `{} as other`", interface.name.text);
+            found.push(Diagnostic::error("name-collision", slot.span, message).help(help));
+        } else if OF_CONTEXT.contains(&field.as_str()) {
+            let message = format!(
+                "a slot cannot be called `{}`: generated code uses the name itself",
+                slot.name
+            );
+            found.push(
+                Diagnostic::error("name-collision", slot.span, message).help("name it with `as`"),
+            );
+        }
+        if matches!(
+            slot.role,
+            rc_cdsl::model::Role::Implements | rc_cdsl::model::Role::SubscribesTo
+        ) {
+            for operation in &interface.operations {
+                let handler = handlers::name(&slot.name, &operation.name.text);
+                if !handlers.insert(handler.clone()) {
+                    let message =
+                        format!("two functions of the worker would be called `{handler}`");
+                    found.push(
+                        Diagnostic::error("name-collision", slot.span, message)
+                            .help("name the slot with `as`"),
+                    );
+                }
+            }
+        }
+        seen.push((&slot.name, field));
+    }
+}

@@ -1,0 +1,146 @@
+//! The description of a component: what the runtime reads when it starts, and what tools read of a
+//! component that has no executable of its own.
+
+use super::{handlers, machine, names};
+use crate::view;
+use crate::view::component::{Slot, Time};
+use serde_json::{Map, Value, json};
+
+/// The text of this file.
+pub(crate) fn of(view: &view::Component) -> Result<String, serde_json::Error> {
+    let types = view.modules.iter();
+    let types: Vec<Value> = types
+        .map(|module| serde_json::from_str(&module.description))
+        .collect::<Result<_, _>>()?;
+    let parameters = view.parameters.as_ref();
+    let parameters = parameters.map(|parameters| serde_json::from_str::<Value>(&parameters.json));
+    let mut all = json!({
+        "name": view.name,
+        "model": view.hash,
+        "middleware": view.middleware,
+        "period_ns": nanoseconds(view.period),
+        "managed": view.managed,
+        "simulates_time": view.simulates_time,
+        "parameters": parameters.transpose()?,
+        "slots": view.slots.iter().map(|of| slot(view, of)).collect::<Vec<Value>>(),
+        "types": types,
+    });
+    if let Some(machine) = &view.machine {
+        all["machine"] = of_machine(machine)?;
+    }
+    Ok(serde_json::to_string_pretty(&all)? + "\n")
+}
+
+fn nanoseconds(time: Time) -> u64 {
+    time.seconds
+        .saturating_mul(1_000_000_000)
+        .saturating_add(time.nanoseconds.into())
+}
+
+fn slot(view: &view::Component, slot: &Slot) -> Value {
+    let operations = view.interface(slot).map_or(&[][..], |i| &i.operations);
+    let operations = operations.iter().map(|of| {
+        let mut operation = json!({ "name": of.name });
+        if slot.receives {
+            operation["handler"] = handlers::name(&slot.name, &of.name).into();
+        }
+        let in_place = slot.in_place && slot.role == "subscribesTo" && of.sample_in_place.is_some();
+        if in_place {
+            operation["in_place"] = true.into();
+        }
+        operation
+    });
+    let mut all = json!({
+        "name": slot.name,
+        "role": slot.role,
+        "interface": slot.interface,
+        "type_name": format!("{}::{}", slot.module, slot.interface),
+        "type_hash": slot.type_hash,
+        "middleware": slot.middleware.unwrap_or(&view.middleware),
+        "qos": qos(slot),
+        "operations": operations.collect::<Vec<Value>>(),
+    });
+    if !slot.external_types.is_empty() {
+        all["external_types"] = slot.external_types.clone().into();
+    }
+    if let Some(machine) = &view.machine
+        && !slot.available.is_empty()
+    {
+        let states = machine.states.iter();
+        let states = states.filter(|state| slot.available.contains(&state.name));
+        all["available"] = states
+            .map(|state| state.number)
+            .collect::<Vec<u16>>()
+            .into();
+    }
+    all
+}
+
+/// What differs from the default of the role.
+fn qos(slot: &Slot) -> Value {
+    let qos = &slot.qos;
+    let mut all = Map::new();
+    let mut set = |name: &str, value: Option<Value>| {
+        all.extend(value.map(|value| (name.to_owned(), value)));
+    };
+    set(
+        "reliable",
+        qos.reliability.map(|word| (word == "reliable").into()),
+    );
+    set(
+        "transient_local",
+        qos.durability
+            .map(|word| (word == "transient_local").into()),
+    );
+    set("depth", qos.depth.map(Value::from));
+    for (name, time) in [
+        ("deadline_ns", qos.deadline),
+        ("lifespan_ns", qos.lifespan),
+        ("liveliness_ns", qos.liveliness),
+        ("timeout_ns", qos.timeout),
+        ("spin_ns", qos.spin),
+    ] {
+        set(name, time.map(|time| nanoseconds(time).into()));
+    }
+    Value::Object(all)
+}
+
+fn of_machine(machine: &view::Machine) -> Result<Value, serde_json::Error> {
+    let last = machine.states.iter().map(|state| state.number).max();
+    let mut states = vec![String::new(); usize::from(last.unwrap_or_default()) + 1];
+    for state in &machine.states {
+        states[usize::from(state.number)] = machine::suffix(&state.name);
+    }
+    let functions = |all: &[String]| {
+        all.iter()
+            .map(|name| names::snake(name))
+            .collect::<Vec<_>>()
+    };
+    let mut all = json!({
+        "chart": serde_json::to_value(&machine.chart)?,
+        "external": machine.external,
+        "states": states,
+        "guards": functions(&machine.guards),
+        "actions": functions(&machine.actions),
+    });
+    // What RoboComp's template of a machine fires itself: after the start, and in each period in a
+    // state.
+    let is_template = machine.name.eq_ignore_ascii_case("defaultMachine");
+    let event = |wanted: &str| {
+        let mut events = machine.events.iter();
+        let at = events.position(|event| event.eq_ignore_ascii_case(wanted));
+        at.filter(|_| is_template)
+    };
+    if let Some(first) = event("InitializeToCompute") {
+        all["first_event"] = first.into();
+    }
+    let compute = machine
+        .states
+        .iter()
+        .find(|s| s.name.eq_ignore_ascii_case("compute"));
+    if let (Some(event), Some(state)) = (event("ComputeToCompute"), compute) {
+        all["period_event"] = event.into();
+        all["period_state"] = state.number.into();
+    }
+    Ok(all)
+}

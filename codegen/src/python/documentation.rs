@@ -1,0 +1,86 @@
+//! Documentation as docstrings, with units and ranges.
+
+use super::names;
+use crate::view::library::Operation;
+use crate::view::members::Member;
+
+/// A docstring whose further lines are indented; none without lines.
+pub(crate) fn docstring(indent: usize, lines: &[String]) -> String {
+    // No quote ends it, and a backslash is one.
+    let escaped = lines.iter().map(|line| {
+        let line = line.replace('\\', "\\\\").replace('"', "\\\"");
+        line.trim_end().to_owned()
+    });
+    let lines: Vec<String> = escaped.collect();
+    let margin = " ".repeat(indent);
+    match trimmed(&lines) {
+        [] => String::new(),
+        [line] => format!("\"\"\"{line}\"\"\""),
+        [first, rest @ ..] => {
+            let rest = rest.iter().map(|line| {
+                if line.is_empty() {
+                    "\n".to_owned()
+                } else {
+                    format!("\n{margin}{line}")
+                }
+            });
+            let rest: String = rest.collect();
+            format!("\"\"\"{first}{rest}\n{margin}\"\"\"")
+        }
+    }
+}
+
+/// The same, or with this line where there is no documentation.
+pub(crate) fn docstring_or(indent: usize, lines: &[String], otherwise: String) -> String {
+    let text = docstring(indent, lines);
+    if text.is_empty() {
+        docstring(indent, &[otherwise])
+    } else {
+        text
+    }
+}
+
+/// Lines without empty ones around them.
+fn trimmed(lines: &[String]) -> &[String] {
+    let is_text = |line: &String| !line.is_empty();
+    let first = lines.iter().position(is_text);
+    let last = lines.iter().rposition(is_text);
+    match (first, last) {
+        (Some(first), Some(last)) => &lines[first..=last],
+        _ => &[],
+    }
+}
+
+/// The documentation of a member with its unit and its range.
+pub(super) fn of_member(member: &Member) -> String {
+    let unit = member.unit.iter().map(|unit| format!("Unit: {unit}."));
+    let range = member.range.iter().map(|range| format!("Range: {range}."));
+    let facts: Vec<String> = unit.chain(range).collect();
+    let mut doc = member.doc.clone();
+    if !facts.is_empty() {
+        if !doc.is_empty() {
+            doc.push(String::new());
+        }
+        doc.push(facts.join(" "));
+    }
+    docstring(4, &doc)
+}
+
+/// The documentation of an operation with the units and ranges of its parameters.
+pub(super) fn of_operation(operation: &Operation) -> String {
+    let mut doc = operation.doc.clone();
+    let mut facts = Vec::new();
+    for member in operation.inputs.iter().chain(&operation.outputs) {
+        let unit = member.unit.iter().map(|unit| format!("in {unit}"));
+        let about: Vec<String> = unit.chain(member.range.clone()).collect();
+        if !about.is_empty() {
+            let name = names::parameter(&member.name);
+            facts.push(format!("- `{name}`: {}", about.join(", ")));
+        }
+    }
+    if !facts.is_empty() && !doc.is_empty() {
+        doc.push(String::new());
+    }
+    doc.extend(facts);
+    docstring_or(8, &doc, format!("The operation `{}`.", operation.name))
+}

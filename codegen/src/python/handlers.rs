@@ -1,0 +1,169 @@
+//! The functions of the worker that serve its slots and its state machine.
+
+use super::layout;
+use super::{documentation, interfaces, names, types};
+use crate::view;
+use crate::view::library::{Interface, Operation};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// One function of the worker.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Handler {
+    pub(crate) name: String,
+    /// `def name(self, ctx: Context) -> None:`, on as many lines as it needs.
+    pub(crate) signature: String,
+    doc: String,
+    /// What an unwritten handler returns; empty for nothing.
+    placeholder: String,
+    /// Names of the package that the signature mentions.
+    #[serde(skip)]
+    pub(crate) mentioned: Vec<String>,
+    /// The names of the parameters behind `self`.
+    pub(crate) parameters: Vec<String>,
+    /// Their types, and that of the result.
+    #[serde(skip)]
+    pub(crate) types: Vec<String>,
+}
+
+/// The function of the worker that serves an operation of a slot.
+pub(crate) fn name(slot: &str, operation: &str) -> String {
+    let word = |name: &str| names::snake(name).trim_end_matches('_').to_owned();
+    format!("{}_{}", word(slot), word(operation))
+}
+
+/// The handlers of a slot, as the base class declares them.
+pub(crate) fn of(view: &view::Component, slot: &view::Slot, interface: &Interface) -> Vec<Handler> {
+    let path =
+        |module: &str, name: &str| format!("_{}.{}", names::module(module), names::class(name));
+    let stem = interfaces::stem(view, &slot.module, &slot.interface);
+    let answer = |class: &str| format!("_i_{stem}.{class}");
+    let operations = interface.operations.iter();
+    operations
+        .map(|of| handler(slot, of, &path, &answer, &|text| text))
+        .collect()
+}
+
+/// The same as the user's file writes them: with names that the package exports.
+pub(crate) fn of_user(
+    view: &view::Component,
+    slot: &view::Slot,
+    interface: &Interface,
+    unique: &BTreeMap<String, String>,
+) -> Vec<Handler> {
+    let from = |module: String, name: String| {
+        let is_exported = unique.get(&name).is_some_and(|from| *from == module);
+        if is_exported {
+            name
+        } else {
+            format!("{module}.{name}")
+        }
+    };
+    let path = |module: &str, name: &str| {
+        from(
+            format!("types.{}", names::module(module)),
+            names::class(name),
+        )
+    };
+    let stem = interfaces::stem(view, &slot.module, &slot.interface);
+    let answer = |class: &str| from(format!("interfaces.{stem}"), class.to_owned());
+    let bare = |text: String| text.replace("_npt.", "npt.").replace("_np.", "np.");
+    let operations = interface.operations.iter().map(|of| {
+        let mut handler = handler(slot, of, &path, &answer, &bare);
+        let words = handler
+            .signature
+            .split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.'));
+        let known = words.filter_map(|word| match word.split_once('.') {
+            Some((folder @ ("types" | "interfaces"), _)) => Some(folder),
+            _ => unique.contains_key(word).then_some(word),
+        });
+        handler.mentioned = known.map(str::to_owned).collect();
+        handler
+    });
+    operations.collect()
+}
+
+fn handler(
+    slot: &view::Slot,
+    of: &Operation,
+    path: types::Path,
+    answer: &dyn Fn(&str) -> String,
+    write: &dyn Fn(String) -> String,
+) -> Handler {
+    let view_of = |ty: &view::types::Type| format!("{}View", types::annotation(ty, path));
+    let sample = of.sample_in_place.as_ref();
+    let sample = sample.filter(|_| slot.in_place && slot.role == "subscribesTo");
+    let mut arguments = vec!["self".to_owned(), "ctx: Context".to_owned()];
+    let mut parameters = vec!["ctx".to_owned()];
+    let mut all = vec!["Context".to_owned()];
+    for input in &of.inputs {
+        let ty = match sample {
+            Some(ty) => view_of(ty),
+            None => types::member(input, path),
+        };
+        let (name, ty) = (names::parameter(&input.name), write(ty));
+        arguments.push(format!("{name}: {ty}"));
+        parameters.push(name);
+        all.push(ty);
+    }
+    let result = write(interfaces::reply(of, path, answer));
+    all.push(result.clone());
+    let name = name(&slot.name, &of.name);
+    let head = format!("def {name}");
+    Handler {
+        signature: layout::call(4, &head, &arguments, &format!(" -> {result}:")),
+        doc: documentation::of_operation(of),
+        placeholder: String::new(),
+        mentioned: Vec::new(),
+        parameters,
+        types: all,
+        name,
+    }
+}
+
+/// A function of every worker of this component, with its parameters behind `ctx`.
+pub(crate) fn of_hook(name: &str, more: &[(&str, &str)]) -> Handler {
+    let mut parameters = vec!["ctx".to_owned()];
+    let mut types = vec!["Context".to_owned()];
+    let mut arguments = vec!["self".to_owned(), "ctx: Context".to_owned()];
+    for (name, ty) in more {
+        parameters.push((*name).to_owned());
+        types.push((*ty).to_owned());
+        arguments.push(format!("{name}: {ty}"));
+    }
+    types.push("None".to_owned());
+    Handler {
+        signature: layout::call(4, &format!("def {name}"), &arguments, " -> None:"),
+        doc: String::new(),
+        placeholder: String::new(),
+        mentioned: Vec::new(),
+        parameters,
+        types,
+        name: name.to_owned(),
+    }
+}
+
+/// The functions that a worker must write for its state machine.
+pub(crate) fn of_machine(machine: &view::Machine) -> Vec<Handler> {
+    let function = |name: &String, result: &str, placeholder: &str| {
+        let name = names::snake(name);
+        Handler {
+            signature: format!("def {name}(self, ctx: Context) -> {result}:"),
+            doc: format!("\"\"\"The function `{name}` of the state machine.\"\"\""),
+            placeholder: placeholder.to_owned(),
+            mentioned: Vec::new(),
+            parameters: vec!["ctx".to_owned()],
+            types: vec!["Context".to_owned(), result.to_owned()],
+            name,
+        }
+    };
+    let guards = machine
+        .guards
+        .iter()
+        .map(|name| function(name, "bool", "True"));
+    let actions = machine
+        .actions
+        .iter()
+        .map(|name| function(name, "None", ""));
+    guards.chain(actions).collect()
+}

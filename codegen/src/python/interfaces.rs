@@ -1,0 +1,253 @@
+//! Names and types of Python for interfaces: what `templates/python/interface.py.tera` prints.
+
+use super::library::Uses;
+use super::{documentation, layout, names, types};
+use crate::view;
+use crate::view::library::{Interface, Operation};
+use serde::Serialize;
+use std::collections::BTreeSet;
+
+/// One interface that slots use: one file below `interfaces`.
+#[derive(Debug, Serialize)]
+pub(crate) struct InterfaceFile {
+    pub(crate) name: String,
+    pub(crate) module: String,
+    /// The name of the file without its ending.
+    pub(crate) stem: String,
+    doc: String,
+    answers: Vec<Answer>,
+    /// The classes for slots that call and that publish; empty where there is none.
+    client: String,
+    publisher: String,
+    operations: Vec<Function>,
+    imports: Vec<String>,
+    uses: Uses,
+    /// The names that it declares.
+    pub(crate) exports: Vec<String>,
+}
+
+/// The reply of an operation that returns several values.
+#[derive(Debug, Serialize)]
+struct Answer {
+    operation: String,
+    name: String,
+    fields: Vec<String>,
+}
+
+/// An operation as clients and publishers have it.
+#[derive(Debug, Serialize)]
+struct Function {
+    index: usize,
+    doc: String,
+    /// Arguments for the port, each behind a comma.
+    arguments: String,
+    two_way: bool,
+    /// `def name(…) -> …:` of a client and of a publisher.
+    call: String,
+    publish: String,
+    /// The type of the reply; `None` where there is none.
+    result: String,
+    /// What lends a sample in place, and what it lends; empty where it does not.
+    loan: String,
+    lent: String,
+    /// What reads the reply in place, and its type; empty where it cannot.
+    in_place: String,
+    seen: String,
+}
+
+impl InterfaceFile {
+    /// The operations that reply with several values, and the classes of the replies.
+    pub(crate) fn answers(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.answers
+            .iter()
+            .map(|answer| (answer.operation.as_str(), answer.name.as_str()))
+    }
+}
+
+/// The file of an interface.
+pub(crate) fn stem(view: &view::Component, module: &str, name: &str) -> String {
+    let own = names::module(name);
+    let interfaces = view.modules.iter().flat_map(|m| &m.interfaces);
+    if interfaces.filter(|i| names::module(&i.name) == own).count() > 1 {
+        format!("{}_{own}", names::module(module))
+    } else {
+        own
+    }
+}
+
+/// The class of the reply of an operation with several values.
+fn answer_name(operation: &str) -> String {
+    let (first, rest) = operation.split_at(operation.chars().next().map_or(0, char::len_utf8));
+    names::class(&format!("{}{rest}Answer", first.to_uppercase()))
+}
+
+fn parts(operation: &Operation) -> usize {
+    operation.outputs.len() + usize::from(operation.result.is_some())
+}
+
+/// What a call returns.
+pub(crate) fn reply(
+    operation: &Operation,
+    path: types::Path,
+    answer: &dyn Fn(&str) -> String,
+) -> String {
+    match (
+        parts(operation),
+        &operation.result,
+        operation.outputs.first(),
+    ) {
+        (0, ..) => "None".to_owned(),
+        (1, Some(ty), _) => types::annotation(ty, path),
+        (1, None, Some(output)) => types::member(output, path),
+        _ => answer(&answer_name(&operation.name)),
+    }
+}
+
+/// The interfaces of the slots.
+pub(crate) fn of(view: &view::Component) -> Vec<InterfaceFile> {
+    let all = view.modules.iter().flat_map(|module| &module.interfaces);
+    let used = all.filter_map(|interface| {
+        let slots = view.slots.iter();
+        let slots = slots.filter(|s| s.module == interface.module && s.interface == interface.name);
+        let roles: Vec<(&str, bool)> = slots.map(|slot| (slot.role, slot.sends)).collect();
+        (!roles.is_empty()).then(|| file(view, interface, &roles))
+    });
+    let mut files: Vec<InterfaceFile> = used.collect();
+    files.sort_by(|a, b| a.stem.cmp(&b.stem));
+    files
+}
+
+fn file(view: &view::Component, interface: &Interface, roles: &[(&str, bool)]) -> InterfaceFile {
+    let path =
+        |module: &str, name: &str| format!("_{}.{}", names::module(module), names::class(name));
+    let class = names::class(&interface.name);
+    let has = |role: &str| roles.iter().any(|(r, sends)| *r == role && *sends);
+    let (calls, publishes) = (has("requires"), has("publishes"));
+    let answers = interface.operations.iter().filter(|o| parts(o) > 1);
+    let answers: Vec<Answer> = answers.map(|of| answer(of, &path)).collect();
+    let operations = interface.operations.iter().enumerate();
+    let operations = operations
+        .filter(|_| calls || publishes)
+        .map(|(index, of)| call(index, of, &path))
+        .collect::<Vec<Function>>();
+    let mut texts: Vec<&str> = answers
+        .iter()
+        .flat_map(|answer| &answer.fields)
+        .map(String::as_str)
+        .collect();
+    for operation in &operations {
+        if calls {
+            texts.extend([&*operation.call, &operation.seen]);
+        }
+        if publishes {
+            texts.extend([&*operation.publish, &operation.lent]);
+        }
+    }
+    let mut uses = Uses::of(&texts);
+    uses.needs_typing(!answers.is_empty());
+    let modules = view
+        .modules
+        .iter()
+        .map(|module| names::module(&module.name));
+    let modules = modules.filter(|stem| super::component::mentions(&texts, &format!("_{stem}.")));
+    let mut imports: Vec<String> = modules.collect();
+    imports.sort();
+    let client = if calls {
+        format!("{class}Client")
+    } else {
+        String::new()
+    };
+    let publisher = if publishes {
+        format!("{class}Publisher")
+    } else {
+        String::new()
+    };
+    let ends = [&client, &publisher]
+        .into_iter()
+        .filter(|end| !end.is_empty());
+    let exports = ends.cloned().chain(answers.iter().map(|a| a.name.clone()));
+    InterfaceFile {
+        stem: stem(view, &interface.module, &interface.name),
+        name: interface.name.clone(),
+        module: interface.module.clone(),
+        doc: documentation::docstring_or(
+            0,
+            &interface.doc,
+            format!("The interface `{}::{}`.", interface.module, interface.name),
+        ),
+        exports: exports.collect(),
+        answers,
+        client,
+        publisher,
+        operations,
+        imports,
+        uses,
+    }
+}
+
+fn answer(of: &Operation, path: types::Path) -> Answer {
+    let mut taken = BTreeSet::new();
+    let outputs = of.outputs.iter().map(|output| {
+        let name = names::tuple_member(&output.name);
+        taken.insert(name.clone());
+        format!("{name}: {}", types::member(output, path))
+    });
+    let mut fields: Vec<String> = outputs.collect();
+    if let Some(ty) = &of.result {
+        let mut name = "result".to_owned();
+        while taken.contains(&name) {
+            name.push('_');
+        }
+        fields.push(format!("{name}: {}", types::annotation(ty, path)));
+    }
+    Answer {
+        operation: of.name.clone(),
+        name: answer_name(&of.name),
+        fields,
+    }
+}
+
+fn call(index: usize, of: &Operation, path: types::Path) -> Function {
+    let method = names::method(&of.name);
+    let mut arguments = vec!["self".to_owned()];
+    let mut passed = String::new();
+    for input in &of.inputs {
+        let name = names::parameter(&input.name);
+        arguments.push(format!("{name}: {}", types::member(input, path)));
+        passed.push_str(", ");
+        passed.push_str(&name);
+    }
+    let result = reply(of, path, &str::to_owned);
+    let head = format!("def {method}");
+    let bare = method.trim_end_matches('_');
+    let text = |there: bool, text: String| if there { text } else { String::new() };
+    let sample = of
+        .sample_in_place
+        .as_ref()
+        .map(|ty| types::annotation(ty, path));
+    let seen = of
+        .result_in_place
+        .as_ref()
+        .map(|ty| types::annotation(ty, path));
+    Function {
+        index,
+        doc: documentation::of_operation(of),
+        arguments: passed,
+        two_way: of.two_way,
+        call: layout::call(4, &head, &arguments, &format!(" -> {result}:")),
+        publish: layout::call(4, &head, &arguments, " -> None:"),
+        loan: text(sample.is_some(), format!("loan_{bare}")),
+        lent: sample.map(|ty| format!("{ty}Loan")).unwrap_or_default(),
+        in_place: text(
+            seen.is_some(),
+            layout::call(
+                4,
+                &format!("def {bare}_in_place"),
+                &arguments,
+                &format!(" -> {}View:", seen.clone().unwrap_or_default()),
+            ),
+        ),
+        seen: seen.map(|ty| format!("{ty}View")).unwrap_or_default(),
+        result,
+    }
+}

@@ -1,0 +1,235 @@
+//! How names of the description languages become names of Python.
+//!
+//! Classes are `UpperCamelCase`, enumerators and constants `UPPER_CASE`, everything else is
+//! `snake_case`. Keywords of Python and names that generated code uses itself get a `_` at the end.
+//! The wire keeps the names of the IDSL.
+
+use heck::{ToShoutySnakeCase, ToSnakeCase, ToUpperCamelCase};
+
+/// Keywords of Python 3.11 to 3.14.
+const KEYWORDS: [&str; 35] = [
+    "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class", "continue",
+    "def", "del", "elif", "else", "except", "finally", "for", "from", "global", "if", "import",
+    "in", "is", "lambda", "nonlocal", "not", "or", "pass", "raise", "return", "try", "while",
+    "with", "yield",
+];
+
+/// Names that annotations of generated classes use, where a member of the same name would hide
+/// them.
+const BUILTINS: [&str; 8] = [
+    "bool", "bytes", "dict", "float", "int", "list", "object", "str",
+];
+
+/// What every exception has.
+const OF_EXCEPTIONS: [&str; 3] = ["add_note", "args", "with_traceback"];
+
+/// What every tuple has.
+const OF_TUPLES: [&str; 2] = ["count", "index"];
+
+/// Functions of a sample on loan, which inherits its members.
+const OF_LOANS: [&str; 3] = ["discard", "resize", "send"];
+
+/// What generated modules import under these names, with a `_` before them.
+const IMPORTS: [&str; 11] = [
+    "abc",
+    "dataclasses",
+    "datetime",
+    "enum",
+    "np",
+    "npt",
+    "pathlib",
+    "robocomp",
+    "testing",
+    "timedelta",
+    "typing",
+];
+
+/// Names of generated functions for themselves.
+const LOCALS: [&str; 4] = ["self", "ctx", "cls", "reply"];
+
+/// Functions that every client or publisher has; those of values in place begin with `loan_`.
+const METHODS: [&str; 4] = ["is_connected", "set_timeout", "subscribers", "timeout"];
+
+fn clear(name: String, taken: &[&[&str]]) -> String {
+    let mut taken = taken.iter().flat_map(|names| names.iter());
+    if KEYWORDS.contains(&name.as_str()) || taken.any(|other| *other == name) {
+        name + "_"
+    } else {
+        name
+    }
+}
+
+/// `snake_case` that begins with a letter: a leading `_` would make it private.
+fn plain(name: &str) -> String {
+    let snake = name.to_snake_case();
+    if snake.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        snake
+    } else {
+        format!("n{snake}")
+    }
+}
+
+/// A function or a variable.
+pub(crate) fn snake(name: &str) -> String {
+    clear(plain(name), &[])
+}
+
+/// A member of a class.
+pub(crate) fn member(name: &str) -> String {
+    clear(plain(name), &[&BUILTINS, &OF_LOANS])
+}
+
+/// A member of an exception.
+pub(crate) fn exception_member(name: &str) -> String {
+    clear(plain(name), &[&BUILTINS, &OF_EXCEPTIONS])
+}
+
+/// A member of the parameters.
+pub(crate) fn parameter_member(name: &str) -> String {
+    clear(plain(name), &[&BUILTINS, &["from_values"]])
+}
+
+/// A part of the reply of an operation that returns several values.
+pub(crate) fn tuple_member(name: &str) -> String {
+    clear(plain(name), &[&BUILTINS, &OF_TUPLES])
+}
+
+/// An operation of a client or a publisher.
+pub(crate) fn method(name: &str) -> String {
+    // An annotation after `def list` would mean this function.
+    let name = clear(plain(name), &[&METHODS, &BUILTINS]);
+    if name.starts_with("loan_") {
+        name + "_"
+    } else {
+        name
+    }
+}
+
+/// A parameter of a generated function.
+pub(crate) fn parameter(name: &str) -> String {
+    clear(plain(name), &[&LOCALS])
+}
+
+/// A module.
+pub(crate) fn module(name: &str) -> String {
+    clear(plain(name), &[&IMPORTS])
+}
+
+/// A class. A name that could be one already stays as it is.
+pub(crate) fn class(name: &str) -> String {
+    let is_camel = name.starts_with(|c: char| c.is_ascii_uppercase()) && !name.contains('_');
+    let shouts = name.len() > 1 && name.chars().all(|c| !c.is_ascii_lowercase());
+    let camel = if is_camel && !shouts {
+        name.to_owned()
+    } else {
+        name.to_upper_camel_case()
+    };
+    let camel = if camel.starts_with(|c: char| c.is_ascii_digit()) || camel.is_empty() {
+        format!("N{camel}")
+    } else {
+        camel
+    };
+    clear(camel, &[])
+}
+
+/// A constant or an enumerator.
+pub(crate) fn shout(name: &str) -> String {
+    let shout = name.to_shouty_snake_case();
+    if shout.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        shout
+    } else {
+        format!("N{shout}")
+    }
+}
+
+/// The package of a component.
+pub fn package(component: &str) -> String {
+    component.to_snake_case()
+}
+
+/// Packages that a component would hide from its own worker, or from this project.
+const PACKAGES: [&str; 12] = [
+    "generated",
+    "interfaces",
+    "numpy",
+    "pip",
+    "pytest",
+    "robocomp",
+    "setuptools",
+    "specific_worker",
+    "src",
+    "tests",
+    "typing_extensions",
+    "uv",
+];
+
+/// The modules of Python's library (`sys.stdlib_module_names` of 3.11 to 3.14) that a component may
+/// not hide, without those that begin with `_`.
+const STANDARD: &str = include_str!("standard_modules.txt");
+
+/// Whether a component can have this name, which is that of its package.
+///
+/// # Errors
+/// Why it cannot.
+pub(crate) fn component(name: &str) -> Result<(), &'static str> {
+    let package = package(name);
+    let follows = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if !name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        Err("it must begin with a letter")
+    } else if !name.chars().all(follows) {
+        Err("it must consist of letters, digits and `_`")
+    } else if name.len() > 64 {
+        Err("it is longer than 64 characters")
+    } else if KEYWORDS.contains(&package.as_str()) || KEYWORDS.contains(&name) {
+        Err("it is a word of Python")
+    } else if STANDARD.lines().any(|module| module == package) {
+        Err("Python has a module of this name")
+    } else if PACKAGES.contains(&package.as_str()) {
+        Err("a package or folder that workers need has this name")
+    } else {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_follow_python() {
+        assert_eq!(snake("getLaserData"), "get_laser_data");
+        assert_eq!(snake("class"), "class_");
+        assert_eq!(snake("type"), "type");
+        assert_eq!(snake("_1st"), "n1st");
+        assert_eq!(snake("_"), "n");
+        assert_eq!(member("float"), "float_");
+        assert_eq!(exception_member("args"), "args_");
+        assert_eq!(tuple_member("count"), "count_");
+        assert_eq!(method("isConnected"), "is_connected_");
+        assert_eq!(method("loanImage"), "loan_image_");
+        assert_eq!(parameter("self"), "self_");
+        assert_eq!(parameter("reply"), "reply_");
+        assert_eq!(member("send"), "send_");
+        assert_eq!(method("list"), "list_");
+        assert_eq!(module("np"), "np_");
+        assert_eq!(module("Typing"), "typing_");
+        assert_eq!(class("datasayin"), "Datasayin");
+        assert_eq!(class("RGBDParams"), "RGBDParams");
+        assert_eq!(class("none"), "None_");
+        assert_eq!(shout("None"), "NONE");
+        assert_eq!(shout("VERY_SPECIAL_KIND"), "VERY_SPECIAL_KIND");
+        assert_eq!(shout("_2nd"), "N2ND");
+    }
+
+    #[test]
+    fn a_component_hides_no_module_of_python() {
+        for name in ["guard", "avoider_python", "Detector", "x"] {
+            assert_eq!(component(name), Ok(()), "{name}");
+        }
+        for name in [
+            "", "2d", "a b", "é", "lambda", "Json", "queue", "numpy", "robocomp",
+        ] {
+            assert!(component(name).is_err(), "{name}");
+        }
+    }
+}

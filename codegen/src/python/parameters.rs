@@ -1,0 +1,141 @@
+//! Classes of Python for the parameters of a component.
+
+use super::{documentation, names};
+use crate::view;
+use heck::ToUpperCamelCase;
+use serde::Serialize;
+use std::collections::HashSet;
+
+#[derive(Debug, Serialize)]
+pub(crate) struct Parameters {
+    /// The classes, the outermost last.
+    classes: Vec<Class>,
+    durations: bool,
+    paths: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Class {
+    name: String,
+    doc: String,
+    fields: Vec<Field>,
+}
+
+#[derive(Debug, Serialize)]
+struct Field {
+    /// The name in the `.pdsl`, as a literal.
+    key: String,
+    name: String,
+    doc: String,
+    ty: String,
+    secret: bool,
+    /// The expression that makes it of `values`.
+    read: String,
+}
+
+pub(crate) fn of(parameters: &view::Parameters) -> Parameters {
+    let mut classes = Classes::default();
+    let doc = if parameters.doc.is_empty() {
+        vec![format!("The parameters `{}`.", parameters.name)]
+    } else {
+        parameters.doc.clone()
+    };
+    let name = classes.name("", "");
+    classes.add(name, &doc, &parameters.members);
+    let uses = |word: &str| {
+        let mut fields = classes.done.iter().flat_map(|class| &class.fields);
+        fields.any(|field| field.ty.contains(word))
+    };
+    Parameters {
+        durations: uses("_datetime."),
+        paths: uses("_pathlib."),
+        classes: classes.done,
+    }
+}
+
+#[derive(Default)]
+struct Classes {
+    done: Vec<Class>,
+    /// The names of all of them, done or not.
+    names: HashSet<String>,
+}
+
+impl Classes {
+    /// `laser` becomes `LaserParams`, behind the names of the groups around it. Where two would be
+    /// one, the second gets a number.
+    fn name(&mut self, owner: &str, parameter: &str) -> String {
+        let owner = owner.strip_suffix("Params").unwrap_or(owner);
+        let mut base = format!("{owner}{}", parameter.to_upper_camel_case());
+        if base.starts_with(|c: char| c.is_ascii_digit()) {
+            base.insert(0, 'N');
+        }
+        let numbered = (2..).map(|n| format!("{base}{n}Params"));
+        let mut all = std::iter::once(format!("{base}Params")).chain(numbered);
+        let name = all.find(|name| !self.names.contains(name));
+        let name = name.unwrap_or(base);
+        self.names.insert(name.clone());
+        name
+    }
+
+    fn add(&mut self, name: String, doc: &[String], parameters: &[view::Parameter]) {
+        let fields = parameters.iter().map(|p| self.field(&name, p)).collect();
+        self.done.push(Class {
+            name,
+            doc: documentation::docstring(4, doc),
+            fields,
+        });
+    }
+
+    fn field(&mut self, owner: &str, parameter: &view::Parameter) -> Field {
+        let key = &parameter.name;
+        let mut group = String::new();
+        if matches!(parameter.kind, "group" | "list") {
+            group = self.name(owner, key);
+            let doc = match parameter.kind {
+                "list" => format!("One element of `{key}`."),
+                _ => format!("The group `{key}`."),
+            };
+            self.add(group.clone(), &[doc], &parameter.members);
+        }
+        let ty = match parameter.kind {
+            "bool" => "bool",
+            "int" | "long" => "int",
+            "float" | "double" => "float",
+            "string" => "str",
+            "duration" => "_datetime.timedelta",
+            "path" => "_pathlib.Path",
+            _ => group.as_str(),
+        };
+        let literal = super::types::text(key);
+        let value = format!("values[{literal}]");
+        let make = match parameter.kind {
+            "path" => "_pathlib.Path".to_owned(),
+            "group" | "list" => format!("{group}.from_values"),
+            _ => String::new(),
+        };
+        let many = parameter.array || parameter.kind == "list";
+        let read = match (make.as_str(), many) {
+            ("", true) => format!("list({value})"),
+            ("", false) => value,
+            (make, true) => format!("[{make}(value) for value in {value}]"),
+            (make, false) => format!("{make}({value})"),
+        };
+        let mut doc = parameter.doc.clone();
+        if !doc.is_empty() {
+            doc.push(String::new());
+        }
+        doc.push(format!("Allowed: {}.", parameter.allowed));
+        Field {
+            name: names::parameter_member(key),
+            doc: documentation::docstring(4, &doc),
+            ty: if many {
+                format!("list[{ty}]")
+            } else {
+                ty.to_owned()
+            },
+            secret: parameter.secret,
+            key: literal,
+            read,
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Names and types of Python for the fakes of a component: what `templates/python/testing.py.tera`
+//! prints.
+
+use super::component::mentions;
+use super::library::{Types, Uses};
+use super::{documentation, interfaces, layout, names, types};
+use crate::view;
+use crate::view::library::Operation;
+use serde::Serialize;
+
+/// The fakes of a component.
+#[derive(Debug, Serialize)]
+pub(crate) struct Testing {
+    fakes: Vec<Fake>,
+    calls: bool,
+    publishes: bool,
+    /// Whether an operation can be answered.
+    answers: bool,
+    imports: Vec<String>,
+    uses: Uses,
+}
+
+/// The fake peer of one slot that calls or publishes.
+#[derive(Debug, Serialize)]
+struct Fake {
+    index: usize,
+    slot: String,
+    field: String,
+    interface: String,
+    calls: bool,
+    /// The class of a fake server; empty for a subscriber.
+    class: String,
+    operations: Vec<Answered>,
+}
+
+#[derive(Debug, Serialize)]
+struct Answered {
+    index: usize,
+    name: String,
+    doc: String,
+    /// `def on_name(self, answer: …) -> None:`
+    signature: String,
+    /// What makes the value of a reply that nobody sets; empty where there is none.
+    default: String,
+}
+
+pub(crate) fn of(view: &view::Component, of: &Types) -> Testing {
+    let slots = view.slots.iter().enumerate().filter(|(_, slot)| slot.sends);
+    let fakes: Vec<Fake> = slots.map(|(at, slot)| fake(view, at, slot, of)).collect();
+    let operations = fakes.iter().flat_map(|fake| &fake.operations);
+    let texts = operations.flat_map(|of| [of.signature.as_str(), &of.default]);
+    let texts: Vec<&str> = texts.collect();
+    let modules = view.modules.iter();
+    let modules = modules.map(|module| ("types", "_", names::module(&module.name)));
+    let mut stems: Vec<String> = view
+        .slots
+        .iter()
+        .map(|slot| interfaces::stem(view, &slot.module, &slot.interface))
+        .collect();
+    stems.sort();
+    stems.dedup();
+    let stems = stems.into_iter().map(|stem| ("interfaces", "_i_", stem));
+    let imports = modules.chain(stems).filter_map(|(folder, alias, stem)| {
+        mentions(&texts, &format!("{alias}{stem}."))
+            .then(|| format!("from .{folder} import {stem} as {alias}{stem}"))
+    });
+    let mut imports: Vec<String> = imports.collect();
+    imports
+        .extend(["context import Context", "worker import Worker"].map(|of| format!("from .{of}")));
+    imports.extend(
+        view.parameters
+            .iter()
+            .map(|_| "from .parameters import Params".to_owned()),
+    );
+    imports.sort();
+    Testing {
+        calls: fakes.iter().any(|fake| fake.calls),
+        publishes: fakes.iter().any(|fake| !fake.calls),
+        answers: !texts.is_empty(),
+        uses: Uses::of(&texts),
+        imports,
+        fakes,
+    }
+}
+
+fn fake(view: &view::Component, index: usize, slot: &view::Slot, of: &Types) -> Fake {
+    let calls = slot.role == "requires";
+    let stem = interfaces::stem(view, &slot.module, &slot.interface);
+    let operations = view.interface(slot).filter(|_| calls);
+    let operations = operations.map_or(&[][..], |interface| &interface.operations);
+    let operations = operations.iter().enumerate();
+    let class = format!("{}Fake", names::class(&slot.name));
+    Fake {
+        index,
+        slot: slot.name.clone(),
+        field: names::snake(&slot.name),
+        interface: slot.interface.clone(),
+        calls,
+        class: if calls { class } else { String::new() },
+        operations: operations
+            .map(|(at, operation)| answered(at, operation, &stem, of))
+            .collect(),
+    }
+}
+
+fn answered(index: usize, of: &Operation, stem: &str, all: &Types) -> Answered {
+    let path =
+        |module: &str, name: &str| format!("_{}.{}", names::module(module), names::class(name));
+    let answer = |class: &str| format!("_i_{stem}.{class}");
+    let reply = interfaces::reply(of, &path, &answer);
+    let inputs = of.inputs.iter().map(|input| types::member(input, &path));
+    let inputs = inputs.collect::<Vec<String>>().join(", ");
+    let function = format!("_abc.Callable[[{inputs}], {reply}]");
+    let function = match reply.as_str() {
+        "None" => function,
+        _ => format!("{function} | {reply}"),
+    };
+    let arguments = ["self".to_owned(), format!("answer: {function}")];
+    let head = format!("def on_{}", names::method(&of.name).trim_end_matches('_'));
+    let mut parts: Vec<String> = of
+        .outputs
+        .iter()
+        .map(|output| all.default_of(output, &path))
+        .collect();
+    parts.extend(of.result.iter().map(|ty| all.default_of_type(ty, &path)));
+    let default = match parts.as_slice() {
+        [] => String::new(),
+        [one] => match one.as_str() {
+            "[]" => "list".to_owned(),
+            "{}" => "dict".to_owned(),
+            one => format!("lambda: {one}"),
+        },
+        all => format!("lambda: {reply}({})", all.join(", ")),
+    };
+    Answered {
+        index,
+        name: of.name.clone(),
+        doc: documentation::docstring(
+            8,
+            &[format!(
+                "Answers `{}` with a value, or with what a function returns.",
+                of.name
+            )],
+        ),
+        signature: layout::call(4, &head, &arguments, " -> None:"),
+        default,
+    }
+}

@@ -1,0 +1,133 @@
+//! Types and values as Python writes them.
+
+use super::names;
+use crate::view::members::{Member, Value};
+use crate::view::types::Type;
+
+/// How a named type is written, from its module and its name in the IDSL.
+pub(crate) type Path<'a> = &'a dyn Fn(&str, &str) -> String;
+
+/// An annotation, with aliases replaced by what they stand for. Numbers in a row are an array of
+/// `NumPy`.
+pub(crate) fn annotation(ty: &Type, path: Path) -> String {
+    match ty.resolved() {
+        Type::Primitive { name } => primitive(name).to_owned(),
+        Type::Text { .. } => "str".to_owned(),
+        Type::Sequence { element, .. } | Type::Array { element, .. } => match dtype(element) {
+            Some(dtype) => format!("_npt.NDArray[_np.{dtype}]"),
+            None => format!("list[{}]", annotation(element, path)),
+        },
+        Type::Dictionary { key, value } => {
+            format!(
+                "dict[{}, {}]",
+                annotation(key, path),
+                annotation(value, path)
+            )
+        }
+        Type::Named { module, name, .. } => path(module, name),
+    }
+}
+
+/// The same of a member, which may be optional.
+pub(crate) fn member(member: &Member, path: Path) -> String {
+    let ty = annotation(&member.ty, path);
+    if member.optional {
+        format!("{ty} | None")
+    } else {
+        ty
+    }
+}
+
+fn primitive(name: &str) -> &'static str {
+    match name {
+        "bool" => "bool",
+        "float32" | "float64" => "float",
+        _ => "int",
+    }
+}
+
+/// The type of `NumPy` for a number.
+pub(crate) fn dtype(ty: &Type) -> Option<&'static str> {
+    let Type::Primitive { name } = ty.resolved() else {
+        return None;
+    };
+    Some(match *name {
+        "bool" => "bool_",
+        other => other,
+    })
+}
+
+/// The value of a member that nobody sets, as an expression; a mutable one stands in a function.
+pub(crate) enum Default {
+    /// An expression.
+    Value(String),
+    /// An expression that makes a new value each time.
+    New(String),
+}
+
+/// What a member has at first. `first` names the first enumerator of an enum.
+pub(crate) fn default(
+    member: &Member,
+    path: Path,
+    first: &dyn Fn(&str, &str) -> String,
+) -> Default {
+    if let Some(value) = &member.default {
+        return Default::Value(self::value(value, path));
+    }
+    if member.optional {
+        return Default::Value("None".to_owned());
+    }
+    of_type(&member.ty, path, first)
+}
+
+/// The default value of a type.
+pub(crate) fn of_type(ty: &Type, path: Path, first: &dyn Fn(&str, &str) -> String) -> Default {
+    let value = |text: &str| Default::Value(text.to_owned());
+    match ty.resolved() {
+        Type::Primitive { name } => value(match primitive(name) {
+            "bool" => "False",
+            "float" => "0.0",
+            _ => "0",
+        }),
+        Type::Text { .. } => value("\"\""),
+        Type::Sequence { element, .. } => Default::New(match dtype(element) {
+            Some(dtype) => format!("_np.zeros(0, _np.{dtype})"),
+            None => "[]".to_owned(),
+        }),
+        Type::Array { element, length } => Default::New(match dtype(element) {
+            Some(dtype) => format!("_np.zeros({length}, _np.{dtype})"),
+            None => match of_type(element, path, first) {
+                Default::Value(value) => format!("[{value}] * {length}"),
+                Default::New(new) => format!("[{new} for _ in range({length})]"),
+            },
+        }),
+        Type::Dictionary { .. } => Default::New("{}".to_owned()),
+        Type::Named {
+            module,
+            name,
+            of: "enum",
+            ..
+        } => Default::Value(format!("{}.{}", path(module, name), first(module, name))),
+        Type::Named { module, name, .. } => Default::New(format!("{}()", path(module, name))),
+    }
+}
+
+/// A constant, or the default that a description writes.
+pub(crate) fn value(value: &Value, path: Path) -> String {
+    match value.ty.resolved() {
+        Type::Text { .. } => text(&value.text),
+        Type::Named { module, name, .. } => {
+            format!("{}.{}", path(module, name), names::shout(&value.text))
+        }
+        Type::Primitive { name: "bool" } => match value.text.as_str() {
+            "true" => "True".to_owned(),
+            _ => "False".to_owned(),
+        },
+        _ => value.text.clone(),
+    }
+}
+
+/// A literal of a text: JSON's are Python's, too.
+pub(crate) fn text(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}

@@ -1,0 +1,406 @@
+//! Components in Python: what is generated, and what is said about their workers.
+
+use crate::folders::{changed, files, rcgen};
+use crate::python;
+use expect_test::{expect, expect_file};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use tempfile::TempDir;
+
+const FIXTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python");
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+const WORKER: &str = "src/specific_worker.py";
+
+/// The generated component `guard`.
+struct Guard(TempDir);
+
+impl Guard {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        for file in ["guard.cdsl", "guard.pdsl", "Guard.idsl"] {
+            let from = Path::new(FIXTURES).join(file);
+            fs::copy(from, folder.path().join(file)).expect("a copy");
+        }
+        let (code, _, err) = rcgen(folder.path(), &["guard.cdsl"]);
+        assert_eq!((code, err.as_str()), (0, ""));
+        Self(folder)
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    fn text(&self, file: &str) -> String {
+        fs::read_to_string(self.path().join(file)).expect("a text")
+    }
+
+    /// Replaces a text that must exist.
+    fn replace(&self, file: &str, from: &str, to: &str) {
+        let text = self.text(file);
+        assert!(text.contains(from), "{text}");
+        fs::write(self.path().join(file), text.replace(from, to)).expect("a file");
+    }
+
+    fn run(&self, args: &[&str]) -> (i32, String) {
+        let (code, out, err) = rcgen(self.path(), args);
+        (code, out + &err)
+    }
+}
+
+#[test]
+fn the_package_of_a_component() {
+    let guard = Guard::new();
+    let mut all = String::new();
+    for (path, text) in files(guard.path()) {
+        let name = path.to_string_lossy();
+        let is_shown = !name.ends_with(".md") && !name.ends_with("schema.json");
+        if is_shown
+            && !name.starts_with("guard.")
+            && name != "Guard.idsl"
+            && name != "etc/config.toml"
+        {
+            let text = String::from_utf8(text).expect("UTF-8");
+            all += &format!("#### {name}\n{text}\n");
+        }
+    }
+    expect_file![format!("{FIXTURES}/guard.txt")].assert_eq(&all);
+}
+
+#[test]
+fn what_the_user_owns_stays_and_the_rest_is_renewed() {
+    let guard = Guard::new();
+    guard.replace(WORKER, "\"\"\"Runs once a period.\"\"\"", "print(\"mine\")");
+    fs::create_dir(guard.path().join("generated/guard/__pycache__")).expect("a folder");
+    let cache = guard.path().join("generated/guard/__pycache__/context.pyc");
+    fs::write(&cache, "").expect("a file");
+    fs::write(guard.path().join("generated/guard/old.py"), "").expect("a file");
+    let before = files(guard.path());
+    let (code, said) = guard.run(&["guard.cdsl"]);
+    assert_eq!(
+        (code, said.as_str()),
+        (0, "remove ./generated/guard/old.py\n")
+    );
+    assert_eq!(
+        changed(&before, &files(guard.path())),
+        ["generated/guard/old.py"]
+    );
+    assert_eq!(
+        guard.run(&["generate", "--check", "guard.cdsl"]),
+        (0, String::new())
+    );
+    let (code, said) = guard.run(&["clean", "guard.cdsl"]);
+    assert_eq!((code, said.as_str()), (0, "remove ./generated\n"));
+}
+
+#[test]
+fn a_worker_that_does_not_fit_is_reported() {
+    let guard = Guard::new();
+    assert_eq!(guard.run(&["check", "guard.cdsl"]), (0, String::new()));
+    assert_eq!(
+        guard.run(&["stubs", "guard.cdsl"]).1,
+        "guard.cdsl: nothing is missing; handlers: 4\n"
+    );
+    // An annotation that nobody knows may mean the type.
+    guard.replace(WORKER, "care: float", "care: Care");
+    guard.replace(
+        WORKER,
+        "def compute(self, ctx: Context)",
+        "def compute(self, ctx)",
+    );
+    assert_eq!(guard.run(&["check", "guard.cdsl"]).0, 0);
+    guard.replace(WORKER, "care: Care", "care: str");
+    guard.replace(
+        WORKER,
+        "def others_raised(self, ctx: Context, picture: Picture)",
+        "async def others_raised(self, ctx, picture)",
+    );
+    guard.replace(
+        WORKER,
+        "def watch_forget(self, ctx: Context, ",
+        "def watch_forgot(self, ctx: Context, ",
+    );
+    guard.replace(
+        WORKER,
+        "def initialize(self, ctx: Context)",
+        "def initialize(self)",
+    );
+    expect![[r"
+        src/specific_worker.py:12:1: error[missing-handlers]: `SpecificWorker` lacks `watch_forget` (`rcgen stubs guard.cdsl` prints what is missing)
+        src/specific_worker.py:15:5: error[handler-signature]: `initialize` takes other arguments: (self) (needed now: `def initialize(self, ctx: Context) -> None`)
+        src/specific_worker.py:21:5: error[handler-signature]: `watch_look` has the type `str` where `float` is needed (needed now: `def watch_look(self, ctx: Context, care: float) -> LookAnswer`)
+        src/specific_worker.py:24:5: note[stale-handler]: `watch_forgot` serves nothing: no slot or state has a function of this name (is it `watch_forget` now?)
+        src/specific_worker.py:27:5: error[handler-signature]: `others_raised` is a coroutine, which nobody awaits (needed now: `def others_raised(self, ctx: Context, picture: Picture) -> None`)
+    "]]
+    .assert_eq(&guard.run(&["check", "--format", "short", "guard.cdsl"]).1);
+    let (code, out, err) = rcgen(guard.path(), &["stubs", "--format", "short", "guard.cdsl"]);
+    assert_eq!(code, 0, "{err}");
+    expect![[r"
+        # src/specific_worker.py:28: at the end of the class `SpecificWorker`
+
+            def watch_forget(self, ctx: Context, angles: npt.NDArray[np.float32]) -> None:
+                raise NotImplementedError
+    "]]
+    .assert_eq(&out);
+    guard.replace(
+        "pyproject.toml",
+        "opencv-python-headless>=4.10,<5",
+        "opencv-python-headless>=3",
+    );
+    let (_, said) = guard.run(&["check", "--format", "short", "guard.cdsl"]);
+    assert!(said.contains("warning[dependency-differs]"), "{said}");
+}
+
+#[test]
+fn handlers_may_come_from_other_files_and_from_packages() {
+    let guard = Guard::new();
+    guard.replace(
+        WORKER,
+        "class SpecificWorker(Worker):",
+        "class SpecificWorker(Silent, Worker):",
+    );
+    guard.replace(WORKER, "def others_raised", "def raised");
+    let silent = guard.path().join("src/silent.py");
+    fs::write(
+        &silent,
+        "class Silent:\n    def others_raised(self, ctx, picture):\n        pass\n",
+    )
+    .expect("a file");
+    assert_eq!(guard.run(&["check", "guard.cdsl"]), (0, String::new()));
+    // A class from elsewhere may have the function.
+    fs::write(&silent, "from package import Silent\n").expect("a file");
+    assert_eq!(guard.run(&["check", "guard.cdsl"]), (0, String::new()));
+    fs::write(&silent, "class Silent:\n    pass\n").expect("a file");
+    assert_eq!(guard.run(&["check", "guard.cdsl"]).0, 1);
+}
+
+#[test]
+fn a_worker_that_is_no_python_is_reported_with_its_line() {
+    let guard = Guard::new();
+    guard.replace(
+        WORKER,
+        "    def compute(self, ctx: Context) -> None:",
+        "    def compute(self, ctx -> None:",
+    );
+    let (code, said) = guard.run(&["check", "--format", "short", "guard.cdsl"]);
+    assert_eq!(code, 1);
+    assert!(said.starts_with("src/specific_worker.py:18:"), "{said}");
+    assert!(
+        said.contains("error[python-syntax]: this is no Python: "),
+        "{said}"
+    );
+    assert_eq!(guard.run(&["stubs", "guard.cdsl"]).0, 1);
+}
+
+#[test]
+fn without_a_python_it_says_what_is_needed() {
+    let guard = Guard::new();
+    let old = guard.path().join("old");
+    fs::create_dir(&old).expect("a folder");
+    let rcgen = |path: &Path, command: &str| {
+        let mut rcgen = Command::new(env!("CARGO_BIN_EXE_rcgen"));
+        rcgen.args([command, "guard.cdsl", "--format", "short"]);
+        rcgen
+            .current_dir(guard.path())
+            .env("PATH", path)
+            .env_remove("VIRTUAL_ENV");
+        let output = rcgen.output().expect("rcgen starts");
+        (
+            output.status.code(),
+            String::from_utf8(output.stderr).expect("UTF-8"),
+        )
+    };
+    expect![[r"
+        guard.cdsl:4:11: warning[no-python]: the worker cannot be checked: `python3` does not exist; a component in Python needs Python 3.11 or newer (install it, or activate a virtual environment that has it)
+    "]]
+    .assert_eq(&rcgen(&old, "check").1);
+    assert_eq!(rcgen(&old, "stubs").0, Some(1));
+    let python = old.join("python3");
+    fs::write(&python, "#!/bin/sh\necho '{\"version\": \"3.9.2\"}'\n").expect("a file");
+    let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+    fs::set_permissions(&python, mode).expect("a mode");
+    let (code, said) = rcgen(&old, "check");
+    assert_eq!(code, Some(0));
+    assert!(
+        said.contains(
+            "`python3` is Python 3.9.2; a component in Python needs Python 3.11 or newer"
+        ),
+        "{said}"
+    );
+}
+
+#[test]
+fn names_that_python_has_for_something_else_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let check = |name: &str, idsl: &str, slots: &str| {
+        fs::write(
+            folder.path().join("M.idsl"),
+            format!("module M {{ {idsl} }};"),
+        )
+        .expect("a file");
+        let cdsl = format!(
+            "import \"M.idsl\"; Component {name} {{ Communications {{ {slots} }}; language python; }};"
+        );
+        fs::write(folder.path().join("c.cdsl"), cdsl).expect("a file");
+        let (code, _, err) = rcgen(folder.path(), &["c.cdsl", "--dry-run", "--format", "short"]);
+        assert_eq!(code, 1, "{err}");
+        err.lines()
+            .map(|line| format!("{line}\n"))
+            .collect::<String>()
+    };
+    let voice = "interface Voice { void say(); };";
+    let mut all = check("queue", voice, "implements Voice;");
+    all += &check("c", voice, "requires Voice as params;");
+    all += &check(
+        "c",
+        "interface A { void bC(); }; interface A_B { void c(); };",
+        "implements A, A_B;",
+    );
+    all += &check(
+        "c",
+        "enum E { aB, a_b }; interface Voice { void say(E e); };",
+        "implements Voice;",
+    );
+    expect![[r"
+        c.cdsl:1:28: error[name-collision]: a component in Python cannot be called `queue`: Python has a module of this name
+        c.cdsl:1:58: error[name-collision]: a slot cannot be called `params`: generated code uses the name itself (name it with `as`)
+        c.cdsl:1:63: error[name-collision]: two functions of the worker would be called `a_b_c` (name the slot with `as`)
+        M.idsl:1:25: error[name-collision]: enumerators `aB` and `a_b` are both `A_B` in Python; the other one at M.idsl:1:21
+    "]]
+    .assert_eq(&all);
+}
+
+#[test]
+fn a_workspace_of_cargo_leaves_components_in_python_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (code, _, err) = rcgen(folder.path(), &["init", "robot", "--framework", ROOT]);
+    assert_eq!(code, 0, "{err}");
+    let robot: PathBuf = folder.path().join("robot");
+    let args = [
+        "new",
+        "eyes",
+        "--language",
+        "python",
+        "--requires",
+        "Laser",
+        "--publishes",
+        "LaserPub",
+    ];
+    let (code, _, err) = rcgen(&robot, &args);
+    assert_eq!(code, 0, "{err}");
+    let manifest = fs::read_to_string(robot.join("Cargo.toml")).expect("a manifest");
+    assert!(
+        manifest.contains("exclude = [\"components/eyes\"]"),
+        "{manifest}"
+    );
+    let before = files(&robot);
+    let (code, out, err) = rcgen(&robot, &["generate"]);
+    assert_eq!((code, err.as_str()), (0, ""), "{out}");
+    assert_eq!(changed(&before, &files(&robot)), [""; 0]);
+    let metadata = Command::new(env!("CARGO"))
+        .args([
+            "metadata",
+            "--offline",
+            "--no-deps",
+            "--format-version",
+            "1",
+        ])
+        .current_dir(&robot)
+        .output()
+        .expect("cargo starts");
+    let said = String::from_utf8_lossy(&metadata.stderr);
+    assert!(metadata.status.success(), "{said}");
+    assert!(robot.join("components/eyes/tests/test_worker.py").exists());
+}
+
+/// A description without its slot arrays, which are not for Python. None is the first of its
+/// clause.
+fn without_arrays(mut text: String) -> String {
+    while let Some(at) = text.find("[]") {
+        let start = text[..at].rfind(',').expect("a slot before it");
+        let mut depth = 0;
+        let end = text[at..].find(|c: char| {
+            depth += i32::from(c == '{') - i32::from(c == '}');
+            depth == 0 && (c == ',' || c == ';')
+        });
+        text.replace_range(start..at + end.expect("an end of the clause"), "");
+    }
+    text
+}
+
+/// Copies a component of `tests/compile` as one in Python, and generates it. Returns its package.
+fn in_python(name: &str, folder: &Path) -> PathBuf {
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/compile");
+    let own = folder.join(name);
+    fs::create_dir(&own).expect("a folder");
+    for entry in fs::read_dir(fixtures.join(name)).expect("the fixtures") {
+        let path = entry.expect("a fixture").path();
+        let mut text = fs::read_to_string(&path).expect("a text");
+        if path.extension().is_some_and(|ending| ending == "cdsl") {
+            for (from, to) in [
+                ("language rust", "language python"),
+                ("LANGUAGE Rust", "language python"),
+                // Neither is for Python.
+                ("options dsr, InnerModelViewer;", "options dsr;"),
+                ("planar_map \"FRAMEWORK/components/planar_map\";", ""),
+                // The context has this name itself.
+                ("SUBSCRIBESTO State,", "SUBSCRIBESTO State as changed,"),
+            ] {
+                text = text.replace(from, to);
+            }
+            text = without_arrays(text.replace(" [ ]", "[]"));
+        }
+        fs::write(own.join(path.file_name().expect("a name")), text).expect("a file");
+    }
+    let (code, _, err) = rcgen(&own, &[&format!("{name}.cdsl")]);
+    assert_eq!(code, 0, "{err}");
+    own
+}
+
+/// mypy and pyright in their strict modes, and ruff, have nothing to say about generated packages,
+/// new workers and new tests.
+#[test]
+fn type_checkers_are_content() {
+    const CHECKERS: &str = include_str!("../python/checkers.txt");
+    let test = "type_checkers_are_content";
+    let Some(interpreter) = python::packages("python-checkers", CHECKERS, test) else {
+        return;
+    };
+    let bin = interpreter.parent().expect("a folder of programs");
+    let folder = tempfile::tempdir().expect("a folder");
+    let framework = Path::new(ROOT)
+        .join("python")
+        .canonicalize()
+        .expect("the framework");
+    let framework = framework.to_string_lossy();
+    for name in ["everything", "awkward", "arm"] {
+        let component = in_python(name, folder.path());
+        let run = |program: &str, args: &[&str]| {
+            let mut command = Command::new(bin.join(program));
+            command
+                .args(args)
+                .current_dir(&component)
+                .env("MYPYPATH", format!("{framework}:generated:src"));
+            let output = command.output().expect("it starts");
+            let out = String::from_utf8_lossy(&output.stdout);
+            let err = String::from_utf8_lossy(&output.stderr);
+            assert!(
+                output.status.success(),
+                "{program}: {}\n{out}{err}",
+                component.display()
+            );
+        };
+        run("ruff", &["check", "--quiet", "."]);
+        run("ruff", &["format", "--quiet", "--check", "src", "tests"]);
+        run(
+            "mypy",
+            &["--strict", "--explicit-package-bases", "generated", "src"],
+        );
+        let project = format!(
+            "{{\"include\": [\"generated\", \"src\"], \"typeCheckingMode\": \"strict\", \"extraPaths\": [\"{framework}\", \"generated\", \"src\"]}}"
+        );
+        fs::write(component.join("pyrightconfig.json"), project).expect("a file");
+        let python = interpreter.to_string_lossy();
+        run("pyright", &["--pythonpath", &python]);
+    }
+}
