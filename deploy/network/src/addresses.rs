@@ -1,7 +1,7 @@
 //! The addresses of slots, from the connections of a network.
 
 use crate::model::Network;
-use rc_cdsl::model::Role;
+use rc_cdsl::model::{Role, Slot};
 use rc_ddsl::{Connection, Endpoint};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_syntax::Name;
@@ -13,7 +13,7 @@ impl Network {
     pub(crate) fn addresses(&self) -> BTreeMap<Endpoint, String> {
         let name = |end: &Endpoint| {
             let instance = &self.deployment.instances[end.instance].path;
-            let slot = self.slot(*end).map_or("", |s| s.name.as_str());
+            let slot = self.slot(*end).map_or(String::new(), Slot::path);
             format!("{}/{}/{slot}", self.name(), instance.replace('.', "/"))
         };
         let leaders = self.leaders();

@@ -201,11 +201,19 @@ fn rules(settings: &Settings, project: &Project, found: &mut Diagnostics) {
         let slots = slots.map(|slot| {
             let interface = component.library.interface(slot.interface);
             let operations = interface.operations.iter().map(|o| o.name.text.as_str());
-            (slot.name.as_str(), operations.collect())
+            (slot.path(), operations.collect())
         });
-        slots.collect::<Vec<(&str, Vec<&str>)>>()
+        slots.collect::<Vec<(String, Vec<&str>)>>()
     };
-    let (all, topics) = (slots(|_| true), slots(is_topic));
+    let (all, mut topics) = (slots(|_| true), slots(is_topic));
+    // A rule for an array is one for all of its members.
+    let arrays = topics.iter().filter_map(|(slot, topics)| {
+        let (array, _) = slot.split_once('/')?;
+        Some((array.to_owned(), topics.clone()))
+    });
+    let arrays: Vec<_> = arrays.collect();
+    topics.extend(arrays);
+    let (all, topics) = (named(&all), named(&topics));
     let set = |key: &str| settings.get("ros2").and_then(|keys| keys.get(key));
     let mut tell = |span: Span, key: &str, missed: String, hint: String| {
         let message = format!("`{key}`: {} has no {missed}", component.name.text);
@@ -229,6 +237,14 @@ fn rules(settings: &Settings, project: &Project, found: &mut Diagnostics) {
             }
         }
     }
+}
+
+/// Slots with their operations, as the rules of `rc_settings` take them.
+fn named<'a>(slots: &'a [(String, Vec<&'a str>)]) -> Vec<(&'a str, Vec<&'a str>)> {
+    let slots = slots.iter();
+    slots
+        .map(|(slot, of)| (slot.as_str(), of.clone()))
+        .collect()
 }
 
 fn is_topic(slot: &Slot) -> bool {

@@ -7,6 +7,7 @@ use rc_cdsl::model::Backend;
 use rc_codegen::generation::{self, Component};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
+use rc_codegen::project::Language;
 use rc_codegen::view::BACKENDS;
 use rc_codegen::{FileLoader, Project, stubs};
 use rc_diagnostics::{Diagnostics, SourceMap};
@@ -70,7 +71,9 @@ impl Network {
                 }
                 (Ok(None) | Err(_), None) => instance.middleware,
                 // A variant needs the folder's own manifest and worker, not its generated code.
-                (_, Some(_)) if project.code().join("Cargo.toml").exists() => continue,
+                (_, Some(_)) if project.code().join(project.language().manifest()).exists() => {
+                    continue;
+                }
                 (_, Some(_)) => Backend::Iceoryx2,
             };
             if stale.iter().all(|(known, _)| known.path != project.path) {
@@ -116,8 +119,11 @@ impl Shared<'_> {
             generation::write(&parts).map_err(refused(action(first)))?;
         }
         for (project, _) in &self.stale {
-            // The compiler reports what is wrong with a worker that cannot be read.
-            if let Ok((Some(missing), found)) = stubs::of(project, project.code(), sources) {
+            // The compiler reports what is wrong with a worker that cannot be read; one in Python is checked when it
+            // starts.
+            if project.language() == Language::Rust
+                && let Ok((Some(missing), found)) = stubs::of(project, project.code(), sources)
+            {
                 done.found.extend(found);
                 done.found.extend(missing.notes(project));
             }

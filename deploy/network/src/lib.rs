@@ -14,6 +14,7 @@ mod addresses;
 mod configuration;
 mod error;
 mod generating;
+mod launcher;
 mod load;
 mod model;
 mod network_time;

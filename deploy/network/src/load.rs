@@ -43,7 +43,9 @@ pub fn load(
         instances.for_each(|instance| instance.middleware = middleware);
     }
     let mut texts = HashMap::new();
-    let projects = projects(&deployment, sources, loader, &mut texts, &mut found);
+    let mut projects = projects(&deployment, sources, loader, &mut texts, &mut found);
+    let declared = projects.clone();
+    name_members(&mut deployment, &mut projects, &mut found);
     let configured = configurations(&deployment, &projects, sources, &mut found);
     let passed_settings = settings(&mut deployment, &configured);
     let given = given(&deployment, overrides.parameters, sources, &mut found);
@@ -59,6 +61,7 @@ pub fn load(
         path: path.to_path_buf(),
         deployment,
         projects,
+        declared,
         connections,
         time: None,
         middleware,
@@ -73,7 +76,27 @@ pub fn load(
     network.check_time(&mut found);
     network.check_ros_names(&mut found);
     network.warn_of_what_has_no_effect(&mut found);
+    network.refuse_python_elsewhere(&mut found);
     Ok((Some(network), found))
+}
+
+/// Gives each instance with slot arrays a component of its own, with the members that it lists.
+fn name_members(
+    deployment: &mut Deployment,
+    projects: &mut [Option<Rc<Project>>],
+    found: &mut Diagnostics,
+) {
+    let network = &deployment.name.text;
+    for (instance, project) in deployment.instances.iter_mut().zip(projects) {
+        let Some(known) = project.as_deref() else {
+            continue;
+        };
+        if let Some(component) = rc_ddsl::expand(network, instance, &known.component, found) {
+            let mut own = known.clone();
+            own.component = component;
+            *project = Some(Rc::new(own));
+        }
+    }
 }
 
 /// The component of each instance. A component of several instances is read and reported once.

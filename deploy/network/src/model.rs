@@ -28,9 +28,11 @@ pub struct Network {
     pub path: PathBuf,
     /// The parsed description.
     pub deployment: Deployment,
-    /// The component of each instance. `None` if its files could not be read. Instances of one
-    /// component share it.
+    /// The component of each instance, with a slot for each member of its slot arrays. `None` if
+    /// its files could not be read. Instances of one component without arrays share it.
     pub projects: Vec<Option<Rc<Project>>>,
+    /// The same as its files declare it, with the arrays: what code is generated from.
+    pub(crate) declared: Vec<Option<Rc<Project>>>,
     /// The connections.
     pub connections: Connections,
     /// The source of time and its followers. `None` if a component does not publish it.

@@ -102,6 +102,11 @@ impl Network {
                 let value = &set.value;
                 option("--set-middleware", format!("{middleware}.{key}={value}"));
             }
+            for array in &instance.arrays {
+                let members = array.members.iter().map(|name| name.text.as_str());
+                let members = members.collect::<Vec<_>>().join(",");
+                option("--members", format!("{}={members}", array.name.text));
+            }
             for (slot, index) in component.iter().flat_map(|c| c.slots.iter().zip(0..)) {
                 let end = Endpoint {
                     instance: at,

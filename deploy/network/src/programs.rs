@@ -5,12 +5,14 @@
 //! another. Its program is then a variant, built beside the program of its folder.
 
 use crate::error::{Error, cannot, refused};
+use crate::launcher::{self, Launcher};
 use crate::model::{Network, Profile};
 use crate::variant::{self, Staged};
 use crate::workspaces::Workspaces;
 use rc_cdsl::model::Backend;
 use rc_codegen::note::Note;
 use rc_codegen::paths::normal;
+use rc_codegen::project::Language;
 use rc_codegen::{Project, names};
 use rc_ddsl::model::{Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
@@ -111,6 +113,14 @@ fn check_executable(
     found.push(Diagnostic::error(code, place, message).help(build));
 }
 
+/// The name of a component's program.
+fn package(project: &Project) -> String {
+    match project.language() {
+        Language::Rust => names::package(&project.component.name.text),
+        Language::Python => launcher::package(project),
+    }
+}
+
 /// The hash of a component's model as in notes.
 fn hash(project: &Project) -> String {
     format!("{:016x}", project.hash)
@@ -144,7 +154,7 @@ fn check_variant(
         let errors = more.iter().filter(|d| d.severity == Severity::Error);
         found.extend(errors.cloned());
     }
-    if !project.code().join("Cargo.toml").exists() {
+    if !project.code().join(project.language().manifest()).exists() {
         let named = instance.cdsl.as_ref().unwrap_or(&instance.name);
         let message = format!("`{}` has no code yet", instance.path);
         let generate = how_to_generate(project);
@@ -192,7 +202,7 @@ impl Network {
         let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
             return Ok(None);
         };
-        let package = names::package(&project.component.name.text);
+        let package = package(project);
         let program = match self.variants[at] {
             Some(middleware) => variant::program(&package, middleware),
             None => package,
@@ -207,7 +217,7 @@ impl Network {
     /// The instances whose programs are built, with their components and variants.
     pub(crate) fn built(&self) -> impl Iterator<Item = (&Instance, &Project, Option<Backend>)> {
         let instances = self.deployment.instances.iter();
-        let instances = instances.zip(&self.projects).zip(&self.variants);
+        let instances = instances.zip(&self.declared).zip(&self.variants);
         instances.filter_map(|((instance, project), variant)| {
             Some((instance, built(instance, project.as_ref())?, *variant))
         })
@@ -317,49 +327,92 @@ impl Network {
         profile: Profile,
     ) -> Result<impl Iterator<Item = Result<Build, Error>>, Error> {
         let mut groups: BTreeMap<_, BTreeMap<String, &Project>> = BTreeMap::new();
+        let mut scripts: BTreeMap<PathBuf, BTreeMap<String, (&Project, _)>> = BTreeMap::new();
         for (_, project, variant) in self.built() {
             let root = Workspaces::root(project.code());
             if let Some(root) = root.map_err(refused("prepare the build"))? {
-                let package = names::package(&project.component.name.text);
+                let package = package(project);
+                if project.language() == Language::Python {
+                    let program = variant.map(|middleware| variant::program(&package, middleware));
+                    let scripts = scripts.entry(root).or_default();
+                    scripts
+                        .entry(program.unwrap_or(package))
+                        .or_insert((project, variant));
+                    continue;
+                }
                 let packages = groups.entry((root, variant)).or_default();
                 packages.entry(package).or_insert(project);
             }
         }
-        Ok(groups.into_iter().map(move |((root, variant), projects)| {
-            // The features of a dependency follow from all packages that cargo selects. With the
-            // whole workspace selected, each build of it, whatever its programs, shares the
-            // libraries of the others.
-            let mut args: Vec<OsString> = ["build", "--workspace", "--profile", profile.word()]
-                .map(Into::into)
-                .to_vec();
-            let mut option = |name: &str, value: OsString| args.extend([name.into(), value]);
-            let program = |package: &String| match variant {
-                None => package.into(),
-                Some(middleware) => variant::program(package, middleware).into(),
-            };
-            for package in projects.keys() {
-                option("--bin", program(package));
-            }
-            let mut staged = None;
-            if let Some(middleware) = variant {
-                let components: Vec<&Project> = projects.values().copied().collect();
-                let target = self.workspaces.target(&root);
-                let target = target.map_err(cannot("prepare the build"))?;
-                let dependencies = self.workspaces.dependencies(&root);
-                let dependencies = dependencies.map_err(cannot("prepare the build"))?;
-                let there = variant::stage(&root, &target, &components, &dependencies, middleware)?;
-                option("--manifest-path", there.manifest().into());
-                option("--target-dir", target.into());
-                staged = Some(there);
-            }
-            let packages = projects.into_keys().collect();
-            Ok(Build {
-                root,
-                args,
-                packages,
-                _staged: staged,
+        let launched = scripts
+            .into_iter()
+            .map(move |(root, scripts)| self.launched(root, scripts, profile));
+        Ok(groups
+            .into_iter()
+            .map(move |((root, variant), projects)| {
+                // The features of a dependency follow from all packages that cargo selects. With the
+                // whole workspace selected, each build of it, whatever its programs, shares the
+                // libraries of the others.
+                let mut args: Vec<OsString> = ["build", "--workspace", "--profile", profile.word()]
+                    .map(Into::into)
+                    .to_vec();
+                let mut option = |name: &str, value: OsString| args.extend([name.into(), value]);
+                let program = |package: &String| match variant {
+                    None => package.into(),
+                    Some(middleware) => variant::program(package, middleware).into(),
+                };
+                for package in projects.keys() {
+                    option("--bin", program(package));
+                }
+                let mut staged = None;
+                if let Some(middleware) = variant {
+                    let components: Vec<&Project> = projects.values().copied().collect();
+                    let target = self.workspaces.target(&root);
+                    let target = target.map_err(cannot("prepare the build"))?;
+                    let dependencies = self.workspaces.dependencies(&root);
+                    let dependencies = dependencies.map_err(cannot("prepare the build"))?;
+                    let there =
+                        variant::stage(&root, &target, &components, &dependencies, middleware)?;
+                    option("--manifest-path", there.manifest().into());
+                    option("--target-dir", target.into());
+                    staged = Some(there);
+                }
+                let packages = projects.into_keys().collect();
+                Ok(Build {
+                    root,
+                    args,
+                    packages,
+                    launchers: Vec::new(),
+                    _staged: staged,
+                })
             })
-        }))
+            .chain(launched))
+    }
+
+    /// The build of the components in Python of one workspace.
+    fn launched(
+        &self,
+        root: PathBuf,
+        scripts: BTreeMap<String, (&Project, Option<Backend>)>,
+        profile: Profile,
+    ) -> Result<Build, Error> {
+        let target = self.workspaces.target(&root);
+        let target = target.map_err(cannot("prepare the build"))?;
+        let mut launchers = Vec::new();
+        let packages = scripts.keys().cloned().collect();
+        for (program, (project, variant)) in scripts {
+            let path = target.join(profile.folder()).join(program);
+            launchers.push(launcher::of(
+                project, &root, &target, profile, variant, path,
+            )?);
+        }
+        Ok(Build {
+            args: launcher::build(&root, &target, profile)?.unwrap_or_default(),
+            root,
+            packages,
+            launchers,
+            _staged: None,
+        })
     }
 }
 
@@ -368,9 +421,20 @@ impl Network {
 pub struct Build {
     /// The user's workspace, where it runs.
     pub root: PathBuf,
-    /// Its arguments.
+    /// Its arguments; none where cargo has nothing to build.
     pub args: Vec<OsString>,
     /// The packages that it builds, for people.
     pub packages: Vec<String>,
+    launchers: Vec<Launcher>,
     _staged: Option<Staged>,
+}
+
+impl Build {
+    /// Writes what cargo does not build, after it has succeeded.
+    ///
+    /// # Errors
+    /// The system refuses a file.
+    pub fn finish(self) -> Result<(), Error> {
+        self.launchers.iter().try_for_each(Launcher::write)
+    }
 }

@@ -160,7 +160,7 @@ impl Network {
                 for operation in &component.library.interface(slot.interface).operations {
                     let address = format!("{}/{}", addresses[&place], operation.name.text);
                     let name =
-                        ros::operation(&address, &slot.name, &operation.name.text, &node.rules);
+                        ros::operation(&address, &slot.path(), &operation.name.text, &node.rules);
                     ends.push(End {
                         node,
                         place,

@@ -1,9 +1,28 @@
 //! Fields of a description that have no effect in this version.
 
 use crate::model::Network;
+use rc_codegen::project::Language;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 
 impl Network {
+    /// Reports components in Python on other hosts: their packages are not copied.
+    pub(crate) fn refuse_python_elsewhere(&self, found: &mut Diagnostics) {
+        for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
+            let is_python = project
+                .as_ref()
+                .is_some_and(|project| project.language() == Language::Python);
+            let host = self.deployment.remote_host(instance).zip(instance.host);
+            if let Some((host, (_, span))) = host.filter(|_| is_python) {
+                let message = format!(
+                    "`{}` is in Python, and runs on this machine only, not on `{}`",
+                    instance.path, host.name.text
+                );
+                let error = Diagnostic::error("python-elsewhere", span, message);
+                found.push(error.help("leave `host` out, or start it there by hand"));
+            }
+        }
+    }
+
     /// Warns of each field that is read and checked, but changes nothing yet.
     pub(crate) fn warn_of_what_has_no_effect(&self, found: &mut Diagnostics) {
         for instance in &self.deployment.instances {

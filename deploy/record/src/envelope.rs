@@ -1,9 +1,11 @@
-//! Calls in a recording: requests and replies without their envelopes, as services of ROS 2 have them.
+//! Messages in a recording: samples, and requests and replies without their envelopes, as services
+//! of ROS 2 have them.
 
 use crate::ENCAPSULATION;
 use rc_middleware::backend::Profile;
 use rc_middleware::rpc::{self, ENVELOPE, ReplyKind, RequestId};
 use rc_middleware::{Encoding, Reader, Writer};
+use rc_observe::{Answer, Observed, Topic};
 use rc_values::{
     Interface, Operation, Value, ValueError, decode_from, decode_image, default, encode,
 };
@@ -22,14 +24,67 @@ pub struct Opened<'i> {
     pub data: Vec<u8>,
 }
 
+/// The bytes of a sample, with their encapsulation. `None` if the sender has other types than the
+/// description of the topic, or if the sample cannot be decoded.
+pub fn sample(topic: &Topic, observed: &Observed<'_>) -> Option<Vec<u8>> {
+    let (theirs, ours) = (observed.header.type_hash, topic.operation.hash);
+    match observed.header.encoding {
+        Encoding::Cdr if theirs != 0 && theirs != ours => None,
+        Encoding::Cdr => Some(encapsulated(observed.body)),
+        Encoding::Image => {
+            let value = topic.decode(observed).ok()?;
+            Some(encapsulated(&rc_values::encode_body(&value).ok()?))
+        }
+    }
+}
+
+/// The bytes of what a call returned, as those of its recorded reply. `None` if the operation does
+/// not declare it.
+pub fn answered(operation: &Operation, answer: &Answer) -> Option<Vec<u8>> {
+    let (case, value) = match answer {
+        Answer::Result(value) => (0, value),
+        Answer::Exception(value) => {
+            let Value::Struct(ty, _) = value else {
+                return None;
+            };
+            let mut throws = operation.throws.iter();
+            let exception = throws.find(|exception| exception.ty.name == ty.name)?;
+            (exception.id, value)
+        }
+    };
+    let mut writer = begin();
+    write_reply(operation, case, value, &mut writer).ok()?;
+    Some(end(writer))
+}
+
+/// The result of a recorded reply. `None` if it holds an exception, or cannot be decoded.
+pub fn result(operation: &Operation, recorded: &[u8]) -> Option<Value> {
+    let mut reader = Reader::new(recorded.get(ENCAPSULATION.len()..)?);
+    if !operation.throws.is_empty() {
+        let code: i32 = reader.get().ok()?;
+        for exception in &operation.throws {
+            decode_from(&exception.ty, &mut reader).ok()?;
+        }
+        if code != 0 {
+            return None;
+        }
+    }
+    decode_from(&operation.reply, &mut reader).ok()
+}
+
+fn encapsulated(body: &[u8]) -> Vec<u8> {
+    let mut data = Vec::with_capacity(ENCAPSULATION.len() + body.len());
+    data.extend(ENCAPSULATION);
+    data.extend(body);
+    data
+}
+
 fn begin() -> Writer<'static> {
     Writer::default()
 }
 
 fn end(writer: Writer<'static>) -> Vec<u8> {
-    let mut data = ENCAPSULATION.to_vec();
-    data.extend(writer.into_bytes());
-    data
+    encapsulated(&writer.into_bytes())
 }
 
 /// Opens a request. `None` if its operation is unknown or its body cannot be decoded.
@@ -51,12 +106,10 @@ pub fn request<'i>(interface: &'i Interface, profile: Profile, body: &[u8]) -> O
 }
 
 fn opened<'i>(operation: &'i Operation, id: RequestId, body: &[u8]) -> Opened<'i> {
-    let mut data = ENCAPSULATION.to_vec();
-    data.extend(body);
     Opened {
         operation,
         id,
-        data,
+        data: encapsulated(body),
     }
 }
 

@@ -13,6 +13,7 @@
 //! `docs/recording.md` describes the file.
 
 pub mod bag;
+pub mod content;
 pub mod definition;
 pub mod envelope;
 mod error;

@@ -1,7 +1,7 @@
 //! The last messages of a network, in memory, until something happens.
 
+use crate::content::{AttachedFile, NewChannel, OVERHEAD};
 use crate::error::RecordError;
-use crate::sink::{AttachedFile, NewChannel, OVERHEAD};
 use crate::writer::{ChannelId, Limits, Writer};
 use rc_mcap::Stamp;
 use std::collections::{BTreeMap, VecDeque};

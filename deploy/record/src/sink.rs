@@ -1,10 +1,10 @@
 //! Where messages of a running network go: into a file, on a thread of its own, or into a ring in
 //! memory.
 
+use crate::content::{AttachedFile, NewChannel, OVERHEAD};
 use crate::error::RecordError;
 use crate::ring::Ring;
-use crate::schema::Schema;
-use crate::writer::{ChannelId, Limits, Writer};
+use crate::writer::{Limits, Writer};
 use rc_mcap::Stamp;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -18,39 +18,6 @@ use std::time::Duration;
 pub const QUEUE: usize = 256 * 1024 * 1024;
 /// How often a file without new messages is flushed.
 const IDLE: Duration = Duration::from_millis(500);
-/// What a message takes in memory beside its bytes.
-pub(crate) const OVERHEAD: usize = 64;
-
-/// A channel.
-#[derive(Clone, Debug)]
-pub struct NewChannel {
-    /// Its topic.
-    pub topic: String,
-    /// The encoding of its messages.
-    pub encoding: &'static str,
-    /// Its type.
-    pub schema: Option<Schema>,
-    /// What else is known of it.
-    pub metadata: BTreeMap<String, String>,
-}
-
-impl NewChannel {
-    pub(crate) fn add_to(&self, writer: &mut Writer) -> ChannelId {
-        let (schema, metadata) = (self.schema.clone(), self.metadata.clone());
-        writer.channel(&self.topic, self.encoding, schema, metadata)
-    }
-}
-
-/// A file that belongs to a recording.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct AttachedFile {
-    /// Its name.
-    pub name: String,
-    /// What it is.
-    pub media_type: &'static str,
-    /// Its content.
-    pub data: Vec<u8>,
-}
 
 enum Job {
     Channel(NewChannel),

@@ -4,10 +4,12 @@
 mod arguments;
 mod bag;
 mod call;
+mod command;
 mod completion;
 mod control;
 mod description;
 mod export;
+mod foxglove;
 mod graph;
 mod look;
 mod messages;
@@ -21,23 +23,19 @@ mod top;
 mod up;
 
 use crate::Options;
-use arguments::{Action, Input, Managed, Named, Watched, engine, format, rate, seconds, switch};
-use clap::{ArgAction, Parser, Subcommand};
-use completion::{components, described, events, logs_of, networks, only_topics, operations};
+use command::{Cli, Command};
 use messages::Measure;
 use networks::{named, network_of, running};
 use output::{Failure, print_line, show, system};
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
-use rc_command_line::{Common, Tool, words};
+use rc_command_line::{Common, Tool};
 use rc_deploy_client::{Format, connection, logs, states, status};
-use rc_deploy_export::Engine;
-use rc_deploy_graph::GraphFormat;
 use rc_deploy_terminal::SideView;
 use rc_management::lifecycle::Transition;
 use rc_management::supervisor::Verb;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -54,357 +52,6 @@ const TOOL: Tool = Tool {
         ),
     ],
 };
-
-/// Checks, starts and supervises networks of components.
-#[derive(Parser)]
-#[command(name = "rcdeploy", version)]
-struct Cli {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Subcommand)]
-enum Command {
-    /// Checks a network and everything that it names. Starts nothing.
-    Check {
-        #[command(flatten)]
-        input: Input,
-        /// The form of the findings: human, short or json (one object a line).
-        #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<rc_diagnostics::Format>(), add = words(&["human", "short", "json"]))]
-        format: rc_diagnostics::Format,
-    },
-    /// Shows what `up` would do: order, hosts, files, connections, policies. Starts nothing.
-    Plan {
-        #[command(flatten)]
-        input: Input,
-        /// The form of the output: human or json (one document).
-        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
-        format: Format,
-        /// Checks the descriptions only, not generated code, executables and this machine.
-        #[arg(long)]
-        unbuilt: bool,
-    },
-    /// Draws a network: components, groups, hosts and connections. Errors are red.
-    ///
-    /// The picture is written even if the check finds errors. The exit code is then 1.
-    Graph {
-        #[command(flatten)]
-        input: Input,
-        /// The form of the picture: svg, mermaid, dot or json (one document).
-        #[arg(long, default_value = "svg", value_parser = |text: &str| text.parse::<GraphFormat>(), add = words(&["svg", "mermaid", "dot", "json"]))]
-        format: GraphFormat,
-        /// Writes to this file instead of standard output.
-        #[arg(short, long, value_name = "FILE")]
-        output: Option<PathBuf>,
-        /// Checks the descriptions only, not generated code, executables and this machine.
-        #[arg(long)]
-        unbuilt: bool,
-        /// Shows what the components of the running network do: their states, and the active states
-        /// of their machines. The network may be named instead of its file.
-        #[arg(long)]
-        live: bool,
-    },
-    /// Checks a network, starts it, and supervises it until Ctrl-C.
-    Up {
-        #[command(flatten)]
-        input: Input,
-        /// Builds the components with cargo first.
-        ///
-        /// If the generated/ of a component is for another middleware than the network's, a variant
-        /// is built below target/rc. The folder of the component is not changed.
-        /// Components whose generated code is missing or of an older model are generated before.
-        #[arg(long)]
-        build: bool,
-        /// Refuses missing or stale generated code instead of generating it.
-        #[arg(long, requires = "build")]
-        no_generate: bool,
-        /// Supervises in the background. `rcdeploy down` stops the network.
-        #[arg(long)]
-        detach: bool,
-        /// Prints events as lines instead of the live view of a terminal.
-        #[arg(long)]
-        plain: bool,
-        /// The form of the events: human or json (one object a line).
-        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
-        format: Format,
-        /// The limit of a log in MiB. A longer log moves to NAME.log.1 and replaces the older part
-        /// there.
-        #[arg(long, value_name = "MIB", default_value_t = 16, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
-        log_limit: u64,
-        #[arg(long, hide = true)]
-        supervisor: bool,
-    },
-    /// Shows a running network live: states, load, rates, events, logs, parameters and connections.
-    ///
-    /// The network continues to run when you leave the view.
-    Top {
-        /// The network or its .ddsl. Optional if only one network is up.
-        #[arg(add = networks())]
-        network: Option<String>,
-    },
-    /// Stops a running network.
-    Down {
-        /// The network or its .ddsl. Optional if only one network is up.
-        #[arg(add = networks())]
-        network: Option<String>,
-    },
-    /// Shows the state of a running network.
-    ///
-    /// Components that were started by hand are marked so.
-    Status {
-        /// The network or its .ddsl. Optional if only one network is up.
-        #[arg(add = networks())]
-        network: Option<String>,
-        /// The form of the output: human or json (one document).
-        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
-        format: Format,
-    },
-    /// Prints the logs of components.
-    Logs {
-        /// The network or its .ddsl.
-        #[arg(add = networks())]
-        network: String,
-        /// The component. Without it, the logs of all components.
-        #[arg(add = logs_of())]
-        component: Option<String>,
-        /// Follows the logs until Ctrl-C.
-        #[arg(short, long)]
-        follow: bool,
-        /// How many of the last lines are printed first.
-        #[arg(short = 'n', long, default_value_t = 100)]
-        lines: usize,
-        /// The form of the output: human or json (one object a line).
-        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
-        format: Format,
-    },
-    /// Starts components that do not run, in the order of their needs, and waits until they are
-    /// ready.
-    Start(Named),
-    /// Stops components, dependents first. They stay stopped until `start`.
-    ///
-    /// Components that need them continue to run, and get errors.
-    Stop(Named),
-    /// Stops components, then starts them again.
-    Restart(Named),
-    /// Configures managed components that are unconfigured, and waits until they are inactive.
-    ///
-    /// The commands of the life cycle work also for components that were not started by rcdeploy.
-    Configure(Managed),
-    /// Activates managed components, providers first. It configures them before where needed.
-    Activate(Managed),
-    /// Deactivates managed components, dependents first. Their calls are refused and their topics
-    /// silent until `activate`.
-    Deactivate(Managed),
-    /// Brings managed components back to unconfigured, dependents first.
-    Cleanup(Managed),
-    /// Puts a component into its emergency state, or ends this state.
-    ///
-    /// This works also for components that were not started by rcdeploy.
-    Emergency {
-        /// The network or its .ddsl.
-        #[arg(add = networks())]
-        network: String,
-        /// The component.
-        #[arg(add = components())]
-        name: String,
-        /// on or off.
-        #[arg(action = ArgAction::Set, value_parser = switch, add = words(&["on", "off"]))]
-        active: bool,
-    },
-    /// Fires an event of a component's state machine, and shows the active states afterwards.
-    ///
-    /// The `.cdsl` of the component lists the events that may be fired so: `statemachine "FILE" {
-    /// external go, stop; }`. This works also for components that were not started by rcdeploy.
-    Fire {
-        /// The network or its .ddsl.
-        #[arg(add = networks())]
-        network: String,
-        /// The component.
-        #[arg(add = components())]
-        name: String,
-        /// The event.
-        #[arg(add = events())]
-        event: String,
-        /// The form of the output: human or json (one document).
-        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
-        format: Format,
-    },
-    /// Shows, changes and saves the parameters of a running component.
-    ///
-    /// `params NETWORK NAME` shows all parameters. This works also for components that were not
-    /// started by rcdeploy.
-    #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-    Params {
-        #[command(subcommand)]
-        action: Option<Action>,
-        /// The network or its .ddsl.
-        #[arg(required = true, add = networks())]
-        network: Option<String>,
-        /// The component.
-        #[arg(required = true, add = components())]
-        name: Option<String>,
-        /// The form of the output: human or json (one document).
-        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
-        format: Format,
-    },
-    /// Lists the topics and services of a running network, their ends and their rates.
-    ///
-    /// A rate is that of all messages of the slot, measured over one second.
-    List {
-        /// The network or its .ddsl.
-        #[arg(add = networks())]
-        network: String,
-        /// The form of the output: human or json (one document).
-        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
-        format: Format,
-    },
-    /// Shows a type, an interface, a slot or an operation of a running network.
-    Show {
-        /// The network or its .ddsl.
-        #[arg(add = networks())]
-        network: String,
-        /// Its name, or any end of it that means one thing.
-        #[arg(add = described())]
-        name: String,
-        /// The form of the output: human or json (one document).
-        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
-        format: Format,
-    },
-    /// Prints the messages of a topic, or the calls of an operation.
-    Echo {
-        #[command(flatten)]
-        watched: Watched,
-        /// Prints only this member, as in `pose.x` or `points[3]`. May be given several times.
-        #[arg(long, value_name = "PATH")]
-        field: Vec<String>,
-        /// Ends after so many messages.
-        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
-        count: Option<u64>,
-        /// Ends after one message.
-        #[arg(long, conflicts_with = "count")]
-        once: bool,
-        /// Prints at most so many messages a second.
-        #[arg(long, value_name = "HZ", value_parser = rate)]
-        rate: Option<f64>,
-        /// Prints lines of CSV. The first line names the columns.
-        #[arg(long, conflicts_with = "format")]
-        csv: bool,
-    },
-    /// Measures the rate of a topic or of calls, and the times between messages. Prints a line each
-    /// second.
-    Hz {
-        #[command(flatten)]
-        watched: Watched,
-        /// Ends after so many lines.
-        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
-        lines: Option<u64>,
-    },
-    /// Measures the bytes of a topic or of calls. Prints a line each second.
-    Bw {
-        #[command(flatten)]
-        watched: Watched,
-        /// Ends after so many lines.
-        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
-        lines: Option<u64>,
-    },
-    /// Measures the time from sending to receiving, on one machine. Prints a line each second.
-    ///
-    /// Over shared memory a tool looks for samples each millisecond, which the delay includes.
-    Delay {
-        #[command(flatten)]
-        watched: Watched,
-        /// Ends after so many lines.
-        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
-        lines: Option<u64>,
-    },
-    /// Calls an operation of a component. An exception is printed, and the exit code is 1.
-    ///
-    /// The component handles the call as if it came from a client. So this works over every
-    /// middleware and on every machine of the network.
-    Call {
-        /// The network or its .ddsl.
-        #[arg(add = networks())]
-        network: String,
-        /// COMPONENT.SLOT.OPERATION, or any end of it that means one thing.
-        #[arg(value_name = "OPERATION", add = operations())]
-        operation: String,
-        /// The parameters as a JSON object. Missing ones have their default values.
-        #[arg(value_name = "JSON", default_value = "{}")]
-        parameters: String,
-        /// How long the reply may take, in seconds.
-        #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
-        timeout: f64,
-        /// The form of the output: human or json (one document).
-        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
-        format: Format,
-    },
-    /// Sends a sample to a topic: once, or again and again with `--rate`.
-    Send {
-        /// The network or its .ddsl.
-        #[arg(add = networks())]
-        network: String,
-        /// COMPONENT.SLOT.OPERATION of one of its ends, its address, or any end of these that means one thing.
-        #[arg(value_name = "TOPIC", add = only_topics())]
-        topic: String,
-        /// The sample as a JSON object. Missing members have their default values.
-        #[arg(value_name = "JSON", default_value = "{}")]
-        value: String,
-        /// Sends so many samples a second, until Ctrl-C or `--count`.
-        #[arg(long, value_name = "HZ", value_parser = rate)]
-        rate: Option<f64>,
-        /// Sends so many samples.
-        #[arg(long, value_name = "N", requires = "rate", value_parser = clap::value_parser!(u64).range(1..))]
-        count: Option<u64>,
-    },
-    /// Exports a network to another orchestrator: same programs, order, limits and policies.
-    ///
-    /// Unsupported features are reported, and noted in the files.
-    Export {
-        #[command(flatten)]
-        input: Input,
-        /// The orchestrator: systemd (units), compose (files for `docker compose`) or kubernetes
-        /// (manifests).
-        #[arg(long, value_name = "ENGINE", value_parser = engine, add = words(&["systemd", "compose", "kubernetes"]))]
-        to: Engine,
-        /// The output folder.
-        #[arg(long, value_name = "DIR")]
-        out: PathBuf,
-        /// The container image, for compose (default: debian:stable-slim) and kubernetes.
-        #[arg(long)]
-        image: Option<String>,
-        /// Lists the files without writing them.
-        #[arg(long)]
-        dry_run: bool,
-    },
-    /// Records a running network as MCAP: topics, calls, events, parameters and states.
-    ///
-    /// Ctrl-C ends the recording.
-    Record(record::Record),
-    /// Sends what was recorded: samples of topics, and answers to calls that no component answers.
-    ///
-    /// In a terminal, the space bar pauses, `s` sends the next message, the arrow keys go back and
-    /// forth, and `q` ends.
-    Play(play::Play),
-    /// Looks into recordings, and takes parts of them.
-    #[command(subcommand)]
-    Bag(bag::Bag),
-    /// Lets a component live again by its exact recording, and compares all that it sends.
-    ///
-    /// The component runs alone, without a network, as fast as it can. The exit code is 1 if it does something else
-    /// than it did.
-    Replay(replay::Replay),
-    #[command(flatten)]
-    Common(Common),
-    /// Runs components for a supervisor on another machine. Started by `up`, over ssh.
-    #[command(hide = true)]
-    Agent,
-    /// Cleans up when the supervisor is killed. Started by `up`.
-    #[command(hide = true)]
-    Guard {
-        #[arg(long)]
-        network: String,
-    },
-}
 
 /// Runs `rcdeploy` with the arguments of this process.
 pub fn main() -> ExitCode {
@@ -582,6 +229,7 @@ fn run(command: Command) -> Result<u8, Failure> {
         Command::Play(options) => play::play(options),
         Command::Bag(command) => bag::bag(command),
         Command::Replay(options) => replay::replay(&options),
+        Command::Foxglove(options) => foxglove::foxglove(&options),
         Command::Common(Common::Completions { shell }) => {
             print_line(format_args!("{}", TOOL.completion_script(shell).trim_end()));
             Ok(0)

@@ -21,7 +21,7 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
-/// How often the progress is shown.
+/// How often the progress is line.
 const SHOW: Duration = Duration::from_millis(500);
 /// The pause before the recorder of a supervisor looks again for components.
 const AGAIN: Duration = Duration::from_secs(2);
@@ -74,9 +74,9 @@ pub(super) struct Record {
     supervised: bool,
 }
 
-/// What a signal, a key or the supervisor asks for.
+/// Requests by a signal, a key or the supervisor.
 #[derive(Clone, Copy, Debug, Default)]
-struct Asked {
+struct Requests {
     write: bool,
     end: bool,
 }
@@ -86,8 +86,8 @@ pub(super) fn record(options: &Record) -> Result<u8, Failure> {
         connection::write_ring(&network_of(&options.network)?)?;
         return Ok(0);
     }
-    let mut asking = Asking::new(options)?;
-    let Some(network) = asking.network(&options.network)? else {
+    let mut source = RequestSource::new(options)?;
+    let Some(network) = source.network(&options.network)? else {
         return Ok(0);
     };
     let name = network.name.clone();
@@ -109,42 +109,42 @@ pub(super) fn record(options: &Record) -> Result<u8, Failure> {
     };
     let mut recorder = Recorder::begin(&network, &wanted, sink)?;
     let began = Instant::now();
-    let mut shown = Shown::new();
+    let mut line = ProgressLine::new();
     let mut reason: Option<String> = None;
     loop {
-        let events = recorder.step(&asking.descriptors(), TURN);
-        let asked = asking.take();
+        let events = recorder.step(&source.descriptors(), TURN);
+        let requests = source.take();
         for note in recorder.notes() {
-            shown.clear();
+            line.clear();
             print_note(&note);
         }
         // The first reason of several is the cause.
         let event = events.iter().find(|event| writes_ring(event, &options.on));
-        let on_request = || asked.write.then(|| "on request".to_owned());
+        let on_request = || requests.write.then(|| "on request".to_owned());
         reason = reason
             .or_else(|| event.map(ToString::to_string))
             .or_else(on_request);
         if let Sink::Ring(ring) = recorder.sink() {
             if let Some(written) = ring.written() {
-                shown.clear();
+                line.clear();
                 files.written(written);
             }
             if !ring.is_writing()
                 && let Some(reason) = reason.take()
             {
-                shown.clear();
+                line.clear();
                 files.write(ring, &reason);
             }
         }
         let is_over = options
             .length
             .is_some_and(|length| began.elapsed() >= length);
-        if asked.end || is_over {
+        if requests.end || is_over {
             break;
         }
         // A supervisor ends its recorder itself. Until then, components may come back.
         if recorder.has_network_ended() && !options.supervised {
-            shown.clear();
+            line.clear();
             print_note(&format_args!("the network {name} has ended"));
             break;
         }
@@ -153,9 +153,9 @@ pub(super) fn record(options: &Record) -> Result<u8, Failure> {
         {
             break;
         }
-        shown.show(&mut recorder, began);
+        line.show(&mut recorder, began);
     }
-    shown.clear();
+    line.clear();
     let (sink, progress) = recorder.finish();
     end(sink, &progress, &files, reason.as_deref())
 }
@@ -316,8 +316,8 @@ fn writes_ring(event: &Event, codes: &[String]) -> bool {
     codes.iter().any(|code| *code == event.code)
 }
 
-/// Signals, the Enter key and the supervisor.
-struct Asking {
+/// Sources of requests: signals, the Enter key and the supervisor.
+struct RequestSource {
     ends: UnixStream,
     writes: UnixStream,
     /// Whether standard input is read: keys, or the link to the supervisor.
@@ -325,7 +325,7 @@ struct Asking {
     is_supervised: bool,
 }
 
-impl Asking {
+impl RequestSource {
     fn new(options: &Record) -> Result<Self, Failure> {
         let keys = options.ring.is_some() && std::io::stdin().is_terminal();
         Ok(Self {
@@ -354,7 +354,7 @@ impl Asking {
         }
     }
 
-    /// What is readable when something is asked for.
+    /// Descriptors that are readable when a request has come.
     fn descriptors(&self) -> Vec<BorrowedFd<'_>> {
         let mut all = vec![self.ends.as_fd(), self.writes.as_fd()];
         if self.reads_input {
@@ -363,8 +363,8 @@ impl Asking {
         all
     }
 
-    fn take(&mut self) -> Asked {
-        let mut asked = Asked {
+    fn take(&mut self) -> Requests {
+        let mut requests = Requests {
             write: self.writes.read(&mut [0; 64]).is_ok_and(|n| n > 0),
             end: self.ends.read(&mut [0; 64]).is_ok_and(|n| n > 0),
         };
@@ -374,12 +374,12 @@ impl Asking {
                 Ok(0) | Err(_) => {
                     // Nothing outlives its supervisor.
                     self.reads_input = false;
-                    asked.end |= self.is_supervised;
+                    requests.end |= self.is_supervised;
                 }
-                Ok(_) => asked.write = true,
+                Ok(_) => requests.write = true,
             }
         }
-        asked
+        requests
     }
 }
 
@@ -392,14 +392,14 @@ fn is_readable() -> bool {
 }
 
 /// The line of progress.
-struct Shown {
+struct ProgressLine {
     is_terminal: bool,
     at: Instant,
     bytes: u64,
     width: usize,
 }
 
-impl Shown {
+impl ProgressLine {
     fn new() -> Self {
         Self {
             is_terminal: std::io::stderr().is_terminal(),

@@ -94,6 +94,10 @@ pub(super) fn up(
 fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
     for build in network.builds(profile)? {
         let build = build?;
+        if build.args.is_empty() {
+            build.finish()?;
+            continue;
+        }
         let mut cargo = Process::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         let status = cargo
             .current_dir(&build.root)
@@ -106,6 +110,7 @@ fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
                 format!("cargo could not build {}", build.packages.join(", ")),
             ));
         }
+        build.finish()?;
     }
     Ok(())
 }

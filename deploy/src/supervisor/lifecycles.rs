@@ -1,22 +1,9 @@
 //! The order in which managed components are configured, activated and deactivated.
 
 use crate::supervisor::supervise::Supervisor;
-use crate::supervisor::unit::Unit;
-use rc_deploy_network::plan::reachable;
 use rc_management::event::Severity;
 use rc_management::lifecycle::LifecycleState;
-use std::collections::BTreeSet;
 use std::time::Instant;
-
-/// The managed units that can be configured before any other one is active: those that need no
-/// unmanaged unit that needs a managed one.
-pub(super) fn configured_first(units: &[Unit], needs: &[BTreeSet<usize>]) -> BTreeSet<usize> {
-    let reach: Vec<BTreeSet<usize>> = (0..needs.len()).map(|i| reachable(needs, i)).collect();
-    let waits =
-        |j: &usize| !units[*j].is_managed() && reach[*j].iter().any(|&k| units[k].is_managed());
-    let managed = (0..units.len()).filter(|&i| units[i].is_managed());
-    managed.filter(|&i| !reach[i].iter().any(waits)).collect()
-}
 
 impl Supervisor<'_> {
     /// Sends managed units the goals whose turn it is.

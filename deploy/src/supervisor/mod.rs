@@ -8,6 +8,7 @@ mod ends;
 mod flight_recorder;
 mod health;
 mod hosts;
+mod lifecycle_control;
 mod lifecycles;
 mod memory_growth;
 mod messages;

@@ -1,7 +1,8 @@
 //! What the order of starts decides before a start: which services come first, and which followers a
 //! source of time expects.
 
-use rc_deploy_network::plan::{self, Component, Plan};
+use crate::supervisor::unit::Unit;
+use rc_deploy_network::plan::{self, Component, Plan, reachable};
 use rc_deploy_network::services::Service;
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
@@ -49,6 +50,16 @@ pub(super) fn without_followers<'a>(
         component.args[at + 1] = here;
     }
     Cow::Owned(component)
+}
+
+/// The managed units that can be configured before any other one is active: those that need no
+/// unmanaged unit that needs a managed one.
+pub(super) fn configured_first(units: &[Unit], needs: &[BTreeSet<usize>]) -> BTreeSet<usize> {
+    let reach: Vec<BTreeSet<usize>> = (0..needs.len()).map(|i| reachable(needs, i)).collect();
+    let waits =
+        |j: &usize| !units[*j].is_managed() && reach[*j].iter().any(|&k| units[k].is_managed());
+    let managed = (0..units.len()).filter(|&i| units[i].is_managed());
+    managed.filter(|&i| !reach[i].iter().any(waits)).collect()
 }
 
 #[cfg(test)]

@@ -15,9 +15,8 @@ use crate::supervisor::control::Control;
 use crate::supervisor::detach::Launcher;
 use crate::supervisor::flight_recorder::FlightRecorder;
 use crate::supervisor::health::MemoryRounds;
-use crate::supervisor::lifecycles;
 use crate::supervisor::options::{Options, Outcome};
-use crate::supervisor::start_order::in_order_of_start;
+use crate::supervisor::start_order::{configured_first, in_order_of_start};
 use crate::supervisor::unit::{Overdue, Unit, until};
 use rc_deploy_client::digest;
 use rc_deploy_client::error::{Error, ErrorContext, advice};
@@ -146,7 +145,7 @@ impl<'p> Supervisor<'p> {
             plan,
             digest: digest(&plan.ddsl),
             report,
-            configured_first: lifecycles::configured_first(&units, &needs),
+            configured_first: configured_first(&units, &needs),
             units,
             commands: Commands::new(&needs),
             needs,

@@ -1,6 +1,7 @@
-//! The life cycle of a managed component, as its supervisor knows and wants it.
+//! What a component does on the way to the goal of its life cycle.
 
 use crate::log::reporter::Reporter;
+use crate::supervisor::lifecycle_control::{LifecycleControl, Run};
 use crate::supervisor::unit::{Phase, Stop, Unit};
 use rc_diagnostics::foreign::clean;
 use rc_management::event::Severity;
@@ -8,70 +9,6 @@ use rc_management::lifecycle::{LifecycleState, Transition};
 use rc_management::link::{LifecycleReport, SupervisorMessage};
 use rc_management::rpc;
 use std::time::{Duration, Instant};
-
-/// The life cycle of one managed component.
-#[derive(Debug)]
-pub(super) struct LifecycleControl {
-    /// The state to which it is to come. What others bring it to is the goal from then on, so that
-    /// a restart returns the component to it.
-    goal: LifecycleState,
-    /// The goal that it reached last; at first, the one that the network has for it.
-    reached: LifecycleState,
-    /// Whether the goal is given up, and a hook still runs that was begun for it.
-    is_abandoned: bool,
-    /// The number of the last goal that was sent in this run.
-    number: u64,
-    run: Run,
-}
-
-/// What is known of one run of the process.
-#[derive(Debug, Default)]
-struct Run {
-    /// Whether its loop runs, so that it takes goals.
-    runs: bool,
-    /// The state that it has reported.
-    state: Option<LifecycleState>,
-    /// A goal that was sent and is not reached, and when it must be.
-    sent: Option<(LifecycleState, Instant)>,
-    /// Whether it has reached its goal once.
-    has_settled: bool,
-    /// Whether it has reached its goal, and no other one was set since.
-    is_steady: bool,
-    /// Why the last goal was missed.
-    missed: Option<String>,
-}
-
-impl LifecycleControl {
-    /// That of a component that is to become active.
-    pub(super) fn new() -> Self {
-        Self {
-            goal: LifecycleState::Active,
-            reached: LifecycleState::Active,
-            is_abandoned: false,
-            number: 0,
-            run: Run::default(),
-        }
-    }
-
-    fn is_settled(&self) -> bool {
-        self.run.sent.is_none() && self.run.state == Some(self.goal)
-    }
-
-    /// Makes the state in which it rests the goal, if the goal is given up and no hook runs for it
-    /// any more. Where the run has no such state, that is the goal that it reached last.
-    fn settle_abandoned(&mut self) {
-        let in_hook = self.run.state.is_some_and(|state| !state.is_primary());
-        if !self.is_abandoned || self.run.sent.is_some() || in_hook {
-            return;
-        }
-        let state = self.run.state;
-        self.goal = state
-            .filter(|state| *state != LifecycleState::Finalized)
-            .unwrap_or(self.reached);
-        self.reached = self.goal;
-        self.is_abandoned = false;
-    }
-}
 
 impl Unit {
     /// Whether it has the life cycle of a managed component.

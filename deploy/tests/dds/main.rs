@@ -12,7 +12,18 @@ mod site;
 #[path = "../all/python.rs"]
 mod python;
 
+#[allow(dead_code, reason = "each test program uses its own part")]
+#[path = "../all/network/tree.rs"]
+mod tree;
+
+#[path = "../all/network/foxglove.rs"]
+mod foxglove;
+
+#[path = "../all/network/recordings.rs"]
+mod recordings;
+
 mod hosts;
+mod inner_model;
 mod mixed;
 mod patrol;
 mod remote;
@@ -38,6 +49,7 @@ fn built() {
     BUILT.get_or_init(|| {
         build();
         mixed::build();
+        inner_model::build();
     });
 }
 

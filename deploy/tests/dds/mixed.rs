@@ -4,6 +4,7 @@
 use crate::patrol::of_user;
 use crate::site::{PATROL, Ran, Site};
 use crate::{await_well, patrol::END, python, tools};
+use rc_record::bag::Info;
 use std::path::Path;
 use std::process::Command;
 
@@ -170,6 +171,7 @@ fn the_patrol_runs_over_ros_2_and_its_files_do_not_change() {
     await_well(&site, "avoider");
     Site::until("poses come", || poses(&site, "monitor") > 20);
     tools::look(&site, "ros2");
+    crate::foxglove::look(&site, "the_patrol_runs_over_ros_2");
     down(&site);
     assert_eq!(site.count_in_log("avoider", END), 0);
     assert!(
@@ -185,6 +187,27 @@ fn a_patrol_over_ros_2_is_recorded_and_played() {
     let up = up(&site, RECORDED_DOMAIN, &IN_ROS);
     assert_eq!(up.code, 0, "{up:?}");
     await_well(&site, "avoider");
-    tools::record_and_play(&site);
+    let file = tools::record_and_play(&site);
+    down(&site);
+
+    // Nodes that take their time from `/clock` get the recorded one.
+    let sim_time = "middleware ros2 { use_sim_time true; };";
+    site.write_ddsl(&PATROL.replace("middleware iceoryx2;", sim_time));
+    let up = self::up(&site, RECORDED_DOMAIN, &[]);
+    assert_eq!(up.code, 0, "{up:?}");
+    let clock = || site.ask("monitor", "status")["clock"].clone();
+    assert_eq!(clock()["kind"], "ros");
+    let times = Info::read(Path::new(&file)).expect("a recording").times;
+    let (first, last) = times.expect("times");
+    let recorded = (first as f64 / 1e9 - 1.0)..(last as f64 / 1e9 + 1.0);
+    let is_recorded = || {
+        let time = clock()["time_s"].as_f64();
+        time.is_some_and(|time| recorded.contains(&time))
+    };
+    assert!(!is_recorded(), "{}", clock());
+    let ran = ["play", &file, "--network", &site.network, "--clock"];
+    let ran = site.rcdeploy(&ran, false);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    Site::until("the recorded time", is_recorded);
     down(&site);
 }

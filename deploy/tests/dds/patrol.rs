@@ -1,7 +1,7 @@
 //! `rcdeploy up --build --middleware dds` with the unchanged network of the README.
 
 use crate::site::{PATROL, Site};
-use crate::{await_errors, await_well, place, rcdeploy, tools};
+use crate::{await_errors, await_well, foxglove, place, rcdeploy, tools};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -104,6 +104,7 @@ fn the_patrol_runs_over_dds_and_its_files_do_not_change() {
     let got = params(&["get", &site.network, "avoider", "safe_distance"]);
     assert!(got.stdout.contains("650"), "{got:?}");
     tools::look(&site, "dds");
+    foxglove::look(&site, "the_patrol_runs_over_dds");
     // The variant has a folder of its own below the target folder.
     let variant = Site::target().join("rc/dds/avoider");
     assert!(variant.join("generated/src/backend.rs").exists());

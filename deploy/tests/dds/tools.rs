@@ -1,5 +1,6 @@
 //! The commands that look at a running patrol, record it and play it, over the middleware of the network.
 
+use crate::recordings::count;
 use crate::site::{Ran, Site};
 use rc_record::bag::Info;
 use serde_json::Value;
@@ -71,14 +72,10 @@ pub(crate) fn look(site: &Site, middleware: &str) {
     Site::until("the monitor handles poses", || handled(site) > before);
 }
 
-/// Records a running patrol, stops its simulator, and plays it.
-pub(crate) fn record_and_play(site: &Site) {
+/// Records a running patrol, stops its simulator, and plays the recording, whose name is returned.
+pub(crate) fn record_and_play(site: &Site) -> String {
     let mut number = 0;
     let mut file = String::new();
-    let count = |info: &Info, end: &str| {
-        let topics = info.topics.iter().filter(|(name, _)| name.ends_with(end));
-        topics.map(|(_, topic)| topic.count).sum::<u64>()
-    };
     Site::until("a recording of poses and calls", || {
         number += 1;
         let path = site.path(&format!("{number}.mcap"));
@@ -99,4 +96,5 @@ pub(crate) fn record_and_play(site: &Site) {
     // The clients find the new server after a while.
     Site::until("calls are answered", answered);
     assert!(handled(site) > before);
+    file
 }

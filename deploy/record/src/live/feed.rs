@@ -1,10 +1,9 @@
 //! From a message of the network to a message of the recording.
 
 use super::output::{ChannelKey, Output};
-use crate::sink::NewChannel;
-use crate::{ENCAPSULATION, envelope, keys, qos, schema};
+use crate::content::NewChannel;
+use crate::{envelope, keys, qos, schema};
 use rc_management::observation::QosDescription;
-use rc_middleware::Encoding;
 use rc_observe::{End, MessageKind, Observed, Service, TimeTopic, Topic};
 use rc_values::{Interface, Operation};
 use std::collections::{BTreeMap, BTreeSet};
@@ -101,16 +100,7 @@ fn sample(
     output: &mut Output,
 ) -> Option<()> {
     let header = &observed.header;
-    let data = match header.encoding {
-        Encoding::Cdr if header.type_hash != 0 && header.type_hash != topic.operation.hash => {
-            return None;
-        }
-        Encoding::Cdr => encapsulated(observed.body),
-        Encoding::Image => {
-            let value = topic.decode(observed).ok()?;
-            encapsulated(&rc_values::encode_body(&value).ok()?)
-        }
-    };
+    let data = envelope::sample(topic, observed)?;
     let at = *channels
         .entry((0, false, header.sender))
         .or_insert_with(|| {
@@ -219,13 +209,6 @@ fn call(
     let stamp = output.stamp(observed.header.sent, is_here, opened.id.sequence);
     output.put(at, stamp, opened.data, &calls.address);
     Some(())
-}
-
-fn encapsulated(body: &[u8]) -> Vec<u8> {
-    let mut data = Vec::with_capacity(ENCAPSULATION.len() + body.len());
-    data.extend(ENCAPSULATION);
-    data.extend(body);
-    data
 }
 
 fn metadata(

@@ -1,16 +1,16 @@
 //! Records a running network: topics, calls, events, parameters, states and descriptions.
 
 mod feed;
-mod look;
 mod output;
+mod poll;
 
 pub use output::Progress;
 
 use crate::error::RecordError;
 use crate::sink::Sink;
 use feed::{Feed, What};
-use look::{Look, Looks, look};
 use output::Output;
+use poll::{Poller, Snapshot, poll};
 use rc_management::supervisor::{self, Event, Severity};
 use rc_management::{Client, Incoming};
 use rc_observe::{End, FeedId, Network, Observer, Service, Source};
@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::time::Duration;
 
-/// After how many looks without any component the network has ended.
+/// After how many polls without any component the network has ended.
 const GONE: u32 = 2;
 
 /// What is recorded of a network.
@@ -32,7 +32,7 @@ pub struct Wanted {
 
 /// The topics and operations that were named, by their addresses.
 #[derive(Default)]
-struct Named {
+struct Selected {
     topics: BTreeSet<String>,
     /// The operations of each end.
     calls: BTreeMap<End, BTreeSet<String>>,
@@ -41,7 +41,7 @@ struct Named {
 /// Records a network into a sink.
 pub struct Recorder {
     name: String,
-    named: Option<Named>,
+    selected: Option<Selected>,
     calls: bool,
     observer: Observer,
     feeds: BTreeMap<FeedId, Feed>,
@@ -50,10 +50,10 @@ pub struct Recorder {
     time: Option<FeedId>,
     output: Output,
     events: Option<Client>,
-    looks: Looks,
-    /// The processes of the components at the last look.
+    poller: Poller,
+    /// The processes of the components at the last poll.
     processes: BTreeSet<(String, u32)>,
-    empty_looks: u32,
+    empty_polls: u32,
     notes: Vec<String>,
     noted: BTreeSet<String>,
 }
@@ -65,12 +65,12 @@ impl Recorder {
         wanted: &Wanted,
         sink: impl FnOnce() -> Result<Sink, RecordError>,
     ) -> Result<Self, RecordError> {
-        let named = (!wanted.names.is_empty()).then(|| Named::find(network, &wanted.names));
-        let named = named.transpose()?;
+        let selected = (!wanted.names.is_empty()).then(|| Selected::find(network, &wanted.names));
+        let selected = selected.transpose()?;
         let observer = Observer::new(network)?;
         let name = network.name.clone();
         let mut recorder = Self {
-            named,
+            selected,
             calls: wanted.calls,
             observer,
             feeds: BTreeMap::new(),
@@ -78,9 +78,9 @@ impl Recorder {
             time: None,
             output: Output::new(&name, sink()?),
             events: None,
-            looks: Looks::begin(&name)?,
+            poller: Poller::begin(&name)?,
             processes: processes(network),
-            empty_looks: 0,
+            empty_polls: 0,
             notes: Vec::new(),
             noted: BTreeSet::new(),
             name,
@@ -89,7 +89,7 @@ impl Recorder {
         if let Some((_, error)) = failed.into_iter().next() {
             return Err(error);
         }
-        if let Some(first) = look(&recorder.name, true) {
+        if let Some(first) = poll(&recorder.name, true) {
             recorder.output.note(&first);
             recorder.follow(first.events);
         }
@@ -116,7 +116,7 @@ impl Recorder {
 
     /// Whether no component of the network runs any more.
     pub fn has_network_ended(&self) -> bool {
-        self.empty_looks >= GONE
+        self.empty_polls >= GONE
     }
 
     /// Records what comes within `limit`, or until one of `others` is readable. Returns the events.
@@ -131,17 +131,17 @@ impl Recorder {
             }
         });
         let events = self.take_events();
-        for found in self.looks.take() {
+        for found in self.poller.take() {
             match found {
-                Some(found) => self.looked(found),
-                None => self.empty_looks += 1,
+                Some(found) => self.update(found),
+                None => self.empty_polls += 1,
             }
         }
         events
     }
 
-    fn looked(&mut self, found: Look) {
-        self.empty_looks = 0;
+    fn update(&mut self, found: Snapshot) {
+        self.empty_polls = 0;
         let network = &found.network;
         let processes = processes(network);
         if !self.processes.is_empty() && self.processes.is_disjoint(&processes) {
@@ -175,7 +175,7 @@ impl Recorder {
         if self.events.is_none() {
             self.events = events;
         }
-        self.looks.want_events(self.events.is_none());
+        self.poller.want_events(self.events.is_none());
     }
 
     /// Keeps a note, unless it was said before.
@@ -198,8 +198,8 @@ impl Recorder {
         }
         let mut failed = Vec::new();
         for topic in network.topics() {
-            let named = self.named.as_ref();
-            if named.is_some_and(|named| !named.topics.contains(&topic.address)) {
+            let selected = self.selected.as_ref();
+            if selected.is_some_and(|selected| !selected.topics.contains(&topic.address)) {
                 continue;
             }
             let (address, hash) = (topic.address.clone(), topic.operation.hash);
@@ -237,10 +237,10 @@ impl Recorder {
             &service.servers
         };
         for end in ends {
-            let only = match &self.named {
+            let only = match &self.selected {
                 None if self.calls => None,
                 None => continue,
-                Some(named) => match named.calls.get(end) {
+                Some(selected) => match selected.calls.get(end) {
                     Some(only) => Some(only.clone()),
                     None => continue,
                 },
@@ -297,7 +297,7 @@ impl Recorder {
         let events: Vec<Event> = events.collect();
         if !is_open {
             self.events = None;
-            self.looks.want_events(true);
+            self.poller.want_events(true);
         }
         events.iter().for_each(|event| self.output.event(event));
         events
@@ -311,21 +311,21 @@ impl Recorder {
     }
 }
 
-impl Named {
+impl Selected {
     fn find(network: &Network, names: &[String]) -> Result<Self, RecordError> {
-        let mut named = Self::default();
+        let mut selected = Self::default();
         for name in names {
             match Source::find(network, name)? {
                 Source::Topic(topic) => {
-                    named.topics.insert(topic.address);
+                    selected.topics.insert(topic.address);
                 }
                 Source::Calls(operation) => {
-                    let calls = named.calls.entry(operation.server).or_default();
+                    let calls = selected.calls.entry(operation.server).or_default();
                     calls.insert(operation.operation.name);
                 }
             }
         }
-        Ok(named)
+        Ok(selected)
     }
 }
 

@@ -1,8 +1,9 @@
 //! What all feeds of a recording share: its channels, its counts, its times.
 
-use super::look::Look;
+use super::poll::Snapshot;
+use crate::content::{AttachedFile, NewChannel};
 use crate::schema::Schema;
-use crate::sink::{AttachedFile, NewChannel, Sink};
+use crate::sink::Sink;
 use crate::{ENCAPSULATION, keys, qos};
 use rc_management::component::{Parameters, Status};
 use rc_management::observation::QosDescription;
@@ -181,7 +182,7 @@ impl Output {
 
     /// Records what has changed since the last look: parameters, states, and the files that say
     /// what runs.
-    pub(super) fn note(&mut self, found: &Look) {
+    pub(super) fn note(&mut self, found: &Snapshot) {
         if let Some((name, text)) = &found.ddsl {
             self.attach(name, "text/plain", text.clone().into_bytes());
         }

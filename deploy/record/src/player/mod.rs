@@ -36,13 +36,10 @@ pub struct Playing {
 }
 
 /// Where the messages of a channel go.
-enum Target {
-    Topic {
-        sender: usize,
-        conversion: Conversion,
-    },
-    /// No component wants them.
-    Nowhere,
+struct Target {
+    /// The index of the sender in [`Player::senders`].
+    sender: usize,
+    conversion: Conversion,
 }
 
 /// Plays a recording into a network.
@@ -52,7 +49,8 @@ pub struct Player {
     playing: Playing,
     reader: Reader,
     selecting: Selecting,
-    targets: BTreeMap<u16, Target>,
+    /// The targets of channels; `None` for a channel that no component wants.
+    targets: BTreeMap<u16, Option<Target>>,
     senders: Vec<(Topic, Sender)>,
     answers: Option<Answers>,
     next: Option<Message>,
@@ -248,7 +246,7 @@ impl Player {
         };
         let position = self.last.map_or(0, |(log_time, _)| log_time);
         self.last = Some((message.log_time.max(position), message.publish_time));
-        if let Some(Target::Topic { sender, conversion }) = self.targets.get(&message.channel.id) {
+        if let Some(Some(Target { sender, conversion })) = self.targets.get(&message.channel.id) {
             match conversion.body(&message) {
                 Ok(body) => {
                     self.senders[*sender].1.send_body(&body)?;
@@ -318,23 +316,23 @@ impl Player {
     }
 
     /// Finds the topic of the network for a channel.
-    fn target(&mut self, channel: &Channel) -> Result<Target, RecordError> {
+    fn target(&mut self, channel: &Channel) -> Result<Option<Target>, RecordError> {
         let is_sample = channel.get(keys::KIND).is_none_or(|kind| kind == "sample");
         if channel.encoding != "cdr" || !is_sample || channel.get(keys::EXACT).is_some() {
-            return Ok(Target::Nowhere);
+            return Ok(None);
         }
         let name = &channel.topic;
         let Some(topic) = self.topic(channel)? else {
             self.note(format!(
                 "no component subscribes to `{name}`; it is left out"
             ));
-            return Ok(Target::Nowhere);
+            return Ok(None);
         };
         let conversion = match Conversion::of(channel, &topic, self.playing.convert) {
             Ok(conversion) => conversion,
             Err(reason) => {
                 self.note(format!("`{name}` is left out: {reason}"));
-                return Ok(Target::Nowhere);
+                return Ok(None);
             }
         };
         let mut known = self.senders.iter();
@@ -348,7 +346,7 @@ impl Player {
             self.senders.push((topic, sender));
             self.senders.len() - 1
         };
-        Ok(Target::Topic { sender, conversion })
+        Ok(Some(Target { sender, conversion }))
     }
 
     /// The topic of the network: as it is remapped, at the same address, of the same operation, or

@@ -1,6 +1,7 @@
 //! Recordings of networks: what is recorded, also by a recorder that is killed or has no disk, and
 //! components that run against yesterday.
 
+use crate::network::recordings::count;
 use crate::network::site::{PATROL, Ran, Running, Site};
 use crate::python;
 use rc_record::bag::Info;
@@ -13,38 +14,39 @@ use std::process::{Child, Command, Stdio};
 
 const PACKAGES: &str = include_str!("../../../record/tests/all/packages.txt");
 
-/// A recorder. Dropping it kills it.
-struct Recorder(Child);
+/// A running command. Dropping it kills it.
+struct Tool(Child);
 
-impl Recorder {
+impl Tool {
     fn start(site: &Site, args: &[&str]) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
-        command.args(["record", &site.network]).args(args);
+        command.args(args);
         site.place(&mut command);
-        let output = std::fs::File::create(site.path("record.log")).expect("a log");
+        let output = std::fs::File::create(site.path("tool.log")).expect("a log");
         command.stdout(Stdio::null()).stderr(output);
         Self(command.spawn().expect("rcdeploy"))
     }
 
+    fn record(site: &Site, args: &[&str]) -> Self {
+        Self::start(site, &[&["record", &site.network], args].concat())
+    }
+
+    fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.0), signal).expect("to signal");
+    }
+
     /// Sends a signal, waits for the end, and returns the exit code.
     fn end(mut self, signal: Signal) -> Option<i32> {
-        kill_process(Pid::from_child(&self.0), signal).expect("to signal");
+        self.signal(signal);
         self.0.wait().expect("a child").code()
     }
 }
 
-impl Drop for Recorder {
+impl Drop for Tool {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
-}
-
-/// The number of messages of the topics with this end.
-fn count(info: &Info, end: &str) -> u64 {
-    let topics = info.topics.iter();
-    let fitting = topics.filter(|(name, _)| name.ends_with(end));
-    fitting.map(|(_, topic)| topic.count).sum()
 }
 
 fn info(file: &Path) -> Info {
@@ -94,7 +96,7 @@ fn a_patrol_is_recorded_and_played_back() {
     });
     up(&site);
     let file = site.path("x.mcap");
-    let recorder = Recorder::start(&site, &["-o", &text(&file)]);
+    let recorder = Tool::record(&site, &["-o", &text(&file)]);
     Site::until("messages in the file", || {
         let info = info(&file);
         count(&info, "/newFullPose") > 20 && count(&info, "/getLaserData/_reply") > 5
@@ -171,7 +173,7 @@ fn refused(site: &Site, file: &str) {
 /// A recorder that is killed leaves all but the last moment.
 fn killed(site: &Site) {
     let file = site.path("killed.mcap");
-    let recorder = Recorder::start(site, &["newFullPose", "-o", &text(&file)]);
+    let recorder = Tool::record(site, &["newFullPose", "-o", &text(&file)]);
     Site::until("chunks", || count(&info(&file), "/newFullPose") > 0);
     recorder.end(Signal::KILL);
     let cut = info(&file);
@@ -199,6 +201,24 @@ fn plays(site: &Site, file: &Path, poses: u64) {
     // The calls of the avoider get the replies of the recorded scanner.
     assert!(!ran.stdout.contains(" 0 calls answered"), "{ran:?}");
     drop(avoider);
+
+    // Again and again: more than the recording has.
+    let before = received(site, "pose_monitor");
+    let name = text(file);
+    let args = [
+        "--network",
+        &site.network,
+        "--topics",
+        "newFullPose",
+        "--rate",
+        "20",
+        "--loop",
+    ];
+    let again = Tool::start(site, &[&["play", &name], &args[..]].concat());
+    Site::until("the third time", || {
+        received(site, "pose_monitor") > before + 2 * poses
+    });
+    assert_eq!(again.end(Signal::INT), Some(0));
 
     // Another type: it is told, and converted only on request.
     let other = site.path("other.mcap");
@@ -311,19 +331,27 @@ fn strangers(site: &Site, file: &Path, poses: u64) {
     drop(monitor);
 }
 
-/// The recordings of a ring in a folder.
-fn rings(folder: &Path) -> Vec<PathBuf> {
+/// The whole recordings of a ring in a folder, whose names begin with `name`.
+fn rings(folder: &Path, name: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let files = entries.map(|entry| entry.path());
     let mut rings: Vec<PathBuf> = files
         .filter(|path| {
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            name.starts_with("rcdeploy-ring-") && name.ends_with(".mcap")
+            let file = path.file_name().unwrap_or_default().to_string_lossy();
+            file.starts_with(name) && file.ends_with(".mcap")
         })
         .filter(|path| Info::read(path).is_ok_and(|info| info.cut.is_none()))
         .collect();
     rings.sort();
     rings
+}
+
+/// How the recordings of the ring on board begin.
+const ON_BOARD: &str = "rcdeploy-ring-";
+
+/// Why a ring was written.
+fn reason(file: &Path) -> String {
+    info(file).metadata["ring"]["reason"].clone()
 }
 
 #[test]
@@ -352,18 +380,17 @@ fn a_ring_on_board_is_written_when_a_component_fails_and_on_request() {
     // The recorder begins when the network is up.
     Site::until("poses in the ring", || {
         ask();
-        let last = rings(&folder).pop();
+        let last = rings(&folder, ON_BOARD).pop();
         last.is_some_and(|last| count(&info(&last), "/newFullPose") > 3)
     });
-    let asked = rings(&folder);
-    let reason = |file: &Path| info(file).metadata["ring"]["reason"].clone();
+    let asked = rings(&folder, ON_BOARD);
     assert!(asked.iter().all(|file| reason(file) == "on request"));
 
     let pid = site.ask("avoider", "status")["pid"].as_i64();
     let pid = Pid::from_raw(pid.expect("a pid") as i32).expect("a pid");
     kill_process(pid, Signal::KILL).expect("to kill");
     let crash = || {
-        let mut all = rings(&folder).into_iter();
+        let mut all = rings(&folder, ON_BOARD).into_iter();
         all.find(|file| !asked.contains(file) && reason(file).contains("avoider"))
     };
     Site::until("the ring of the crash", || crash().is_some());
@@ -372,4 +399,91 @@ fn a_ring_on_board_is_written_when_a_component_fails_and_on_request() {
     assert!(count(&crash, "/events") > 0, "{crash:?}");
     down(&site);
     assert_eq!(site.count_in_log("rcdeploy", "recorder-ended"), 0);
+}
+
+#[test]
+fn a_ring_is_written_at_a_signal_and_at_an_event_that_was_named() {
+    let site = Site::new("asked");
+    up(&site);
+    let folder = site.path("rings");
+    std::fs::create_dir(&folder).expect("a folder");
+    let file = text(&folder.join("own.mcap"));
+    let args = ["--ring", "1min", "--on", "stopped", "-o", &file];
+    let recorder = Tool::record(&site, &args);
+    // Before it has begun, the signal would end it.
+    let log = site.path("tool.log");
+    let pid = Pid::from_child(&recorder.0).as_raw_nonzero();
+    Site::until("it catches the signal", || catches(pid.get(), Signal::USR1));
+    Site::until("poses in a ring", || {
+        recorder.signal(Signal::USR1);
+        let last = rings(&folder, "own-").pop();
+        last.is_some_and(|last| count(&info(&last), "/newFullPose") > 3)
+    });
+    let asked = rings(&folder, "own-");
+    assert!(asked.iter().all(|file| reason(file) == "on request"));
+
+    // The failure of a component has another code, and writes nothing.
+    let ask = |verb: &str, name: &str| {
+        let ran = site.rcdeploy(&[verb, &site.network, name], false);
+        assert_eq!(ran.code, 0, "{ran:?}");
+    };
+    let pid = site.ask("avoider", "status")["pid"].as_i64();
+    let pid = Pid::from_raw(pid.expect("a pid") as i32).expect("a pid");
+    kill_process(pid, Signal::KILL).expect("to kill");
+    site.await_component("avoider", |c| c["state"] == "failed");
+    ask("stop", "monitor");
+    let named = || {
+        let all = rings(&folder, "own-").into_iter();
+        let others = all.filter(|file| reason(file) != "on request");
+        others.collect::<Vec<_>>()
+    };
+    Site::until("the ring of the event", || !named().is_empty());
+    for file in named() {
+        assert!(reason(&file).contains("monitor"), "{}", reason(&file));
+        assert!(count(&info(&file), "/newFullPose") > 3);
+    }
+    let said = std::fs::read_to_string(log).unwrap_or_default();
+    assert_eq!(recorder.end(Signal::INT), Some(0), "{said}");
+    down(&site);
+}
+
+/// Whether a process catches a signal, by the mask that the kernel shows.
+fn catches(pid: i32, signal: Signal) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal.as_raw() - 1) & 1 == 1)
+}
+
+#[test]
+fn a_recording_that_is_split_goes_on_in_whole_files() {
+    let site = Site::new("split");
+    up(&site);
+    let file = |part: &str| site.path(&format!("x{part}.mcap"));
+    let args = ["newFullPose", "-o", &text(&file("")), "--split", "1s"];
+    let recorder = Tool::record(&site, &args);
+    Site::until("a third file", || {
+        file(".2").exists() && count(&info(&file(".1")), "/newFullPose") > 0
+    });
+    assert_eq!(recorder.end(Signal::INT), Some(0));
+    let mut end = 0;
+    for part in ["", ".1", ".2"] {
+        let part = info(&file(part));
+        assert_eq!(part.cut, None, "{part:?}");
+        assert!(
+            part.attachments
+                .iter()
+                .any(|(name, _)| name == "patrol.ddsl")
+        );
+        // The last one may have ended before its first message.
+        if let Some((first, last)) = part.times {
+            assert!(first >= end, "{part:?}");
+            end = last;
+        }
+    }
+    let whole = info(&file(""));
+    let (first, last) = whole.times.expect("times");
+    assert!(last - first < 2_000_000_000, "{whole:?}");
+    assert!(count(&whole, "/newFullPose") > 0);
+    down(&site);
 }

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-const CDSL: &str = "import \"LaserPub.idsl\";\nComponent hello { Communications { publishes LaserPub; }; language rust; period 20ms; };\n";
+const CDSL: &str = "import \"LaserPub.idsl\";\nComponent hello { Communications { publishes LaserPub, LaserPub[] as scans; }; language rust; period 20ms; };\n";
 
 /// A workspace of `rcgen init` with a component for DDS that has dependencies and files of its own.
 fn user(site: &Site) -> PathBuf {

@@ -1,5 +1,5 @@
-//! Looks again and again what runs in a network, on a thread of its own: a component or a
-//! supervisor that hangs delays no message.
+//! Polls a running network on a thread of its own: a component or a supervisor that hangs delays
+//! no message.
 
 use crate::error::RecordError;
 use rc_deploy_client::connection;
@@ -16,15 +16,15 @@ use std::sync::mpsc::RecvTimeoutError::Timeout;
 use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
 use std::time::{Duration, Instant};
 
-/// The time between two looks.
+/// The time between two polls.
 const PAUSE: Duration = Duration::from_secs(2);
 /// How long a component may take to list its parameters, and the supervisor to begin its events.
 const LIMIT: Duration = Duration::from_secs(2);
 /// The longest description file that is attached, in bytes.
 const LONGEST_FILE: usize = 16 * 1024 * 1024;
 
-/// What a look has found.
-pub(super) struct Look {
+/// The state of a network at one moment.
+pub(super) struct Snapshot {
     pub(super) network: Network,
     pub(super) parameters: BTreeMap<String, Parameters>,
     /// The `.ddsl`: its name and its text.
@@ -35,26 +35,26 @@ pub(super) struct Look {
     pub(super) events: Option<Client>,
 }
 
-/// The looks of a thread, which ends when this is dropped.
-pub(super) struct Looks {
-    found: Receiver<Option<Look>>,
+/// A thread that polls a network. It ends when this is dropped.
+pub(super) struct Poller {
+    found: Receiver<Option<Snapshot>>,
     wants_events: Arc<AtomicBool>,
     _stop: Sender<()>,
 }
 
-impl Looks {
+impl Poller {
     pub(super) fn begin(network: &str) -> Result<Self, RecordError> {
         let (send, found) = sync_channel(1);
         let (stop, stopped) = channel::<()>();
         let name = network.to_owned();
         let wants_events = Arc::new(AtomicBool::new(false));
         let wanted = Arc::clone(&wants_events);
-        let thread = std::thread::Builder::new().name("look".to_owned());
+        let thread = std::thread::Builder::new().name("poll".to_owned());
         thread
             .spawn(move || {
                 while stopped.recv_timeout(PAUSE) == Err(Timeout) {
                     if send
-                        .send(look(&name, wanted.load(Ordering::Relaxed)))
+                        .send(poll(&name, wanted.load(Ordering::Relaxed)))
                         .is_err()
                     {
                         return;
@@ -69,19 +69,19 @@ impl Looks {
         })
     }
 
-    /// Whether the next looks begin to follow the events of the supervisor.
+    /// Whether the next polls begin to follow the events of the supervisor.
     pub(super) fn want_events(&self, wanted: bool) {
         self.wants_events.store(wanted, Ordering::Relaxed);
     }
 
-    /// The looks since the last call; `None` for one that found no component.
-    pub(super) fn take(&self) -> Vec<Option<Look>> {
+    /// The snapshots since the last call; `None` for a poll that found no component.
+    pub(super) fn take(&self) -> Vec<Option<Snapshot>> {
         self.found.try_iter().collect()
     }
 }
 
-/// Looks once. `None` if no component replies.
-pub(super) fn look(name: &str, wants_events: bool) -> Option<Look> {
+/// Polls once. `None` if no component replies.
+pub(super) fn poll(name: &str, wants_events: bool) -> Option<Snapshot> {
     let network = Network::look(name).ok()?;
     let directory = RunDirectory::of(name);
     let parameters = network.components.iter().filter_map(|component| {
@@ -105,7 +105,7 @@ pub(super) fn look(name: &str, wants_events: bool) -> Option<Look> {
         Some((component.name.clone(), read(file)?))
     });
     let configurations = configurations.collect();
-    Some(Look {
+    Some(Snapshot {
         network,
         parameters,
         ddsl,

@@ -1,0 +1,63 @@
+//! `rcfoxglove`: serves a running network to Foxglove, on a WebSocket.
+//!
+//! `rcdeploy foxglove` starts it. One thread ([`bridge`]) serves all clients; one polls the network
+//! ([`poll`]), and calls have a thread each ([`jobs`]).
+
+mod bridge;
+mod client;
+mod command_line;
+mod delivery;
+mod jobs;
+mod message;
+mod offers;
+mod origin;
+mod parameters;
+mod poll;
+mod protocol;
+mod queue;
+mod shapes;
+mod subscriptions;
+
+use bridge::Bridge;
+use command_line::{Command, Failure, system};
+use std::io::Write;
+use std::os::unix::net::UnixStream;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let outcome =
+        command_line::parse(lexopt::Parser::from_env()).and_then(|command| match command {
+            Command::Print(text) => print(text),
+            Command::Serve(options) => {
+                let interrupts = interrupts()?;
+                Bridge::begin(options)?.serve(&interrupts)
+            }
+        });
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure(code, reason)) => {
+            // Nothing is left to do if this fails, too.
+            let _ = writeln!(std::io::stderr(), "rcfoxglove: error: {reason}");
+            ExitCode::from(code)
+        }
+    }
+}
+
+/// Prints a text.
+fn print(text: &str) -> Result<(), Failure> {
+    let written = std::io::stdout().write_all(text.as_bytes());
+    written.map_err(|error| system("print", &error))
+}
+
+/// Becomes readable at Ctrl-C and its kin.
+fn interrupts() -> Result<UnixStream, Failure> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let register = || {
+        let (read, write) = UnixStream::pair()?;
+        for signal in [SIGINT, SIGTERM, SIGHUP] {
+            signal_hook::low_level::pipe::register(signal, write.try_clone()?)?;
+        }
+        Ok(read)
+    };
+    register().map_err(|error: std::io::Error| system("listen to signals", &error))
+}

@@ -1,0 +1,5 @@
+//! The component `rack`.
+
+mod specific_worker;
+
+pub use specific_worker::SpecificWorker;

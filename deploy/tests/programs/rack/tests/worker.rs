@@ -1,0 +1,120 @@
+//! Slot arrays under test: members that the worker opens, fakes for each, and members over a real middleware.
+
+use rack::SpecificWorker;
+use rack_generated::testing::{Fault, PosesSample, TestContext};
+use rack_generated::{
+    FullPoseEuler, Lasers, MemberError, Params, TData, Tracks, Worker, WorkerError,
+};
+
+fn of(members: &[&str]) -> TestContext {
+    let members = members.iter().map(|name| (*name).to_owned()).collect();
+    TestContext::new(Params { members })
+}
+
+fn measure(dist: f32) -> TData {
+    TData { angle: 0.0, dist }
+}
+
+#[test]
+fn handlers_learn_which_member_is_asked() -> Result<(), WorkerError> {
+    let mut test = of(&["front", "back"]);
+    let mut worker = SpecificWorker::initialize(&mut test)?;
+    let members = test.lasers.members().to_vec();
+    let named: Vec<_> = members.iter().map(|m| (m.index(), m.name())).collect();
+    assert_eq!(named, [(0, "front"), (1, "back")]);
+    for (member, dist) in members.iter().zip([1000.0, 2000.0]) {
+        let scan = worker.get_laser_data(&mut test, member);
+        assert_eq!(scan, [measure(dist)]);
+        let configuration = worker.get_laser_conf_data(&mut test, member);
+        assert_eq!(configuration.device, member.name());
+    }
+    Ok(())
+}
+
+#[test]
+fn each_member_has_a_fake_peer_of_its_own() -> Result<(), WorkerError> {
+    let mut test = of(&["front", "back"]);
+    // Before the worker opens the member, and afterwards.
+    test.sources
+        .member("front")
+        .on_get_laser_data(|| vec![measure(7.0)]);
+    test.list_members("sources", &["front", "back"]);
+    let mut worker = SpecificWorker::initialize(&mut test)?;
+    let back = test.sources.member("back");
+    back.on_get_laser_data(|| vec![measure(9.0)]);
+    let lasers = test.lasers.members().to_vec();
+    assert_eq!(worker.get_laser_data(&mut test, &lasers[0]), [measure(7.0)]);
+    assert_eq!(worker.get_laser_data(&mut test, &lasers[1]), [measure(9.0)]);
+    assert_eq!(
+        (
+            back.calls().len(),
+            test.sources.member("front").calls().len()
+        ),
+        (1, 1)
+    );
+    back.fail(Fault::NoServer);
+    assert_eq!(worker.get_laser_data(&mut test, &lasers[1]), []);
+    assert_eq!(worker.get_laser_data(&mut test, &lasers[0]), [measure(7.0)]);
+
+    worker.compute(&mut test)?;
+    let published = |test: &TestContext, name: &str| {
+        let samples = test.poses.member(name).take_samples();
+        let poses = samples
+            .into_iter()
+            .map(|PosesSample::NewFullPose { pose }| pose.x);
+        poses.collect::<Vec<f32>>()
+    };
+    assert_eq!(published(&test, "front"), [1.0]);
+    assert_eq!(published(&test, "back"), [2.0]);
+    Ok(())
+}
+
+#[test]
+fn samples_come_with_their_member() -> Result<(), WorkerError> {
+    let mut test = of(&["front", "back"]);
+    test.list_members("tracks", &["back"]);
+    let mut worker = SpecificWorker::initialize(&mut test)?;
+    let back = test.tracks.members()[0].clone();
+    let pose = FullPoseEuler {
+        x: 42.0,
+        ..FullPoseEuler::default()
+    };
+    worker.new_full_pose(&mut test, &back, pose);
+    worker.compute(&mut test)?;
+    let x = |name: &str| {
+        let samples = test.poses.member(name).samples();
+        samples
+            .into_iter()
+            .map(|PosesSample::NewFullPose { pose }| pose.x)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!((x("front"), x("back")), (vec![1.0], vec![42.0]));
+    Ok(())
+}
+
+#[test]
+fn what_is_no_member_is_refused_with_its_reason() {
+    let mut test = of(&[]);
+    let said = |error: Result<_, MemberError>| error.map(|_| ()).expect_err("an error").to_string();
+    test.lasers.open("front").expect("a member");
+    for (name, reason) in [
+        (
+            "Front",
+            "`lasers` already has the member `front`; give `Front` another name",
+        ),
+        (
+            "a/b\n",
+            "`a/b\\n` cannot be a member of `lasers`: the name of a member has a letter, then letters, digits and single `_`, none at the end",
+        ),
+    ] {
+        assert_eq!(said(test.lasers.open(name)), reason);
+    }
+    for number in 1..128 {
+        test.lasers.open(&format!("m{number}")).expect("a member");
+    }
+    assert_eq!(
+        said(test.lasers.open("more")),
+        "`lasers` has 128 members, which is the maximum; there is no place for `more`"
+    );
+    assert_eq!(test.lasers.len(), 128);
+}
