@@ -1,7 +1,7 @@
 //! The publisher and client.
 
 use crate::services::{Failure, Ipc, Stamp, Topic, calls, event_service, node, topic, wait};
-use bench_protocol::{Kind, LARGEST, next_command, now, pause, ready, report};
+use bench_protocol::{Kind, LARGEST, keep_pace, next_command, now, pause, ready, report};
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
@@ -59,7 +59,7 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
         times.clear();
         let data = &data[..command.size];
         let begin = now();
-        for _ in 0..command.count {
+        for number in 0..command.count {
             match command.kind {
                 Kind::Publish => {
                     pause(command.size);
@@ -70,6 +70,10 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
                     ping.picture(now(), data)?;
                 }
                 Kind::Flood => ping.publish(now(), data)?,
+                Kind::Steady => {
+                    keep_pace(begin, number);
+                    ping.publish(now(), data)?;
+                }
                 Kind::Query | Kind::Rested | Kind::Awake => {
                     if command.kind == Kind::Rested {
                         pause(command.size);

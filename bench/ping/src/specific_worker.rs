@@ -3,7 +3,7 @@
 
 use ping_generated::{Context, Worker, WorkerError};
 
-use bench_protocol::{Kind, LARGEST, next_command, now, pause, ready, report};
+use bench_protocol::{Kind, LARGEST, keep_pace, next_command, now, pause, ready, report};
 
 pub struct SpecificWorker {
     data: Vec<u8>,
@@ -27,7 +27,7 @@ impl Worker for SpecificWorker {
         self.times.clear();
         let data = &self.data[..command.size];
         let begin = now();
-        for _ in 0..command.count {
+        for number in 0..command.count {
             match command.kind {
                 Kind::Publish => {
                     pause(command.size);
@@ -42,6 +42,10 @@ impl Worker for SpecificWorker {
                     picture.send()?;
                 }
                 Kind::Flood => ctx.sample.sample(now(), data)?,
+                Kind::Steady => {
+                    keep_pace(begin, number);
+                    ctx.sample.sample(now(), data)?;
+                }
                 Kind::Query | Kind::Rested | Kind::Awake => {
                     if command.kind == Kind::Rested {
                         pause(command.size);

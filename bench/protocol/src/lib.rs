@@ -4,7 +4,7 @@
 //! | sender | line | when |
 //! |---|---|---|
 //! | pong, ping | `ready` | all connections are open |
-//! | xtask to ping | `publish SIZE COUNT`, also `place`, `query`, `rested`, `awake`, `flood` | a block starts |
+//! | xtask to ping | `publish SIZE COUNT`, also `place`, `query`, `rested`, `awake`, `flood`, `steady` | a block starts |
 //! | ping | `times …` (queries), `times` (values), `times ALL` (a flood) | the block has ended |
 //! | pong | `times …`, one for each received value | a block of values, or of changes of its parameter `sent`, has ended |
 //!
@@ -23,6 +23,8 @@ use std::time::Duration;
 const PAUSE: Duration = Duration::from_micros(200);
 /// The pause between two large values: copying them takes longer than [`GAP`].
 const LONG_PAUSE: Duration = Duration::from_millis(2);
+/// The time between two values of [`Kind::Steady`].
+const STEP: Duration = Duration::from_micros(100);
 /// The size of a large value, in bytes.
 const LARGE: usize = 64 * 1024;
 /// The largest size of data, in bytes.
@@ -55,6 +57,8 @@ pub enum Kind {
     Awake,
     /// Values at full speed, without a pause. Values that overflow the receiver's queue are lost.
     Flood,
+    /// Values at 10 kHz, on a schedule.
+    Steady,
 }
 
 impl Kind {
@@ -77,6 +81,7 @@ impl FromStr for Command {
             Some("rested") => Kind::Rested,
             Some("awake") => Kind::Awake,
             Some("flood") => Kind::Flood,
+            Some("steady") => Kind::Steady,
             _ => return Err(bad()),
         };
         let mut number = || words.next().and_then(|word| word.parse().ok());
@@ -99,6 +104,7 @@ impl std::fmt::Display for Command {
             Kind::Rested => "rested",
             Kind::Awake => "awake",
             Kind::Flood => "flood",
+            Kind::Steady => "steady",
         };
         write!(f, "{kind} {} {}", self.size, self.count)
     }
@@ -139,6 +145,13 @@ pub fn pause(size: usize) {
     });
     let usual = if size < LARGE { PAUSE } else { LONG_PAUSE };
     std::thread::sleep(slow.unwrap_or(usual));
+}
+
+/// Waits for the time of a value of [`Kind::Steady`], whose block began at `begin`.
+pub fn keep_pace(begin: i64, number: usize) {
+    let due = begin + number as i64 * STEP.as_nanos() as i64;
+    let left = u64::try_from(due - now()).unwrap_or(0);
+    std::thread::sleep(Duration::from_nanos(left));
 }
 
 /// The monotonic clock, which all processes share, in nanoseconds.

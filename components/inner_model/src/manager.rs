@@ -69,6 +69,7 @@ fn joint_kind(joint: &JointType) -> Result<Kind, Refusal> {
         min,
         max,
         home: 0.0,
+        max_speed: 0.0,
         port: port(joint.port)?,
         low: [joint.lx, joint.ly, joint.lz].map(f64::from),
         high: [joint.hx, joint.hy, joint.hz].map(f64::from),
@@ -92,7 +93,9 @@ fn scale(numbers: [f32; 3]) -> Result<[f64; 3], Refusal> {
 fn node_type(kind: &Kind) -> NodeType {
     use innermodel::kinds::Drive;
     match kind {
-        Kind::Transform(_) | Kind::Axes(_) => NodeType::Transform,
+        Kind::Transform(_) | Kind::Axes(_) | Kind::Battery(_) | Kind::Human(_) => {
+            NodeType::Transform
+        }
         Kind::Joint(_) | Kind::Prismatic(_) => NodeType::Joint,
         Kind::TouchSensor(_) => NodeType::TouchSensor,
         Kind::Robot(robot) => match robot.drive {
@@ -101,8 +104,8 @@ fn node_type(kind: &Kind) -> NodeType {
         },
         Kind::Camera(_) => NodeType::Camera,
         Kind::Rgbd(_) => NodeType::Rgbd,
-        Kind::Laser(_) => NodeType::Laser,
-        Kind::Imu { .. } => NodeType::Imu,
+        Kind::Laser(_) | Kind::Lidar(_) | Kind::Ultrasound(_) => NodeType::Laser,
+        Kind::Imu(_) => NodeType::Imu,
         Kind::Plane(_) => NodeType::Plane,
         Kind::Display(_) => NodeType::DisplayII,
         Kind::Mesh(_) | Kind::Solid(_) => NodeType::Mesh,
@@ -155,7 +158,8 @@ impl SpecificWorker {
                 collide: false,
             }),
         ));
-        let mut document = self.world.read(&element)?;
+        let unreadable = |refusal: Refusal| Refusal::Path(refusal.text());
+        let mut document = self.world.read(&element).map_err(unreadable)?;
         let kind = document.nodes.pop().map(|node| node.kind);
         let Some(Kind::Mesh(read)) = kind else {
             return Err(Refusal::Path(format!(

@@ -9,6 +9,7 @@ mod counts;
 mod dds;
 mod deny;
 mod deploy;
+mod exact;
 mod experiment;
 mod ice;
 mod innermodel;
@@ -21,6 +22,7 @@ mod pair;
 mod parameters;
 mod programs;
 mod pypi;
+mod rcis;
 mod rclpy;
 mod record;
 mod replay;
@@ -52,6 +54,7 @@ fn main() -> ExitCode {
         ["bench", "time"] => lockstep::run(false).map_err(|e| e.to_string()),
         ["bench", "time", "--smoke"] => lockstep::run(true).map_err(|e| e.to_string()),
         ["bench", "innermodel"] => innermodel::run().map_err(|e| e.to_string()),
+        ["bench", "rcis"] => rcis::run().map_err(|e| e.to_string()),
         ["bench", "machine"] => machine::run().map_err(|e| e.to_string()),
         ["bench", "languages"] => bench::languages().map_err(|e| e.to_string()),
         ["chaos", ref rest @ ..] if let Some(orders) = chaos::Orders::parse(rest) => {
@@ -69,6 +72,8 @@ fn main() -> ExitCode {
         ["bench", "observe", "--smoke"] => observe::run(true).map_err(|e| e.to_string()),
         ["bench", "record"] => record::run(false).map_err(|e| e.to_string()),
         ["bench", "record", "--smoke"] => record::run(true).map_err(|e| e.to_string()),
+        ["bench", "record", "exact"] => exact::run(false).map_err(|e| e.to_string()),
+        ["bench", "record", "exact", "--smoke"] => exact::run(true).map_err(|e| e.to_string()),
         ["bench", "deploy"] => deploy::run(false).map_err(|e| e.to_string()),
         ["bench", "deploy", "--smoke"] => deploy::run(true).map_err(|e| e.to_string()),
         ["bench", "deploy", "deaths"] => deploy::deaths().map_err(|e| e.to_string()),
@@ -101,7 +106,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | machine | observe [--smoke] | parameters | record [--smoke] | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy | replay] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | machine | observe [--smoke] | parameters | record [exact] [--smoke] | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy | replay] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }

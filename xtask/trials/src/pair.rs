@@ -119,14 +119,31 @@ impl Pair {
 
     /// The generated components in a network of their own, beside others.
     pub(crate) fn generated_in(what: &str) -> Result<Self, Failure> {
-        let folder = target()?.join("release");
-        let programs = [folder.join("pong"), folder.join("ping")];
-        Self::components_in(Network::new(what)?, [&[], &[]], &programs, &[])
+        Self::generated_with(what, [&[], &[]])
+    }
+
+    /// The root path and the prefix of its network, for programs that use iceoryx2 directly.
+    pub(crate) fn files(&self) -> Result<(String, String), Failure> {
+        self.network.as_ref().ok_or("no network")?.files()
     }
 
     /// The name of its network.
     pub(crate) fn network(&self) -> Option<&str> {
         self.network.as_ref().map(|network| network.name.as_str())
+    }
+
+    /// The generated components in a network of their own, each with further arguments: the subscriber and server, then
+    /// the publisher and client.
+    pub(crate) fn generated_with(what: &str, [pong, ping]: [&[&str]; 2]) -> Result<Self, Failure> {
+        let network = Network::new(what)?;
+        let awake = format!("awake={}/Awake", network.name);
+        let name = network.name.clone();
+        let own = ["--network", &name, "--log", "error", "--bind", &awake];
+        let arguments = [[&own, pong].concat(), [&own, ping].concat()];
+        let arguments = arguments.each_ref().map(|words| &words[..]);
+        let folder = target()?.join("release");
+        let programs = [folder.join("pong"), folder.join("ping")];
+        Self::start([&[], &[]], &programs, arguments, Some(network))
     }
 
     /// The generated components under tools, with their command lines: that of the publisher and client, then that of

@@ -116,6 +116,7 @@ fn network(
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         cargo.current_dir(&build.root).args(&build.args);
         finish(cargo, BUILD)?;
+        build.finish().map_err(|error| error.to_string())?;
     }
     let components = network.plan(profile)?.components.into_iter();
     Ok(components.map(|component| component.executable).collect())

@@ -16,6 +16,7 @@ const SLOT_ECHO: Slot = Slot {
     type_hash: 0x0dcda19f7bc6c682,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::echo::OPERATIONS,
     external_types: backend::TYPES_ECHO,
 };
@@ -31,6 +32,7 @@ const SLOT_AWAKE: Slot = Slot {
         spin: Duration::new(0, 200000),
         ..Qos::CALL
     },
+    is_array: false,
     operations: interfaces::echo::OPERATIONS,
     external_types: backend::TYPES_AWAKE,
 };
@@ -43,6 +45,7 @@ const SLOT_SAMPLE: Slot = Slot {
     type_hash: 0xfd2cbc8cbf4fdcb5,
     backend: backend::MIDDLEWARE,
     qos: Qos::PUBLISHER,
+    is_array: false,
     operations: interfaces::sample::OPERATIONS,
     external_types: backend::TYPES_SAMPLE,
 };
@@ -55,6 +58,7 @@ const SLOT_PICTURES: Slot = Slot {
     type_hash: 0x3c6e22ebb6bf2104,
     backend: backend::MIDDLEWARE,
     qos: Qos::PUBLISHER,
+    is_array: false,
     operations: interfaces::pictures::OPERATIONS,
     external_types: backend::TYPES_PICTURES,
 };

@@ -17,6 +17,7 @@ const SLOT_ECHO: Slot = Slot {
     type_hash: 0x0dcda19f7bc6c682,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::echo::OPERATIONS,
     external_types: backend::TYPES_ECHO,
 };
@@ -33,6 +34,7 @@ const SLOT_TICKS: Slot = Slot {
         depth: 100,
         ..Qos::SUBSCRIBER
     },
+    is_array: false,
     operations: interfaces::ticks::OPERATIONS,
     external_types: backend::TYPES_TICKS,
 };
@@ -48,6 +50,7 @@ const SLOT_IMAGES: Slot = Slot {
         reliability: Reliability::Reliable,
         ..Qos::SUBSCRIBER
     },
+    is_array: false,
     operations: interfaces::images::OPERATIONS,
     external_types: backend::TYPES_IMAGES,
 };

@@ -16,6 +16,7 @@ const SLOT_ECHO: Slot = Slot {
     type_hash: 0x0dcda19f7bc6c682,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::echo::OPERATIONS,
     external_types: backend::TYPES_ECHO,
 };
@@ -31,6 +32,7 @@ const SLOT_TICKS: Slot = Slot {
         depth: 100,
         ..Qos::PUBLISHER
     },
+    is_array: false,
     operations: interfaces::ticks::OPERATIONS,
     external_types: backend::TYPES_TICKS,
 };
@@ -43,6 +45,7 @@ const SLOT_IMAGES: Slot = Slot {
     type_hash: 0x7e671b9871fa7944,
     backend: backend::MIDDLEWARE,
     qos: Qos::PUBLISHER,
+    is_array: false,
     operations: interfaces::images::OPERATIONS,
     external_types: backend::TYPES_IMAGES,
 };

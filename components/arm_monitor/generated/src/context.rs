@@ -4,7 +4,7 @@
 use crate::interfaces;
 use crate::parameters::Params;
 use innermodel_viewer::Viewer;
-use innermodel_viewer::innermodel::{Folders, InnerModel};
+use innermodel_viewer::innermodel::{self, Folders, InnerModel};
 use rc_runtime::StartError;
 use rc_runtime::{Core, Ports, Values};
 use std::ops::{Deref, DerefMut};
@@ -58,8 +58,11 @@ impl Context {
     }
 
     pub(crate) fn set_parameters(&mut self, values: &Values) {
+        let was_shown = self.params.viewer;
         self.params = Params::from_values(values);
-        self.update_viewer();
+        if self.params.viewer != was_shown {
+            self.update_viewer();
+        }
     }
 
     /// Opens or closes the window.
@@ -91,6 +94,11 @@ fn tree(params: &Params) -> Result<Arc<InnerModel>, String> {
     if params.inner_model.as_os_str().is_empty() {
         return Ok(Arc::default());
     }
-    let tree = InnerModel::load(&params.inner_model, &Folders::default());
+    let read = innermodel::read(&params.inner_model, &Folders::default());
+    let (document, warnings) = read.map_err(|error| error.to_string())?;
+    for warning in warnings.lines() {
+        rc_runtime::tracing::warn!("{warning}");
+    }
+    let tree = InnerModel::from_document(&document);
     tree.map(Arc::new).map_err(|error| error.to_string())
 }

@@ -17,6 +17,7 @@ const SLOT_JOINT_MOTOR: Slot = Slot {
     type_hash: 0x16605d936e563c63,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::joint_motor::OPERATIONS,
     external_types: backend::TYPES_JOINT_MOTOR,
 };

@@ -17,6 +17,7 @@ const SLOT_CAMERA: Slot = Slot {
     type_hash: 0x1b233cf736c0ed21,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::camera::OPERATIONS,
     external_types: backend::TYPES_CAMERA,
 };
@@ -29,6 +30,7 @@ const SLOT_CAMERA_PUB: Slot = Slot {
     type_hash: 0x22e3a5237eb94715,
     backend: backend::MIDDLEWARE,
     qos: Qos::PUBLISHER,
+    is_array: false,
     operations: interfaces::camera_pub::OPERATIONS,
     external_types: backend::TYPES_CAMERA_PUB,
 };

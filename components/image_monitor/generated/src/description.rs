@@ -16,6 +16,7 @@ const SLOT_CAMERA: Slot = Slot {
     type_hash: 0x1b233cf736c0ed21,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::camera::OPERATIONS,
     external_types: backend::TYPES_CAMERA,
 };
@@ -28,6 +29,7 @@ const SLOT_CAMERA_PUB: Slot = Slot {
     type_hash: 0x22e3a5237eb94715,
     backend: backend::MIDDLEWARE,
     qos: Qos::SUBSCRIBER,
+    is_array: false,
     operations: interfaces::camera_pub::OPERATIONS,
     external_types: backend::TYPES_CAMERA_PUB,
 };

@@ -19,6 +19,7 @@ const SLOT_INNER_MODEL: Slot = Slot {
     type_hash: 0x118804daf349f811,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::inner_model::OPERATIONS,
     external_types: backend::TYPES_INNER_MODEL,
 };
@@ -31,6 +32,7 @@ const SLOT_INNER_MODEL_MANAGER: Slot = Slot {
     type_hash: 0x05253fb46b282ad4,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::inner_model_manager::OPERATIONS,
     external_types: backend::TYPES_INNER_MODEL_MANAGER,
 };
@@ -47,6 +49,7 @@ const SLOT_INNER_MODEL_PUB: Slot = Slot {
         depth: 20,
         ..Qos::PUBLISHER
     },
+    is_array: false,
     operations: interfaces::inner_model_pub::OPERATIONS,
     external_types: backend::TYPES_INNER_MODEL_PUB,
 };
@@ -64,6 +67,7 @@ const SLOT_LEADER: Slot = Slot {
         depth: 20,
         ..Qos::SUBSCRIBER
     },
+    is_array: false,
     operations: interfaces::inner_model_pub::OPERATIONS,
     external_types: backend::TYPES_LEADER,
 };

@@ -3,7 +3,8 @@
 use crate::{place, pose, start, start_at};
 use inner_model::SpecificWorker;
 use inner_model_generated::testing::{InnerModelPubSample, TestContext};
-use inner_model_generated::{Changes, Context, InnerModel, Leader, Worker};
+use inner_model_generated::{Changes, Context, InnerModel, Leader, Node, Worker};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 type One = (SpecificWorker, TestContext);
@@ -36,13 +37,17 @@ fn settle(a: &mut One, b: &mut One) {
         let said = samples(one);
         assert!(said.iter().all(|sample| sample.whole), "{said:?}");
     }
+    // Siblings may differ in their order: each instance appends what it has not had.
     let tree = |one: &mut One| {
-        let text = one.0.print(&mut one.1);
-        let joints = one.0.get_joints(&mut one.1);
-        // Each one appends what it has not had.
-        let mut lines: Vec<String> = text.lines().map(|line| line.trim().to_owned()).collect();
-        lines.sort();
-        (lines, joints.len())
+        let nodes = one
+            .0
+            .get_subtree(&mut one.1, "root".into())
+            .expect("the root");
+        let nodes = nodes.into_iter().map(|mut node| {
+            node.attributes.sort_by(|a, b| a.name.cmp(&b.name));
+            (node.id.clone(), node)
+        });
+        nodes.collect::<BTreeMap<String, Node>>()
     };
     assert_eq!(tree(a), tree(b));
 }

@@ -96,6 +96,8 @@ fn nodes_are_added_listed_and_removed() {
     assert_eq!(code!(missing, AddMeshError), ErrorType::InvalidPath);
     let wrong = add("other", "turn", mesh("robot.xml", 1.0), ctx);
     assert_eq!(code!(wrong, AddMeshError), ErrorType::InvalidPath);
+    let no_text = add("other", "turn", mesh("\u{1}.obj", 1.0), ctx);
+    assert_eq!(code!(no_text, AddMeshError), ErrorType::InvalidPath);
     let negative = add("other", "turn", mesh("mast.obj", -1.0), ctx);
     assert_eq!(code!(negative, AddMeshError), ErrorType::InvalidValues);
     let below = add("other", "pole", mesh("mast.obj", 1.0), ctx);

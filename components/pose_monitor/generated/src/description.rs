@@ -25,6 +25,7 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
         deadline: Some(Duration::new(1, 0)),
         ..Qos::SUBSCRIBER
     },
+    is_array: false,
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
     external_types: backend::TYPES_FULL_POSE_ESTIMATION_PUB,
 };

@@ -23,6 +23,7 @@ const SLOT_ROBOT: Slot = Slot {
         deadline: Some(Duration::new(1, 0)),
         ..Qos::SUBSCRIBER
     },
+    is_array: false,
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
     external_types: backend::TYPES_ROBOT,
 };
@@ -39,6 +40,7 @@ const SLOT_ROS: Slot = Slot {
         deadline: Some(Duration::new(1, 0)),
         ..Qos::PUBLISHER
     },
+    is_array: false,
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
     external_types: backend::TYPES_ROS,
 };
@@ -54,6 +56,7 @@ const SLOT_TF: Slot = Slot {
         depth: 100,
         ..Qos::PUBLISHER
     },
+    is_array: false,
     operations: interfaces::transform_pub::OPERATIONS,
     external_types: backend::TYPES_TF,
 };

@@ -18,6 +18,7 @@ const SLOT_LASER: Slot = Slot {
     type_hash: 0x86b6b53b5efcf08f,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::laser::OPERATIONS,
     external_types: backend::TYPES_LASER,
 };
@@ -30,6 +31,7 @@ const SLOT_DIFFERENTIAL_ROBOT: Slot = Slot {
     type_hash: 0x2239804820efb8d4,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::differential_robot::OPERATIONS,
     external_types: backend::TYPES_DIFFERENTIAL_ROBOT,
 };
@@ -42,6 +44,7 @@ const SLOT_BATTERY_STATUS: Slot = Slot {
     type_hash: 0x066a7d0aeff2706f,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::battery_status::OPERATIONS,
     external_types: backend::TYPES_BATTERY_STATUS,
 };
@@ -59,6 +62,7 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
         deadline: Some(Duration::new(1, 0)),
         ..Qos::PUBLISHER
     },
+    is_array: false,
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
     external_types: backend::TYPES_FULL_POSE_ESTIMATION_PUB,
 };

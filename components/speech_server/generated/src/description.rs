@@ -17,6 +17,7 @@ const SLOT_SPEECH: Slot = Slot {
     type_hash: 0x5a5216c410eaa541,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
+    is_array: false,
     operations: interfaces::speech::OPERATIONS,
     external_types: backend::TYPES_SPEECH,
 };
