@@ -303,16 +303,18 @@ fn run(test: &str) -> Vec<(u64, String, String)> {
     };
     let followers = names.map(|name| follower(&network, name));
     until(&network, |script| script.last_tick == 300);
-    let clock = status(&network, "source")["clock"].clone();
+    // The status names the followers at the next sweep.
+    let of_source = until_status(&network, "source", |status| {
+        status["clock"]["followers"] == json!(["b", "a"])
+    });
+    let clock = &of_source["clock"];
     assert_eq!(clock["kind"], "source");
     assert_eq!(
         (&clock["time_s"], &clock["tick"]),
         (&json!(3.0), &json!(300))
     );
-    assert_eq!(clock["followers"], json!(["b", "a"]));
-    let of_follower = status(&network, "a")["clock"].clone();
-    assert_eq!(of_follower["kind"], "simulated");
-    assert_eq!(of_follower["time_s"], 3.0);
+    let of_follower = until_status(&network, "a", |status| status["clock"]["time_s"] == 3.0);
+    assert_eq!(of_follower["clock"]["kind"], "simulated");
     end(followers.into_iter().chain([source]));
     script(&network, |script| std::mem::take(&mut script.trace))
 }
