@@ -26,6 +26,7 @@ mod hosts;
 mod inner_model;
 mod mixed;
 mod patrol;
+mod python_worker;
 mod remote;
 mod time;
 mod tools;
