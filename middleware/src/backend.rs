@@ -164,6 +164,16 @@ pub trait LoanedSample {
     fn send(self: Box<Self>, header: Header) -> Result<(), SendError>;
 }
 
+/// How many received samples a subscriber may keep besides the one that is handled.
+pub const KEPT_SAMPLES: usize = 4;
+
+/// A received sample in the memory of the middleware. It may outlive its subscriber, and be used and
+/// dropped on any thread.
+pub trait KeptSample: Send {
+    /// The body. Its address stays the same.
+    fn memory(&self) -> &[u8];
+}
+
 /// A subscriber of a topic.
 pub trait Subscriber {
     /// Readable when something may be there.
@@ -175,6 +185,21 @@ pub trait Subscriber {
 
     /// Hands the next sample to `take`; says whether there was one.
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError>;
+
+    /// Whether [`Subscriber::receive_kept`] gives samples away.
+    fn can_keep(&self) -> bool {
+        false
+    }
+
+    /// The same as [`Subscriber::receive`] where [`Subscriber::can_keep`], but `take` gets the sample
+    /// itself. It may keep up to [`KEPT_SAMPLES`] of them; with more, receiving fails.
+    fn receive_kept(
+        &mut self,
+        take: &mut dyn FnMut(Header, Box<dyn KeptSample>),
+    ) -> Result<bool, ReceiveError> {
+        let _ = take;
+        Ok(false)
+    }
 
     /// The number of publishers.
     fn peers(&self) -> usize;

@@ -36,7 +36,7 @@ class Client:
         return self._link.query(self._slot, operation, arguments)
 
     def _query_in_place(self, operation: int, /, *arguments: Any) -> Any:
-        return self._link.query(self._slot, operation, arguments)
+        return self._link.query_in_place(self._slot, operation, arguments)
 
     def _command(self, operation: int, /, *arguments: Any) -> None:
         self._link.command(self._slot, operation, arguments)

@@ -75,17 +75,17 @@ class RemoteError(Error):
 class WorkerError(Error):
     """The runtime logs and counts the failure of a worker's function; the component runs on.
 
-    Its subclasses do more in `compute`. A handler that raises one refuses its request; in
-    `emergency`, `restore` and `finalize` each is logged only.
+    Its subclasses do more. A handler that raises one refuses its request.
     """
 
 
 class Emergency(WorkerError):
-    """The component enters the state Emergency, in which `emergency` runs in place of `compute`."""
+    """The component enters the state Emergency, in which `emergency` runs in place of `compute`.
+    Raised by a handler, or in `emergency`, `restore` or `finalize`, it is a `WorkerError`."""
 
 
 class Fatal(WorkerError):
-    """The component ends with exit code 3."""
+    """The component ends with exit code 3, whichever function of the worker raises it."""
 
 
 class StartError(Error):

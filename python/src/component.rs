@@ -4,22 +4,21 @@ use crate::description::{Operation, Program};
 use crate::errors;
 use crate::from_python::Misfit;
 use crate::link::{Link, read, write};
-use crate::memory::Memory;
 use crate::parameters;
 use crate::replies::undecodable;
+use crate::sample::Sample;
 use crate::session::{self, Number, Session};
 use crate::types::Types;
 use crate::view::View;
 use crate::worker::Worker;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use rc_middleware::Reader;
 use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::{Encoding, KeptSample, Reader};
 use rc_runtime::lifecycle::{Hook, Transition};
-use rc_runtime::machine::{self, Hooks, Machine, Parts};
+use rc_runtime::machine::{self, Machine, Parts};
 use rc_runtime::{Component, Core, ParamChange, Ports, Role, StartError, Values, WorkerError};
-use rc_values::{Type, Value, decode_from, encode_image};
-use std::borrow::Cow;
+use rc_values::{Type, Value};
 use std::sync::Arc;
 
 /// What the generated package hands over, ready to start.
@@ -34,14 +33,14 @@ pub(crate) struct Start {
 
 /// A running worker with its context.
 pub(crate) struct Joint {
-    program: Arc<Program>,
+    pub(crate) program: Arc<Program>,
     types: Arc<Types>,
     /// Not here while a function of the worker runs, as `machine`: the session of the thread has
     /// them.
     core: Option<Core>,
-    machine: Option<Machine<Number, Number>>,
-    context: Py<PyAny>,
-    worker: Worker,
+    pub(crate) machine: Option<Machine<Number, Number>>,
+    pub(crate) context: Py<PyAny>,
+    pub(crate) worker: Worker,
 }
 
 impl Start {
@@ -100,7 +99,7 @@ impl Drop for Joint {
 
 impl Joint {
     /// Runs Python on behalf of the worker.
-    fn run<T>(&mut self, run: impl FnOnce(Python<'_>, &Self) -> T) -> T {
+    pub(crate) fn run<T>(&mut self, run: impl FnOnce(Python<'_>, &Self) -> T) -> T {
         let (mut core, mut machine) = (self.core.take(), self.machine.take());
         let result = session::lend(&mut core, &mut machine, || {
             Python::attach(|py| run(py, self))
@@ -110,7 +109,7 @@ impl Joint {
     }
 
     /// Calls a function of the worker that takes the context only, if there is one.
-    fn hook(&mut self, name: &str) -> Result<(), WorkerError> {
+    pub(crate) fn hook(&mut self, name: &str) -> Result<(), WorkerError> {
         if !self.worker.has(name) {
             return Ok(());
         }
@@ -122,10 +121,14 @@ impl Joint {
         })
     }
 
-    /// The same where an error has no consequence but its log.
+    /// The same in a state that an emergency does not change: only a fatal error has a consequence.
     fn quiet_hook(&mut self, name: &str) {
-        if let Err(error) = self.hook(name) {
-            rc_runtime::tracing::error!("{name}(): {error}");
+        match self.hook(name) {
+            Ok(()) => {}
+            Err(WorkerError::Fatal(reason)) => {
+                Component::core(self).fail(&format!("{name}(): {reason}"));
+            }
+            Err(error) => rc_runtime::tracing::error!("{name}(): {error}"),
         }
     }
 
@@ -145,21 +148,35 @@ impl Joint {
         &self,
         py: Python<'py>,
         operation: &Operation,
-        sample: &Sample<'_>,
+        sample: Sample,
     ) -> PyResult<Bound<'py, PyTuple>> {
         match (
             sample,
             operation.request.members.first().map(|member| &member.ty),
         ) {
-            (Sample::Value(value), _) => self.arguments(py, value),
-            (Sample::Image(image), Some(Type::Struct(ty))) => {
-                let memory = Py::new(py, Memory::copied(image))?;
+            (Sample::Value(value), _) => self.arguments(py, &value),
+            (Sample::Image(memory), Some(Type::Struct(ty))) => {
+                let memory = Py::new(py, memory)?;
                 let view = View::new(memory, Arc::clone(&self.types), Arc::clone(ty), 0);
                 let view = Bound::new(py, view)?.into_any();
                 PyTuple::new(py, [self.context.bind(py).clone(), view])
             }
             (Sample::Image(_), _) => PyTuple::new(py, [self.context.bind(py)]),
         }
+    }
+
+    /// Runs the handler of a sample.
+    fn handle(&mut self, operation: &Operation, sample: Sample) -> Result<(), HandlerError> {
+        self.run(|py, joint| {
+            let handled = joint
+                .sample(py, operation, sample)
+                .and_then(|arguments| joint.worker.handle(py, &operation.handler, arguments));
+            handled.map(drop).map_err(|error| {
+                let text = errors::one_line(py, &error);
+                errors::of_handler(py, &error);
+                HandlerError(format!("{}(): {text}", operation.handler))
+            })
+        })
     }
 
     /// Runs the handler of a request.
@@ -181,7 +198,7 @@ impl Joint {
                 Some(Err(misfit)) => failed(misfit.to_string()),
                 None => {
                     let text = errors::one_line(py, &error);
-                    errors::log_traceback(py, &error);
+                    errors::of_handler(py, &error);
                     failed(text)
                 }
             },
@@ -205,6 +222,10 @@ impl Joint {
     }
 }
 
+fn no_topic() -> HandlerError {
+    HandlerError("the slot has no such topic".to_owned())
+}
+
 /// Why a result is no reply.
 fn wrong_result(operation: &Operation, misfit: &Misfit) -> String {
     let parts = operation.reply.members.len();
@@ -214,35 +235,6 @@ fn wrong_result(operation: &Operation, misfit: &Misfit) -> String {
         "the tuple that it returned"
     };
     format!("{what}: {misfit}")
-}
-
-/// A received sample.
-enum Sample<'a> {
-    Value(Value),
-    /// For a handler that gets a view.
-    Image(Cow<'a, [u8]>),
-}
-
-impl<'a> Sample<'a> {
-    fn read(operation: &Operation, reader: &mut Reader<'a>) -> Result<Self, HandlerError> {
-        if !operation.in_place {
-            let value = read(&operation.request, reader).map_err(undecodable)?;
-            return Ok(Self::Value(value));
-        }
-        let Some(image) = reader.image() else {
-            let value = decode_from(&operation.request, reader).map_err(undecodable)?;
-            let image = encode_image(&value).map_err(undecodable)?;
-            return Ok(Self::Image(Cow::Owned(image)));
-        };
-        let size = operation.request.layout.map_or(0, |layout| layout.size);
-        if image.len() != size {
-            let (has, name) = (image.len(), &operation.name);
-            return Err(HandlerError(format!(
-                "{has} bytes are no `{name}` in place, which has {size}"
-            )));
-        }
-        Ok(Self::Image(Cow::Borrowed(image)))
-    }
 }
 
 /// What a handler makes of a request.
@@ -413,97 +405,26 @@ impl Component for Joint {
         reader: &mut Reader<'_>,
     ) -> Result<(), HandlerError> {
         let program = Arc::clone(&self.program);
-        let wrong = || HandlerError("the slot has no such topic".to_owned());
-        let operation = program.operation(slot, operation).ok_or_else(wrong)?;
+        let operation = program.operation(slot, operation).ok_or_else(no_topic)?;
         let sample = Sample::read(operation, reader)?;
-        self.run(|py, joint| {
-            let handled = joint
-                .sample(py, operation, &sample)
-                .and_then(|arguments| joint.worker.handle(py, &operation.handler, arguments));
-            handled.map(drop).map_err(|error| {
-                let text = errors::one_line(py, &error);
-                errors::log_traceback(py, &error);
-                HandlerError(format!("{}(): {text}", operation.handler))
-            })
-        })
-    }
-}
-
-impl Hooks for Joint {
-    fn parts(&mut self) -> &mut Parts {
-        self.machine
-            .as_mut()
-            .expect(
-                "a step runs only where there is a machine, which is here between two functions",
-            )
-            .parts()
+        self.handle(operation, sample)
     }
 
-    fn core(&mut self) -> &mut Core {
-        Component::core(self)
+    fn keeps(&self, slot: usize, operation: usize) -> bool {
+        let operation = self.program.operation(slot, operation);
+        operation.is_some_and(|operation| operation.in_place)
     }
 
-    fn guard(&mut self, guard: u16) -> bool {
-        let Some(name) = self.machine_name(|machine| &machine.guards, guard) else {
-            return false;
-        };
-        let result = self.run(|py, joint| {
-            let called = joint.worker.call(py, name, (joint.context.bind(py),));
-            let called = called.and_then(|result| result.bind(py).is_truthy());
-            called.map_err(|error| errors::of_worker(py, &error))
-        });
-        result.unwrap_or_else(|error| {
-            rc_runtime::tracing::error!("the guard {name}() counts as false: {error}");
-            false
-        })
-    }
-
-    fn action(&mut self, action: u16) -> Result<(), WorkerError> {
-        match self.machine_name(|machine| &machine.actions, action) {
-            Some(name) => self.hook(name),
-            None => Ok(()),
-        }
-    }
-
-    fn entry(&mut self, state: u16) -> Result<(), WorkerError> {
-        self.state_hook("entry", state)
-    }
-
-    fn exit(&mut self, state: u16) -> Result<(), WorkerError> {
-        self.state_hook("exit", state)
-    }
-
-    fn during(&mut self, state: u16) -> Result<(), WorkerError> {
-        let name = self.state_name("during", state);
-        let Some(name) = name.filter(|name| self.worker.has(name)) else {
-            if let Some(machine) = &mut self.machine {
-                machine.no_during();
-            }
-            return Ok(());
-        };
-        self.hook(&name)
-    }
-}
-
-impl Joint {
-    fn machine_name(
-        &self,
-        names: impl FnOnce(&'static crate::description::Machine) -> &'static Vec<String>,
-        number: u16,
-    ) -> Option<&'static str> {
-        let names = names(self.program.machine?);
-        names.get(usize::from(number)).map(String::as_str)
-    }
-
-    fn state_name(&self, prefix: &str, state: u16) -> Option<String> {
-        let suffix = self.machine_name(|machine| &machine.states, state)?;
-        (!suffix.is_empty()).then(|| format!("{prefix}_{suffix}"))
-    }
-
-    fn state_hook(&mut self, prefix: &str, state: u16) -> Result<(), WorkerError> {
-        match self.state_name(prefix, state) {
-            Some(name) => self.hook(&name),
-            None => Ok(()),
-        }
+    fn receive_kept(
+        &mut self,
+        slot: usize,
+        operation: usize,
+        encoding: Encoding,
+        sample: Box<dyn KeptSample>,
+    ) -> Result<(), HandlerError> {
+        let program = Arc::clone(&self.program);
+        let operation = program.operation(slot, operation).ok_or_else(no_topic)?;
+        let sample = Sample::keep(operation, encoding, sample)?;
+        self.handle(operation, sample)
     }
 }

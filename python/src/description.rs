@@ -11,6 +11,7 @@ use rc_values::description::Module;
 use rc_values::{Catalog, Pattern, Struct};
 use serde::Deserialize;
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
 
 use crate::backends;
@@ -128,6 +129,8 @@ pub(crate) struct Operation {
     pub(crate) handler: String,
     /// Whether the handler of a sample gets a view.
     pub(crate) in_place: bool,
+    /// The number of samples that the worker keeps.
+    pub(crate) kept: Arc<AtomicUsize>,
 }
 
 impl Program {
@@ -222,6 +225,7 @@ fn read_slot(catalog: &Catalog, slot: &SlotText) -> Result<Slot, String> {
             throws: known.throws.clone(),
             handler: text.handler.clone(),
             in_place: text.in_place,
+            kept: Arc::default(),
         })
     });
     Ok(Slot {

@@ -3,15 +3,18 @@
 use crate::description::{Operation, Program};
 use crate::errors;
 use crate::from_python::Misfit;
+use crate::memory::Memory;
 use crate::replies::undecodable;
+use crate::sample::copied;
 use crate::session::{Number, with, with_core, with_machine};
 use crate::types::Types;
-use crate::view::Loan;
+use crate::view::{Loan, View};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rc_middleware::typed::{TypedClient, expect_result};
-use rc_middleware::{CallError, EncodeError, Encoding, Reader, Writer};
-use rc_values::{Struct, Value, ValueError, decode, decode_from, encode};
+use rc_middleware::{CallError, DecodeError, EncodeError, Encoding, Reader, Writer};
+use rc_values::{Member, Struct, Type, Value, ValueError, decode, decode_from, encode};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -25,6 +28,8 @@ pub(crate) struct Link {
 /// What a server replied.
 enum Answer {
     Result(Value),
+    /// The image of a result.
+    Image(Memory),
     Exception(Value),
 }
 
@@ -54,29 +59,28 @@ pub(crate) fn read(ty: &Arc<Struct>, reader: &mut Reader<'_>) -> Result<Value, V
     }
 }
 
+/// Calls a query. `result` reads what it returns, unless that is nothing.
 fn call(
     client: &mut TypedClient,
     operation: &Operation,
     request: &Value,
+    result: impl FnOnce(&mut Reader<'_>) -> Result<Answer, DecodeError>,
 ) -> Result<Answer, CallError> {
     client.call_with(
         &operation.wire,
         |writer| write(request, writer),
         |case, reader| {
-            let malformed = |error| CallError::Malformed(undecodable(error));
             if let Some(thrown) = operation.throws.iter().find(|thrown| thrown.id == case) {
                 return read(&thrown.ty, reader)
                     .map(Answer::Exception)
-                    .map_err(malformed);
+                    .map_err(|error| CallError::Malformed(undecodable(error)));
             }
             expect_result(case)?;
             if operation.reply.members.is_empty() {
                 let empty = Value::Struct(Arc::clone(&operation.reply), Vec::new());
                 return Ok(Answer::Result(empty));
             }
-            read(&operation.reply, reader)
-                .map(Answer::Result)
-                .map_err(malformed)
+            result(reader).map_err(CallError::Malformed)
         },
     )
 }
@@ -96,21 +100,24 @@ impl Link {
         arguments: &Bound<'py, PyTuple>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let operation = self.operation(slot, operation)?;
-        let request = self.request(py, operation, arguments)?;
-        let answer = py.detach(|| {
-            with(|session| {
-                let client = session.client(slot)?;
-                Ok(call(client, operation, &request))
-            })
-        })?;
-        match answer {
-            Ok(Answer::Result(Value::Struct(_, values))) => {
-                self.types.answer_object(py, &operation.answer, &values)
-            }
-            Ok(Answer::Result(_)) => Ok(py.None().into_bound(py)),
-            Ok(Answer::Exception(value)) => Err(PyErr::from_value(self.types.object(py, &value)?)),
-            Err(error) => Err(errors::of_call(py, &error)),
-        }
+        self.ask(py, slot, operation, arguments, |reader| {
+            let value = read(&operation.reply, reader);
+            value.map(Answer::Result).map_err(undecodable)
+        })
+    }
+
+    /// Calls a query and returns a view of the image of its result, which is copied as a whole.
+    fn query_in_place<'py>(
+        &self,
+        py: Python<'py>,
+        slot: usize,
+        operation: usize,
+        arguments: &Bound<'py, PyTuple>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let operation = self.operation(slot, operation)?;
+        self.ask(py, slot, operation, arguments, |reader| {
+            copied(&operation.reply, reader).map(Answer::Image)
+        })
     }
 
     /// Sends a command.
@@ -262,6 +269,53 @@ impl Link {
 }
 
 impl Link {
+    fn ask<'py>(
+        &self,
+        py: Python<'py>,
+        slot: usize,
+        operation: &Operation,
+        arguments: &Bound<'py, PyTuple>,
+        result: impl FnOnce(&mut Reader<'_>) -> Result<Answer, DecodeError> + Send,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let request = self.request(py, operation, arguments)?;
+        let answer = py.detach(|| {
+            with(|session| {
+                let client = session.client(slot)?;
+                Ok(call(client, operation, &request, result))
+            })
+        })?;
+        match answer {
+            Ok(Answer::Result(Value::Struct(_, values))) => {
+                self.types.answer_object(py, &operation.answer, &values)
+            }
+            Ok(Answer::Result(_)) => Ok(py.None().into_bound(py)),
+            Ok(Answer::Image(memory)) => self.result_view(py, operation, memory),
+            Ok(Answer::Exception(value)) => Err(PyErr::from_value(self.types.object(py, &value)?)),
+            Err(error) => Err(errors::of_call(py, &error)),
+        }
+    }
+
+    fn result_view<'py>(
+        &self,
+        py: Python<'py>,
+        operation: &Operation,
+        memory: Memory,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let [
+            Member {
+                ty: Type::Struct(ty),
+                ..
+            },
+        ] = operation.reply.members.as_slice()
+        else {
+            let message = format!("`{}` has no result that is read in place", operation.name);
+            return Err(PyTypeError::new_err(message));
+        };
+        let memory = Py::new(py, memory)?;
+        let view = View::new(memory, Arc::clone(&self.types), Arc::clone(ty), 0);
+        Ok(Bound::new(py, view)?.into_any())
+    }
+
     fn request(
         &self,
         py: Python<'_>,

@@ -1,4 +1,5 @@
-//! The memory of an image: that of a sample which a publisher has lent, or a copy.
+//! The memory of an image: that of a sample which a publisher has lent or a subscriber has received,
+//! or a copy.
 //!
 //! `NumPy` reads and writes it by the buffer protocol. While an array is there, nothing takes the
 //! memory away.
@@ -7,10 +8,11 @@
     reason = "the buffer protocol hands out addresses; each block has its argument"
 )]
 
+use crate::sample::Keeping;
 use pyo3::exceptions::PyBufferError;
 use pyo3::ffi;
 use pyo3::prelude::*;
-use rc_middleware::LoanedSample;
+use rc_middleware::{KeptSample, LoanedSample};
 use std::ffi::{CString, c_int, c_void};
 use std::ptr::NonNull;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -33,6 +35,11 @@ enum Backing {
     /// Aligned to 16.
     Owned(#[expect(dead_code, reason = "it owns the memory")] Box<[u128]>),
     Lent(Lent),
+    /// A received sample, which lets its publisher have the memory again when it is dropped.
+    Kept(
+        #[expect(dead_code, reason = "it owns the memory")] Box<dyn KeptSample>,
+        #[expect(dead_code, reason = "it counts the sample")] Keeping,
+    ),
     Taken,
 }
 
@@ -121,6 +128,18 @@ impl Memory {
         }
     }
 
+    /// The memory of a received sample, which is only read.
+    pub(crate) fn kept(sample: Box<dyn KeptSample>, keeping: Keeping) -> Self {
+        let memory = sample.memory();
+        Self {
+            start: NonNull::from(memory).cast(),
+            length: memory.len(),
+            writable: false,
+            exports: AtomicUsize::new(0),
+            backing: Mutex::new(Backing::Kept(sample, keeping)),
+        }
+    }
+
     pub(crate) fn is_writable(&self) -> bool {
         self.writable
     }
@@ -179,7 +198,7 @@ impl Memory {
                      it before send()",
                 ));
             }
-            Backing::Owned(_) => return Ok(None),
+            Backing::Owned(_) | Backing::Kept(..) => return Ok(None),
             Backing::Lent(lent) if lent.thread != std::thread::current().id() => {
                 return Err(crate::errors::wrong_thread());
             }

@@ -5,8 +5,8 @@ use crate::lifecycle::Hook;
 use crate::machine::Parts;
 use crate::slot_array::Member;
 use rc_configuration::{ParamChange, Values};
-use rc_middleware::Reader;
 use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::{Encoding, KeptSample, Reader};
 
 /// A worker with its context, as generated code joins them.
 ///
@@ -84,6 +84,24 @@ pub trait Component {
         Err(HandlerError(
             "the component subscribes to nothing".to_owned(),
         ))
+    }
+
+    /// Whether the handler of a subscribed topic may keep samples: then it gets them by [`Component::receive_kept`]
+    /// where the middleware gives them away.
+    fn keeps(&self, slot: usize, operation: usize) -> bool {
+        let _ = (slot, operation);
+        false
+    }
+
+    /// Handles a sample that it may keep, see [`Component::keeps`].
+    fn receive_kept(
+        &mut self,
+        slot: usize,
+        operation: usize,
+        encoding: Encoding,
+        sample: Box<dyn KeptSample>,
+    ) -> Result<(), HandlerError> {
+        self.receive(slot, operation, &mut Reader::of(sample.memory(), encoding))
     }
 
     /// Answers a request to a member of an implemented slot array. `slot` is the number of the array.

@@ -15,6 +15,7 @@ pub struct Core {
     network: String,
     pub(crate) shared: Arc<Shared>,
     pub(crate) new_period: Option<Duration>,
+    pub(crate) fatal: Option<String>,
     clock: Arc<dyn Clock>,
     pub(crate) exact: Exact,
     random: fastrand::Rng,
@@ -39,6 +40,7 @@ impl Core {
             network: network.to_owned(),
             shared,
             new_period: None,
+            fatal: None,
             clock,
             exact,
             random: fastrand::Rng::with_seed(seed),
@@ -128,6 +130,20 @@ impl Core {
         tracing::info!("stopping: {reason}");
         self.exact.stop(reason);
         self.shared.wake_event.stop();
+    }
+
+    /// Ends this component as [`WorkerError::Fatal`](crate::WorkerError::Fatal) does, with exit code 3, from a function
+    /// that returns no such error: a handler, `emergency`, `restore` or `finalize`. The first reason counts.
+    ///
+    /// ```no_run
+    /// # fn emergency(core: &mut rc_runtime::Core, brake_is_hot: bool) {
+    /// if brake_is_hot {
+    ///     core.fail("the brake is hot");
+    /// }
+    /// # }
+    /// ```
+    pub fn fail(&mut self, reason: &str) {
+        self.fatal.get_or_insert_with(|| reason.to_owned());
     }
 
     /// Whether the component is to end. Long work in a handler or in `compute()` should look at it.

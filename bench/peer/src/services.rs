@@ -47,7 +47,7 @@ pub(crate) fn topic(node: &Node<Ipc>, name: &str) -> Result<Topic, Failure> {
         .enable_safe_overflow(true)
         .history_size(0)
         .subscriber_max_buffer_size(10)
-        .subscriber_max_borrowed_samples(1)
+        .subscriber_max_borrowed_samples(5)
         .max_publishers(16)
         .max_subscribers(64)
         .max_nodes(128)

@@ -189,7 +189,9 @@ impl Subscriber for Observer {
         })?;
         for source in [&mut self.volatile, &mut self.transient_local] {
             if let Some(source) = source
-                && source.receive(&address, take)?
+                && source.receive(&address, &mut |header, sample| {
+                    take(header, sample.payload())
+                })?
             {
                 return Ok(true);
             }

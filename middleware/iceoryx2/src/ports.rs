@@ -12,6 +12,7 @@ pub(crate) type ListenerPort = listener::Listener<Service>;
 pub(crate) type NotifierPort = notifier::Notifier<Service>;
 pub(crate) type TopicService = publish_subscribe::PortFactory<Service, [u8], MessageHeader>;
 pub(crate) type PublisherPort = publisher::Publisher<Service, [u8], MessageHeader>;
+pub(crate) type Received = iceoryx2::sample::Sample<Service, [u8], MessageHeader>;
 pub(crate) type Sample = iceoryx2::sample_mut::SampleMut<Service, [u8], MessageHeader>;
 pub(crate) type SubscriberPort = subscriber::Subscriber<Service, [u8], MessageHeader>;
 pub(crate) type CallService =

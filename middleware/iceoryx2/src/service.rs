@@ -11,7 +11,7 @@ use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use iceoryx2::service::builder;
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
 use rc_middleware::qos::{MAX_NODES, MAX_OBSERVERS, MAX_PUBLISHERS, MAX_READERS, REQUEST_QUEUE};
-use rc_middleware::{OpenError, Qos, TypeIdentity};
+use rc_middleware::{KEPT_SAMPLES, OpenError, Qos, TypeIdentity};
 use std::fmt::Debug;
 use std::time::{Duration, Instant};
 
@@ -27,6 +27,9 @@ const TYPES: &[u8] = b"rc.types";
 /// publisher without a free chunk creates new segments until none is left, so less than the worst
 /// case must not be reserved.
 const DEPTH: usize = Qos::PUBLISHER.depth as usize;
+/// How many samples a subscriber may have: the one that is handled and those that it keeps. Each
+/// costs memory as a unit of the depth does.
+pub(crate) const BORROWED: usize = 1 + KEPT_SAMPLES;
 /// Attempts to open a service that is being created or removed, or whose users have died.
 const ATTEMPTS: u32 = 4;
 /// How long an opening is tried again as long as dead nodes are removed.
@@ -70,11 +73,12 @@ pub(crate) fn topic(
     session.attempt(name, MessagingPattern::PublishSubscribe, types, |service| {
         topic_builder(session, service)
             .subscriber_max_buffer_size(depth.max(DEPTH))
+            .subscriber_max_borrowed_samples(BORROWED)
             .history_size(0)
             .open_or_create_with_attributes(&verifier)
             .or_else(|_| {
                 // The creator may have reserved less than the minimum of this process, but enough
-                // for this endpoint.
+                // for this endpoint, which then keeps no samples.
                 topic_builder(session, service)
                     .subscriber_max_buffer_size(depth)
                     .open_with_attributes(&verifier)
@@ -99,6 +103,7 @@ pub(crate) fn transient_local_topic(
             Ok(topic) => Ok(topic),
             Err(_) => topic_builder(session, service)
                 .subscriber_max_buffer_size(depth.max(DEPTH))
+                .subscriber_max_borrowed_samples(BORROWED)
                 .history_size(depth)
                 .open_or_create_with_attributes(&verifier),
         },
@@ -198,7 +203,6 @@ fn topic_builder(
         .publish_subscribe::<[u8]>()
         .user_header::<MessageHeader>()
         .enable_safe_overflow(true)
-        .subscriber_max_borrowed_samples(1)
         .max_publishers(MAX_PUBLISHERS + MAX_OBSERVERS)
         .max_subscribers(MAX_READERS + MAX_OBSERVERS)
         .max_nodes(MAX_NODES)

@@ -3,13 +3,15 @@
 use crate::message::MessageHeader;
 use crate::names;
 use crate::notifier::{Listener, Notifier, Wakeup};
-use crate::ports::{Service, SubscriberPort, TopicService};
-use crate::service::{EventPorts, existing_topic, refusal, topic};
+use crate::ports::{Received, Service, SubscriberPort, TopicService};
+use crate::service::{BORROWED, EventPorts, existing_topic, refusal, topic};
 use crate::session::Session;
 use crate::tool_ports;
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::subscriber::PortFactorySubscriber;
-use rc_middleware::{Durability, Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
+use rc_middleware::{
+    Durability, Endpoint, Header, KeptSample, OpenError, ReceiveError, Subscriber, Unread,
+};
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 
@@ -112,7 +114,7 @@ impl SharedSubscriber {
     }
 
     /// Takes one sample.
-    fn next(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
+    fn next(&mut self, take: &mut dyn FnMut(Header, Received)) -> Result<bool, ReceiveError> {
         if let Some(failure) = self.failure.take() {
             return Err(failure);
         }
@@ -145,11 +147,39 @@ impl Subscriber for SharedSubscriber {
     }
 
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
-        self.next(take)
+        self.next(&mut |header, sample| take(header, sample.payload()))
+    }
+
+    fn can_keep(&self) -> bool {
+        self.volatile.can_keep() && self.transient_local.as_ref().is_none_or(Source::can_keep)
+    }
+
+    fn receive_kept(
+        &mut self,
+        take: &mut dyn FnMut(Header, Box<dyn KeptSample>),
+    ) -> Result<bool, ReceiveError> {
+        let session = Arc::clone(&self.session);
+        self.next(&mut |header, sample| {
+            let _session = Arc::clone(&session);
+            take(header, Box::new(Kept { sample, _session }));
+        })
     }
 
     fn peers(&self) -> usize {
         self.volatile.peers() + self.transient_local.as_ref().map_or(0, Source::peers)
+    }
+}
+
+/// A sample that its receiver keeps.
+struct Kept {
+    sample: Received,
+    /// Dropped after the sample: the last process that leaves must have no port open.
+    _session: Arc<Session>,
+}
+
+impl KeptSample for Kept {
+    fn memory(&self) -> &[u8] {
+        self.sample.payload()
     }
 }
 
@@ -206,7 +236,7 @@ impl Source {
     pub(crate) fn receive(
         &mut self,
         address: &str,
-        take: &mut dyn FnMut(Header, &[u8]),
+        take: &mut dyn FnMut(Header, Received),
     ) -> Result<bool, ReceiveError> {
         let failed = |reason: String| ReceiveError {
             address: address.to_owned(),
@@ -225,8 +255,13 @@ impl Source {
             }
         };
         self.unread.renumber(&mut header);
-        take(header, sample.payload());
+        take(header, sample);
         Ok(true)
+    }
+
+    /// Whether the creator of the service has reserved memory for samples that are kept.
+    fn can_keep(&self) -> bool {
+        self.topic.static_config().subscriber_max_borrowed_samples() >= BORROWED
     }
 
     /// The number of publishers.

@@ -1,9 +1,14 @@
 """Samples that are written in the memory of the middleware, and views of received ones."""
 
 import gc
+import itertools
 import os
 import queue
+import subprocess
+import sys
+import threading
 import unittest
+from pathlib import Path
 
 import numpy as np
 import robocomp
@@ -13,6 +18,8 @@ from demo import MODULE
 MIDDLEWARE = os.environ.get("TEST_MIDDLEWARE", "iceoryx2")
 ARGS = ["--network", f"py-place-{os.getpid()}"]
 LIMIT = 20.0
+SHARED = MIDDLEWARE == "iceoryx2"
+LIMIT_KEPT = 4
 
 
 class InPlace(unittest.TestCase):
@@ -65,14 +72,19 @@ class InPlace(unittest.TestCase):
 
     @classmethod
     def tearDownClass(cls):
-        # An array outlives its component.
+        # An array and a view outlive their components.
         cls.outlives = []
+        cls.run_there(lambda images: cls.send_pose(images, 5))
+        view = cls.received.get(timeout=LIMIT)
+        pose = view.pose
         cls.run_there(lambda images: cls.outlives.append(images.loan_image().resize("data", 64)))
         for component in reversed(cls.running):
             component.stop()
             component.join()
         cls.outlives[0][:] = 1
         cls.outlives.clear()
+        assert (view.number, pose.tolist()) == (5, [5.0] * 6)
+        threading.Thread(target=view.copy).start()
 
     @classmethod
     def run_there(cls, task):
@@ -121,16 +133,105 @@ class InPlace(unittest.TestCase):
         # The array keeps the memory of its sample.
         del image
         gc.collect()
-        for number in range(30):
-            self.run_there(lambda images, number=number: self.send_number(images, number))
+        self.exchange(30)
         np.testing.assert_array_equal(data, np.arange(640 * 480) % 251)
-        self.assertEqual([self.received.get(timeout=LIMIT).number for _ in range(30)], list(range(30)))
 
     @staticmethod
     def send_number(images, number):
         with images.loan_image() as loan:
             loan.number = number
             loan["number"] = number
+
+    def exchange(self, count):
+        for number in range(count):
+            self.run_there(lambda images: self.send_number(images, number))
+            self.assertEqual(self.received.get(timeout=LIMIT).number, number)
+
+    def drain(self):
+        """Takes what was sent until now."""
+        self.run_there(lambda images: self.send_number(images, -1))
+        while self.received.get(timeout=LIMIT).number != -1:
+            pass
+
+    def receive(self, count):
+        """Views of new samples."""
+        views = []
+        for number in range(count):
+            self.run_there(lambda images: self.send_number(images, number))
+            views.append(self.received.get(timeout=LIMIT))
+        return views
+
+    def test_a_view_lies_in_shared_memory(self):
+        (view,) = self.receive(1)
+        address = view.pose.__array_interface__["data"][0]
+        shared = False
+        for line in Path("/proc/self/maps").read_text().splitlines():
+            low, high = (int(end, 16) for end in line.split(" ", 1)[0].split("-"))
+            if low <= address < high:
+                shared = "/dev/shm/" in line
+        self.assertEqual(shared, SHARED)
+
+    def test_no_more_than_the_limit_is_kept(self):
+        views = self.receive(LIMIT_KEPT)
+        for number in range(100, 103):
+            self.run_there(lambda images: self.send_number(images, number))
+        if SHARED:
+            # The worker gets none of the three, and a later one as soon as it keeps less.
+            views.pop(1)
+            number = None
+            for _ in range(200):
+                self.run_there(lambda images: self.send_number(images, 7))
+                try:
+                    number = self.received.get(timeout=0.1).number
+                except queue.Empty:
+                    continue
+                break
+            self.assertIn(number, (7, 100, 101, 102))
+        else:
+            for number in range(100, 103):
+                self.assertEqual(self.received.get(timeout=LIMIT).number, number)
+        # What is kept is as it was.
+        numbers = [view.number for view in views]
+        self.assertEqual(numbers, [0, 2, 3] if SHARED else [0, 1, 2, 3])
+        views.clear()
+        self.drain()
+        self.exchange(3)
+
+    def test_views_are_dropped_in_any_order_and_on_any_thread(self):
+        def use(view, array):
+            for _ in range(50):
+                self.assertEqual(view.number, int(array[0]))
+                del array
+                array = view.pose
+                view.copy()
+
+        for order in itertools.permutations(range(LIMIT_KEPT)):
+            kept = []
+            for number in range(LIMIT_KEPT):
+                self.run_there(lambda images: self.send_pose(images, number))
+                view = self.received.get(timeout=LIMIT)
+                array = view.pose
+                # A cycle, which only the garbage collector ends.
+                cycle = [view]
+                cycle.append(cycle)
+                kept.append((view, array))
+                del view, array, cycle
+            threads = [threading.Thread(target=use, args=kept[at]) for at in order]
+            for thread in threads:
+                thread.start()
+            for at in order:
+                kept[at] = None
+            for thread in threads:
+                thread.join()
+            del thread, threads
+            gc.collect()
+        self.exchange(3)
+
+    @staticmethod
+    def send_pose(images, number):
+        with images.loan_image() as loan:
+            loan.number = number
+            loan.pose = np.full(6, number)
 
     def test_send_is_refused_while_an_array_exists(self):
         def send(images):
@@ -206,15 +307,48 @@ class InPlace(unittest.TestCase):
             kept[0].send()
         kept.clear()
         gc.collect()
-        for number in range(20):
-            self.run_there(lambda images, number=number: self.send_number(images, number))
-        self.assertEqual([self.received.get(timeout=LIMIT).number for _ in range(20)], list(range(20)))
+        self.exchange(20)
 
         def never_sent(images):
             for _ in range(100):
                 images.loan_image().resize("data", 10)[:] = 1
 
         self.run_there(never_sent)
+
+    @unittest.skipUnless(SHARED, "without shared memory, a view has a copy")
+    def test_a_worker_that_keeps_too_much_is_told_its_slot(self):
+        holder = subprocess.Popen(
+            [sys.executable, "holder.py", *ARGS],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        said = threading.Event()
+        lines = []
+
+        def read():
+            for line in holder.stderr:
+                lines.append(line)
+                if "slot Images" in line:
+                    said.set()
+
+        reader = threading.Thread(target=read)
+        reader.start()
+        self.assertEqual(holder.stdout.readline(), "ready\n")
+        for _ in range(1000):
+            self.run_there(lambda images: self.send_number(images, 1))
+            self.received.get(timeout=LIMIT)
+            if said.wait(0.02):
+                break
+        holder.terminate()
+        self.assertEqual(holder.stdout.read().split()[-1], "4")
+        reader.join()
+        self.assertEqual(holder.wait(timeout=LIMIT), 0, lines)
+        text = "".join(lines)
+        self.assertIn("the worker keeps 4 samples of `image`, the most that it may, so image()", text)
+        holder.stdout.close()
+        holder.stderr.close()
 
 
 if __name__ == "__main__":

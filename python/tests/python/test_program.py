@@ -153,6 +153,21 @@ class Program(unittest.TestCase):
         code, _, err = self.run_to_end(GOOD.replace("COMPUTE", "raise SystemExit(5)"))
         self.assertEqual(code, 3, err)
 
+    def test_a_fatal_error_ends_it_wherever_it_is_raised(self):
+        fatal = 'raise robocomp.Fatal("no motor")'
+        emergency = GOOD.replace("COMPUTE", 'raise robocomp.Emergency("hot")')
+        stop = GOOD.replace("COMPUTE", 'ctx.stop("done")')
+        workers = {
+            "emergency": f"{emergency}\n    def emergency(self, ctx):\n        {fatal}\n",
+            "finalize": stop.replace('print("finalized after", self.runs, flush=True)', fatal),
+            "exit": stop.replace('print("finalized after", self.runs, flush=True)', "raise SystemExit"),
+        }
+        for name, worker in workers.items():
+            with self.subTest(name=name):
+                code, _, err = self.run_to_end(worker)
+                self.assertEqual(code, 3, err)
+                self.assertIn("SystemExit" if name == "exit" else "no motor", err)
+
     def test_an_emergency_runs_its_function(self):
         worker = GOOD.replace("COMPUTE", 'raise robocomp.Emergency("hot")')
         worker += '\n    def emergency(self, ctx):\n        ctx.stop(f"in {ctx.state}")\n'

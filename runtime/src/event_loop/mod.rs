@@ -16,7 +16,7 @@ use crate::time::TimeRole;
 use crate::tool_requests::ToolMessage;
 use network_time::stamp;
 use port::Port;
-pub(crate) use port::{answer, receive};
+pub(crate) use port::{Sample, answer, receive};
 use rc_management::component::State;
 use rc_management::observation::TappedKind;
 use rc_middleware::Header;
@@ -168,12 +168,14 @@ impl<'a> EventLoop<'a> {
             self.change_lifecycle();
             let due = self.follow_time(now, sweep, due);
             self.serve(now);
+            self.take_failure();
             self.react();
             self.check_deadlines(now);
             let due = due || self.ends_turn();
             if due && !self.shared.wake_event.is_stopping() && self.fatal.is_none() {
                 self.compute();
             }
+            self.take_failure();
             self.tell_time(now);
             self.apply_period();
             self.update_peers(now);
@@ -182,6 +184,7 @@ impl<'a> EventLoop<'a> {
         self.leave_time();
         self.finish_lifecycle();
         self.component.finalize();
+        self.take_failure();
         match self.fatal.take() {
             Some(reason) => Err(reason),
             None => Ok(()),
@@ -329,7 +332,13 @@ impl<'a> EventLoop<'a> {
                 let received = match idle {
                     Some(state) => Err(HandlerError(format!("the component is {state}"))),
                     None => exact.sample(slot, operation, header, body, || {
-                        receive(self.component, &of, operation, header, body)
+                        receive(
+                            self.component,
+                            &of,
+                            operation,
+                            header,
+                            Sample::Borrowed(body),
+                        )
                     }),
                 };
                 received.map_err(Into::into)
@@ -395,6 +404,7 @@ impl<'a> EventLoop<'a> {
         let port = &mut ports[at];
         let slot = port.slot;
         let of = &port.of;
+        let keeps = port.keeps(&**component);
         let mut result: Result<(), NotHandled> = Ok(());
         let mut lost = 0;
         let gaps = &mut port.gaps;
@@ -406,16 +416,23 @@ impl<'a> EventLoop<'a> {
             }),
             Receiver::Subscriber {
                 port, operation, ..
-            } => port.receive(&mut |header, body| {
-                lost = gaps.note(&header);
-                let kind = (TappedKind::Sample, Some(*operation));
-                taps.copy(slot, kind, header, Profile::Rpc, body);
-                if idle.is_some() {
-                    return;
+            } => {
+                let mut take = |header: Header, sample: Sample<'_>| {
+                    lost = gaps.note(&header);
+                    let kind = (TappedKind::Sample, Some(*operation));
+                    taps.copy(slot, kind, header, Profile::Rpc, sample.body());
+                    if idle.is_some() {
+                        return;
+                    }
+                    let received = receive(*component, of, *operation, header, sample);
+                    result = received.map_err(Into::into);
+                };
+                if keeps && port.can_keep() {
+                    port.receive_kept(&mut |header, sample| take(header, Sample::Kept(sample)))
+                } else {
+                    port.receive(&mut |header, body| take(header, Sample::Borrowed(body)))
                 }
-                let received = receive(*component, of, *operation, header, body);
-                result = received.map_err(Into::into);
-            }),
+            }
         };
         match taken {
             Ok(false) => port.rest(start),
@@ -539,6 +556,13 @@ impl<'a> EventLoop<'a> {
             Err(WorkerError::Emergency(reason)) => self.enter_emergency(&reason),
             Err(WorkerError::Fatal(reason)) => self.fatal = Some(reason),
             Ok(()) | Err(WorkerError::Failed(_)) => {}
+        }
+    }
+
+    /// Takes over what a function of the worker reported to `Core::fail`.
+    fn take_failure(&mut self) {
+        if let Some(reason) = self.component.core().fatal.take() {
+            self.fatal.get_or_insert(reason);
         }
     }
 

@@ -7,7 +7,7 @@ use crate::lifecycle::LifecycleState;
 use crate::ports::Receiver;
 use crate::slots::OpenSlot;
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Gaps, Header, Reader, Reply};
+use rc_middleware::{Gaps, Header, KeptSample, Reader, Reply};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -73,6 +73,16 @@ impl Port {
         self.is_look = true;
     }
 
+    /// Whether the handler of a subscriber's samples may keep them. A member of an array has none that does.
+    pub(super) fn keeps(&self, component: &dyn Component) -> bool {
+        match &self.receiver {
+            Receiver::Subscriber { operation, .. } => {
+                self.of.member.is_none() && component.keeps(self.of.described, *operation)
+            }
+            Receiver::Server(_) => false,
+        }
+    }
+
     /// A message was taken.
     pub(super) fn received(&mut self) {
         self.failures = 0;
@@ -108,18 +118,41 @@ impl Port {
     }
 }
 
+/// A received sample.
+pub(crate) enum Sample<'a> {
+    Borrowed(&'a [u8]),
+    /// Its handler may keep it.
+    Kept(Box<dyn KeptSample>),
+}
+
+impl Sample<'_> {
+    /// Its bytes.
+    pub(crate) fn body(&self) -> &[u8] {
+        match self {
+            Self::Borrowed(body) => body,
+            Self::Kept(sample) => sample.memory(),
+        }
+    }
+}
+
 /// Lets the worker handle a sample, if it has the type of the topic.
 pub(crate) fn receive(
     component: &mut dyn Component,
     slot: &OpenSlot,
     operation: usize,
     header: Header,
-    body: &[u8],
+    sample: Sample<'_>,
 ) -> Result<(), HandlerError> {
     let expected = slot.operations[operation].type_hash;
     if header.type_hash != 0 && header.type_hash != expected {
         return Err(HandlerError("it is of another type".to_owned()));
     }
+    let body = match sample {
+        Sample::Kept(sample) => {
+            return component.receive_kept(slot.described, operation, header.encoding, sample);
+        }
+        Sample::Borrowed(body) => body,
+    };
     let reader = &mut Reader::of(body, header.encoding);
     match &slot.member {
         Some(member) => component.receive_member(slot.described, member, operation, reader),

@@ -8,8 +8,8 @@ use crate::lifecycle::Hook;
 use crate::machine::Parts;
 use crate::slot_array::Member;
 use rc_configuration::{ParamChange, Values};
-use rc_middleware::Reader;
 use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::{Encoding, KeptSample, Reader};
 use std::borrow::Cow;
 use std::rc::Rc;
 
@@ -121,6 +121,21 @@ impl<C: Component> Component for Recorded<C> {
         reader: &mut Reader<'_>,
     ) -> Result<(), HandlerError> {
         self.component.receive(slot, operation, reader)
+    }
+
+    fn keeps(&self, slot: usize, operation: usize) -> bool {
+        self.component.keeps(slot, operation)
+    }
+
+    fn receive_kept(
+        &mut self,
+        slot: usize,
+        operation: usize,
+        encoding: Encoding,
+        sample: Box<dyn KeptSample>,
+    ) -> Result<(), HandlerError> {
+        let component = &mut self.component;
+        component.receive_kept(slot, operation, encoding, sample)
     }
 
     fn serve_member(

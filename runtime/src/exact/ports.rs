@@ -5,8 +5,8 @@ use super::error_codes;
 use super::recorder::Recorder;
 use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::{
-    CallError, Client, Encoding, Header, Profile, Publisher, QueueGauge, ReceiveError, Reply,
-    SendError, Server, Subscriber,
+    CallError, Client, Encoding, Header, KeptSample, Profile, Publisher, QueueGauge, ReceiveError,
+    Reply, SendError, Server, Subscriber,
 };
 use std::borrow::Cow;
 use std::os::fd::BorrowedFd;
@@ -195,6 +195,23 @@ impl Subscriber for Subscribing {
         let (recorder, slot, operation) = (&self.recorder, self.slot, self.operation);
         self.port.receive(&mut |header, body| {
             recorder.sample(slot, operation, header, body, || take(header, body));
+        })
+    }
+
+    fn can_keep(&self) -> bool {
+        self.port.can_keep()
+    }
+
+    fn receive_kept(
+        &mut self,
+        take: &mut dyn FnMut(Header, Box<dyn KeptSample>),
+    ) -> Result<bool, ReceiveError> {
+        let (recorder, slot, operation) = (&self.recorder, self.slot, self.operation);
+        self.port.receive_kept(&mut |header, sample| {
+            let entry = Entry::message(Kind::Sample, slot, operation, header, sample.memory());
+            recorder.begin_turn(&entry);
+            take(header, sample);
+            recorder.end_turn();
         })
     }
 

@@ -10,7 +10,7 @@ use crate::configuration;
 use crate::context::Core;
 use crate::description::Description;
 use crate::error::StartError;
-use crate::event_loop::{answer, receive};
+use crate::event_loop::{Sample, answer, receive};
 use crate::log;
 use crate::ports::{Connections, Ports};
 use crate::process;
@@ -363,7 +363,13 @@ fn run_turn(
             let of = of.ok_or_else(|| "the recording is of other slots".to_owned())?;
             // What the handler says is in the log; a value that cannot be read is the same again.
             let header = turn.header(turn.value);
-            let _ = receive(component, &of, operation, header, &turn.data);
+            let _ = receive(
+                component,
+                &of,
+                operation,
+                header,
+                Sample::Borrowed(&turn.data),
+            );
         }
         Kind::Request => {
             let mut reply = replayed_ports::Replying::new(turn.operation);

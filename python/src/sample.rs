@@ -1,0 +1,97 @@
+//! Received samples and replies: values, or images that a view reads in place.
+
+use crate::description::Operation;
+use crate::link::read;
+use crate::memory::Memory;
+use crate::replies::undecodable;
+use rc_middleware::typed::HandlerError;
+use rc_middleware::{DecodeError, Encoding, KEPT_SAMPLES, KeptSample, Reader};
+use rc_values::{Struct, Value, decode_from, encode_image};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// A received sample.
+pub(crate) enum Sample {
+    Value(Value),
+    /// For a handler that gets a view.
+    Image(Memory),
+}
+
+impl Sample {
+    /// Reads a sample of a topic.
+    pub(crate) fn read(
+        operation: &Operation,
+        reader: &mut Reader<'_>,
+    ) -> Result<Self, HandlerError> {
+        if operation.in_place {
+            return Ok(Self::Image(copied(&operation.request, reader)?));
+        }
+        let value = read(&operation.request, reader).map_err(undecodable)?;
+        Ok(Self::Value(value))
+    }
+
+    /// Takes a sample of a topic, which stays where it is for as long as the worker has a view of it.
+    pub(crate) fn keep(
+        operation: &Operation,
+        encoding: Encoding,
+        sample: Box<dyn KeptSample>,
+    ) -> Result<Self, HandlerError> {
+        if encoding != Encoding::Image {
+            return Self::read(operation, &mut Reader::of(sample.memory(), encoding));
+        }
+        check(&operation.request, sample.memory())?;
+        match Keeping::one(&operation.kept) {
+            Some(keeping) => Ok(Self::Image(Memory::kept(sample, keeping))),
+            None => Err(HandlerError(format!(
+                "the worker keeps {KEPT_SAMPLES} samples of `{}`, the most that it may, so {}() does \
+                 not get the next ones; drop views of earlier samples, or keep what their copy() \
+                 returns",
+                operation.name, operation.handler
+            ))),
+        }
+    }
+}
+
+/// One of the samples of a topic that the worker keeps.
+pub(crate) struct Keeping(Arc<AtomicUsize>);
+
+impl Keeping {
+    /// Counts one more, up to the limit: the one that is handled, and those of earlier calls.
+    fn one(count: &Arc<AtomicUsize>) -> Option<Self> {
+        // Only the thread of the worker adds; all threads subtract.
+        if count.load(Ordering::Acquire) >= KEPT_SAMPLES {
+            return None;
+        }
+        count.fetch_add(1, Ordering::AcqRel);
+        Some(Self(Arc::clone(count)))
+    }
+}
+
+impl Drop for Keeping {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::AcqRel);
+    }
+}
+
+/// A copy of an image that follows, or the image of a value in the other encoding.
+pub(crate) fn copied(ty: &Arc<Struct>, reader: &mut Reader<'_>) -> Result<Memory, DecodeError> {
+    if let Some(image) = reader.image() {
+        check(ty, image)?;
+        return Ok(Memory::copied(image));
+    }
+    let value = decode_from(ty, reader).map_err(undecodable)?;
+    let image = encode_image(&value).map_err(undecodable)?;
+    Ok(Memory::copied(&image))
+}
+
+fn check(ty: &Struct, image: &[u8]) -> Result<(), DecodeError> {
+    let expected = ty.layout.map_or(0, |layout| layout.size);
+    if image.len() == expected {
+        return Ok(());
+    }
+    Err(DecodeError::NotAnImage {
+        what: "the operation",
+        length: image.len(),
+        expected,
+    })
+}
