@@ -190,7 +190,7 @@ impl Subscriber for Observer {
         for source in [&mut self.volatile, &mut self.transient_local] {
             if let Some(source) = source
                 && source.receive(&address, &mut |header, sample| {
-                    take(header, sample.payload())
+                    take(header, sample.payload());
                 })?
             {
                 return Ok(true);

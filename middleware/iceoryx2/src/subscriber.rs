@@ -160,8 +160,11 @@ impl Subscriber for SharedSubscriber {
     ) -> Result<bool, ReceiveError> {
         let session = Arc::clone(&self.session);
         self.next(&mut |header, sample| {
-            let _session = Arc::clone(&session);
-            take(header, Box::new(Kept { sample, _session }));
+            let kept = Kept {
+                sample,
+                _session: Arc::clone(&session),
+            };
+            take(header, Box::new(kept));
         })
     }
 
