@@ -1,7 +1,7 @@
 //! The arguments of a component, as its command line gives them.
 
 use crate::description::Description;
-use crate::ros_arguments::RosArguments;
+use crate::ros_arguments::given::RosArguments;
 use crate::slots::Listed;
 use crate::time::ClockChoice;
 use rc_management::component::Role;
@@ -10,9 +10,6 @@ use rc_settings::member;
 use rc_settings::qos::Policy;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-
-/// The middleware of the command line of ROS 2.
-pub(crate) const ROS2: &str = "ros2";
 
 /// What a component runs with.
 #[derive(Debug, PartialEq)]

@@ -1,8 +1,10 @@
 //! The command line of every generated binary.
 
-use crate::arguments::{Arguments, ROS2, check_slot};
+use crate::arguments::{Arguments, check_slot};
+use crate::description::ROS2;
 use crate::description::{Description, Slot};
-use crate::ros_arguments::{self, RosArguments};
+use crate::ros_arguments;
+use crate::ros_arguments::given::RosArguments;
 use crate::slots::Listed;
 use crate::time::ClockChoice;
 use lexopt::prelude::{Long, Short, ValueExt};

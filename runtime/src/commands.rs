@@ -1,8 +1,8 @@
 //! Commands of the management thread to the worker thread.
 
-use crate::firing::FiredEvent;
+use crate::fired_event::FiredEvent;
 use crate::proposal::Proposal;
-use crate::tool_requests::ToolMessage;
+use crate::tool_message::ToolMessage;
 use rc_middleware::WakeEvent;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

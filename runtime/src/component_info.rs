@@ -1,20 +1,19 @@
 //! The status and the heartbeats of a component.
 
-use crate::arguments::ROS2;
-use crate::description::Description;
+use crate::description::{Description, ROS2};
 use crate::lifecycle::Lifecycle;
-use crate::machine::MachineRecord;
+use crate::machine_record::MachineRecord;
 use crate::settings::topic_qos;
 use crate::slots::{OpenSlot, SlotTable};
 use crate::status::{self, Shared};
-use crate::tool_requests::qos;
 use rc_management::component::{ClockKind, ClockStatus, Role, SlotStatus, Status};
 use rc_management::link::Heartbeat;
-use rc_management::observation::{Described, OperationDescription, SlotDescription};
+use rc_management::observation::{self, Described, OperationDescription, SlotDescription};
 use rc_middleware::{Address, Environment, Settings};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// What does not change while the component runs.
 pub(crate) struct ComponentInfo {
@@ -217,6 +216,19 @@ fn add_variables(
     if is_local {
         let interfaces = settings.entry("interfaces".to_owned());
         interfaces.or_insert_with(|| "127.0.0.1".to_owned());
+    }
+}
+
+/// A quality of service as tools see it.
+pub(crate) fn qos(qos: &rc_middleware::Qos) -> observation::QosDescription {
+    let ms = |time: Option<Duration>| time.map(|time| time.as_secs_f64() * 1e3);
+    observation::QosDescription {
+        reliable: qos.reliability == rc_middleware::Reliability::Reliable,
+        transient_local: qos.durability == rc_middleware::Durability::TransientLocal,
+        depth: qos.depth,
+        deadline_ms: ms(qos.deadline),
+        lifespan_ms: ms(qos.lifespan),
+        liveliness_ms: ms(qos.liveliness),
     }
 }
 

@@ -5,6 +5,9 @@ use rc_middleware::typed::Operation;
 use rc_middleware::{Backend, Environment, OpenError, Qos};
 use std::time::Duration;
 
+/// The name of the middleware that has the command line and the graph of ROS 2.
+pub(crate) const ROS2: &str = "ros2";
+
 /// Opens a backend. Generated code names the functions of the backends that it was generated for.
 pub type Connect = fn(&Environment) -> Result<Box<dyn Backend>, OpenError>;
 

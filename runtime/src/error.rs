@@ -1,6 +1,6 @@
 //! Why a component does not start, and why the configuration checker refuses a change.
 
-use crate::component::WorkerError;
+use crate::worker_error::WorkerError;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_management::rpc::{Error, ErrorData, Finding};
 use rc_middleware::OpenError;

@@ -4,14 +4,15 @@
 //! after the events that wait, and says what became of it.
 
 use crate::commands::{Command, CommandQueue};
+use crate::fired_event::FiredEvent;
 use crate::lifecycle::LifecycleState;
-use crate::machine::MachineRecord;
+use crate::machine_record::MachineRecord;
 use crate::parameter_server::{Answer, Requester};
 use crate::status::Shared;
 use crate::waker::Waker;
 use rc_management::component::Fired;
 use rc_management::rpc::{self, Error};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The limit for the machine to take an event.
@@ -19,79 +20,6 @@ const FIRE_LIMIT: Duration = Duration::from_secs(3);
 
 /// The most events that are with the worker's thread. A client that leaves can leave one behind.
 const MOST_FIRED: usize = 64;
-
-/// An event that a tool fires.
-#[derive(Debug)]
-pub(crate) struct FiredEvent {
-    /// Its number in the chart.
-    pub(crate) event: u16,
-    progress: Mutex<Progress>,
-    management: Waker,
-}
-
-#[derive(Debug)]
-enum Progress {
-    /// The machine has not seen it.
-    Queued,
-    /// A transition of the machine runs.
-    InMachine,
-    /// The time is up.
-    Withdrawn,
-    /// The active states afterwards, or why no transition was taken.
-    Ended(Result<Vec<String>, String>),
-}
-
-impl FiredEvent {
-    pub(crate) fn new(event: u16, management: Waker) -> Self {
-        Self {
-            event,
-            progress: Mutex::new(Progress::Queued),
-            management,
-        }
-    }
-
-    fn progress(&self) -> MutexGuard<'_, Progress> {
-        self.progress.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Whether the machine is still to take it.
-    pub(crate) fn is_queued(&self) -> bool {
-        matches!(*self.progress(), Progress::Queued)
-    }
-
-    /// Whether the machine takes it now; not if its time is up.
-    pub(crate) fn begin(&self) -> bool {
-        let mut progress = self.progress();
-        let begins = matches!(*progress, Progress::Queued);
-        if begins {
-            *progress = Progress::InMachine;
-        }
-        begins
-    }
-
-    /// Says what became of it.
-    pub(crate) fn end(&self, result: Result<Vec<String>, String>) {
-        *self.progress() = Progress::Ended(result);
-        self.management.wake();
-    }
-
-    /// The result; without one, the event is withdrawn, and `reason` says why, from whether the machine has it.
-    pub(crate) fn conclude(
-        &self,
-        reason: impl FnOnce(bool) -> String,
-    ) -> Result<Vec<String>, Error> {
-        let mut progress = self.progress();
-        match &*progress {
-            Progress::Ended(Ok(states)) => Ok(states.clone()),
-            Progress::Ended(Err(reason)) => Err(Error::new(Error::WORKER_REFUSES, reason)),
-            Progress::Queued | Progress::InMachine | Progress::Withdrawn => {
-                let message = reason(matches!(*progress, Progress::InMachine));
-                *progress = Progress::Withdrawn;
-                Err(Error::new(Error::WORKER_TIMEOUT, message))
-            }
-        }
-    }
-}
 
 struct InFlight {
     requester: Requester,
@@ -145,7 +73,7 @@ impl FireServer {
     pub(crate) fn turn(&mut self) -> Vec<Answer> {
         let now = Instant::now();
         let is_due = |one: &InFlight| {
-            let ended = matches!(*one.fired.progress(), Progress::Ended(_));
+            let ended = one.fired.has_ended();
             ended || now >= one.until
         };
         self.conclude(is_due, |in_machine| {

@@ -17,13 +17,16 @@ mod description;
 mod error;
 mod event_loop;
 mod exact;
+mod fired_event;
 mod firing;
 pub mod lifecycle;
 mod lifecycle_server;
 mod link;
 mod log;
 pub mod machine;
+mod machine_record;
 mod management;
+mod member;
 mod name_lock;
 mod notify;
 mod parameter_server;
@@ -41,24 +44,28 @@ mod status;
 mod tap;
 pub mod testing;
 mod time;
+mod tool_message;
 mod tool_requests;
 mod waker;
+mod worker_error;
 
 pub use clock::{Clock, SimulatedClock, SystemClock, Time};
-pub use component::{Component, WorkerError};
+pub use component::Component;
 pub use context::Core;
 pub use description::{Connect, Description, Slot};
 pub use error::StartError;
 pub use fastrand;
+pub use member::{Member, MemberError};
 pub use ports::{Connections, Ports};
 pub use process::{Embedded, Start, embed, run, run_with};
 pub use rc_configuration::model::Value;
 pub use rc_configuration::{ParamChange, Values};
 pub use rc_management::component::{Role, State};
 pub use rc_middleware as middleware;
-pub use slot_array::{Member, MemberError, SlotArray};
+pub use slot_array::SlotArray;
 pub use time::{Order, TimeError, TimeSource};
 pub use tracing;
+pub use worker_error::WorkerError;
 
 /// How to write and test a worker: two pages of the book.
 // A test of the book compiles their code, which needs a generated crate.

@@ -1,8 +1,8 @@
 //! The life cycle of a managed component: its state, the requests that wait for the thread of the
 //! worker, and the steps of a transition.
 
-use crate::component::WorkerError;
 use crate::waker::Waker;
+use crate::worker_error::WorkerError;
 use rc_diagnostics::foreign;
 use rc_lifecycle::Outcome;
 pub use rc_lifecycle::{LifecycleState, Transition};

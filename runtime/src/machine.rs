@@ -3,16 +3,13 @@
 //! Generated code has the tables ([`Chart`]) and implements [`Hooks`], which calls the functions of
 //! the worker. The worker sees a [`Machine`] as `ctx.machine`.
 
-mod record;
-
 use crate::clock::Time;
-use crate::component::WorkerError;
 use crate::context::Core;
-use crate::firing::FiredEvent;
+use crate::fired_event::FiredEvent;
+use crate::machine_record::{MachineRecord, Taken};
+use crate::worker_error::WorkerError;
 pub use rc_machine::{Action, Chart, Condition, Kind, NONE, Range, State, Transition, Trigger};
 use rc_machine::{Failed, Host, Interpreter, Session};
-pub(crate) use record::MachineRecord;
-use record::{Taken, record};
 use std::collections::VecDeque;
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -509,7 +506,7 @@ impl<H: Hooks> Host for Steps<'_, H> {
             transition: number,
             event,
             took,
-            at: Duration::ZERO,
+            at: self.hooks.core().shared.uptime(),
         };
         record(self.hooks, Some(taken));
         let parts = self.hooks.parts();
@@ -531,6 +528,18 @@ impl<H: Hooks> Host for Steps<'_, H> {
             tracing::debug!("{from} => {active} [{by}] in {took:?}");
         }
     }
+}
+
+/// Notes the active states, and a transition that was taken, for the status.
+fn record<H: Hooks>(hooks: &mut H, taken: Option<Taken>) {
+    let shared = Arc::clone(&hooks.core().shared);
+    let parts = hooks.parts();
+    let (external, session) = (parts.external, &parts.session);
+    let mut status = shared.status();
+    let record = status
+        .machine
+        .get_or_insert_with(|| MachineRecord::new(session.chart(), external));
+    record.update(session, taken);
 }
 
 #[cfg(test)]

@@ -3,11 +3,11 @@
 use crate::clock::SimulatedClock;
 use crate::description::Description;
 use crate::exact::{Exact, replayed_client, replayed_publisher};
+use crate::member::{Member, MemberError};
 use crate::settings::topic_qos;
-use crate::slot_array::{Member, MemberError, SlotArray};
 use crate::slots::{OpenSlot, SlotTable};
 use crate::tap::{TappedClient, TappedPublisher, Taps};
-use crate::testing::{DefaultReply, DefaultingClient};
+use crate::testing::defaults::{DefaultReply, DefaultingClient};
 use crate::time::follower::Follower;
 use crate::time::source::{Source, State as SourceState};
 use crate::time::{TimeRole, TimeSource};
@@ -194,7 +194,7 @@ impl Connections {
                 Ok(TimeRole::Follower(Box::new(follower)))
             }
             ClockKind::Ros => {
-                let backend = backend(crate::arguments::ROS2)?;
+                let backend = backend(crate::description::ROS2)?;
                 let follower = Follower::open_ros(backend, &address, name, clock)?;
                 Ok(TimeRole::Follower(Box::new(follower)))
             }
@@ -268,15 +268,6 @@ impl Connections {
         let client = TypedClient::new(port, self.slot(slot)?.qos.timeout);
         self.count(slot, client.sent());
         Ok(client)
-    }
-
-    /// A slot array, whose members `open` opens by their numbers.
-    pub fn array<E>(
-        self: &Rc<Self>,
-        slot: usize,
-        open: fn(&Self, usize) -> Result<E, OpenError>,
-    ) -> SlotArray<E> {
-        SlotArray::new(self, slot, open)
     }
 
     /// Opens a member of an array, whose number in the description is `array`.

@@ -1,6 +1,6 @@
 //! A component from its command line to its exit code.
 
-use crate::arguments::{Arguments, ROS2};
+use crate::arguments::Arguments;
 use crate::clock::{Clock, SimulatedClock, SystemClock};
 use crate::command_line::{self, Task};
 use crate::commands::CommandQueue;
@@ -8,6 +8,7 @@ use crate::component::Component;
 use crate::configuration;
 use crate::context::Core;
 use crate::description::Description;
+use crate::description::ROS2;
 use crate::error::StartError;
 use crate::event_loop::EventLoop;
 use crate::exact::{self, Exact, Recorded, Recorder};
@@ -21,7 +22,7 @@ use crate::probe;
 use crate::settings::settings;
 use crate::slots::SlotTable;
 use crate::status::{NetworkTime, Shared};
-use crate::testing::DefaultReply;
+use crate::testing::defaults::DefaultReply;
 use crate::time::protocol::turn_of;
 use crate::time::{ClockChoice, ends};
 use rc_configuration::Values;

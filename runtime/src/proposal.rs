@@ -1,7 +1,8 @@
 //! A change of parameters on its way to the worker and back.
 
-use crate::component::{Component, WorkerError};
+use crate::component::Component;
 use crate::waker::Waker;
+use crate::worker_error::WorkerError;
 use rc_configuration::{ParamChange, Values};
 use rc_management::rpc::Error;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -3,52 +3,21 @@
 //! The command line is read first, as far as it needs no names. [`resolve`] then applies what
 //! concerns the node, whose name the configuration may set.
 
+pub(crate) mod given;
 mod params_file;
 mod qos;
 mod resolve;
 
 pub(crate) use resolve::{Override, RosOverrides, resolve};
 
-use crate::arguments::{Arguments, ROS2};
+use crate::arguments::Arguments;
 use crate::description::Description;
+use crate::description::ROS2;
+use given::{For, RosArguments, Source};
 use params_file::scalar;
 use rc_configuration::Given;
-use rc_settings::ros::Remapping;
 use rc_settings::{Scalar, Value, ros};
 use std::ffi::OsString;
-use std::path::PathBuf;
-
-/// The arguments of ROS 2, in their order where it counts.
-#[derive(Debug, Default, PartialEq)]
-pub(crate) struct RosArguments {
-    /// Rules for names.
-    pub(crate) remap: Vec<For<Remapping>>,
-    /// Settings of the node: its name and its namespace.
-    pub(crate) settings: Vec<For<(&'static str, Value)>>,
-    /// Levels of the log.
-    pub(crate) log: Vec<For<&'static str>>,
-    pub(crate) parameters: Vec<Source>,
-    /// Whether the log is published on `/rosout`.
-    pub(crate) rosout: Option<bool>,
-    /// Whether the log is printed.
-    pub(crate) prints_log: Option<bool>,
-}
-
-/// An argument, and the node that it is for, if it names one.
-#[derive(Debug, PartialEq)]
-pub(crate) struct For<T> {
-    pub(crate) node: Option<String>,
-    pub(crate) value: T,
-}
-
-/// Where values of parameters come from.
-#[derive(Debug, PartialEq)]
-pub(crate) enum Source {
-    /// `-p NAME:=VALUE`
-    Argument(For<(String, Given)>),
-    /// `--params-file FILE`
-    File(PathBuf),
-}
 
 /// What follows `--ros-args`, for messages.
 const OPTIONS: &str = "-r FROM:=TO, -p NAME:=VALUE, --params-file FILE, --log-level LEVEL, --enable-rosout-logs, --disable-rosout-logs, --enable-stdout-logs, --disable-stdout-logs, --enable-external-lib-logs, --disable-external-lib-logs and --enclave NAME";

@@ -1,8 +1,9 @@
 //! The settings of middlewares. The command line precedes the configuration.
 
-use crate::arguments::{Arguments, ROS2, RosOverride};
+use crate::arguments::{Arguments, RosOverride};
 use crate::configuration::{LoadedConfiguration, configured};
 use crate::description::Description;
+use crate::description::ROS2;
 use crate::ros_arguments::RosOverrides;
 use crate::slots::{NamedSlot, OpenSlot, SlotTable};
 use rc_management::component::Role;

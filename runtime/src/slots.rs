@@ -3,7 +3,7 @@
 
 use crate::description::{Description, Slot};
 use crate::error::StartError;
-use crate::slot_array::{Member, MemberError};
+use crate::member::{Member, MemberError};
 use rc_middleware::{Address, OpenError};
 use rc_settings::member;
 use std::borrow::Cow;

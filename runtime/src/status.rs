@@ -2,7 +2,7 @@
 
 use crate::clock::{Clock, Time};
 use crate::lifecycle::Lifecycle;
-use crate::machine::MachineRecord;
+use crate::machine_record::MachineRecord;
 use crate::slots::OpenSlot;
 use hdrhistogram::Histogram;
 use rc_diagnostics::foreign;

@@ -5,82 +5,25 @@ use crate::commands::{Command, CommandQueue};
 use crate::component_info::ComponentInfo;
 use crate::slots::{OpenSlot, SlotTable};
 use crate::tap::{Copied, Taps};
+use crate::tool_message::ToolMessage;
 use crate::waker::Waker;
 use rc_diagnostics::foreign::clean;
 use rc_diagnostics::nearest;
+use rc_management::Server as Socket;
 use rc_management::component::{Done, Role};
 use rc_management::observation::{Called, Notification, Tapped};
 use rc_management::rpc::{self, Error};
-use rc_management::{Server as Socket, observation};
 use rc_middleware::Encoding;
 use rc_middleware::backend::Profile;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The most bytes of copies that wait for one client. It has room for answers besides.
 const MOST_WAITING: usize = 3 << 20;
 /// How long the worker may take to handle a sample of a tool.
 const SAMPLE_LIMIT: Duration = Duration::from_secs(3);
-
-/// A message of a tool, which the worker handles.
-#[derive(Debug)]
-pub(crate) struct ToolMessage {
-    pub(crate) slot: usize,
-    /// The operation of a sample; none for a request.
-    pub(crate) operation: Option<usize>,
-    pub(crate) body: Vec<u8>,
-    deadline: Instant,
-    state: Mutex<MessageState>,
-    management: Waker,
-}
-
-#[derive(Debug)]
-enum MessageState {
-    Waits,
-    /// The worker has begun, or the client waits no more.
-    Taken,
-    Handled(Result<Vec<u8>, String>),
-}
-
-impl ToolMessage {
-    fn state(&self) -> MutexGuard<'_, MessageState> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Begins to handle the message; false if its time has passed.
-    pub(crate) fn begin(&self) -> bool {
-        let mut state = self.state();
-        let waits = matches!(*state, MessageState::Waits) && Instant::now() < self.deadline;
-        *state = MessageState::Taken;
-        waits
-    }
-
-    /// Hands the reply to the client.
-    pub(crate) fn end(&self, result: Result<Vec<u8>, String>) {
-        *self.state() = MessageState::Handled(result);
-        self.management.wake();
-    }
-
-    /// The result, if there is one or the time has passed.
-    fn result(&self, now: Instant) -> Option<Result<Vec<u8>, Error>> {
-        let mut state = self.state();
-        match std::mem::replace(&mut *state, MessageState::Taken) {
-            MessageState::Handled(result) => {
-                Some(result.map_err(|reason| Error::new(Error::WORKER_REFUSES, reason)))
-            }
-            _ if now >= self.deadline => {
-                let message = "the component has not replied in time";
-                Some(Err(Error::new(Error::WORKER_TIMEOUT, message)))
-            }
-            other => {
-                *state = other;
-                None
-            }
-        }
-    }
-}
 
 /// The slots that a client taps.
 pub(crate) type Tapping = BTreeMap<usize, Losses>;
@@ -190,14 +133,9 @@ impl ToolRequests {
         body: Vec<u8>,
         limit: Duration,
     ) -> Result<(), Error> {
-        let message = Arc::new(ToolMessage {
-            slot,
-            operation,
-            body,
-            deadline: Instant::now() + limit,
-            state: Mutex::new(MessageState::Waits),
-            management: self.management.clone(),
-        });
+        let (deadline, management) = (Instant::now() + limit, self.management.clone());
+        let message = ToolMessage::new((slot, operation), body, deadline, management);
+        let message = Arc::new(message);
         if !self.commands.push(Command::Message(Arc::clone(&message))) {
             let message = "too many messages of tools wait for the component";
             return Err(Error::new(Error::WORKER_TIMEOUT, message));
@@ -221,7 +159,7 @@ impl ToolRequests {
 
     /// How long the next message may still take.
     pub(crate) fn time_left(&self) -> Option<Duration> {
-        let deadlines = self.pending.iter().map(|(.., message)| message.deadline);
+        let deadlines = self.pending.iter().map(|(.., message)| message.deadline());
         let next = deadlines.min()?;
         Some(next.saturating_duration_since(Instant::now()))
     }
@@ -335,19 +273,6 @@ fn unknown<'a>(what: &str, name: &str, names: impl Iterator<Item = &'a str> + Cl
         Error::INVALID_PARAMS,
         format!("there is no {what} `{name}`; {help}"),
     )
-}
-
-/// A quality of service as tools see it.
-pub(crate) fn qos(qos: &rc_middleware::Qos) -> observation::QosDescription {
-    let ms = |time: Option<Duration>| time.map(|time| time.as_secs_f64() * 1e3);
-    observation::QosDescription {
-        reliable: qos.reliability == rc_middleware::Reliability::Reliable,
-        transient_local: qos.durability == rc_middleware::Durability::TransientLocal,
-        depth: qos.depth,
-        deadline_ms: ms(qos.deadline),
-        lifespan_ms: ms(qos.lifespan),
-        liveliness_ms: ms(qos.liveliness),
-    }
 }
 
 #[cfg(test)]

@@ -185,7 +185,7 @@ fn shadowed_transitions(machine: &StateMachine, found: &mut Diagnostics) {
 
 /// Reports unreachable states.
 fn unreachable(machine: &StateMachine, found: &mut Diagnostics) {
-    let entered = entered(machine);
+    let entered = machine.entered();
     let mut is_target = vec![false; machine.states.len()];
     for transition in &machine.transitions {
         for target in transition
@@ -223,39 +223,4 @@ fn unreachable(machine: &StateMachine, found: &mut Diagnostics) {
             Diagnostic::warning("no-way-in", name.span, message)
         });
     }
-}
-
-/// The states that transitions from the initial state can enter.
-///
-/// Entering a state enters its ancestors and its initial substates. Entering one region of a
-/// parallel state counts as entering all of them: a missing warning is better than a wrong one.
-pub(crate) fn entered(machine: &StateMachine) -> Vec<bool> {
-    let mut targets_of: Vec<Vec<StateId>> = vec![Vec::new(); machine.states.len()];
-    for transition in &machine.transitions {
-        targets_of[transition.source.0].extend(&transition.targets);
-    }
-    let mut entered = vec![false; machine.states.len()];
-    let mut entered_directly = entered.clone();
-    let mut pending: Vec<(StateId, bool)> =
-        machine.top.initial.iter().map(|id| (*id, true)).collect();
-    while let Some((id, directly)) = pending.pop() {
-        let state = machine.state(id);
-        let region = state.region.as_ref();
-        if directly && !entered_directly[id.0] {
-            entered_directly[id.0] = true;
-            pending.extend(region.iter().flat_map(|r| &r.initial).map(|id| (*id, true)));
-        }
-        if !entered[id.0] {
-            entered[id.0] = true;
-            pending.extend(targets_of[id.0].iter().map(|id| (*id, true)));
-            let parts = region.filter(|r| r.parallel).map(|r| &r.states);
-            let parts = parts.into_iter().flatten();
-            // A history state is not a region of its parallel state.
-            let parts =
-                parts.filter(|id| !matches!(machine.state(**id).kind, StateKind::History { .. }));
-            pending.extend(parts.map(|id| (*id, true)));
-            pending.extend(state.parent.map(|parent| (parent, false)));
-        }
-    }
-    entered
 }

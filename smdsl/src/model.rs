@@ -25,11 +25,46 @@ impl StateMachine {
 
     /// The states that transitions cannot enter from the initial state.
     pub fn unreachable(&self) -> impl Iterator<Item = &State> {
-        let entered = crate::check::entered(self);
+        let entered = self.entered();
         let states = self.states.iter().zip(entered);
         states
             .filter(|(_, entered)| !entered)
             .map(|(state, _)| state)
+    }
+
+    /// The states that transitions from the initial state can enter.
+    ///
+    /// Entering a state enters its ancestors and its initial substates. Entering one region of a
+    /// parallel state counts as entering all of them: a missing warning is better than a wrong one.
+    pub(crate) fn entered(&self) -> Vec<bool> {
+        let mut targets_of: Vec<Vec<StateId>> = vec![Vec::new(); self.states.len()];
+        for transition in &self.transitions {
+            targets_of[transition.source.0].extend(&transition.targets);
+        }
+        let mut entered = vec![false; self.states.len()];
+        let mut entered_directly = entered.clone();
+        let mut pending: Vec<(StateId, bool)> =
+            self.top.initial.iter().map(|id| (*id, true)).collect();
+        while let Some((id, directly)) = pending.pop() {
+            let state = self.state(id);
+            let region = state.region.as_ref();
+            if directly && !entered_directly[id.0] {
+                entered_directly[id.0] = true;
+                pending.extend(region.iter().flat_map(|r| &r.initial).map(|id| (*id, true)));
+            }
+            if !entered[id.0] {
+                entered[id.0] = true;
+                pending.extend(targets_of[id.0].iter().map(|id| (*id, true)));
+                let parts = region.filter(|r| r.parallel).map(|r| &r.states);
+                let parts = parts.into_iter().flatten();
+                // A history state is not a region of its parallel state.
+                let parts =
+                    parts.filter(|id| !matches!(self.state(**id).kind, StateKind::History { .. }));
+                pending.extend(parts.map(|id| (*id, true)));
+                pending.extend(state.parent.map(|parent| (parent, false)));
+            }
+        }
+        entered
     }
 
     /// All states, in the order of [`StateMachine::states`].

@@ -9,11 +9,12 @@ mod port;
 mod report;
 
 use crate::commands::{Command, CommandQueue};
-use crate::component::{Component, WorkerError};
+use crate::component::Component;
 use crate::ports::{Connections, Receiver};
 use crate::status::{Activity, Shared};
 use crate::time::TimeRole;
-use crate::tool_requests::ToolMessage;
+use crate::tool_message::ToolMessage;
+use crate::worker_error::WorkerError;
 use network_time::stamp;
 use port::Port;
 pub(crate) use port::{Sample, answer, receive};

@@ -2,11 +2,12 @@
 
 use super::entry::{Entry, Kind};
 use super::recorder::Recorder;
-use crate::component::{Component, WorkerError};
+use crate::component::Component;
 use crate::context::Core;
 use crate::lifecycle::Hook;
 use crate::machine::Parts;
-use crate::slot_array::Member;
+use crate::member::Member;
+use crate::worker_error::WorkerError;
 use rc_configuration::{ParamChange, Values};
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Encoding, KeptSample, Reader};

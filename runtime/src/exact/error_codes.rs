@@ -1,7 +1,7 @@
 //! Errors of calls and of sending, as entries of a recording.
 
 use super::entry::{Entry, Kind};
-use crate::component::WorkerError;
+use crate::worker_error::WorkerError;
 use rc_middleware::{CallError, SendError};
 use std::borrow::Cow;
 use std::time::Duration;

@@ -13,6 +13,7 @@ mod ports;
 mod recorder;
 mod replay;
 mod replayed_ports;
+mod replayed_reply;
 mod report;
 mod start;
 
@@ -22,8 +23,8 @@ pub(crate) use replay::{Replay, replay};
 pub(crate) use start::Start;
 
 use crate::clock::Time;
-use crate::component::WorkerError;
 use crate::error::StartError;
+use crate::worker_error::WorkerError;
 pub(crate) use entry::Kind;
 
 use entry::Entry;

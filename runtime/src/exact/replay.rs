@@ -1,11 +1,12 @@
 //! Runs a component again, by its recording alone.
 
 use super::entry::{Entry, Kind};
+use super::replayed_reply::Replying;
 use super::report::Report;
-use super::{Exact, Start, error_codes, replayed_ports};
+use super::{Exact, Start, error_codes};
 use crate::arguments::Arguments;
 use crate::clock::{SimulatedClock, Time};
-use crate::component::{Component, WorkerError};
+use crate::component::Component;
 use crate::configuration;
 use crate::context::Core;
 use crate::description::Description;
@@ -16,6 +17,7 @@ use crate::ports::{Connections, Ports};
 use crate::process;
 use crate::slots::{Listed, SlotTable};
 use crate::status::{NetworkTime, Shared};
+use crate::worker_error::WorkerError;
 use rc_configuration::{ParamChange, Values};
 use rc_management::component::{ClockKind, State};
 use rc_middleware::{DecodeError, Reader, WakeEvent};
@@ -372,12 +374,12 @@ fn run_turn(
             );
         }
         Kind::Request => {
-            let mut reply = replayed_ports::Replying::new(turn.operation);
+            let mut reply = Replying::new(turn.operation);
             let of = replay.slots().get(slot);
             let of = of.ok_or_else(|| "the recording is of other slots".to_owned())?;
             let header = turn.header(turn.value);
             let _ = answer(component, &of, None, header, &turn.data, &mut reply);
-            reply.compare(replay, slot);
+            replay.compare(&reply.into_entry(slot));
         }
         _ => return Err(format!("a turn cannot begin with `{}`", turn.kind.word())),
     }

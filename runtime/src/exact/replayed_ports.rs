@@ -1,12 +1,11 @@
 //! The ports of a component that is repeated: they end in its recording.
 
-use super::entry::{Entry, Kind, number};
+use super::entry::{Entry, Kind};
 use super::error_codes;
 use super::ports::profile_of;
 use super::replay::Replay;
 use rc_middleware::request_body::{RequestBody, buffer};
-use rc_middleware::{CallError, Client, Header, Profile, Publisher, Reply, SendError};
-use std::borrow::Cow;
+use rc_middleware::{CallError, Client, Header, Profile, Publisher, SendError};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -106,39 +105,5 @@ impl Client for Calling {
 
     fn peers(&self) -> usize {
         self.replay.take(Kind::Peers, self.slot, 0).value as usize
-    }
-}
-
-/// The reply to a request.
-pub(super) struct Replying {
-    body: Vec<u8>,
-    profile: Profile,
-}
-
-impl Replying {
-    pub(super) fn new(profile: u16) -> Self {
-        Self {
-            body: Vec::new(),
-            profile: profile_of(u64::from(profile)),
-        }
-    }
-
-    /// Compares the reply with the recorded one.
-    pub(super) fn compare(self, replay: &Replay, slot: usize) {
-        replay.compare(&Entry {
-            value: number(rc_middleware::Encoding::Cdr),
-            data: Cow::Owned(self.body),
-            ..Entry::at(Kind::Reply, slot, 0)
-        });
-    }
-}
-
-impl Reply for Replying {
-    fn body(&mut self) -> &mut Vec<u8> {
-        &mut self.body
-    }
-
-    fn profile(&self) -> Profile {
-        self.profile
     }
 }

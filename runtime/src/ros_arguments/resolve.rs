@@ -2,7 +2,8 @@
 
 use super::qos::{QOS, quality};
 use super::{For, RosArguments, Source, params_file};
-use crate::arguments::{Arguments, ROS2, RosOverride};
+use crate::arguments::{Arguments, RosOverride};
+use crate::description::ROS2;
 use rc_configuration::Given;
 use rc_middleware::Settings;
 use rc_settings::ros::{self, Remapping};

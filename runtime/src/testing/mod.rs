@@ -7,31 +7,30 @@
 
 mod array;
 mod backend;
-mod defaults;
+pub(crate) mod defaults;
 mod server;
 mod subscriber;
 
 pub use crate::process::embed_with_defaults as embed;
 pub use array::FakeArray;
 pub use defaults::DefaultReply;
-pub(crate) use defaults::DefaultingClient;
 pub use rc_middleware::in_place::boxed as in_place;
 pub use server::{FakeServer, Fault, unknown};
 pub use subscriber::FakeSubscriber;
 
 use crate::arguments::Arguments;
 use crate::clock::{Clock, SimulatedClock, Time};
-use crate::component::WorkerError;
 use crate::configuration;
 use crate::context::Core;
 use crate::description::{Description, Slot};
 use crate::error::StartError;
 use crate::lifecycle::{Hook, LifecycleState, Missed, Transition};
 use crate::ports::{Connections, Ports};
-use crate::ros_arguments::RosArguments;
+use crate::ros_arguments::given::RosArguments;
 use crate::slots::{Listed, SlotTable};
 use crate::status::{NetworkTime, Shared};
 use crate::time::ClockChoice;
+use crate::worker_error::WorkerError;
 use backend::{FakeBackend, Hub};
 use rc_configuration::Values;
 use rc_management::component::{ClockKind, State};

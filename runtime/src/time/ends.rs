@@ -1,7 +1,7 @@
 //! The ports by which time travels.
 
 use super::protocol::{DONE, TICK};
-use crate::arguments::ROS2;
+use crate::description::ROS2;
 use rc_middleware::network_time::{TYPE_HASH, call_types, topic_types};
 use rc_middleware::typed::Request;
 use rc_middleware::{

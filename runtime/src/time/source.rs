@@ -411,7 +411,7 @@ impl Source {
             let backend = backend.as_ref();
             let server = ends::server(backend, address)?;
             let ticks = TypedPublisher::new(ends::publisher(backend, address)?, TICK);
-            let ros_clock = if *name == crate::arguments::ROS2 {
+            let ros_clock = if *name == crate::description::ROS2 {
                 let publisher = ends::ros_clock_publisher(backend, address)?;
                 Some(TypedPublisher::new(publisher, TICK))
             } else {

@@ -1,9 +1,8 @@
 //! The part of the status about a state machine: its active states and its last transitions.
 
-use super::{Chart, Hooks};
+use rc_machine::{Chart, Session};
 use rc_management::component::{MachineStatus, TransitionStatus};
 use std::collections::VecDeque;
-use std::sync::Arc;
 use std::time::Duration;
 
 /// The number of transitions that the status keeps.
@@ -21,21 +20,43 @@ pub(crate) struct MachineRecord {
 
 /// A transition that was taken.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Taken {
-    pub(super) transition: u16,
-    pub(super) event: u16,
-    pub(super) took: Duration,
+pub(crate) struct Taken {
+    pub(crate) transition: u16,
+    pub(crate) event: u16,
+    pub(crate) took: Duration,
     /// Since the start of the component.
-    pub(super) at: Duration,
+    pub(crate) at: Duration,
 }
 
 impl MachineRecord {
-    fn new(chart: &'static Chart, external: &'static [u16]) -> Self {
+    pub(crate) fn new(chart: &'static Chart, external: &'static [u16]) -> Self {
         Self {
             chart,
             external,
             states: Vec::with_capacity(chart.states.len()),
             taken: VecDeque::with_capacity(KEPT),
+        }
+    }
+
+    /// Notes the active states, and a transition that was taken.
+    pub(crate) fn update(&mut self, session: &Session, taken: Option<Taken>) {
+        // The component's own state shows the end.
+        let chart = self.chart;
+        let states = || {
+            session
+                .active()
+                .filter(|state| chart.state(*state).kind.is_atomic())
+        };
+        if taken.is_none() && states().eq(self.states.iter().copied()) {
+            return;
+        }
+        self.states.clear();
+        self.states.extend(states());
+        if let Some(taken) = taken {
+            if self.taken.len() == KEPT {
+                self.taken.pop_front();
+            }
+            self.taken.push_back(taken);
         }
     }
 
@@ -79,37 +100,5 @@ impl MachineRecord {
                 })
                 .collect(),
         }
-    }
-}
-
-/// Notes the active states, and a transition that was taken, for the status.
-pub(super) fn record<H: Hooks>(hooks: &mut H, taken: Option<Taken>) {
-    let shared = Arc::clone(&hooks.core().shared);
-    let external = hooks.parts().external;
-    let session = &hooks.parts().session;
-    let chart = session.chart();
-    // The component's own state shows the end.
-    let states = || {
-        session
-            .active()
-            .filter(|state| chart.state(*state).kind.is_atomic())
-    };
-    let mut status = shared.status();
-    let record = status
-        .machine
-        .get_or_insert_with(|| MachineRecord::new(chart, external));
-    if taken.is_none() && states().eq(record.states.iter().copied()) {
-        return;
-    }
-    record.states.clear();
-    record.states.extend(states());
-    if let Some(taken) = taken {
-        if record.taken.len() == KEPT {
-            record.taken.pop_front();
-        }
-        record.taken.push_back(Taken {
-            at: shared.uptime(),
-            ..taken
-        });
     }
 }
