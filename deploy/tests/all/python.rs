@@ -118,6 +118,12 @@ fn install(
     base: impl FnOnce() -> Result<PathBuf, String>,
 ) -> Result<PathBuf, String> {
     let folder = folder()?;
+    let failed = |what: &Path| {
+        let what = what.display().to_string();
+        move |error: std::io::Error| format!("{what}: {error}")
+    };
+    // Cargo makes the folder of tests only.
+    std::fs::create_dir_all(&folder).map_err(failed(&folder))?;
     let place = folder.join(name);
     let python = place.join("bin/python");
     let complete = place.join("complete.txt");
@@ -127,10 +133,6 @@ fn install(
     if is_complete && run(&python, &["-c", ""]).is_ok() {
         return Ok(python);
     }
-    let failed = |what: &Path| {
-        let what = what.display().to_string();
-        move |error: std::io::Error| format!("{what}: {error}")
-    };
     if place.exists() {
         std::fs::remove_dir_all(&place).map_err(failed(&place))?;
     }
