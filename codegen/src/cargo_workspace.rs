@@ -3,7 +3,7 @@
 use crate::files::GENERATED;
 use crate::languages;
 use crate::paths::{absolute, normal, relative};
-use crate::project::Language;
+use crate::worker_language::WorkerLanguage;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -49,7 +49,7 @@ impl Workspace {
             };
             let is_root = workspace.manifest.contains_key("workspace");
             // Cargo must not take a component in Python for a package.
-            let is_python = || folder.join(Language::Python.manifest()).exists();
+            let is_python = || folder.join(WorkerLanguage::Python.manifest()).exists();
             if is_root && (root == folder || !workspace.excludes(&folder) || is_python()) {
                 return Ok(Some(workspace));
             }
@@ -176,7 +176,7 @@ impl Workspace {
                 components.push(file);
             } else if inside.any(|above| above.join("Cargo.toml").exists()) {
                 // A file inside another package belongs to its tests.
-            } else if Language::of_file(&file)? == Language::Python {
+            } else if WorkerLanguage::of_file(&file)? == WorkerLanguage::Python {
                 components.push(file);
             } else {
                 unlisted.push(file);

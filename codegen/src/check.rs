@@ -3,7 +3,8 @@
 use crate::configuration;
 use crate::innermodel;
 use crate::languages;
-use crate::project::{Language, Project};
+use crate::project::Project;
+use crate::worker_language::WorkerLanguage;
 use crate::{dependencies, paths, python, requirements, ros, stubs};
 use rc_cdsl::model::{Role, Slot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
@@ -111,12 +112,12 @@ pub fn file(
             found.extend(more);
             if let Some(project) = project.as_ref().filter(|_| right) {
                 match project.language() {
-                    Language::Rust => {
+                    WorkerLanguage::Rust => {
                         found.extend(dependencies::compare(&project.component, project.folder()).1);
                         let unreachable = stubs::unreachable(project, sources);
                         found.extend(unreachable.map_err(io::Error::other)?);
                     }
-                    Language::Python => {
+                    WorkerLanguage::Python => {
                         found.extend(requirements::compare(&project.component, project.code()).1);
                         python::stubs::check(project, sources, found)?;
                     }

@@ -1,10 +1,11 @@
 //! From a view to files.
 
 use crate::files::{Files, GENERATED, Owner};
-use crate::project::{Language, Project};
+use crate::project::Project;
 use crate::python;
 use crate::rust::{self, print::Printer};
 use crate::templates::TemplateError;
+use crate::worker_language::WorkerLanguage;
 use crate::{dependencies, markdown, parallel, requirements, view};
 use rc_cdsl::model::Backend;
 use rc_configuration::Parameters;
@@ -59,8 +60,8 @@ pub fn component(
     let (view, mut found) = view::component::of(project, middleware);
     let language = project.language();
     match language {
-        Language::Rust => rust::component::check(&project.component, &mut found),
-        Language::Python => {
+        WorkerLanguage::Rust => rust::component::check(&project.component, &mut found),
+        WorkerLanguage::Python => {
             python::check(&project.component.library, &mut found);
             python::component::check(&project.component, &mut found);
         }
@@ -71,12 +72,12 @@ pub fn component(
     let mut files = Files::default();
     let dependencies = project.component.dependencies.iter();
     match language {
-        Language::Rust => {
+        WorkerLanguage::Rust => {
             let component = rust::component::of(&view);
             let dependencies: Vec<String> = dependencies.map(dependencies::line).collect();
             Printer::new(&component)?.files(interfaces, &dependencies, &mut files)?;
         }
-        Language::Python => {
+        WorkerLanguage::Python => {
             let dependencies: Vec<String> = dependencies.map(requirements::line).collect();
             python::print::files(&view, &dependencies, &mut files)?;
         }

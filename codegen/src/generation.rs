@@ -7,10 +7,11 @@ use crate::generate;
 use crate::interface_crate::{Definitions, Error, InterfaceCrate};
 use crate::load::FileLoader;
 use crate::parallel;
-use crate::project::{Language, Project};
+use crate::project::Project;
 use crate::python::print as python;
 use crate::requirements;
 use crate::rust::print::{self, FIRST_TEST};
+use crate::worker_language::WorkerLanguage;
 use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
 use rc_syntax::Loader;
@@ -23,7 +24,7 @@ pub struct Component {
     pub folder: PathBuf,
     /// Whether it has a `src/lib.rs`, or gets one.
     pub is_library: bool,
-    language: Language,
+    language: WorkerLanguage,
     files: Files,
     definitions: Definitions,
 }
@@ -44,7 +45,7 @@ impl Component {
         middleware: Backend,
         interfaces: &InterfaceCrate,
     ) -> Result<(Option<Self>, Diagnostics), Error> {
-        if project.language() == Language::Python {
+        if project.language() == WorkerLanguage::Python {
             return Self::of_python(project, folder, middleware);
         }
         let dependency = interfaces.dependency(&folder)?;
@@ -67,7 +68,7 @@ impl Component {
         found.extend(dependencies::compare(&project.component, &folder).1);
         let component = Self {
             folder,
-            language: Language::Rust,
+            language: WorkerLanguage::Rust,
             is_library,
             files,
             definitions,
@@ -88,7 +89,7 @@ impl Component {
         found.extend(requirements::compare(&project.component, &folder).1);
         let component = Self {
             folder,
-            language: Language::Python,
+            language: WorkerLanguage::Python,
             is_library: true,
             files,
             definitions: Definitions::default(),
@@ -134,7 +135,7 @@ pub fn parts(
     let mut parts = Vec::new();
     let mut languages = components.iter().map(|component| component.language);
     // Components in Python alone need no crate.
-    if components.is_empty() || languages.any(|language| language == Language::Rust) {
+    if components.is_empty() || languages.any(|language| language == WorkerLanguage::Rust) {
         let Some(shared) = interfaces.files(definitions, exact, sources, loader, found)? else {
             return Ok(None);
         };
@@ -144,7 +145,9 @@ pub fn parts(
             component: None,
         });
     }
-    let no_packages = components.iter().filter(|c| c.language == Language::Python);
+    let no_packages = components
+        .iter()
+        .filter(|c| c.language == WorkerLanguage::Python);
     let no_packages: Vec<&Path> = no_packages.map(|c| c.folder.as_path()).collect();
     parts.extend(interfaces.manifest(&no_packages)?.map(|files| Part {
         folder: interfaces.root().to_path_buf(),

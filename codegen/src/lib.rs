@@ -36,6 +36,7 @@ pub mod stubs;
 pub mod templates;
 pub mod view;
 mod viewer;
+pub mod worker_language;
 pub mod workspace;
 
 pub use files::Files;

@@ -3,7 +3,7 @@
 use crate::cargo_workspace::Workspace;
 use crate::files::{Files, Owner};
 use crate::load::FileLoader;
-use crate::project::Language;
+use crate::worker_language::WorkerLanguage;
 use crate::{names, paths, python};
 use rc_cdsl::ast::Clause;
 use rc_cdsl::model::Role;
@@ -23,7 +23,7 @@ pub struct NewComponent {
     /// Its period.
     pub period: Option<Duration>,
     /// The language of its worker.
-    pub language: Language,
+    pub language: WorkerLanguage,
     /// The description that it starts with.
     pub from: Option<PathBuf>,
 }
@@ -65,10 +65,10 @@ impl NewComponent {
     /// Its descriptions, relative to the root of the workspace.
     pub fn files(&self, workspace: &Workspace, loader: &FileLoader) -> Result<Files, Error> {
         let name = &self.name;
-        let is_rust = self.language == Language::Rust;
+        let is_rust = self.language == WorkerLanguage::Rust;
         let named = match self.language {
-            Language::Rust => names::component(name),
-            Language::Python => python::names::component(name),
+            WorkerLanguage::Rust => names::component(name),
+            WorkerLanguage::Python => python::names::component(name),
         };
         named.map_err(|reason| {
             Error::Refused(format!("a component cannot be called `{name}`: {reason}"))
@@ -205,7 +205,7 @@ impl NewComponent {
 pub fn member(workspace: &Workspace, component: &NewComponent) -> std::io::Result<Files> {
     let mut files = Files::default();
     // A component in Python is no package of cargo.
-    if component.language == Language::Rust
+    if component.language == WorkerLanguage::Rust
         && let Some((old, new)) = workspace.with_member(&component.folder())?
     {
         files.edit("Cargo.toml", old, new);

@@ -3,9 +3,9 @@
 use crate::cargo_workspace::Workspace;
 use crate::note::Note;
 use crate::origin::Origin;
+use crate::worker_language::WorkerLanguage;
 use crate::{dependencies, machine_names, names, paths, requirements, ros, rust, viewer};
 use rc_cdsl::Component;
-use rc_cdsl::ast::Clause;
 use rc_cdsl::model::Backend;
 use rc_configuration::model::Parameters;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
@@ -14,61 +14,6 @@ use rc_syntax::{Loader, Name, Trivia};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
-
-/// The language of a worker.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Language {
-    /// Rust, also of components in languages without templates.
-    #[default]
-    Rust,
-    /// Python.
-    Python,
-}
-
-impl Language {
-    /// What the clause `language` of a `.cdsl` names.
-    pub fn of(word: &str) -> Self {
-        match word {
-            "python" => Self::Python,
-            _ => Self::Rust,
-        }
-    }
-
-    /// Its name in a `.cdsl`.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Rust => "rust",
-            Self::Python => "python",
-        }
-    }
-
-    /// The language that a `.cdsl` names; Rust where it cannot be read as one.
-    ///
-    /// # Errors
-    /// The system does not give the file.
-    pub fn of_file(path: &Path) -> std::io::Result<Self> {
-        let mut sources = SourceMap::new();
-        let source = sources.add(path, rc_files::read(path)?);
-        let (file, _) = rc_cdsl::parse(&sources, source);
-        let clauses = file
-            .component
-            .into_iter()
-            .flat_map(|component| component.clauses);
-        let mut words = clauses.filter_map(|(_, clause)| match clause {
-            Clause::Language(word) => Some(Self::of(&word.text.to_lowercase())),
-            _ => None,
-        });
-        Ok(words.next().unwrap_or(Self::Rust))
-    }
-
-    /// The manifest of a component in this language.
-    pub fn manifest(self) -> &'static str {
-        match self {
-            Self::Rust => "Cargo.toml",
-            Self::Python => "pyproject.toml",
-        }
-    }
-}
 
 /// A component that was loaded.
 #[derive(Clone, Debug)]
@@ -105,9 +50,9 @@ impl Project {
         let Some(component) = component else {
             return Ok((None, found));
         };
-        match Language::of(&component.language.text) {
-            Language::Rust => dependencies::check(&component, &mut found),
-            Language::Python => requirements::check(&component, &mut found),
+        match WorkerLanguage::of(&component.language.text) {
+            WorkerLanguage::Rust => dependencies::check(&component, &mut found),
+            WorkerLanguage::Python => requirements::check(&component, &mut found),
         }
         if !found.has_errors() {
             found.extend(ros::annotations(&component.library));
@@ -172,8 +117,8 @@ impl Project {
     }
 
     /// The language of its worker.
-    pub fn language(&self) -> Language {
-        Language::of(&self.component.language.text)
+    pub fn language(&self) -> WorkerLanguage {
+        WorkerLanguage::of(&self.component.language.text)
     }
 
     /// Whether the code that was generated for it last is that of a node of ROS 2, also where no

@@ -7,8 +7,8 @@ use rc_cdsl::model::Backend;
 use rc_codegen::generation::{self, Component};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
-use rc_codegen::project::Language;
 use rc_codegen::view::BACKENDS;
+use rc_codegen::worker_language::WorkerLanguage;
 use rc_codegen::{FileLoader, Project, stubs};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use std::collections::BTreeMap;
@@ -121,7 +121,7 @@ impl Shared<'_> {
         for (project, _) in &self.stale {
             // The compiler reports what is wrong with a worker that cannot be read; one in Python is checked when it
             // starts.
-            if project.language() == Language::Rust
+            if project.language() == WorkerLanguage::Rust
                 && let Ok((Some(missing), found)) = stubs::of(project, project.code(), sources)
             {
                 done.found.extend(found);

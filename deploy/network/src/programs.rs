@@ -12,7 +12,7 @@ use crate::workspaces::Workspaces;
 use rc_cdsl::model::Backend;
 use rc_codegen::note::Note;
 use rc_codegen::paths::normal;
-use rc_codegen::project::Language;
+use rc_codegen::worker_language::WorkerLanguage;
 use rc_codegen::{Project, names};
 use rc_ddsl::model::{Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
@@ -116,8 +116,8 @@ fn check_executable(
 /// The name of a component's program.
 fn package(project: &Project) -> String {
     match project.language() {
-        Language::Rust => names::package(&project.component.name.text),
-        Language::Python => launcher::package(project),
+        WorkerLanguage::Rust => names::package(&project.component.name.text),
+        WorkerLanguage::Python => launcher::package(project),
     }
 }
 
@@ -332,7 +332,7 @@ impl Network {
             let root = Workspaces::root(project.code());
             if let Some(root) = root.map_err(refused("prepare the build"))? {
                 let package = package(project);
-                if project.language() == Language::Python {
+                if project.language() == WorkerLanguage::Python {
                     let program = variant.map(|middleware| variant::program(&package, middleware));
                     let scripts = scripts.entry(root).or_default();
                     scripts

@@ -1,7 +1,7 @@
 //! Fields of a description that have no effect in this version.
 
 use crate::model::Network;
-use rc_codegen::project::Language;
+use rc_codegen::worker_language::WorkerLanguage;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 
 impl Network {
@@ -10,7 +10,7 @@ impl Network {
         for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
             let is_python = project
                 .as_ref()
-                .is_some_and(|project| project.language() == Language::Python);
+                .is_some_and(|project| project.language() == WorkerLanguage::Python);
             let host = self.deployment.remote_host(instance).zip(instance.host);
             if let Some((host, (_, span))) = host.filter(|_| is_python) {
                 let message = format!(

@@ -6,6 +6,7 @@ pub(crate) mod control;
 pub mod detach;
 mod ends;
 mod flight_recorder;
+mod followers;
 mod health;
 mod hosts;
 mod lifecycle_control;

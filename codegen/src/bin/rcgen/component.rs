@@ -3,7 +3,7 @@
 use crate::command_line::Common;
 use crate::reports::{Failure, load, print, report, tell};
 use rc_cdsl::model::Backend;
-use rc_codegen::project::Language;
+use rc_codegen::worker_language::WorkerLanguage;
 use rc_codegen::{Project, generate, python, stubs};
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ pub(crate) fn print_stubs(
     let mut sources = SourceMap::new();
     let (mut project, mut found) = load(file, common, &mut sources)?;
     let folder = out.unwrap_or_else(|| project.folder().to_path_buf());
-    if project.language() == Language::Python {
+    if project.language() == WorkerLanguage::Python {
         return print_python_stubs(file, &project, &folder, found, &mut sources, common);
     }
     // Whatever the file says: the handlers that are there are Rust.

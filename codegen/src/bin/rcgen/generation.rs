@@ -9,8 +9,8 @@ use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::generation::{self, Component, Part};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
-use rc_codegen::project::Language;
 use rc_codegen::view::BACKENDS;
+use rc_codegen::worker_language::WorkerLanguage;
 use rc_codegen::{FileLoader, Project, dependencies, languages, parallel, paths, stubs};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use std::collections::BTreeMap;
@@ -364,7 +364,7 @@ impl Group {
         }
         for (part, steps) in parts.iter().zip(&steps) {
             if let Some(at) = part.component
-                && projects[at].language() == Language::Python
+                && projects[at].language() == WorkerLanguage::Python
             {
                 if handlers_changed(steps) {
                     let file = projects[at].path.display();

@@ -7,7 +7,7 @@ use rc_cdsl::model::Role;
 use rc_codegen::files::Change;
 use rc_codegen::new_component::{self, NewComponent};
 use rc_codegen::paths::{absolute, relative};
-use rc_codegen::project::Language;
+use rc_codegen::worker_language::WorkerLanguage;
 use rc_codegen::{FileLoader, Files, names, workspace};
 use std::path::Path;
 
@@ -60,7 +60,7 @@ pub(crate) fn new(args: New) -> Result<(), Failure> {
         language: args
             .language
             .as_deref()
-            .map_or(Language::Rust, Language::of),
+            .map_or(WorkerLanguage::Rust, WorkerLanguage::of),
         from: args.from,
     };
     let loader = FileLoader::new(&args.common.include);
