@@ -351,17 +351,16 @@ fn member(place: &str, member: &description::Member, ty: Type) -> Result<Member,
     if member.range.is_some() && !is_number {
         return Err(wrong("it has a range and is no number"));
     }
-    let mut resolved = Member {
+    let resolved = Member {
         name: member.name.clone(),
         ty,
         optional: member.optional,
         unit: member.unit.clone(),
         range: member.range.map(|(min, max)| Range { min, max }),
-        default: None,
+        default: member.default.clone(),
     };
-    if let Some(default) = &member.default {
-        let value = json::of_type(&resolved.ty, default).map_err(|error| wrong(&error.reason))?;
-        resolved.default = Some(value);
+    if let Some(default) = &resolved.default {
+        json::of_type(&resolved.ty, default).map_err(|error| wrong(&error.reason))?;
     }
     Ok(resolved)
 }

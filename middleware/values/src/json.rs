@@ -86,11 +86,7 @@ fn unknown(ty: &Struct, name: &str) -> ValueError {
 fn member(member: &Member, json: Option<&Json>, budget: &mut Budget) -> Result<Value, ValueError> {
     let value = match (json, &member.default) {
         (Some(Json::Null) | None, _) if member.optional => return Ok(Value::Missing),
-        (Some(json), _) => value(&member.ty, json, budget)?,
-        (None, Some(default)) => {
-            budget.take(default.bytes(), 1)?;
-            default.clone()
-        }
+        (Some(json), _) | (None, Some(json)) => value(&member.ty, json, budget)?,
         (None, None) => default_of(&member.ty, budget)?,
     };
     check_range(member, &value)?;

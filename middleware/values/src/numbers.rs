@@ -1,8 +1,18 @@
 //! Many numbers of one type, which take no more memory than on the wire.
 
 use crate::types::Primitive;
-use crate::value::Value;
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
+
+/// A number of any of the types.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Number {
+    Bool(bool),
+    /// Of another type than `uint64`.
+    Int(i64),
+    Uint(u64),
+    F32(f32),
+    F64(f64),
+}
 
 macro_rules! numbers {
     ($($kind:ident $number:ty: $value:expr, $from:expr;)*) => {
@@ -47,18 +57,17 @@ macro_rules! numbers {
                 self.len() == 0
             }
 
-            /// An element.
-            pub fn get(&self, at: usize) -> Option<Value> {
+            pub(crate) fn number(&self, at: usize) -> Option<Number> {
                 match self {
                     $(Self::$kind(items) => items.get(at).copied().map($value),)*
                 }
             }
 
             /// Appends a number of the same type. Returns whether it was one.
-            pub fn push(&mut self, value: &Value) -> bool {
+            pub(crate) fn push_number(&mut self, number: Number) -> bool {
                 match self {
                     $(Self::$kind(items) => {
-                        let number: Option<$number> = $from(value);
+                        let number: Option<$number> = $from(number);
                         items.extend(number);
                         number.is_some()
                     })*
@@ -83,36 +92,26 @@ macro_rules! numbers {
                 }
             }
         }
-
-        impl serde::Serialize for Numbers {
-            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                match self {
-                    $(Self::$kind(items) => {
-                        serializer.collect_seq(items.iter().copied().map($value))
-                    })*
-                }
-            }
-        }
     };
 }
 
-fn int<T: TryFrom<i64>>(value: &Value) -> Option<T> {
-    match value {
-        Value::Int(value) => T::try_from(*value).ok(),
+fn int<T: TryFrom<i64>>(number: Number) -> Option<T> {
+    match number {
+        Number::Int(number) => T::try_from(number).ok(),
         _ => None,
     }
 }
 
 numbers! {
-    Bool bool: Value::Bool, |value: &Value| match value { Value::Bool(value) => Some(*value), _ => None };
-    I8 i8: |n| Value::Int(n.into()), int;
-    U8 u8: |n| Value::Int(n.into()), int;
-    I16 i16: |n| Value::Int(n.into()), int;
-    U16 u16: |n| Value::Int(n.into()), int;
-    I32 i32: |n| Value::Int(n.into()), int;
-    U32 u32: |n| Value::Int(n.into()), int;
-    I64 i64: Value::Int, int;
-    U64 u64: Value::Uint, |value: &Value| match value { Value::Uint(value) => Some(*value), _ => None };
-    F32 f32: Value::F32, |value: &Value| match value { Value::F32(value) => Some(*value), _ => None };
-    F64 f64: Value::F64, |value: &Value| match value { Value::F64(value) => Some(*value), _ => None };
+    Bool bool: Number::Bool, |number| match number { Number::Bool(number) => Some(number), _ => None };
+    I8 i8: |n| Number::Int(n.into()), int;
+    U8 u8: |n| Number::Int(n.into()), int;
+    I16 i16: |n| Number::Int(n.into()), int;
+    U16 u16: |n| Number::Int(n.into()), int;
+    I32 i32: |n| Number::Int(n.into()), int;
+    U32 u32: |n| Number::Int(n.into()), int;
+    I64 i64: Number::Int, int;
+    U64 u64: Number::Uint, |number| match number { Number::Uint(number) => Some(number), _ => None };
+    F32 f32: Number::F32, |number| match number { Number::F32(number) => Some(number), _ => None };
+    F64 f64: Number::F64, |number| match number { Number::F64(number) => Some(number), _ => None };
 }

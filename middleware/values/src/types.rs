@@ -1,6 +1,5 @@
 //! Types with all names resolved.
 
-use crate::value::Value;
 use std::fmt;
 use std::sync::Arc;
 
@@ -94,8 +93,8 @@ pub struct Member {
     pub unit: Option<String>,
     /// The allowed numbers.
     pub range: Option<Range>,
-    /// The default, where it is not that of the type.
-    pub default: Option<Value>,
+    /// The default as JSON of the type, where it is not that of the type.
+    pub default: Option<serde_json::Value>,
 }
 
 /// The allowed values of a number, ends included.

@@ -1,7 +1,7 @@
 //! A value of a type that is known at run time.
 
 use crate::error::ValueError;
-use crate::numbers::Numbers;
+use crate::numbers::{Number, Numbers};
 use crate::types::{Enum, Struct};
 use rc_diagnostics::nearest;
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -40,6 +40,44 @@ pub enum Value {
     Missing,
 }
 
+impl From<Number> for Value {
+    fn from(number: Number) -> Self {
+        match number {
+            Number::Bool(value) => Self::Bool(value),
+            Number::Int(value) => Self::Int(value),
+            Number::Uint(value) => Self::Uint(value),
+            Number::F32(value) => Self::F32(value),
+            Number::F64(value) => Self::F64(value),
+        }
+    }
+}
+
+impl Numbers {
+    /// An element.
+    pub fn get(&self, at: usize) -> Option<Value> {
+        self.number(at).map(Value::from)
+    }
+
+    /// Appends a number of the same type. Returns whether it was one.
+    pub fn push(&mut self, value: &Value) -> bool {
+        let number = match *value {
+            Value::Bool(value) => Number::Bool(value),
+            Value::Int(value) => Number::Int(value),
+            Value::Uint(value) => Number::Uint(value),
+            Value::F32(value) => Number::F32(value),
+            Value::F64(value) => Number::F64(value),
+            _ => return false,
+        };
+        self.push_number(number)
+    }
+}
+
+impl Serialize for Numbers {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq((0..self.len()).filter_map(|at| self.get(at)))
+    }
+}
+
 impl Value {
     /// The value at a path: members after dots, elements in brackets, as in `pose.points[3].x`. The
     /// error names the nearest member.
@@ -52,29 +90,6 @@ impl Value {
             };
         }
         Ok(value)
-    }
-
-    /// About how many bytes it takes in memory, besides those of the `Value` itself.
-    pub(crate) fn bytes(&self) -> usize {
-        let all = |values: &[Value]| -> usize {
-            values
-                .iter()
-                .map(|value| size_of::<Value>() + value.bytes())
-                .sum()
-        };
-        match self {
-            Self::Text(text) => text.len(),
-            Self::Numbers(numbers) => numbers.len() * numbers.primitive().size(),
-            Self::Sequence(values) | Self::Struct(_, values) => all(values),
-            Self::Map(pairs) => {
-                let pair = 2 * size_of::<Value>();
-                let bytes = pairs
-                    .iter()
-                    .map(|(key, value)| pair + key.bytes() + value.bytes());
-                bytes.sum()
-            }
-            _ => 0,
-        }
     }
 
     fn member(self, name: &str) -> Result<Value, ValueError> {
