@@ -101,6 +101,10 @@ impl Stranger {
     }
 
     fn overhear(&self) -> Overheard {
+        self.overhear_within(LIMIT).expect("a request")
+    }
+
+    fn overhear_within(&self, limit: Duration) -> Option<Overheard> {
         let begin = Instant::now();
         loop {
             let mut found = None;
@@ -111,10 +115,12 @@ impl Stranger {
                 });
             };
             self.requests.take(take).expect("requests");
-            if let Some(found) = found {
+            if found.is_some() {
                 return found;
             }
-            assert!(begin.elapsed() < LIMIT, "no request is heard");
+            if begin.elapsed() >= limit {
+                return None;
+            }
             std::thread::sleep(Duration::from_millis(1));
         }
     }
@@ -172,20 +178,33 @@ fn until(gauge: &QueueGauge, dropped: u64) {
 /// a request, with a reply of this size.
 fn attack(client: &mut dyn Client, attacker: &Stranger, server: &(dyn Fn(usize) + Sync)) {
     let gauge = client.queue().expect("a queue");
-    std::thread::scope(|scope| {
-        scope.spawn(|| {
-            attacker.reply(&attacker.overhear(), FORGED, 100);
-            server(100);
+    // The attacker knows the client's endpoints. The client may know those of the attacker later; until
+    // then it sends it no request.
+    let mut sequence = 1;
+    let mut is_heard = false;
+    while !is_heard {
+        assert!(sequence < 30, "no request is heard");
+        std::thread::scope(|scope| {
+            let overhears = scope.spawn(|| {
+                let request = attacker.overhear_within(Duration::from_secs(1));
+                if let Some(request) = &request {
+                    attacker.reply(request, FORGED, 100);
+                }
+                server(100);
+                request.is_some()
+            });
+            assert_eq!(call(client, sequence, LIMIT).expect("a reply"), RIGHT);
+            is_heard = overhears.join().expect("the attacker");
         });
-        assert_eq!(call(client, 1, LIMIT).expect("a reply"), RIGHT);
-    });
+        sequence += 1;
+    }
     until(&gauge, 1);
-    let late = call(client, 2, Duration::from_millis(50)).expect_err("no reply");
+    let late = call(client, sequence, Duration::from_millis(50)).expect_err("no reply");
     assert!(matches!(late, CallError::Deadline { .. }), "{late}");
     server(LARGE);
     std::thread::scope(|scope| {
         scope.spawn(|| server(100));
-        assert_eq!(call(client, 3, LIMIT).expect("a reply"), RIGHT);
+        assert_eq!(call(client, sequence + 1, LIMIT).expect("a reply"), RIGHT);
     });
     assert_eq!(gauge.bytes(), 0);
     let request = attacker.overhear();
@@ -248,7 +267,7 @@ fn a_client_believes_its_server_of_another_program_alone() {
     // Its first request chooses the server.
     std::thread::scope(|scope| {
         scope.spawn(|| server.reply(&server.overhear(), RIGHT, 100));
-        assert_eq!(call(&mut *client, 9, LIMIT).expect("a reply"), RIGHT);
+        assert_eq!(call(&mut *client, 99, LIMIT).expect("a reply"), RIGHT);
     });
     let attacker = Stranger::join(DOMAIN, 403, 2);
     attack(&mut *client, &attacker, &|size| {
