@@ -20,6 +20,13 @@ pub(crate) fn run(program: &str, args: &[&str]) -> Result<(), String> {
     Err(format!("{program} {}: {last}", args.join(" ")))
 }
 
+/// Installs packages of Debian. Another test may be installing others.
+pub(crate) fn install(packages: &[&str]) -> Result<(), String> {
+    let options = ["-o", "DPkg::Lock::Timeout=120", "install", "--yes"];
+    let args = [&options[..], &["--no-install-recommends"], packages];
+    run("apt-get", &args.concat())
+}
+
 fn ip(args: &[&str]) -> Result<(), String> {
     run("ip", args)
 }
@@ -37,8 +44,7 @@ impl Cable {
             return Err("only root makes network namespaces".to_owned());
         }
         if ip(&["-Version"]).is_err() {
-            let install = ["install", "--yes", "--no-install-recommends", "iproute2"];
-            run("apt-get", &install)?;
+            install(&["iproute2"])?;
         }
         // The name of a network interface has at most 15 bytes.
         let number = COUNT.fetch_add(1, Ordering::Relaxed);

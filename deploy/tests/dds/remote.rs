@@ -1,7 +1,7 @@
 //! `rcdeploy up` on one host, and the simulator on another one, behind a real ssh server: two network namespaces with a
 //! cable between them.
 
-use crate::hosts::{Cable, cable, run};
+use crate::hosts::{Cable, cable, install, run};
 use crate::python::skipped;
 use crate::site::{PATROL, Site};
 use crate::{await_well, place, rcdeploy, tools};
@@ -24,14 +24,7 @@ impl Robot {
     /// Starts the server on the second host. The error says why this machine cannot.
     fn start(site: &Site, cable: &Cable) -> Result<Self, String> {
         if !Path::new(SSHD).exists() {
-            let install = [
-                "install",
-                "--yes",
-                "--no-install-recommends",
-                "openssh-server",
-                "openssh-client",
-            ];
-            run("apt-get", &install)?;
+            install(&["openssh-server", "openssh-client"])?;
         }
         // Its working directory before a login.
         fs::create_dir_all("/run/sshd").map_err(|e| format!("/run/sshd: {e}"))?;
