@@ -363,7 +363,12 @@ fn member_lines(of: &Struct, out: &mut String) {
         );
         notes.extend(member.range.map(|range| range.to_string()));
         let default = member.default.as_ref();
-        notes.extend(default.map(|default| format!("default {}", clean(&default.plain()))));
+        notes.extend(default.map(|default| {
+            let text = default
+                .as_str()
+                .map_or_else(|| default.to_string(), str::to_owned);
+            format!("default {}", clean(&text))
+        }));
         let notes = if notes.is_empty() {
             String::new()
         } else {
