@@ -236,15 +236,17 @@ pub(crate) fn soak(seconds: u64, profile: Profile) -> Result<(), Failure> {
     let received = images.read_line(LINE + Duration::from_secs(seconds));
     component.stop(END)?;
     let peers = samples.len();
-    let quarter = |number: usize| {
-        let part = &samples[peers * number / 4..peers * (number + 1) / 4];
+    let median = |number: usize, of: usize| {
+        let part = &samples[peers * number / of..peers * (number + 1) / of];
         quantile(&mut part.to_vec(), 0.5)
     };
-    let (second, last) = (quarter(1), quarter(3));
+    let (second, last) = (median(1, 4), median(3, 4));
     let each = (last - second) * 1000.0 / (peers as f64 / 2.0).max(1.0);
+    let parts: Vec<String> = (0..8).map(|n| format!("{:.1}", median(n, 8))).collect();
     println!(
         "{seconds} s, {peers} peers came and went; MB in the second → last quarter: {second:.2} → {last:.2}, \
-         {each:.1} kB for each peer"
+         {each:.1} kB for each peer; by eighths {}",
+        parts.join(", ")
     );
     let received = received?;
     println!("images: {received} of {count}");
