@@ -4,6 +4,7 @@
 //! time and are measured in turns, block by block, so that a slow minute of the machine slows both.
 
 use crate::compare::{Peer, Ratio, met};
+use crate::figure::{BUILD, Figure, mark, table};
 use crate::languages;
 use crate::networks;
 use crate::pair::{Network, Pair, ROWS, quantile};
@@ -20,8 +21,6 @@ use std::time::{Duration, Instant};
 pub(crate) const BLOCKS: usize = 40;
 /// The goal for generated / by hand.
 pub(crate) const GOAL: f64 = 1.05;
-/// The limit for a first build, which is not measured.
-pub(crate) const BUILD: Duration = Duration::from_mins(15);
 /// The limit for a rebuild after a small change.
 const REBUILD: Duration = Duration::from_secs(30);
 /// The number of runs of the generator.
@@ -30,14 +29,6 @@ const GENERATIONS: usize = 20;
 const REBUILDS: usize = 5;
 /// The duration of the measurement of an idle component.
 const IDLE: Duration = Duration::from_secs(10);
-
-/// A goal and its measurement: one row of a table.
-pub(crate) struct Figure {
-    pub(crate) what: &'static str,
-    pub(crate) goal: &'static str,
-    pub(crate) measured: String,
-    pub(crate) met: bool,
-}
 
 /// Measures everything; with `smoke`, a few blocks of the latencies.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
@@ -91,27 +82,6 @@ pub(crate) fn parameters() -> Result<(), Failure> {
         eprintln!("xtask: a goal was missed");
     }
     Ok(())
-}
-
-/// Prints figures. Returns whether all goals are met.
-pub(crate) fn table(figures: impl IntoIterator<Item = Figure>) -> bool {
-    println!("| | goal | measured | |\n|---|---|---|---|");
-    let mut met = true;
-    for figure in figures {
-        let Figure {
-            what,
-            goal,
-            measured,
-            met: good,
-        } = figure;
-        println!("| {what} | {goal} | {measured} | {} |", mark(good));
-        met &= good;
-    }
-    met
-}
-
-pub(crate) fn mark(met: bool) -> &'static str {
-    if met { "met" } else { "**missed**" }
 }
 
 /// Builds the programs. Without `smoke` it also warms the build that is measured.

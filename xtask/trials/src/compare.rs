@@ -1,6 +1,6 @@
 //! Compares two pairs of programs, measured in turns.
 
-use crate::bench::mark;
+use crate::figure::mark;
 use crate::pair::{Flood, Pair, Row, Times, quantile};
 use crate::programs::Failure;
 use std::time::Duration;

@@ -4,7 +4,8 @@
 //! `strace` counts kernel calls, `valgrind` counts instructions (callgrind) and copied bytes (dhat),
 //! the kernel counts context switches. The command reports which tool is missing.
 
-use crate::bench::{BUILD, machine, mark};
+use crate::bench::machine;
+use crate::figure::{BUILD, mark};
 use crate::pair::{Pair, Row};
 use crate::programs::{Failure, LOOK, Running, cargo, finish};
 use crate::usage::context_switches;

@@ -1,8 +1,9 @@
 //! `cargo xtask bench dds`: generated components over DDS beside the same by hand on the C
 //! library's calls, and beside ddsperf, the library's own tool, as Debian has it.
 
-use crate::bench::{BUILD, machine};
+use crate::bench::machine;
 use crate::compare::{Peer, met};
+use crate::figure::BUILD;
 use crate::pair::{Pair, Row, quantile};
 use crate::programs::{Failure, Program, cargo, finish, target};
 use crate::variant::{self, DDS};

@@ -5,7 +5,8 @@
 
 mod mass_kill;
 
-use crate::bench::{BUILD, machine};
+use crate::bench::machine;
+use crate::figure::BUILD;
 use crate::pair::quantile;
 use crate::programs::{END, Failure, LOOK, Running, cargo, finish, root, target};
 use crate::pypi;

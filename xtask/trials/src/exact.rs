@@ -1,6 +1,7 @@
 //! `cargo xtask bench record exact`: the processor time that exact recording takes at a component.
 
-use crate::bench::{BUILD, machine};
+use crate::bench::machine;
+use crate::figure::BUILD;
 use crate::pair::{Pair, ROWS, Row};
 use crate::programs::{Failure, cargo, finish, target};
 use crate::usage::processor_time;

@@ -1,8 +1,9 @@
 //! `cargo xtask bench ice`: a query beside the same query over Ice in C++, RoboComp's own
 //! middleware.
 
-use crate::bench::{BLOCKS, BUILD, machine};
+use crate::bench::{BLOCKS, machine};
 use crate::compare::{Peer, met};
+use crate::figure::BUILD;
 use crate::pair::{Pair, Row};
 use crate::programs::{Failure, cargo, finish, root, target};
 use std::borrow::Cow;

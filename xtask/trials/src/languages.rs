@@ -1,7 +1,7 @@
 //! `cargo xtask bench languages`: the times of the generator and of the checker, as whole
 //! processes.
 
-use crate::bench::Figure;
+use crate::figure::Figure;
 use crate::pair::quantile;
 use crate::programs::{Failure, finish, target};
 use std::fs;

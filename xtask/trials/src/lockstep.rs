@@ -1,6 +1,7 @@
 //! `cargo xtask bench time`: how many ticks a second a source of time makes that waits for all its followers.
 
-use crate::bench::{BUILD, machine};
+use crate::bench::machine;
+use crate::figure::BUILD;
 use crate::pair::Network;
 use crate::programs::{Failure, LOOK, Program, cargo, finish, target};
 use rc_management::{Client, component};

@@ -11,6 +11,7 @@ mod deny;
 mod deploy;
 mod exact;
 mod experiment;
+mod figure;
 mod ice;
 mod innermodel;
 mod languages;

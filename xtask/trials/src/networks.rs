@@ -1,6 +1,6 @@
 //! A network of 100 components, and the time of `rcdeploy check` for it.
 
-use crate::bench::Figure;
+use crate::figure::Figure;
 use crate::languages::{LIMIT, figure, median};
 use crate::programs::{Failure, finish, target};
 use std::fs;

@@ -1,8 +1,9 @@
 //! `cargo xtask bench observe`: what a tool that observes a topic adds to the latency of its samples,
 //! and what `rcdeploy echo` costs at 10 kHz beside a subscriber that was written by hand.
 
-use crate::bench::{BLOCKS, BUILD, GOAL, machine};
+use crate::bench::{BLOCKS, GOAL, machine};
 use crate::compare::{Peer, met};
+use crate::figure::BUILD;
 use crate::pair::{Pair, ROWS, Row};
 use crate::programs::{Failure, LOOK, Program, Running, cargo, finish, target};
 use crate::usage::processor_time;

@@ -1,7 +1,7 @@
 //! `cargo xtask bench parameters`: the latency of a change of a parameter, and the duration of a
 //! check of a configuration.
 
-use crate::bench::{BUILD, Figure};
+use crate::figure::{BUILD, Figure};
 use crate::pair::{Pair, Row, Times, quantile};
 use crate::programs::{Failure, Program, cargo, finish, target};
 use bench_protocol::{now, pause};

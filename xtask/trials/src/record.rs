@@ -1,7 +1,8 @@
 //! `cargo xtask bench record`: what `rcdeploy record` loses and costs at ten topics of 1 kHz and two of 30 images a
 //! second, beside `cat` of the same bytes.
 
-use crate::bench::{BUILD, machine};
+use crate::bench::machine;
+use crate::figure::BUILD;
 use crate::pair::Network;
 use crate::programs::{Failure, Program, cargo, finish, output, target};
 use crate::usage::processor_time;

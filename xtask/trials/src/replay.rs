@@ -1,7 +1,7 @@
 //! `cargo xtask soak replay`: the patrol in simulated time is recorded exactly for an hour of its own time, and each
 //! component lives again by its recording. All runs must be the same.
 
-use crate::bench::BUILD;
+use crate::figure::BUILD;
 use crate::programs::{Failure, cargo, finish, output, root, target};
 use rc_deploy_network::Profile;
 use serde_json::Value;

@@ -1,9 +1,10 @@
 //! `cargo xtask bench ros2`: generated components over ROS 2 beside the same by hand on
 //! ros2-client, and beside the same components over DDS.
 
-use crate::bench::{BUILD, machine};
+use crate::bench::machine;
 use crate::compare::{Peer, met};
 use crate::dds;
+use crate::figure::BUILD;
 use crate::pair::{Pair, Row};
 use crate::programs::{Failure, cargo, finish};
 use crate::variant::{self, DDS, ROS2};

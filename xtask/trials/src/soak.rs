@@ -8,7 +8,7 @@
 
 mod judge;
 
-use crate::bench::BUILD;
+use crate::figure::BUILD;
 use crate::pair::Network;
 use crate::programs::{Failure, Program, cargo, finish, target};
 use crate::usage::{descriptors, made_memory, processor_time, shared_memory};

@@ -1,7 +1,7 @@
 //! The components of `bench` for another middleware, as `rcdeploy up --build --middleware` builds
 //! them.
 
-use crate::bench::BUILD;
+use crate::figure::BUILD;
 use crate::programs::{Failure, finish, root};
 use rc_cdsl::model::Backend;
 use rc_codegen::load::FileLoader;

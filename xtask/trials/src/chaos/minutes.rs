@@ -9,7 +9,7 @@ use super::hostile::{self, Hostile};
 use super::supervised::{Supervisor, kill_one, pid};
 use super::trouble::{NO_DESCRIPTOR, Troubles};
 use super::{Dice, Tally, mounts};
-use crate::bench::{Figure, table};
+use crate::figure::{Figure, table};
 use crate::pair::quantile;
 use crate::programs::{Failure, root};
 use serde_json::Value;

@@ -1,6 +1,6 @@
 //! The requirements of a soak, and whether a run met them.
 
-use crate::bench::mark;
+use crate::figure::mark;
 use crate::pair::quantile;
 use bench_protocol::soak::Counts;
 use serde_json::Value;
