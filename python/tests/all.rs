@@ -9,6 +9,9 @@ use std::process::Command;
 /// What the package needs beside Python.
 const NUMPY: &str = "numpy==2.3.4";
 
+/// What the tests of components need. This `OpenCV` accepts the same `NumPy`.
+const COMPONENTS: &str = include_str!("../../components/line_camera_detector/tests/packages.txt");
+
 /// The extension module, which cargo built beside this program.
 fn native() -> PathBuf {
     let own = std::env::current_exe().expect("this program");
@@ -125,4 +128,26 @@ fn a_client_without_a_component_calls_and_listens() {
         "iceoryx2",
         0,
     );
+}
+
+/// The tests that the components of this repository have themselves.
+#[test]
+fn the_tests_of_components_pass() {
+    let test = "the_tests_of_components_pass";
+    let Some(python) = python::packages("python-opencv", COMPONENTS, test) else {
+        return;
+    };
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for component in ["avoider_python", "line_camera_detector"] {
+        let output = Command::new(python)
+            .args(["-B", "-m", "pytest", "-q", "-p", "no:cacheprovider"])
+            .current_dir(package.join("../components").join(component))
+            .env("PYTHONPATH", package)
+            .env("ROBOCOMP_NATIVE", native())
+            .output()
+            .expect("the interpreter runs");
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success(), "{component}: {said}");
+        assert!(said.contains(" passed in "), "{component}: {said}");
+    }
 }

@@ -1,10 +1,18 @@
 //! Publishes a pattern that moves by one pixel with each picture, so that a subscriber can check a
 //! picture: the pixel at column x and row y of the picture n is x + y + n, as a byte.
+//!
+//! With discs, it publishes pictures in colour: discs on grey, which go round.
 
 use camera_generated::{
     Camera, CloudInPlace, Context, ImageInPlace, PixelFormat, Worker, WorkerError,
 };
 use std::time::Instant;
+
+/// The colours of the discs: red, green, blue, yellow.
+const COLOURS: [[u8; 3]; 4] = [[220, 40, 40], [40, 180, 60], [40, 70, 220], [230, 210, 40]];
+const GREY: u8 = 128;
+/// How many pictures a disc takes to go round.
+const ROUND: f32 = 300.0;
 
 /// The pictures and points published so far.
 pub struct SpecificWorker {
@@ -12,6 +20,7 @@ pub struct SpecificWorker {
     begun: Instant,
     width: i32,
     height: i32,
+    discs: u16,
 }
 
 impl Worker for SpecificWorker {
@@ -21,6 +30,7 @@ impl Worker for SpecificWorker {
             begun: Instant::now(),
             width: ctx.params.width,
             height: ctx.params.height,
+            discs: u16::try_from(ctx.params.discs).unwrap_or_default(),
         })
     }
 
@@ -48,9 +58,15 @@ impl SpecificWorker {
         image.number = self.number;
         image.width = self.width;
         image.height = self.height;
-        image.format.put(PixelFormat::Grey);
         image.set_frame("camera")?;
         let (width, height) = (self.width.unsigned_abs(), self.height.unsigned_abs());
+        if self.discs > 0 {
+            image.format.put(PixelFormat::Rgb);
+            let data = image.resize_data(width as usize * height as usize * 3)?;
+            self.colour(data, width as usize, height as usize);
+            return Ok(());
+        }
+        image.format.put(PixelFormat::Grey);
         let data = image.resize_data(width as usize * height as usize)?;
         for (row, line) in data.chunks_exact_mut(width as usize).enumerate() {
             let first = (self.number as u8).wrapping_add(row as u8);
@@ -59,6 +75,29 @@ impl SpecificWorker {
             }
         }
         Ok(())
+    }
+
+    /// Writes the discs. Their centres go round on an ellipse of half the picture's size; a radius is
+    /// a tenth of its shorter side.
+    fn colour(&self, data: &mut [u8], width: usize, height: usize) {
+        data.fill(GREY);
+        let radius = width.min(height) as f32 / 10.0;
+        for (disc, colour) in (0..self.discs).zip(COLOURS) {
+            let turns = self.number as f32 / ROUND + f32::from(disc) / f32::from(self.discs);
+            let (sin, cos) = (turns * std::f32::consts::TAU).sin_cos();
+            let x = width as f32 * (0.5 + 0.25 * cos);
+            let y = height as f32 * (0.5 + 0.25 * sin);
+            for (row, line) in data.chunks_exact_mut(width * 3).enumerate() {
+                let half = radius.powi(2) - (row as f32 + 0.5 - y).powi(2);
+                if half > 0.0 {
+                    let half = half.sqrt();
+                    let (first, last) = ((x - half).round(), (x + half).round());
+                    let (first, last) = (first.max(0.0) as usize, last.max(0.0) as usize);
+                    let line = &mut line[3 * first.min(width)..3 * last.min(width)];
+                    line.as_chunks_mut().0.fill(colour);
+                }
+            }
+        }
     }
 
     /// Writes a wall with waves, as many points of it as are wanted.

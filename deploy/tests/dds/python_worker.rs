@@ -1,14 +1,18 @@
-//! The patrol with the avoider in Python, built and started as a user does it: it does what the one
-//! in Rust does, over every middleware.
+//! Components in Python, built and started as a user does it. The avoider in Python does what the one
+//! in Rust does, over every middleware. The detector finds what the camera draws.
 
 use crate::python;
 use crate::site::{PATROL, Site};
 use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
 
 /// What the runtime of Python needs, in the environment of the tests of `rc-python`.
 const NUMPY: &str = "numpy==2.3.4";
+/// The packages of the detector. This `OpenCV` accepts the `NumPy` of the other tests.
+const OPENCV: &str = include_str!("../../../components/line_camera_detector/tests/packages.txt");
 const RUST: &str = "cdsl \"../avoider/avoider.cdsl\";";
 const PYTHON: &str = "cdsl \"../avoider_python/avoider_python.cdsl\";";
 
@@ -28,6 +32,20 @@ fn rcdeploy(site: &Site, environment: &Path, args: &[&str]) -> Command {
     command.env("VIRTUAL_ENV", environment);
     command.env("ROS_LOCALHOST_ONLY", "1");
     command
+}
+
+/// Builds the programs of the patrol, so that no wait of a test is for the compiler.
+fn built(environment: &Path) {
+    static BUILT: OnceLock<()> = OnceLock::new();
+    BUILT.get_or_init(|| {
+        crate::built();
+        let site = Site::new("python_build");
+        site.write_ddsl(&PATROL.replace(RUST, PYTHON));
+        let up = site.run(rcdeploy(&site, environment, &["up", "--build", "--detach"]));
+        assert_eq!(up.code, 0, "{up:?}");
+        assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+        site.assert_nothing_left();
+    });
 }
 
 /// The trace of the monitor after so many poses in lockstep: the same on every machine. `avoider`
@@ -85,7 +103,7 @@ fn the_avoider_in_python_does_what_that_in_rust_does() {
     let Some(environment) = environment("the_avoider_in_python_does_what_that_in_rust_does") else {
         return;
     };
-    crate::built();
+    built(environment);
     let iceoryx2 = "middleware iceoryx2;";
     let rust = trace("trace_rust", environment, RUST, 1000, iceoryx2);
     let python = trace("trace_python", environment, PYTHON, 1000, iceoryx2);
@@ -120,18 +138,18 @@ fn a_killed_worker_in_python_is_restarted_and_ctrl_c_ends_it() {
     else {
         return;
     };
-    crate::built();
+    built(environment);
     let site = Site::new("python_killed");
     let policy = format!("{PYTHON} restart on_failure backoff 100ms;");
     site.write_ddsl(&PATROL.replace(RUST, &policy));
-    let mut command = rcdeploy(&site, environment, &["up", "--build"]);
+    let mut command = rcdeploy(&site, environment, &["up"]);
     let log = std::fs::File::create(site.path("up.log")).expect("a log");
     command.stdout(Stdio::null()).stderr(log);
     let mut up = Up(command.spawn().expect("rcdeploy"));
     let pid = || {
         let args = ["status", "--format", "json", &site.network];
         let ran = site.rcdeploy(&args, false);
-        let status: serde_json::Value = serde_json::from_str(&ran.stdout).ok()?;
+        let status: Value = serde_json::from_str(&ran.stdout).ok()?;
         let components = status["components"].as_array()?.clone();
         let mut of = components.iter().filter(|c| c["name"] == "avoider");
         let avoider = of.next().filter(|c| c["state"] == "running")?;
@@ -153,5 +171,63 @@ fn a_killed_worker_in_python_is_restarted_and_ctrl_c_ends_it() {
     let said = std::fs::read_to_string(site.path("up.log")).expect("its log");
     assert_eq!(ended.code(), Some(0), "{said}");
     assert!(!site.log("avoider").contains("KeyboardInterrupt"), "{said}");
+    site.assert_nothing_left();
+}
+
+const DETECT: &str = include_str!("../../../components/networks/detect.ddsl");
+const DETECT_CAMERA: &str = include_str!("../../../components/networks/detect_camera.toml");
+
+/// Where the camera of `detect.ddsl` draws disc `disc` of a picture, in pixels.
+fn drawn(picture: f64, disc: f64) -> [f64; 2] {
+    let (sin, cos) = ((picture / 300.0 + disc / 4.0) * std::f64::consts::TAU).sin_cos();
+    [640.0 * (0.5 + 0.25 * cos), 480.0 * (0.5 + 0.25 * sin)]
+}
+
+#[test]
+fn a_detector_in_python_finds_what_the_camera_draws() {
+    let test = "a_detector_in_python_finds_what_the_camera_draws";
+    let Some(python) = python::packages("python-opencv", OPENCV, test) else {
+        return;
+    };
+    let environment = python.ancestors().nth(2).expect("an environment");
+    built(environment);
+    let site = Site::new("python_detect");
+    site.write("detect_camera.toml", DETECT_CAMERA);
+    site.write_ddsl(&DETECT.replace("Deployment detect", "Deployment patrol"));
+    let up = rcdeploy(&site, environment, &["up", "--build", "--detach"]);
+    let up = site.run(up);
+    assert_eq!(up.code, 0, "{up:?}");
+    let topic = "detector.ColoredObjectsPub.newObjects";
+    let options = ["--format", "json", "--count", "10", "--timeout", "30"];
+    let echoed = site.rcdeploy(
+        &[&["echo", &site.network, topic], &options[..]].concat(),
+        false,
+    );
+    assert_eq!(echoed.code, 0, "{echoed:?}\n{}", site.log("detector"));
+    let lines: Vec<Value> = echoed
+        .stdout
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("JSON"))
+        .collect();
+    assert_eq!(lines.len(), 10, "{echoed:?}");
+    for line in &lines {
+        let found = &line["value"]["found"];
+        let objects = found["objects"].as_array();
+        let objects = objects.unwrap_or_else(|| panic!("no list: {line}"));
+        let place = |color: &str| {
+            let mut of = objects.iter().filter(|object| object["color"] == color);
+            let object = of.next().unwrap_or_else(|| panic!("no {color}: {line}"));
+            ["x", "y"].map(|axis| object[axis].as_f64().expect("a number"))
+        };
+        assert_eq!(objects.len(), 4, "{line}");
+        let number = found["number"].as_f64().expect("a number");
+        for (disc, color) in ["Red", "Green", "Blue", "Yellow"].into_iter().enumerate() {
+            let (place, drawn) = (place(color), drawn(number, disc as f64));
+            let differs = place.iter().zip(drawn).any(|(a, b)| (a - b).abs() > 1.0);
+            assert!(!differs, "{color}: {place:?} is not {drawn:?}");
+        }
+    }
+    assert_eq!(site.ask("detector", "status")["slots"][0]["lost"], 0);
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
 }

@@ -16,4 +16,4 @@ pub(crate) const TYPES_CAMERA: &[&str] = &[];
 pub(crate) const TYPES_CAMERA_PUB: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"camera\",\"model\":\"dd8080c2039ce3d1\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"camera\",\"model\":\"6d15efd0b51b4249\",\"middleware\":\"iceoryx2\"}\0";

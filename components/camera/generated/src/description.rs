@@ -38,7 +38,7 @@ const SLOT_CAMERA_PUB: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "camera",
-    model_hash: 0xdd8080c2039ce3d1,
+    model_hash: 0x6d15efd0b51b4249,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 33000000),
     parameters: Some(parameters::SCHEMA),

@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"camera","parameters":[{"name":"width","kind":{"scalar":{"type":"int"}},"default":{"int":1280},"range":{"min":{"int":1},"max":{"int":4096}},"unit":"px"},{"name":"height","kind":{"scalar":{"type":"int"}},"default":{"int":800},"range":{"min":{"int":1},"max":{"int":4096}},"unit":"px"},{"name":"points","doc":["Points in a cloud."],"kind":{"scalar":{"type":"int"}},"default":{"int":10000},"range":{"min":{"int":0},"max":{"int":100000}}}],"rules":[{"condition":[{"parameter":{"path":["width"]}},{"parameter":{"path":["height"]}},"multiply",{"value":{"int":2100000}},{"compare":"<="}],"text":"width * height <= 2100000","message":"a picture has at most 2100000 pixels"}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"camera","parameters":[{"name":"width","kind":{"scalar":{"type":"int"}},"default":{"int":1280},"range":{"min":{"int":1},"max":{"int":4096}},"unit":"px"},{"name":"height","kind":{"scalar":{"type":"int"}},"default":{"int":800},"range":{"min":{"int":1},"max":{"int":4096}},"unit":"px"},{"name":"points","doc":["Points in a cloud."],"kind":{"scalar":{"type":"int"}},"default":{"int":10000},"range":{"min":{"int":0},"max":{"int":100000}}},{"name":"discs","doc":["Coloured discs that go round in the picture. With any, pictures are in colour."],"kind":{"scalar":{"type":"int"}},"default":{"int":0},"range":{"min":{"int":0},"max":{"int":4}}}],"rules":[{"condition":[{"parameter":{"path":["width"]}},{"parameter":{"path":["height"]}},"multiply",{"value":{"int":2100000}},{"compare":"<="}],"text":"width * height <= 2100000","message":"a picture has at most 2100000 pixels"},{"condition":[{"parameter":{"path":["discs"]}},{"value":{"int":0}},{"compare":"=="},{"parameter":{"path":["width"]}},{"parameter":{"path":["height"]}},"multiply",{"value":{"int":700000}},{"compare":"<="},"or"],"text":"discs == 0 or width * height <= 700000","message":"a picture in colour has at most 700000 pixels"}]}"###;
 
 /// The parameters `camera`.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +17,10 @@ pub struct Params {
     ///
     /// Allowed: an integer of 32 bits, from 0 to 100000.
     pub points: i32,
+    /// Coloured discs that go round in the picture. With any, pictures are in colour.
+    ///
+    /// Allowed: an integer of 32 bits, from 0 to 4.
+    pub discs: i32,
 }
 
 impl Params {
@@ -26,6 +30,7 @@ impl Params {
             width: values.int("width") as i32,
             height: values.int("height") as i32,
             points: values.int("points") as i32,
+            discs: values.int("discs") as i32,
         }
     }
 }

@@ -17,6 +17,7 @@ pub mod robo_comp_bumper;
 pub mod robo_comp_camera;
 pub mod robo_comp_camera_rgbd_simple;
 pub mod robo_comp_camera_simple;
+pub mod robo_comp_colored_objects;
 pub mod robo_comp_common_behavior;
 pub mod robo_comp_differential_robot;
 pub mod robo_comp_full_pose_estimation;
