@@ -24,4 +24,7 @@ peer.until("the component is found", subscription.get_publisher_count)
 say("met")
 while not seen or (count - 1 not in seen and time.monotonic() < last + 5.0):
     rclpy.spin_once(peer.node, timeout_sec=0.1)
+missing = [number for number in range(count) if number not in seen]
+if missing:
+    print("missing:", *missing[:20], file=sys.stderr)
 say("received", len(seen))
