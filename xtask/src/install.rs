@@ -1,5 +1,5 @@
-//! `cargo xtask install` and `uninstall`: both tools from one build of the workspace, with their
-//! completion scripts and man pages.
+//! `cargo xtask install` and `uninstall`: the tools from one build of the workspace, with their
+//! completion scripts and man pages, and on request programs that few users need.
 //!
 //! `cargo install` would build each tool alone, and thus most crates twice: the features of a
 //! dependency follow from the packages that cargo selects. This build selects the workspace, as
@@ -14,19 +14,25 @@ use std::process::Command;
 
 const TOOLS: [&str; 2] = ["rcgen", "rcdeploy"];
 
+/// The programs that are installed on request: each has dependencies that nothing else needs.
+const EXTRAS: [&str; 2] = ["rcview", "rcfoxglove"];
+
 /// The list of what was installed, below the root: a path a line, relative to the root.
 const LIST: &str = "share/robocomp/installed.txt";
 
-/// Builds and installs both tools.
-pub(crate) fn install(root_argument: Option<&str>) -> Result<(), String> {
+/// Builds and installs both tools, and the programs after `--with`.
+pub(crate) fn install(arguments: &[&str]) -> Result<(), String> {
+    let (root_argument, wanted) = options(arguments, true)?;
     let root = root(root_argument)?;
+    let extras = extras(&root, &wanted)?;
     let mut build = vec!["build", "--release", "--locked"];
-    build.extend(TOOLS.iter().flat_map(|tool| ["--bin", tool]));
+    let programs = TOOLS.iter().chain(&extras);
+    build.extend(programs.flat_map(|program| ["--bin", program]));
     crate::cargo(&build)?;
     // This program lies in the target folder, whatever its place is: TARGET/debug/xtask.
     let own = std::env::current_exe().map_err(|error| error.to_string())?;
     let target = own.ancestors().nth(2).ok_or("there is no target folder")?;
-    let written = copy(&target.join("release"), &root)?;
+    let written = copy(&target.join("release"), &root, &extras)?;
     for path in &written {
         println!("wrote {}", root.join(path).display());
     }
@@ -35,12 +41,52 @@ pub(crate) fn install(root_argument: Option<&str>) -> Result<(), String> {
 }
 
 /// Removes what `install` wrote.
-pub(crate) fn uninstall(root_argument: Option<&str>) -> Result<(), String> {
+pub(crate) fn uninstall(arguments: &[&str]) -> Result<(), String> {
+    let (root_argument, _) = options(arguments, false)?;
     let root = root(root_argument)?;
     for path in remove(&root)? {
         println!("removed {}", path.display());
     }
     Ok(())
+}
+
+/// The folder after `--root`, and the programs after each `--with`, which `uninstall` does not take.
+fn options<'a>(
+    arguments: &[&'a str],
+    takes_programs: bool,
+) -> Result<(Option<&'a str>, Vec<&'static str>), String> {
+    let (mut root, mut wanted) = (None, Vec::new());
+    let mut rest = arguments.iter();
+    while let Some(option) = rest.next() {
+        match (*option, rest.next()) {
+            ("--root", Some(folder)) if root.is_none() => root = Some(*folder),
+            ("--with", Some(name)) if takes_programs => {
+                let known = EXTRAS.into_iter().find(|extra| extra == name);
+                let known = known.ok_or_else(|| {
+                    let known = EXTRAS.join(" and ");
+                    format!(
+                        "`--with {name}`: the programs that are installed on request are {known}"
+                    )
+                })?;
+                wanted.push(known);
+            }
+            _ if takes_programs => {
+                return Err("the options are --root DIR, once, and --with PROGRAM".to_owned());
+            }
+            _ => return Err("the only option is --root DIR".to_owned()),
+        }
+    }
+    Ok((root, wanted))
+}
+
+/// The programs on request: those that are wanted, and those that an earlier installation wrote.
+fn extras(root: &Path, wanted: &[&str]) -> Result<Vec<&'static str>, String> {
+    let before = listed(root)?;
+    let is_there = |extra: &&str| before.contains(&Path::new("bin").join(extra));
+    let extras = EXTRAS.into_iter();
+    Ok(extras
+        .filter(|extra| wanted.contains(extra) || is_there(extra))
+        .collect())
 }
 
 /// The folder that holds `bin` and `share`, by the rules of `cargo install`.
@@ -61,9 +107,9 @@ fn root(named: Option<&str>) -> Result<PathBuf, String> {
 /// Copies the tools of the folder `built` below `root`, and lets them write what belongs to them.
 /// Returns the paths of all files, relative to `root`. If it fails, the list holds what was written,
 /// so that it can be removed.
-fn copy(built: &Path, root: &Path) -> Result<BTreeSet<PathBuf>, String> {
+fn copy(built: &Path, root: &Path, extras: &[&str]) -> Result<BTreeSet<PathBuf>, String> {
     let mut written = BTreeSet::new();
-    let outcome = place(built, root, &mut written);
+    let outcome = place(built, root, extras, &mut written);
     let before = listed(root)?;
     if outcome.is_ok() {
         for old in before.difference(&written) {
@@ -79,13 +125,21 @@ fn copy(built: &Path, root: &Path) -> Result<BTreeSet<PathBuf>, String> {
 }
 
 /// Writes the files, and adds each one to `written`.
-fn place(built: &Path, root: &Path, written: &mut BTreeSet<PathBuf>) -> Result<(), String> {
-    for tool in TOOLS {
-        let program = PathBuf::from("bin").join(tool);
-        replace(root, &program, |new| {
-            fs::copy(built.join(tool), new).map(drop)
+fn place(
+    built: &Path,
+    root: &Path,
+    extras: &[&str],
+    written: &mut BTreeSet<PathBuf>,
+) -> Result<(), String> {
+    for program in TOOLS.iter().chain(extras) {
+        let path = Path::new("bin").join(program);
+        replace(root, &path, |new| {
+            fs::copy(built.join(program), new).map(drop)
         })?;
-        written.insert(program.clone());
+        written.insert(path);
+    }
+    for tool in TOOLS {
+        let program = Path::new("bin").join(tool);
         for (shell, place) in [
             ("bash", format!("share/bash-completion/completions/{tool}")),
             ("zsh", format!("share/zsh/site-functions/_{tool}")),
@@ -245,13 +299,17 @@ mod tests {
         let own = std::env::current_exe().expect("this test");
         let built = own.ancestors().nth(2).expect("the target folder");
         let why = "build the tools first: `cargo xtask test` does";
-        assert!(TOOLS.iter().all(|tool| built.join(tool).exists()), "{why}");
+        let mut programs = TOOLS.iter().chain(&EXTRAS);
+        assert!(
+            programs.all(|program| built.join(program).exists()),
+            "{why}"
+        );
         let root = std::env::temp_dir().join(format!("rc-install-{}", std::process::id()));
         let mine = root.join("share/man/man1/mine.1");
         fs::create_dir_all(mine.parent().expect("a folder")).expect("a folder");
         fs::write(&mine, "").expect("a page of another program");
 
-        let written = copy(built, &root).expect("to install");
+        let written = copy(built, &root, &[]).expect("to install");
         for file in [
             "bin/rcgen",
             "bin/rcdeploy",
@@ -277,8 +335,16 @@ mod tests {
         let list = fs::read_to_string(root.join(LIST)).expect("the list");
         let list = list + "share/man/man1/rcgen-old.1\n../outside\n/etc/hostname\n";
         fs::write(root.join(LIST), list).expect("written");
-        assert_eq!(copy(built, &root).expect("to install again"), written);
+        assert_eq!(copy(built, &root, &[]).expect("to install again"), written);
         assert!(!old.exists());
+
+        // A program on request stays until it is uninstalled.
+        let with = copy(built, &root, &["rcfoxglove"]).expect("to install one more");
+        let more: Vec<_> = with.difference(&written).collect();
+        assert_eq!(more, [Path::new("bin/rcfoxglove")]);
+        let extras = extras(&root, &["rcview"]).expect("the list");
+        assert_eq!(extras, EXTRAS);
+        let written = with;
 
         let removed = remove(&root).expect("to uninstall");
         assert_eq!(removed.len(), written.len() + 1);
@@ -290,8 +356,19 @@ mod tests {
         let broken = root.join("broken");
         fs::create_dir_all(&broken).expect("a folder");
         fs::copy("/bin/false", broken.join(TOOLS[0])).expect("a program that fails");
-        assert!(copy(&broken, &root).is_err());
+        assert!(copy(&broken, &root, &[]).is_err());
         assert_eq!(remove(&root).expect("to uninstall").len(), 2);
         fs::remove_dir_all(&root).expect("removed");
+    }
+
+    #[test]
+    fn options_are_read() {
+        assert_eq!(options(&[], true), Ok((None, vec![])));
+        let read = options(&["--with", "rcview", "--root", "/x"], true);
+        assert_eq!(read, Ok((Some("/x"), vec!["rcview"])));
+        for wrong in [&["--with", "rcviev"][..], &["--with"], &["--root"], &["x"]] {
+            assert!(options(wrong, true).is_err(), "{wrong:?}");
+        }
+        assert!(options(&["--with", "rcview"], false).is_err());
     }
 }

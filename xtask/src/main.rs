@@ -16,16 +16,14 @@ fn main() -> ExitCode {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let outcome = match args[..] {
         ["test", ref rest @ ..] => test(rest),
-        ["install"] => install::install(None),
-        ["install", "--root", root] => install::install(Some(root)),
-        ["uninstall"] => install::uninstall(None),
-        ["uninstall", "--root", root] => install::uninstall(Some(root)),
+        ["install", ref rest @ ..] => install::install(rest),
+        ["uninstall", ref rest @ ..] => install::uninstall(rest),
         ["mutants", ref rest @ ..] => mutants::run(rest),
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         ["bench" | "soak" | "chaos" | "deny" | "experiment", ..] => return trials(&args),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] | uninstall [--root DIR] | bench … | soak … | chaos … | deny [--smoke] | experiment [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S] [--file GLOB]…"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] [--with rcview | --with rcfoxglove] | uninstall [--root DIR] | bench … | soak … | chaos … | deny [--smoke] | experiment [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S] [--file GLOB]…"
             );
             return ExitCode::from(2);
         }

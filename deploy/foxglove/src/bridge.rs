@@ -6,17 +6,17 @@ use crate::delivery::deliver;
 use crate::jobs::{Done, Jobs};
 use crate::offers::{Change, Offers, Reading, Source, of_component};
 use crate::parameters::{like, values};
-use crate::poll::{Poller, Snapshot};
+use crate::poll::Snapshot;
 use crate::protocol::{self, Call, ENCODING, Request};
 use crate::subscriptions::SUBSCRIPTIONS;
 use rc_diagnostics::foreign::clean;
-use rc_observe::{FeedId, Observer, TimeTopic};
+use rc_observe::{FeedId, Observer, Poller, TimeTopic};
 use rc_record::{definition, system_time};
 use rc_values::decode;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde_json::{Map, Value as Json};
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{ErrorKind, Read};
+use std::io::{ErrorKind, Read, Write as _};
 use std::net::TcpListener;
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
@@ -55,7 +55,7 @@ pub(crate) struct Bridge {
     /// The feed of the network's time, if it is not that of the system, and the last time.
     time: Option<(FeedId, TimeTopic)>,
     now: Option<u64>,
-    poller: Poller,
+    poller: Poller<Snapshot>,
     jobs: Jobs,
     wake: UnixStream,
     processes: BTreeSet<u32>,
@@ -83,6 +83,11 @@ impl Bridge {
         let listener = TcpListener::bind(at).map_err(|error| system(&action, &error))?;
         let nonblocking = listener.set_nonblocking(true);
         nonblocking.map_err(|error| system(&action, &error))?;
+        let (name, mut wake_bridge) = (options.network.clone(), for_poller);
+        // If the pipe is full, the bridge is awake anyway.
+        let notify = move || drop(wake_bridge.write(&[0]));
+        let poller = Poller::begin(move || Snapshot::or_nothing(&name), notify);
+        let poller = poller.map_err(|error| system("start a thread", &error))?;
         let mut bridge = Self {
             origins: options.origins.clone().into(),
             listener,
@@ -97,7 +102,7 @@ impl Bridge {
             refused: BTreeMap::new(),
             time: None,
             now: None,
-            poller: Poller::begin(&options.network, for_poller)?,
+            poller,
             jobs: Jobs::new(for_jobs),
             wake,
             processes: BTreeSet::new(),
@@ -119,7 +124,7 @@ impl Bridge {
                 "call its operations and change its parameters; `--read-only` forbids that"
             };
             let note = format!("rcfoxglove: note: whoever reaches {address} can {what}\n");
-            let _ = std::io::Write::write_all(&mut std::io::stderr(), note.as_bytes());
+            let _ = std::io::stderr().write_all(note.as_bytes());
         }
         crate::print(&format!(
             "network {} is at ws://{address}; open it in Foxglove as a Foxglove WebSocket\n",

@@ -7,6 +7,7 @@
 //! - [`Sender`]: sends samples to a topic.
 //! - [`Responder`]: serves calls in place of a component, which is the one case where a tool is a
 //!   peer.
+//! - [`Poller`]: repeats a look on a thread of its own.
 //! - [`TimeTopic`], [`TimeSource`]: the time of the network, heard and published.
 //!
 //! A tool is no peer: it takes no place of a component, delays no message, and no component waits
@@ -19,6 +20,7 @@ mod error;
 mod lookup;
 mod network;
 mod observer;
+mod poller;
 mod responder;
 mod sender;
 mod source;
@@ -29,6 +31,7 @@ pub use error::Error;
 pub use lookup::nearest_of;
 pub use network::{Component, End, Network, Operation, Service, Topic};
 pub use observer::{FeedId, MessageKind, Observed, Observer};
+pub use poller::Poller;
 pub use responder::Responder;
 pub use sender::Sender;
 pub use source::Source;

@@ -67,7 +67,7 @@ pub(super) fn foxglove(options: &Foxglove) -> Result<u8, Failure> {
     let error = Command::new(&program).args(arguments).exec();
     if error.kind() == ErrorKind::NotFound {
         return Err(system(&format_args!(
-            "there is no `{PROGRAM}`; `cargo install --path deploy/foxglove` installs it"
+            "there is no `{PROGRAM}`; `cargo xtask install --with {PROGRAM}`, in the folder of RoboComp, installs it"
         )));
     }
     Err(system(&format_args!("{}: {error}", program.display())))

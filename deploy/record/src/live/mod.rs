@@ -10,12 +10,14 @@ use crate::error::RecordError;
 use crate::sink::Sink;
 use feed::{Feed, What};
 use output::Output;
-use poll::{Poller, Snapshot, poll};
+use poll::{Snapshot, poll};
 use rc_management::supervisor::{self, Event, Severity};
 use rc_management::{Client, Incoming};
-use rc_observe::{End, FeedId, Network, Observer, Service, Source};
+use rc_observe::{End, FeedId, Network, Observer, Poller, Service, Source};
 use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::{AsFd, BorrowedFd};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// After how many polls without any component the network has ended.
@@ -50,7 +52,9 @@ pub struct Recorder {
     time: Option<FeedId>,
     output: Output,
     events: Option<Client>,
-    poller: Poller,
+    poller: Poller<Option<Snapshot>>,
+    /// Whether the next polls begin to follow the events of the supervisor.
+    wants_events: Arc<AtomicBool>,
     /// The processes of the components at the last poll.
     processes: BTreeSet<(String, u32)>,
     empty_polls: u32,
@@ -69,6 +73,12 @@ impl Recorder {
         let selected = selected.transpose()?;
         let observer = Observer::new(network)?;
         let name = network.name.clone();
+        let wants_events = Arc::new(AtomicBool::new(false));
+        let (polled, wanted_events) = (name.clone(), Arc::clone(&wants_events));
+        let look = move || poll(&polled, wanted_events.load(Ordering::Relaxed));
+        let poller = Poller::begin(look, || {});
+        let poller =
+            poller.map_err(|e| RecordError::Value(format!("no thread can be started: {e}")))?;
         let mut recorder = Self {
             selected,
             calls: wanted.calls,
@@ -78,7 +88,8 @@ impl Recorder {
             time: None,
             output: Output::new(&name, sink()?),
             events: None,
-            poller: Poller::begin(&name)?,
+            poller,
+            wants_events,
             processes: processes(network),
             empty_polls: 0,
             notes: Vec::new(),
@@ -175,7 +186,8 @@ impl Recorder {
         if self.events.is_none() {
             self.events = events;
         }
-        self.poller.want_events(self.events.is_none());
+        self.wants_events
+            .store(self.events.is_none(), Ordering::Relaxed);
     }
 
     /// Keeps a note, unless it was said before.
@@ -297,7 +309,7 @@ impl Recorder {
         let events: Vec<Event> = events.collect();
         if !is_open {
             self.events = None;
-            self.poller.want_events(true);
+            self.wants_events.store(true, Ordering::Relaxed);
         }
         events.iter().for_each(|event| self.output.event(event));
         events

@@ -1,7 +1,5 @@
-//! Polls a running network on a thread of its own: a component or a supervisor that hangs delays
-//! no message.
+//! What a poll of a running network finds.
 
-use crate::error::RecordError;
 use rc_deploy_client::connection;
 use rc_management::Client;
 use rc_management::component::{Parameters, Request};
@@ -10,14 +8,8 @@ use rc_middleware::RunDirectory;
 use rc_observe::Network;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::RecvTimeoutError::Timeout;
-use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
 use std::time::{Duration, Instant};
 
-/// The time between two polls.
-const PAUSE: Duration = Duration::from_secs(2);
 /// How long a component may take to list its parameters, and the supervisor to begin its events.
 const LIMIT: Duration = Duration::from_secs(2);
 /// The longest description file that is attached, in bytes.
@@ -33,51 +25,6 @@ pub(super) struct Snapshot {
     pub(super) configurations: BTreeMap<String, String>,
     /// The events of the supervisor from now on, if they were wanted.
     pub(super) events: Option<Client>,
-}
-
-/// A thread that polls a network. It ends when this is dropped.
-pub(super) struct Poller {
-    found: Receiver<Option<Snapshot>>,
-    wants_events: Arc<AtomicBool>,
-    _stop: Sender<()>,
-}
-
-impl Poller {
-    pub(super) fn begin(network: &str) -> Result<Self, RecordError> {
-        let (send, found) = sync_channel(1);
-        let (stop, stopped) = channel::<()>();
-        let name = network.to_owned();
-        let wants_events = Arc::new(AtomicBool::new(false));
-        let wanted = Arc::clone(&wants_events);
-        let thread = std::thread::Builder::new().name("poll".to_owned());
-        thread
-            .spawn(move || {
-                while stopped.recv_timeout(PAUSE) == Err(Timeout) {
-                    if send
-                        .send(poll(&name, wanted.load(Ordering::Relaxed)))
-                        .is_err()
-                    {
-                        return;
-                    }
-                }
-            })
-            .map_err(|e| RecordError::Value(format!("no thread can be started: {e}")))?;
-        Ok(Self {
-            found,
-            wants_events,
-            _stop: stop,
-        })
-    }
-
-    /// Whether the next polls begin to follow the events of the supervisor.
-    pub(super) fn want_events(&self, wanted: bool) {
-        self.wants_events.store(wanted, Ordering::Relaxed);
-    }
-
-    /// The snapshots since the last call; `None` for a poll that found no component.
-    pub(super) fn take(&self) -> Vec<Option<Snapshot>> {
-        self.found.try_iter().collect()
-    }
 }
 
 /// Polls once. `None` if no component replies.
