@@ -138,10 +138,15 @@ fn the_tests_of_components_pass() {
         return;
     };
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
-    for component in ["avoider_python", "line_camera_detector"] {
+    for component in [
+        "components/avoider_python",
+        "components/line_camera_detector",
+        "bench/ping_python",
+        "bench/pong_python",
+    ] {
         let output = Command::new(python)
             .args(["-B", "-m", "pytest", "-q", "-p", "no:cacheprovider"])
-            .current_dir(package.join("../components").join(component))
+            .current_dir(package.join("..").join(component))
             .env("PYTHONPATH", package)
             .env("ROBOCOMP_NATIVE", native())
             .output()
@@ -150,4 +155,34 @@ fn the_tests_of_components_pass() {
         assert!(output.status.success(), "{component}: {said}");
         assert!(said.contains(" passed in "), "{component}: {said}");
     }
+}
+
+#[test]
+fn a_client_without_a_component_calls_and_listens_over_dds() {
+    check(
+        "a_client_without_a_component_calls_and_listens_over_dds",
+        "test_client.py",
+        "dds",
+        144,
+    );
+}
+
+#[test]
+fn a_client_without_a_component_calls_and_listens_over_ros2() {
+    check(
+        "a_client_without_a_component_calls_and_listens_over_ros2",
+        "test_client.py",
+        "ros2",
+        145,
+    );
+}
+
+#[test]
+fn hooks_states_parameters_and_errors_are_those_of_a_component() {
+    check(
+        "hooks_states_parameters_and_errors_are_those_of_a_component",
+        "test_life.py",
+        "local",
+        0,
+    );
 }

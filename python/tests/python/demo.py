@@ -104,6 +104,13 @@ MODULE = {
                 _operation("numbers", "query", [("data", "sequence<int32>")], result="sequence<float32>"),
             ],
         },
+        {
+            "name": "Notes",
+            "operations": [
+                _operation("take", "query", [("text", "string")], result="int32"),
+                _operation("put", "command", [("text", "string")]),
+            ],
+        },
         {"name": "Images", "operations": [_operation("image", "publish", [("image", "Demo::Image")])]},
         {
             "name": "Reports",

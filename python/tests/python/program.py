@@ -1,5 +1,8 @@
-"""A program as `rcgen` makes it: `program.py MODULE:CLASS ARGUMENTS`."""
+"""A program as `rcgen` makes it: `program.py MODULE:CLASS FOLDER ARGUMENTS`. The environment variable
+PROGRAM has more of its description, as JSON."""
 
+import json
+import os
 import sys
 from pathlib import Path
 
@@ -23,6 +26,13 @@ FIXTURE = (
                     "editable": True,
                 },
                 {
+                    "name": "password",
+                    "kind": {"scalar": {"type": "string"}},
+                    "default": {"text": "unset"},
+                    "editable": True,
+                    "secret": True,
+                },
+                {
                     "name": "pause",
                     "kind": {"scalar": {"type": "duration"}},
                     "default": {"duration": 250000000},
@@ -32,7 +42,9 @@ FIXTURE = (
     )
     .slot("Echo", "requires", "Demo::Echo")
     .slot("Reports", "subscribesTo", "Demo::Reports")
+    .slot("Served", "implements", "Demo::Notes")
 )
+FIXTURE.description.update(json.loads(os.environ.get("PROGRAM", "{}")))
 Worker = FIXTURE.worker
 
 if __name__ == "__main__":

@@ -53,7 +53,10 @@ class Client(unittest.TestCase):
                 return data / 2
 
         component = fixture.component(SpecificWorker)
-        cls.running = robocomp.embed(component, SpecificWorker, ["--network", NETWORK])
+        args = ["--network", NETWORK]
+        if MIDDLEWARE in ("dds", "ros2"):
+            args += ["--set-middleware", f"{MIDDLEWARE}.domain={os.environ['TEST_DOMAIN']}"]
+        cls.running = robocomp.embed(component, SpecificWorker, args)
         cls.net = robocomp.connect(NETWORK, timeout=LIMIT)
 
     @classmethod

@@ -17,6 +17,8 @@ from demo import MODULE
 
 MIDDLEWARE = os.environ.get("TEST_MIDDLEWARE", "iceoryx2")
 ARGS = ["--network", f"py-place-{os.getpid()}"]
+if MIDDLEWARE == "dds":
+    ARGS += ["--set-middleware", f"dds.domain={os.environ['TEST_DOMAIN']}"]
 LIMIT = 20.0
 SHARED = MIDDLEWARE == "iceoryx2"
 LIMIT_KEPT = 4

@@ -30,6 +30,12 @@ class SpecificWorker(Worker):
 
     def report(self, ctx, all):
         pass
+
+    def take(self, ctx, text):
+        return 1
+
+    def put(self, ctx, text):
+        pass
 """
 
 

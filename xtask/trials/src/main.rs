@@ -23,6 +23,7 @@ mod pair;
 mod parameters;
 mod programs;
 mod pypi;
+mod python;
 mod rcis;
 mod rclpy;
 mod record;
@@ -104,10 +105,12 @@ fn main() -> ExitCode {
         }
         // A step of `cargo xtask test`.
         ["variants"] => variant::build_for_tests().map_err(|e| e.to_string()),
+        ["bench", "python"] => python::run(false).map_err(|e| e.to_string()),
+        ["bench", "python", "--smoke"] => python::run(true).map_err(|e| e.to_string()),
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | machine | observe [--smoke] | parameters | record [exact] [--smoke] | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy | replay] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | machine | observe [--smoke] | parameters | python [--smoke] | record [exact] [--smoke] | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy | replay] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }

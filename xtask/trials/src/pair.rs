@@ -180,7 +180,8 @@ impl Pair {
         Self::start(tools, programs, [&arguments, &arguments], Some(network))
     }
 
-    fn start(
+    /// Starts both, each under a tool, with its command line.
+    pub(crate) fn start(
         [of_ping, of_pong]: [&[String]; 2],
         [pong, ping]: &[PathBuf; 2],
         [answering, asking]: [&[&str]; 2],
