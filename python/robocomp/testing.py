@@ -109,6 +109,13 @@ class _Loan:
     def discard(self) -> None:
         """Gives the sample back."""
 
+    def __enter__(self) -> "_Loan":
+        return self
+
+    def __exit__(self, class_: Any, value: Any, traceback: Any) -> None:
+        if class_ is None:
+            self.send()
+
 
 class _Server:
     """What a fake server knows."""

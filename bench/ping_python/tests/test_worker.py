@@ -21,5 +21,5 @@ def test_a_block_calls_or_publishes_and_the_end_of_the_input_ends(
     # Both blocks of values end with an empty one.
     assert [len(sample[2]) for sample in test.sample.samples()] == [4, 0, 0]
     assert [len(sample[1].data) for sample in test.pictures.samples()] == [4]
-    assert test.stop_reason == "no more orders"
+    assert test.ctx.is_stopping
     assert capsys.readouterr().out.startswith("ready\ntimes ")
