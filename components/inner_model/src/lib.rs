@@ -1,7 +1,6 @@
 //! The component `inner_model`.
 
 mod manager;
-mod refusal;
 mod replica;
 mod service;
 mod specific_worker;

@@ -6,9 +6,9 @@
 //! the same moment exclude each other: one moves `a` below `b`, another one `b` below `a`. Then each
 //! refuses the change of the other one, and says so.
 
-use crate::refusal::Refusal;
 use crate::wire::node_out;
 use inner_model_generated::{ChangedNode, Changes, Node, RemovedNode, Stamp};
+use inner_model_manager::Refusal;
 use innermodel::{Change, Edit, Folders, InnerModel, Kind, NewNode, Snapshot, Time};
 use rc_diagnostics::foreign::clean;
 use std::collections::{BTreeSet, HashMap, VecDeque};

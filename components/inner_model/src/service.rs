@@ -1,7 +1,6 @@
 //! The interface `InnerModel`.
 
 use crate::SpecificWorker;
-use crate::refusal::Refusal;
 use crate::specific_worker::now;
 use crate::wire::{direction_in, direction_out, node_out, point_in, point_out, pose_in, pose_out};
 use inner_model_generated::interfaces::inner_model as calls;
@@ -9,6 +8,7 @@ use inner_model_generated::{
     Attribute, Cloud, Contact, Contacts, Context, Direction, Hit, InnerModel, InnerModelError,
     JointPosition, JointPositions, Near, Node, Nodes, Point, Pose, rc_inner_model,
 };
+use inner_model_manager::Refusal;
 use innermodel::{NodeId, NodeRef, Snapshot};
 use innermodel_collision::Space;
 use std::collections::HashSet;

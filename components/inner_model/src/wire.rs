@@ -1,6 +1,6 @@
 //! Between the tree and the types of the interfaces.
 
-use inner_model_generated::{Attribute, Direction, Node, Point, Pose, Pose3D};
+use inner_model_generated::{Attribute, Direction, Node, Point, Pose};
 use innermodel::{NodeRef, Vector};
 
 pub(crate) fn point_in(point: &Point) -> innermodel::Point {
@@ -40,33 +40,6 @@ pub(crate) fn pose_out(pose: &innermodel::Pose) -> Pose {
         rx,
         ry,
         rz,
-    }
-}
-
-/// The pose of RoboComp's interface.
-pub(crate) fn pose3d_in(pose: &Pose3D) -> innermodel::Pose {
-    let wide = f64::from;
-    innermodel::Pose::new(
-        wide(pose.x),
-        wide(pose.y),
-        wide(pose.z),
-        wide(pose.rx),
-        wide(pose.ry),
-        wide(pose.rz),
-    )
-}
-
-/// The pose of RoboComp's interface.
-pub(crate) fn pose3d_out(pose: &innermodel::Pose) -> Pose3D {
-    let ([x, y, z], [rx, ry, rz]) = (pose.translation, pose.rotation);
-    let narrow = |number: f64| number as f32;
-    Pose3D {
-        x: narrow(x),
-        y: narrow(y),
-        z: narrow(z),
-        rx: narrow(rx),
-        ry: narrow(ry),
-        rz: narrow(rz),
     }
 }
 

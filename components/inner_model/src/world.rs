@@ -1,15 +1,15 @@
 //! The tree with its bodies and clouds, and the changes that requests make.
 
-use crate::refusal::Refusal;
 use crate::replica::{Replica, replace};
 use inner_model_generated::{ColouredPoint, Params};
+use inner_model_manager::Refusal;
 use innermodel::{
     Edit, Folders, InnerModel, Keep, Kind, LoadError, NodeId, NodeRef, Pose, Snapshot, Time,
 };
 use innermodel_collision::Space;
 use rc_diagnostics::foreign::clean;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -226,25 +226,8 @@ fn cloud_node<'t>(tree: &'t Snapshot, id: &str) -> Result<NodeRef<'t>, Refusal> 
     if *node.kind() == Kind::PointCloud {
         return Ok(node);
     }
-    Err(wrong_kind(&node, "a pointcloud"))
-}
-
-/// The node has another kind than an operation needs.
-pub(crate) fn wrong_kind(node: &NodeRef<'_>, expected: &str) -> Refusal {
     let (id, tag) = (clean(node.id()), node.kind().tag());
-    let text = format!("`{id}` is a {tag}, not {expected}");
-    Refusal::Kind(text)
-}
-
-/// The path of a mesh, if it can be read.
-pub(crate) fn readable_mesh(path: Option<&Path>, written: &str) -> Result<(), Refusal> {
-    let Some(path) = path else {
-        return Err(Refusal::Path(format!(
-            "cannot find the mesh `{}`",
-            clean(written)
-        )));
-    };
-    innermodel_mesh::read(path)
-        .map(drop)
-        .map_err(|error| Refusal::Path(format!("{}: {error}", clean(&path.to_string_lossy()))))
+    Err(Refusal::Kind(format!(
+        "`{id}` is a {tag}, not a pointcloud"
+    )))
 }

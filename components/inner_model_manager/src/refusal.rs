@@ -1,11 +1,12 @@
-//! Why a request changes nothing and has no result, in the words of both interfaces.
+//! Why a request changes nothing and has no result, in the words of both interfaces of a tree.
 
-use inner_model_generated::{ErrorType, InnerModelError, InnerModelManagerError, Reason};
 use innermodel::Error;
+use interfaces::rc_inner_model::{InnerModelError, Reason};
+use interfaces::robo_comp_inner_model_manager::{ErrorType, InnerModelManagerError};
 
 /// Why a request is refused.
 #[derive(Debug)]
-pub(crate) enum Refusal {
+pub enum Refusal {
     /// The tree does not allow it.
     Tree(Error),
     /// A text is no element of a file.
@@ -29,7 +30,8 @@ impl From<Error> for Refusal {
 }
 
 impl Refusal {
-    pub(crate) fn text(self) -> String {
+    /// What is wrong, for a person to read.
+    pub fn text(self) -> String {
         match self {
             Self::Tree(error) => error.to_string(),
             Self::Text(text)
