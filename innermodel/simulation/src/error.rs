@@ -46,6 +46,9 @@ pub enum Error {
     /// More steps at once than a world makes.
     #[error("{0} steps at once are too many; at most {most} are made", most = crate::World::MOST_STEPS)]
     TooManySteps(u64),
+    /// The caller has ended a prediction.
+    #[error("the prediction was interrupted")]
+    Interrupted,
     /// A sensor has more values than a simulation measures.
     #[error("`{id}` would measure {values} values; at most {most} are possible")]
     TooManyValues {

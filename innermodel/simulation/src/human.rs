@@ -93,15 +93,17 @@ pub(crate) fn add_skeletons(edit: &mut Edit) -> Result<(), innermodel::Error> {
     Ok(())
 }
 
-/// Adds the skeleton of a person, if the file has none.
+/// Adds the skeleton of a person, if the tree has none. If it has a part only, a part is missing, or
+/// another node has its id: then the person would silently have no body.
 fn add_skeleton(edit: &mut Edit, id: &str, human: &Human) -> Result<(), innermodel::Error> {
     let name = |part: &str| format!("{id}_{part}");
     let tree = edit.snapshot();
-    if SKELETON
-        .iter()
-        .any(|part| tree.node(&name(part.name)).is_ok())
-    {
+    let has = |part: &Part| tree.node(&name(part.name)).is_ok();
+    if SKELETON.iter().all(has) {
         return Ok(());
+    }
+    if let Some(part) = SKELETON.iter().find(|part| has(part)) {
+        return Err(innermodel::Error::DuplicateId(name(part.name)));
     }
     let height = human.height;
     for part in &SKELETON {

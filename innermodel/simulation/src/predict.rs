@@ -33,6 +33,20 @@ impl World {
     /// Where a base would be if it drove at a speed for a time, rounded up to whole steps. All
     /// others go on as they do. The world does not change: a clone of it is driven.
     pub fn predict(&self, id: &str, speed: Speed, time: Duration) -> Result<Prediction, Error> {
+        self.predict_while(id, speed, time, || true)
+    }
+
+    /// The same, for callers who cannot wait long: before each step, `goes_on` decides.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] if it said no.
+    pub fn predict_while(
+        &self,
+        id: &str,
+        speed: Speed,
+        time: Duration,
+        mut goes_on: impl FnMut() -> bool,
+    ) -> Result<Prediction, Error> {
         let steps = time.as_nanos().div_ceil(self.step.as_nanos());
         let steps = u64::try_from(steps).unwrap_or(u64::MAX);
         if steps > Self::MOST_STEPS {
@@ -44,6 +58,9 @@ impl World {
         imagined.drive(id, speed)?;
         let mut collision = None;
         for step in 1..=steps {
+            if !goes_on() {
+                return Err(Error::Interrupted);
+            }
             imagined.step()?;
             let stopped_by = imagined.base(id)?.stopped_by;
             if let (None, Some((body, obstacle))) = (&collision, stopped_by) {

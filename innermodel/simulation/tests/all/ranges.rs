@@ -60,21 +60,23 @@ fn what_is_too_near_or_too_far_has_the_limit() {
 fn an_ultrasound_sensor_measures_the_nearest_range_in_its_cone() {
     let inside = r#"<transform id="stand" ty="1000" ry="0.4">
         <ultrasound id="wide" max="9000" angle="0.9"/>
+        <ultrasound id="edge" max="9000" angle="0.5"/>
         <ultrasound id="narrow" max="9000"/>
     </transform>
     <transform id="front" ty="1000" tx="-1000"><ultrasound id="straight" max="9000" angle="0.9"/></transform>"#;
     let mut world = world(&room(inside));
     let mut range = |id| world.scan(id).expect("a scan").ranges[0].distance;
-    // The ray that turns back by 0.45 at the height of the axis is the nearest one.
-    let narrow = 2000.0 / 0.4_f64.cos();
-    assert!((range("narrow") / narrow - 1.0).abs() < 1e-6);
-    assert!((range("straight") / 2000.0 - 1.0).abs() < 1e-6);
-    let nearest = 2000.0 / (0.4_f64 - 0.9 / 3.0).cos();
-    assert!(
-        range("wide") <= nearest + 1e-6 && range("wide") >= 2000.0,
-        "{}",
-        range("wide")
-    );
+    for (id, expected) in [
+        ("narrow", 2000.0 / 0.4_f64.cos()),
+        ("straight", 2000.0),
+        // The foot of the wall is in the cone, between its rays.
+        ("wide", 2000.0),
+        // The nearest part of the wall is at the edge of the cone.
+        ("edge", 2000.0 / 0.15_f64.cos()),
+    ] {
+        let found = range(id);
+        assert!((found / expected - 1.0).abs() < 1e-6, "{id}: {found}");
+    }
 }
 
 #[test]
