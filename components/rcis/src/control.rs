@@ -1,9 +1,10 @@
 //! The interface `Simulation`.
 
 use crate::SpecificWorker;
+use crate::elements::{self, MOST_NODES};
 use crate::refusal::{Refusal, reply};
 use crate::worlds::{check_new, unknown};
-use innermodel::{InnerModel, NewNode};
+use innermodel::language::Document;
 use innermodel_physics::Physics;
 use innermodel_simulation::{Dynamics, Speed, World};
 use rcis_generated::interfaces::simulation as calls;
@@ -12,10 +13,13 @@ use rcis_generated::{
     Attribute, BodyJoint, Clock, Collision, Context, Direction, Names, Point, Pose, Prediction,
     Signal, Simulation, SimulationError, Skeleton,
 };
-use std::time::Duration;
+use std::path::Path;
+use std::time::{Duration, Instant};
 
 /// The most steps of one request.
 const MOST_STEPS: i64 = 100_000;
+/// How long one request makes steps; no other one is served meanwhile.
+const LONGEST_WORK: Duration = Duration::from_secs(5);
 /// The longest prediction in seconds.
 const LONGEST: f64 = 3600.0;
 
@@ -39,27 +43,23 @@ fn pose_out(pose: &innermodel::Pose) -> Pose {
     }
 }
 
-/// The nodes of a text with one outermost element, each with the place of its parent among them.
-fn elements(text: &str) -> Result<Vec<(Option<usize>, NewNode)>, Refusal> {
-    let parsed = InnerModel::parse(&format!("<innerModel>{text}</innerModel>"));
-    let parsed = parsed.map_err(|error| Refusal::Other(Reason::WrongText, error.to_string()))?;
-    let tree = parsed.snapshot();
-    let tops = tree.root().children().count();
+/// Reads a text with one outermost element.
+fn element(scene: &Path, text: &str) -> Result<Document, Refusal> {
+    let read = elements::read(scene, text);
+    let document = read.map_err(|refused| {
+        let reason = match refused {
+            inner_model_manager::Refusal::Path(_) => Reason::WrongValue,
+            _ => Reason::WrongText,
+        };
+        Refusal::Other(reason, refused.text())
+    })?;
+    let tops = document.nodes.iter().filter(|node| node.parent.is_none());
+    let tops = tops.count();
     if tops != 1 {
         let text = format!("expected one element, found {tops}");
         return Err(Refusal::Other(Reason::WrongText, text));
     }
-    let nodes: Vec<_> = tree.nodes().skip(1).collect();
-    Ok(nodes
-        .iter()
-        .map(|node| {
-            let parent = node.parent().map(|parent| parent.node_id());
-            let above = nodes.iter().position(|n| Some(n.node_id()) == parent);
-            let mut new = NewNode::new(node.id(), node.kind().clone(), node.pose());
-            new.allowed = node.allowed().to_vec();
-            (above, new)
-        })
-        .collect())
+    Ok(document)
 }
 
 fn clock(world: &World, pending: u64) -> Clock {
@@ -111,19 +111,22 @@ impl SpecificWorker {
         let steps = count.unsigned_abs();
         if !name.is_empty() {
             let world = self.named(name)?;
-            world.run(steps)?;
-            return Ok(clock(world, 0));
+            let (until, last) = (Instant::now() + LONGEST_WORK, world.steps() + steps);
+            while world.steps() < last && Instant::now() < until {
+                world.step()?;
+            }
+            return Ok(clock(world, last - world.steps()));
         }
-        if ctx.time.is_active() && ctx.params.wait {
-            if self.pending > 0 {
-                let text = format!("{} steps are not over", self.pending);
-                return Err(Refusal::Other(Reason::Busy, text));
-            }
-            self.pending = steps;
-        } else {
-            for _ in 0..steps {
-                self.step(ctx).map_err(|error| wrong(error.to_string()))?;
-            }
+        if self.pending > 0 {
+            let text = format!("{} steps are not over", self.pending);
+            return Err(Refusal::Other(Reason::Busy, text));
+        }
+        self.pending = steps;
+        let until = Instant::now() + LONGEST_WORK;
+        let waits = ctx.time.is_active() && ctx.params.wait;
+        while !waits && self.pending > 0 && Instant::now() < until {
+            self.step(ctx).map_err(|error| wrong(error.to_string()))?;
+            self.pending -= 1;
         }
         Ok(clock(&self.world, self.pending))
     }
@@ -164,16 +167,14 @@ impl Simulation for SpecificWorker {
         parent: String,
         element: String,
     ) -> Result<(), calls::AddError> {
+        let document = self::element(&self.scene, &element);
         self.with(&world, |world| {
-            let elements = elements(&element)?;
-            let ids: Vec<String> = elements.iter().map(|(_, node)| node.id.clone()).collect();
-            world.edit(|edit| {
-                for (above, node) in elements {
-                    let above = above.and_then(|at| ids.get(at)).unwrap_or(&parent);
-                    edit.add(above, node)?;
-                }
-                Ok(())
-            })?;
+            let document = document?;
+            if world.tree().len() + document.nodes.len() > MOST_NODES {
+                let text = format!("a world has at most {MOST_NODES} nodes");
+                return Err(Refusal::Other(Reason::TooMany, text));
+            }
+            world.edit(|edit| edit.add_document(&parent, &document))?;
             Ok(())
         })
     }
@@ -197,20 +198,19 @@ impl Simulation for SpecificWorker {
         id: String,
         element: String,
     ) -> Result<(), calls::SetError> {
-        self.with(&world, |world| {
-            let mut elements = elements(&element)?;
-            match elements.pop() {
-                Some((None, node)) if node.id == id => {
-                    world.edit(|edit| {
-                        edit.set_kind(&id, node.kind)?;
-                        edit.set_allowed(&id, node.allowed)
-                    })?;
-                    Ok(())
-                }
-                _ => {
-                    let text = "expected one element with the id of the node, and none in it";
-                    Err(Refusal::Other(Reason::WrongText, text.to_owned()))
-                }
+        let document = self::element(&self.scene, &element);
+        self.with(&world, |world| match &document?.nodes[..] {
+            [node] if node.id == id => {
+                let (kind, allowed) = (node.kind.clone(), node.allowed.clone());
+                world.edit(|edit| {
+                    edit.set_kind(&id, kind)?;
+                    edit.set_allowed(&id, allowed)
+                })?;
+                Ok(())
+            }
+            _ => {
+                let text = "expected one element with the id of the node, and none in it";
+                Err(Refusal::Other(Reason::WrongText, text.to_owned()))
             }
         })
     }
@@ -460,7 +460,9 @@ impl Simulation for SpecificWorker {
                 )));
             }
             let time = Duration::from_secs_f64(time);
-            let found = world.predict(&base, speed(side, advance, turn), time)?;
+            let until = Instant::now() + LONGEST_WORK;
+            let speed = speed(side, advance, turn);
+            let found = world.predict_while(&base, speed, time, || Instant::now() < until)?;
             Ok(Prediction {
                 pose: pose_out(&found.pose),
                 collision: found.collision.map(|collision| Collision {
@@ -508,15 +510,18 @@ impl Simulation for SpecificWorker {
     ) -> Result<f64, calls::DriveError> {
         self.with(&world, |world| {
             let taken = world.drive(&base, speed(side, advance, turn))?;
+            // What a base of this kind does not do limits nothing.
             let parts = [
                 (taken.side, side),
                 (taken.advance, advance),
                 (taken.turn, turn),
             ];
-            let parts = parts.into_iter().filter(|(_, asked)| *asked != 0.0);
-            Ok(parts
-                .map(|(taken, asked)| taken / asked)
-                .fold(1.0, f64::min))
+            let parts = parts
+                .into_iter()
+                .filter(|(taken, asked)| *asked != 0.0 && *taken != 0.0);
+            let least = parts.map(|(taken, asked)| taken / asked).reduce(f64::min);
+            let stands = speed(side, advance, turn) == Speed::default();
+            Ok(least.unwrap_or(if stands { 1.0 } else { 0.0 }))
         })
     }
 }

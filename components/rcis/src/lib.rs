@@ -1,6 +1,8 @@
 //! The component `rcis`.
 
 mod control;
+mod elements;
+mod manager;
 mod motors;
 mod pictures;
 mod ranges;

@@ -118,7 +118,8 @@ impl SpecificWorker {
                 continue;
             };
             if let MotorGoal::Position { target, .. } = *goal
-                && !(min..=max).contains(&target)
+                // The numbers of the interface have fewer digits than those of the file.
+                && !(min as f32..=max as f32).contains(&(target as f32))
             {
                 let what = format!("`{joint}` moves from {min} to {max}, not to {target}");
                 return Err(failed(what));
@@ -278,8 +279,12 @@ impl Motors for SpecificWorker {
     }
 
     fn get_all_motor_params(&mut self, _ctx: &mut Context, member: &Member) -> MotorParamsList {
-        let joints = self.joints(member.name()).into_iter().zip(0..);
-        let params = joints.filter_map(|(joint, at)| self.motor_params(&joint, at).ok());
+        let joints = self.joints(member.name()).into_iter().zip(0_usize..);
+        let params = joints.filter_map(|(joint, at)| {
+            // A bus has 256 ids; further motors share the last one.
+            let id = u8::try_from(at).unwrap_or(u8::MAX);
+            self.motor_params(&joint, id).ok()
+        });
         params.collect()
     }
 

@@ -15,6 +15,7 @@ use rcis_generated::{
     Acceleration, Bases, Batteries, BatteryStates, Context, DataImu, FullPoseEuler, GenericBases,
     Imus, Magnetic, Member, OmniBases, Orientation, Poses, TBaseState, TBattery, Wgyr,
 };
+use std::f64::consts::{PI, TAU};
 
 /// The voltage of an empty battery, and what a full one has more, in V.
 const EMPTY: f64 = 22.0;
@@ -415,13 +416,19 @@ fn parts(vector: &innermodel::Vector) -> [f32; 3] {
     [vector.x as f32, vector.y as f32, vector.z as f32]
 }
 
+/// The speed of turning of the interface, which about y grows to the left.
+fn turning(inertia: &Inertia) -> [f32; 3] {
+    let [x, y, z] = parts(&inertia.turning);
+    [x, -y, z]
+}
+
 impl Imus for SpecificWorker {
     fn get_data_imu(&mut self, ctx: &mut Context, member: &Member) -> DataImu {
         let Some(inertia) = self.inertia(member) else {
             return DataImu::default();
         };
         let [x_acc, y_acc, z_acc] = parts(&inertia.acceleration);
-        let [x_gyr, y_gyr, z_gyr] = parts(&inertia.turning);
+        let [x_gyr, y_gyr, z_gyr] = turning(&inertia);
         let [x_mag, y_mag, z_mag] = parts(&inertia.north);
         let Orientation { roll, pich, yaw } = self.get_orientation(ctx, member);
         DataImu {
@@ -457,7 +464,7 @@ impl Imus for SpecificWorker {
         let Some(inertia) = self.inertia(member) else {
             return Wgyr::default();
         };
-        let [x_gyr, y_gyr, z_gyr] = parts(&inertia.turning);
+        let [x_gyr, y_gyr, z_gyr] = turning(&inertia);
         Wgyr {
             x_gyr,
             y_gyr,
@@ -477,7 +484,7 @@ impl Imus for SpecificWorker {
         }
     }
 
-    /// Roll is about z, pitch about x, yaw about y of the tree.
+    /// Roll is about z, pitch about x of the tree. Yaw is about y, to the left.
     fn get_orientation(&mut self, _ctx: &mut Context, member: &Member) -> Orientation {
         let Some(inertia) = self.inertia(member) else {
             return Orientation::default();
@@ -487,7 +494,8 @@ impl Imus for SpecificWorker {
         Orientation {
             roll: z as f32,
             pich: x as f32,
-            yaw: (y - zero) as f32,
+            // From −π to π.
+            yaw: (zero - y + PI).rem_euclid(TAU) as f32 - std::f32::consts::PI,
         }
     }
 

@@ -8,20 +8,24 @@ use rcis_generated::network_time::Order;
 use rcis_generated::tracing::{info, warn};
 use rcis_generated::{Context, ParamChange, Worker, WorkerError};
 use std::collections::HashSet;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The shortest period of a component.
+/// The shortest and the longest period.
 const SHORTEST: Duration = Duration::from_micros(100);
+const LONGEST: Duration = Duration::from_secs(60);
 /// How long one `compute()` makes steps where nothing sets the pace.
 const BURST: Duration = Duration::from_millis(5);
 /// How many different warnings are logged once.
-const MOST_TOLD: usize = 1000;
+const MOST_LOGGED: usize = 1000;
 
 /// The simulator.
 pub struct SpecificWorker {
     pub(crate) world: World,
     pub(crate) worlds: Worlds,
+    /// The file of the scene, in whose folder clients find meshes.
+    pub(crate) scene: PathBuf,
     /// Robots whose bumpers are disabled.
     pub(crate) disabled: HashSet<String>,
     /// Yaws that inertial sensors had when they were reset.
@@ -29,9 +33,10 @@ pub struct SpecificWorker {
     /// Steps that were asked for and are not made yet.
     pub(crate) pending: u64,
     pub(crate) paused: bool,
-    /// When the last pose was published, in simulated time.
-    published: Option<Duration>,
-    told: HashSet<String>,
+    /// The number of the period in which the last pose was published, in simulated time.
+    published: Option<u128>,
+    /// Warnings that were logged.
+    logged: HashSet<String>,
 }
 
 impl Worker for SpecificWorker {
@@ -54,15 +59,17 @@ impl Worker for SpecificWorker {
             world.devices().len()
         );
         pace(ctx);
+        let scene = &ctx.params.inner_model;
         Ok(Self {
             world,
             worlds: Worlds::default(),
+            scene: std::path::absolute(scene).unwrap_or_else(|_| scene.clone()),
             disabled: HashSet::new(),
             yaws: std::collections::HashMap::new(),
             pending: 0,
             paused: ctx.params.paused,
             published: None,
-            told: HashSet::new(),
+            logged: HashSet::new(),
         })
     }
 
@@ -72,14 +79,21 @@ impl Worker for SpecificWorker {
             return Ok(());
         }
         let started = Instant::now();
+        // A period cannot be shorter than the shortest one: then it has several steps.
+        let mut rest = steps_of_period(ctx);
         while self.pending > 0 || !self.paused {
             self.pending = self.pending.saturating_sub(1);
             self.step(ctx)?;
-            let is_free = ctx.params.rate == 0.0 && !ctx.time.is_active();
-            if !is_free || started.elapsed() > BURST {
+            rest = rest.saturating_sub(1);
+            let waits = ctx.time.is_active() && ctx.params.wait;
+            if waits || started.elapsed() > BURST {
+                break;
+            }
+            if rest == 0 && self.pending == 0 {
                 break;
             }
         }
+        self.report();
         Ok(())
     }
 
@@ -101,7 +115,8 @@ fn pace(ctx: &mut Context) {
     let params = &ctx.params;
     let (step, rate, wait, limit) = (params.step, params.rate, params.wait, params.limit);
     let period = if rate > 0.0 {
-        step.div_f64(rate).max(SHORTEST)
+        let period = Duration::try_from_secs_f64(step.as_secs_f64() / rate);
+        period.unwrap_or(LONGEST).clamp(SHORTEST, LONGEST)
     } else {
         SHORTEST
     };
@@ -115,7 +130,28 @@ fn pace(ctx: &mut Context) {
     ctx.set_period(period);
 }
 
+/// How many steps of a world that nobody waits for belong to one period.
+fn steps_of_period(ctx: &Context) -> u64 {
+    let (step, rate) = (ctx.params.step.as_secs_f64(), ctx.params.rate);
+    if rate == 0.0 {
+        return if ctx.time.is_active() { 1 } else { u64::MAX };
+    }
+    let steps = SHORTEST.as_secs_f64() * rate / step;
+    // From 0 to 10,000.
+    (steps.round() as u64).max(1)
+}
+
 impl SpecificWorker {
+    /// Logs what the worlds could not do.
+    fn report(&mut self) {
+        let clones = self.worlds.clones.values_mut();
+        let mut problems: Vec<String> = clones.flat_map(World::problems).collect();
+        problems.extend(self.world.problems());
+        for problem in problems {
+            self.tell(problem);
+        }
+    }
+
     /// Makes one step, which the network hears of if it takes its time from here.
     pub(crate) fn step(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
         self.world.step()?;
@@ -123,9 +159,11 @@ impl SpecificWorker {
             ctx.time.advance(self.world.step_time())?;
         }
         let now = self.world.time();
-        let since = self.published.map(|then| now.saturating_sub(then));
-        if since.is_none_or(|since| since >= ctx.params.pose_period) {
-            self.published = Some(now);
+        // The number of the period, so that a step which is longer or shorter adds nothing.
+        let period = ctx.params.pose_period.as_nanos().max(1);
+        let number = now.as_nanos() / period;
+        if self.published != Some(number) {
+            self.published = Some(number);
             for at in 0..ctx.pose_topics.len() {
                 let name = ctx.pose_topics.members()[at].name().to_owned();
                 if let Ok(pose) = self.full_pose(&name) {
@@ -138,9 +176,9 @@ impl SpecificWorker {
 
     /// Logs a warning, the first time it comes.
     pub(crate) fn tell(&mut self, text: String) {
-        if self.told.len() < MOST_TOLD && !self.told.contains(&text) {
+        if self.logged.len() < MOST_LOGGED && !self.logged.contains(&text) {
             warn!("{text}");
-            self.told.insert(text);
+            self.logged.insert(text);
         }
     }
 

@@ -68,7 +68,7 @@ pub enum Reason {
     UnknownName = 6,
     /// A snapshot or clone has this name already.
     DuplicateName = 7,
-    /// There are as many snapshots or clones as there may be.
+    /// There are as many snapshots, clones or nodes as there may be, or the work is too much.
     TooMany = 8,
     /// The steps before are not over: a follower of the time has not done its tick.
     Busy = 9,
@@ -2739,8 +2739,8 @@ pub mod simulation {
                 )
         }
 
-        /// Makes steps. In the world itself, while followers of its time wait for ticks, they come after the reply: then
-        /// `pending` says how many.
+        /// Makes steps, for at most 5 s; `pending` says how many are left. Those of the world itself come after the reply;
+        /// while followers of its time wait for ticks, all of them do. Those of a clone need another call.
         pub fn step(
             &mut self,
             world: &str,
@@ -3279,7 +3279,7 @@ pub mod simulation {
         }
 
         /// Where a base would be if it drove at a speed for a time, and what would stop it first. The world does not
-        /// change.
+        /// change. A prediction that takes more than 5 s of the computer is refused as TooMany.
         ///
         /// - `side`: in mm/s
         /// - `advance`: in mm/s
@@ -3370,7 +3370,8 @@ pub mod simulation {
                 )
         }
 
-        /// Commands the speed of a base in a world; returns the greatest part of it that its limits allow, from 0 to 1.
+        /// Commands the speed of a base in a world. Returns the least of the parts of side, advance and turn that its
+        /// limits allow, from 0 to 1; a part that the base cannot do counts if it can do no other one.
         ///
         /// - `side`: in mm/s
         /// - `advance`: in mm/s

@@ -249,7 +249,7 @@ impl rc_middleware::in_place::InPlace for AccelerationInPlace {
     }
 }
 
-/// Speed of turning.
+/// Speed of turning. About y, it is positive to the left.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wgyr {
     /// Unit: rad/s.
@@ -387,6 +387,7 @@ impl rc_middleware::in_place::InPlace for MagneticInPlace {
     }
 }
 
+/// Angles about z, x and y. Yaw grows to the left.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Orientation {
     /// Unit: rad.

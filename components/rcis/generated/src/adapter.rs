@@ -58,10 +58,10 @@ pub(crate) struct Adapter<W> {
 /// Runs the component with the command line of this process until it ends.
 pub fn run<
     W: Worker + slots::Bases + slots::Batteries + slots::Bumpers + slots::Cameras
-        + slots::GenericBases + slots::Imus + slots::Lasers + slots::Lidars
-        + slots::Motors + slots::OmniBases + slots::Poses + slots::RgbdCameras
-        + slots::Rgbds + slots::SimpleCameras + slots::Simulation + slots::TouchSensors
-        + slots::Ultrasounds,
+        + slots::GenericBases + slots::Imus + slots::InnerModelManager + slots::Lasers
+        + slots::Lidars + slots::Motors + slots::OmniBases + slots::Poses
+        + slots::RgbdCameras + slots::Rgbds + slots::SimpleCameras + slots::Simulation
+        + slots::TouchSensors + slots::Ultrasounds,
 >() -> ExitCode {
     rc_runtime::run(&DESCRIPTION, start::<W>)
 }
@@ -69,10 +69,10 @@ pub fn run<
 /// Runs the component on a thread of this process, with a command line as for its binary: for tests.
 pub fn embed<
     W: Worker + slots::Bases + slots::Batteries + slots::Bumpers + slots::Cameras
-        + slots::GenericBases + slots::Imus + slots::Lasers + slots::Lidars
-        + slots::Motors + slots::OmniBases + slots::Poses + slots::RgbdCameras
-        + slots::Rgbds + slots::SimpleCameras + slots::Simulation + slots::TouchSensors
-        + slots::Ultrasounds + 'static,
+        + slots::GenericBases + slots::Imus + slots::InnerModelManager + slots::Lasers
+        + slots::Lidars + slots::Motors + slots::OmniBases + slots::Poses
+        + slots::RgbdCameras + slots::Rgbds + slots::SimpleCameras + slots::Simulation
+        + slots::TouchSensors + slots::Ultrasounds + 'static,
 >(args: &[&str]) -> Result<Embedded, StartError> {
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
 }
@@ -90,10 +90,10 @@ pub(crate) fn start<W: Worker>(
 
 impl<
     W: Worker + slots::Bases + slots::Batteries + slots::Bumpers + slots::Cameras
-        + slots::GenericBases + slots::Imus + slots::Lasers + slots::Lidars
-        + slots::Motors + slots::OmniBases + slots::Poses + slots::RgbdCameras
-        + slots::Rgbds + slots::SimpleCameras + slots::Simulation + slots::TouchSensors
-        + slots::Ultrasounds,
+        + slots::GenericBases + slots::Imus + slots::InnerModelManager + slots::Lasers
+        + slots::Lidars + slots::Motors + slots::OmniBases + slots::Poses
+        + slots::RgbdCameras + slots::Rgbds + slots::SimpleCameras + slots::Simulation
+        + slots::TouchSensors + slots::Ultrasounds,
 > Component for Adapter<W> {
     fn core(&mut self) -> &mut Core {
         self.ctx.core()
@@ -137,6 +137,13 @@ impl<
     ) -> Result<(), HandlerError> {
         match slot {
             0 => slots::simulation::serve(&mut self.worker, &mut self.ctx, request),
+            1 => {
+                slots::inner_model_manager::serve(
+                    &mut self.worker,
+                    &mut self.ctx,
+                    request,
+                )
+            }
             _ => request.unknown(),
         }
     }
@@ -148,9 +155,9 @@ impl<
         request: &mut Request<'_>,
     ) -> Result<(), HandlerError> {
         match slot {
-            1 => slots::lasers::serve(&mut self.worker, &mut self.ctx, member, request),
-            2 => slots::lidars::serve(&mut self.worker, &mut self.ctx, member, request),
-            3 => {
+            2 => slots::lasers::serve(&mut self.worker, &mut self.ctx, member, request),
+            3 => slots::lidars::serve(&mut self.worker, &mut self.ctx, member, request),
+            4 => {
                 slots::ultrasounds::serve(
                     &mut self.worker,
                     &mut self.ctx,
@@ -158,7 +165,7 @@ impl<
                     request,
                 )
             }
-            4 => {
+            5 => {
                 slots::touch_sensors::serve(
                     &mut self.worker,
                     &mut self.ctx,
@@ -166,9 +173,9 @@ impl<
                     request,
                 )
             }
-            5 => slots::bumpers::serve(&mut self.worker, &mut self.ctx, member, request),
-            6 => slots::cameras::serve(&mut self.worker, &mut self.ctx, member, request),
-            7 => {
+            6 => slots::bumpers::serve(&mut self.worker, &mut self.ctx, member, request),
+            7 => slots::cameras::serve(&mut self.worker, &mut self.ctx, member, request),
+            8 => {
                 slots::simple_cameras::serve(
                     &mut self.worker,
                     &mut self.ctx,
@@ -176,7 +183,7 @@ impl<
                     request,
                 )
             }
-            8 => {
+            9 => {
                 slots::rgbd_cameras::serve(
                     &mut self.worker,
                     &mut self.ctx,
@@ -184,14 +191,14 @@ impl<
                     request,
                 )
             }
-            9 => slots::rgbds::serve(&mut self.worker, &mut self.ctx, member, request),
-            10 => slots::imus::serve(&mut self.worker, &mut self.ctx, member, request),
-            11 => slots::poses::serve(&mut self.worker, &mut self.ctx, member, request),
-            12 => {
+            10 => slots::rgbds::serve(&mut self.worker, &mut self.ctx, member, request),
+            11 => slots::imus::serve(&mut self.worker, &mut self.ctx, member, request),
+            12 => slots::poses::serve(&mut self.worker, &mut self.ctx, member, request),
+            13 => {
                 slots::batteries::serve(&mut self.worker, &mut self.ctx, member, request)
             }
-            13 => slots::bases::serve(&mut self.worker, &mut self.ctx, member, request),
-            14 => {
+            14 => slots::bases::serve(&mut self.worker, &mut self.ctx, member, request),
+            15 => {
                 slots::omni_bases::serve(
                     &mut self.worker,
                     &mut self.ctx,
@@ -199,7 +206,7 @@ impl<
                     request,
                 )
             }
-            15 => {
+            16 => {
                 slots::generic_bases::serve(
                     &mut self.worker,
                     &mut self.ctx,
@@ -207,7 +214,7 @@ impl<
                     request,
                 )
             }
-            16 => slots::motors::serve(&mut self.worker, &mut self.ctx, member, request),
+            17 => slots::motors::serve(&mut self.worker, &mut self.ctx, member, request),
             _ => request.unknown(),
         }
     }

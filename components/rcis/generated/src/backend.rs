@@ -12,6 +12,9 @@ pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::conn
 /// The middleware's names for the types of `Simulation`, if it has its own.
 pub(crate) const TYPES_SIMULATION: &[&str] = &[];
 
+/// The middleware's names for the types of `InnerModelManager`, if it has its own.
+pub(crate) const TYPES_INNER_MODEL_MANAGER: &[&str] = &[];
+
 /// The middleware's names for the types of `lasers`, if it has its own.
 pub(crate) const TYPES_LASERS: &[&str] = &[];
 
@@ -64,4 +67,4 @@ pub(crate) const TYPES_MOTORS: &[&str] = &[];
 pub(crate) const TYPES_POSE_TOPICS: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"rcis\",\"model\":\"d3a5655c6056f065\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"rcis\",\"model\":\"f017b399654ae093\",\"middleware\":\"iceoryx2\"}\0";

@@ -23,6 +23,19 @@ const SLOT_SIMULATION: Slot = Slot {
     external_types: backend::TYPES_SIMULATION,
 };
 
+const SLOT_INNER_MODEL_MANAGER: Slot = Slot {
+    name: "InnerModelManager",
+    role: Role::Implements,
+    interface: "InnerModelManager",
+    type_name: "RoboCompInnerModelManager::InnerModelManager",
+    type_hash: 0x05253fb46b282ad4,
+    backend: backend::MIDDLEWARE,
+    qos: Qos::CALL,
+    is_array: false,
+    operations: interfaces::inner_model_manager::OPERATIONS,
+    external_types: backend::TYPES_INNER_MODEL_MANAGER,
+};
+
 const SLOT_LASERS: Slot = Slot {
     name: "lasers",
     role: Role::Implements,
@@ -241,7 +254,6 @@ const SLOT_POSE_TOPICS: Slot = Slot {
     qos: Qos {
         durability: Durability::TransientLocal,
         depth: 100,
-        deadline: Some(Duration::new(1, 0)),
         ..Qos::PUBLISHER
     },
     is_array: true,
@@ -252,13 +264,14 @@ const SLOT_POSE_TOPICS: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "rcis",
-    model_hash: 0xd3a5655c6056f065,
+    model_hash: 0xf017b399654ae093,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 10000000),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[
         SLOT_SIMULATION,
+        SLOT_INNER_MODEL_MANAGER,
         SLOT_LASERS,
         SLOT_LIDARS,
         SLOT_ULTRASOUNDS,
@@ -290,6 +303,7 @@ pub(crate) static DESCRIPTION: Description = Description {
         ::interfaces::robo_comp_full_pose_estimation_pub::RC_DESCRIPTION,
         ::interfaces::robo_comp_generic_base::RC_DESCRIPTION,
         ::interfaces::robo_comp_imu::RC_DESCRIPTION,
+        ::interfaces::robo_comp_inner_model_manager::RC_DESCRIPTION,
         ::interfaces::robo_comp_joint_motor::RC_DESCRIPTION,
         ::interfaces::robo_comp_laser::RC_DESCRIPTION,
         ::interfaces::robo_comp_lidar3_d::RC_DESCRIPTION,

@@ -14,6 +14,14 @@ pub use ::interfaces::robo_comp_full_pose_estimation_pub::full_pose_estimation_p
 pub use self::full_pose_estimation_pub::FullPoseEstimationPubPublisher;
 pub use ::interfaces::robo_comp_generic_base::generic_base;
 pub use ::interfaces::robo_comp_imu::imu;
+pub use ::interfaces::robo_comp_inner_model_manager::inner_model_manager;
+pub use self::inner_model_manager::{
+    AddTransformError, AddJointError, AddMeshError, AddPlaneError,
+    GetAllNodeInformationError, SetPoseError, SetPoseFromParentError,
+    GetPoseFromParentError, GetPoseFromParentAnswer, SetPlaneError, TransformError,
+    TransformAnswer, GetTransformationMatrixError, SetScaleError, AddAttributeError,
+    GetAttributeError, GetAttributeAnswer, RemoveNodeError, MoveNodeError,
+};
 pub use ::interfaces::robo_comp_joint_motor::joint_motor;
 pub use self::joint_motor::{
     SetPositionError, SetVelocityError, SetZeroPosError, SetSyncPositionError,
@@ -33,10 +41,10 @@ pub use self::rgbd::{
 pub use ::interfaces::rc_simulation::simulation;
 pub use self::simulation::{
     GetClockError, StepError, AddError, RemoveError, SetError, TeleportError,
-    MoveToError, ReParentError, SetAttributeError, RemoveAttributeError, SetSignalError,
-    GetSignalError, CollideError, GetPoseError, PrintError, GetDigestError,
-    GetSkeletonError, SetPhysicsError, PushError, SnapshotError, RestoreError,
-    ForgetSnapshotError, PredictError, CloneError, RemoveCloneError, DriveError,
+    MoveToError, ReParentError, SetSignalError, GetSignalError, PrintError,
+    GetDigestError, GetSkeletonError, SetPhysicsError, PushError, SnapshotError,
+    RestoreError, ForgetSnapshotError, PredictError, CloneError, RemoveCloneError,
+    DriveError,
 };
 pub use ::interfaces::robo_comp_touch_sensor::touch_sensor;
 pub use ::interfaces::robo_comp_ultrasound::ultrasound;

@@ -35,6 +35,7 @@ pub use slots::Bumpers;
 pub use slots::Cameras;
 pub use slots::GenericBases;
 pub use slots::Imus;
+pub use slots::InnerModelManager;
 pub use slots::Lasers;
 pub use slots::Lidars;
 pub use slots::Motors;

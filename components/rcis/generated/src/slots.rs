@@ -2,6 +2,7 @@
 //! The traits that the user's worker implements, one for each slot that receives.
 
 pub(crate) mod simulation;
+pub(crate) mod inner_model_manager;
 pub(crate) mod lasers;
 pub(crate) mod lidars;
 pub(crate) mod ultrasounds;
@@ -20,6 +21,7 @@ pub(crate) mod generic_bases;
 pub(crate) mod motors;
 
 pub use simulation::Simulation;
+pub use inner_model_manager::InnerModelManager;
 pub use lasers::Lasers;
 pub use lidars::Lidars;
 pub use ultrasounds::Ultrasounds;

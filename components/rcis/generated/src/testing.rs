@@ -66,10 +66,10 @@ impl TestContext {
             context_,
             pose_topics: FakeArray::new(
                 &bed,
-                17,
+                18,
                 |bed, member| FakeSubscriber::of_member(
                     bed,
-                    17,
+                    18,
                     member,
                     read_pose_topics,
                 ),

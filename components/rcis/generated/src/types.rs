@@ -3,10 +3,10 @@
 
 pub use ::interfaces::rc_inner_model;
 pub use self::rc_inner_model::{
-    Point, PointInPlace, Direction, DirectionInPlace, Pose, PoseInPlace, Matrix,
-    MatrixInPlace, InnerModelError, Attribute, Node, Nodes, JointPosition,
-    JointPositions, Contact, Contacts, Near, Hit, ColouredPoint, ColouredPointInPlace,
-    Stamp, ChangedNode, RemovedNode, Changes,
+    Point, PointInPlace, Direction, DirectionInPlace, Pose, PoseInPlace, MatrixInPlace,
+    InnerModelError, Attribute, Node, Nodes, JointPosition, JointPositions, Contact,
+    Contacts, Near, Hit, ColouredPoint, ColouredPointInPlace, Stamp, ChangedNode,
+    RemovedNode, Changes,
 };
 pub use ::interfaces::rc_simulation;
 pub use self::rc_simulation::{
@@ -39,6 +39,13 @@ pub use ::interfaces::robo_comp_imu;
 pub use self::robo_comp_imu::{
     DataImu, DataImuInPlace, Acceleration, AccelerationInPlace, Wgyr, WgyrInPlace,
     Magnetic, MagneticInPlace, Orientation, OrientationInPlace,
+};
+pub use ::interfaces::robo_comp_inner_model_manager;
+pub use self::robo_comp_inner_model_manager::{
+    NodeType, NodeTypeInPlace, AttributeType, AttributeMap, NodeInformation,
+    NodeInformationSequence, ErrorType, ErrorTypeInPlace, InnerModelManagerError,
+    Colored3DPoint, Colored3DPointInPlace, PointCloudVector, Plane3D, Coord3D,
+    Coord3DInPlace, Pose3D, Pose3DInPlace, JointType, MeshType, FloatSeq,
 };
 pub use ::interfaces::robo_comp_joint_motor;
 pub use self::robo_comp_joint_motor::{

@@ -106,11 +106,16 @@ fn a_change_is_in_the_next_frame() -> Result<(), WorkerError> {
     let there = Simulation::get_pose(&mut worker, ctx, world(), "post".into(), "lamp".into())
         .expect("a pose");
     assert!((there.z - 1500.0).abs() < 1e-6);
-    assert!(
-        worker
-            .collide(ctx, world(), "post".into(), "wall_east".into())
-            .is_ok()
+    let touch = Simulation::collide(&mut worker, ctx, world(), "post".into(), "wall_east".into());
+    assert!(!touch.expect("two nodes"));
+    let touch = Simulation::collide(
+        &mut worker,
+        ctx,
+        world(),
+        "lamp_pole".into(),
+        "lamp_shade".into(),
     );
+    assert!(touch.expect("two nodes"));
     worker.remove(ctx, world(), "post".into()).expect("a node");
     assert!((ahead(&mut worker, ctx) - free).abs() < 60.0);
     let mut signal = worker
@@ -127,12 +132,10 @@ fn a_change_is_in_the_next_frame() -> Result<(), WorkerError> {
         value: "red".to_owned(),
     };
     for _ in 0..2 {
-        worker
-            .set_attribute(ctx, world(), "lamp".into(), attribute.clone())
+        Simulation::set_attribute(&mut worker, ctx, world(), "lamp".into(), attribute.clone())
             .expect("an attribute");
     }
-    worker
-        .remove_attribute(ctx, world(), "lamp".into(), "colour".into())
+    Simulation::remove_attribute(&mut worker, ctx, world(), "lamp".into(), "colour".into())
         .expect("an attribute");
     assert!(
         worker
@@ -184,12 +187,19 @@ fn what_is_refused_changes_nothing() {
     assert_eq!(reason!(circle, MoveToError), Reason::WrongKind);
     let circle = worker.re_parent(ctx, world(), "front".into(), "lamp".into());
     assert_eq!(reason!(circle, ReParentError), Reason::WrongKind);
-    let attribute = worker.remove_attribute(ctx, world(), "lamp".into(), "colour".into());
+    let attribute =
+        Simulation::remove_attribute(&mut worker, ctx, world(), "lamp".into(), "colour".into());
     assert_eq!(
         reason!(attribute, RemoveAttributeError),
         Reason::UnknownAttribute
     );
-    let attribute = worker.set_attribute(ctx, world(), "lamb".into(), Attribute::default());
+    let attribute = Simulation::set_attribute(
+        &mut worker,
+        ctx,
+        world(),
+        "lamb".into(),
+        Attribute::default(),
+    );
     assert_eq!(reason!(attribute, SetAttributeError), Reason::UnknownNode);
     let wrong = Signal {
         noise: -1.0,
@@ -199,7 +209,7 @@ fn what_is_refused_changes_nothing() {
     assert_eq!(reason!(signal, SetSignalError), Reason::WrongValue);
     let signal = worker.get_signal(ctx, world(), "lamp".into());
     assert_eq!(reason!(signal, GetSignalError), Reason::WrongKind);
-    let touch = worker.collide(ctx, world(), "lamp".into(), "lamb".into());
+    let touch = Simulation::collide(&mut worker, ctx, world(), "lamp".into(), "lamb".into());
     assert_eq!(reason!(touch, CollideError), Reason::UnknownNode);
     let person = worker.get_skeleton(ctx, world(), "lamp".into());
     assert_eq!(reason!(person, GetSkeletonError), Reason::WrongKind);
@@ -260,7 +270,7 @@ fn a_prediction_is_what_a_clone_does() {
     let (mut worker, mut test) = house();
     let ctx: &mut Context = &mut test;
     let found = worker
-        .predict(ctx, world(), "base".into(), 0.0, 800.0, 0.1, 10.0)
+        .predict(ctx, world(), "base".into(), 0.0, 800.0, 0.1, 8.0)
         .expect("a base");
     let stopped = found.collision.expect("the table or the wall");
     Simulation::clone(&mut worker, ctx, world(), "dream".into()).expect("a clone");
@@ -275,7 +285,7 @@ fn a_prediction_is_what_a_clone_does() {
     )
     .expect("a base");
     assert_eq!(part, 1.0);
-    Simulation::step(&mut worker, ctx, "dream".into(), 1000).expect("steps");
+    Simulation::step(&mut worker, ctx, "dream".into(), 800).expect("steps");
     let there = Simulation::get_pose(
         &mut worker,
         ctx,
@@ -300,6 +310,13 @@ fn a_prediction_is_what_a_clone_does() {
     )
     .expect("a base");
     assert_eq!(limited, 0.25);
+    // A base with two wheels drives at 500 mm/s, whatever is asked of it to the side.
+    let mut drive = |side, advance| {
+        let (world, base) = ("dream".into(), "base".into());
+        Simulation::drive(&mut worker, ctx, world, base, side, advance, 0.0)
+    };
+    assert_eq!(drive(1.0, 500.0).expect("a base"), 1.0);
+    assert_eq!(drive(1.0, 0.0).expect("a base"), 0.0);
 }
 
 #[test]
@@ -322,6 +339,16 @@ fn people_have_a_skeleton() {
         (head.place.z + 1000.0).abs() < 1.0 && head.place.y > 1500.0,
         "{head:?}"
     );
+    // A person has all parts, or none.
+    let neck = worker.remove(ctx, world(), "ann_neck".into());
+    assert_eq!(reason!(neck, RemoveError), Reason::DuplicateNode);
+    let head = r#"<transform id="bob_head"/>"#;
+    worker
+        .add(ctx, world(), "root".into(), head.into())
+        .expect("an element");
+    let bob = r#"<human id="bob" path="-2000,0 -2000,-2000"/>"#;
+    let refused = worker.add(ctx, world(), "root".into(), bob.into());
+    assert_eq!(reason!(refused, AddError), Reason::DuplicateNode);
 }
 
 #[test]

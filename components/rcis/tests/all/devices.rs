@@ -40,18 +40,18 @@ fn a_base_drives_and_tells_its_true_pose() -> Result<(), WorkerError> {
     Bases::set_speed_base(&mut worker, &mut test, &base, 400.0, 0.5);
     test.run(&mut worker, Duration::from_secs(1))?;
     let poses: Vec<_> = test.pose_topics.member("base").samples();
-    assert_eq!(poses.len(), 20);
+    assert_eq!(poses.len(), 21);
     let PoseTopicsSample::NewFullPose { pose } = poses.last().expect("a pose");
     // An arc of 800 mm to the left, from (2000, −1500) northwards.
     let (x, y) = (
-        2000.0 - 800.0 * (1.0 - 0.48_f32.cos()),
-        -1500.0 + 800.0 * 0.48_f32.sin(),
+        2000.0 - 800.0 * (1.0 - 0.5_f32.cos()),
+        -1500.0 + 800.0 * 0.5_f32.sin(),
     );
     assert!(
         (pose.x - x).abs() < 10.0 && (pose.y - y).abs() < 10.0,
         "{pose:?}"
     );
-    assert!((pose.rz - FRAC_PI_2 - 0.48).abs() < 0.01 && pose.vrz == 0.5);
+    assert!((pose.rz - FRAC_PI_2 - 0.5).abs() < 0.01 && pose.vrz == 0.5);
     let state = Bases::get_base_state(&mut worker, &mut test, &base).expect("a base");
     assert!(state.is_moving && (state.rot_v - 0.5).abs() < 1e-6);
     Bases::reset_odometer(&mut worker, &mut test, &base);
@@ -213,6 +213,28 @@ fn motors_go_where_they_may() -> Result<(), WorkerError> {
     Ok(())
 }
 
+#[test]
+fn a_motor_goes_to_the_limits_that_it_reports() -> Result<(), WorkerError> {
+    let text = r#"<innerModel><transform id="arm"><joint id="elbow" axis="x" min="-1.57" max="1.57"/></transform></innerModel>"#;
+    let (mut worker, mut test) = start(text);
+    let motors = member(test.motors.get("arm"));
+    let params = worker.get_all_motor_params(&mut test, &motors);
+    for position in [params[0].max_pos, params[0].min_pos] {
+        let goal = MotorGoalPosition {
+            name: "elbow".to_owned(),
+            position,
+            max_speed: 0.0,
+        };
+        worker
+            .set_position(&mut test, &motors, goal)
+            .expect("a limit");
+        worker.compute(&mut test)?;
+        let state = worker.get_motor_state(&mut test, &motors, "elbow".into());
+        assert_eq!(state.expect("a motor").pos, position);
+    }
+    Ok(())
+}
+
 const HALL: &str = r#"<innerModel>
     <plane id="wall" pz="2050" size="4000,4000,100" collide="1"/>
     <omnirobot id="omni" maxspeed="500">
@@ -285,10 +307,10 @@ fn an_omni_base_and_its_imu() -> Result<(), WorkerError> {
     assert_eq!(worker.get_magneticfields(&mut test, &imu).z_mag, 1.0);
     OmniBases::set_speed_base(&mut worker, &mut test, &omni, 0.0, 0.0, 1.0).expect("a base");
     test.run(&mut worker, Duration::from_millis(500))?;
-    assert!((worker.get_velangular(&mut test, &imu).y_gyr + 1.0).abs() < 1e-4);
+    assert!((worker.get_velangular(&mut test, &imu).y_gyr - 1.0).abs() < 1e-4);
     worker.reset_imu(&mut test, &imu);
     assert_eq!(worker.get_orientation(&mut test, &imu).yaw, 0.0);
     worker.compute(&mut test)?;
-    assert!((worker.get_orientation(&mut test, &imu).yaw + 0.01).abs() < 1e-4);
+    assert!((worker.get_orientation(&mut test, &imu).yaw - 0.01).abs() < 1e-4);
     Ok(())
 }

@@ -2,11 +2,12 @@
 
 mod control;
 mod devices;
+mod manager;
 
 use innermodel::{Folders, InnerModel};
 use rcis::SpecificWorker;
 use rcis_generated::testing::TestContext;
-use rcis_generated::{Member, Params, Worker, WorkerError};
+use rcis_generated::{Member, Params, Simulation, Worker, WorkerError};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -95,4 +96,25 @@ fn a_step_of_zero_is_refused() {
     test.params.step = Duration::ZERO;
     let refused = SpecificWorker::initialize(&mut test).map(drop);
     assert!(matches!(refused, Err(WorkerError::Fatal(text)) if text.starts_with("a step of 0ns")));
+}
+
+#[test]
+fn a_rate_that_is_almost_0_is_slow() -> Result<(), WorkerError> {
+    let (mut worker, mut test) = house();
+    for rate in [f64::MIN_POSITIVE, 1e-25, 1000.0] {
+        test.params.rate = rate;
+        worker.params_changed(&mut test, &[])?;
+    }
+    Ok(())
+}
+
+#[test]
+fn steps_that_are_shorter_than_a_period_keep_the_rate() -> Result<(), WorkerError> {
+    let mut test = context("<innerModel/>");
+    test.params.step = Duration::from_micros(10);
+    let mut worker = SpecificWorker::initialize(&mut test)?;
+    worker.compute(&mut test)?;
+    let clock = Simulation::get_clock(&mut worker, &mut test, String::new()).expect("a clock");
+    assert_eq!(clock.time, 100_000);
+    Ok(())
 }

@@ -15,8 +15,8 @@ pub trait Simulation {
         world: String,
     ) -> Result<rc_simulation::Clock, simulation::GetClockError>;
 
-    /// Makes steps. In the world itself, while followers of its time wait for ticks, they come after the reply: then
-    /// `pending` says how many.
+    /// Makes steps, for at most 5 s; `pending` says how many are left. Those of the world itself come after the reply;
+    /// while followers of its time wait for ticks, all of them do. Those of a clone need another call.
     fn step(
         &mut self,
         ctx: &mut Context,
@@ -196,7 +196,7 @@ pub trait Simulation {
     fn get_snapshots(&mut self, ctx: &mut Context) -> rc_simulation::Names;
 
     /// Where a base would be if it drove at a speed for a time, and what would stop it first. The world does not
-    /// change.
+    /// change. A prediction that takes more than 5 s of the computer is refused as TooMany.
     ///
     /// - `side`: in mm/s
     /// - `advance`: in mm/s
@@ -229,7 +229,8 @@ pub trait Simulation {
 
     fn get_clones(&mut self, ctx: &mut Context) -> rc_simulation::Names;
 
-    /// Commands the speed of a base in a world; returns the greatest part of it that its limits allow, from 0 to 1.
+    /// Commands the speed of a base in a world. Returns the least of the parts of side, advance and turn that its
+    /// limits allow, from 0 to 1; a part that the base cannot do counts if it can do no other one.
     ///
     /// - `side`: in mm/s
     /// - `advance`: in mm/s

@@ -1,0 +1,200 @@
+//! RoboComp's interface `InnerModelManager` of the simulated world.
+
+use crate::{house, member};
+use rcis::SpecificWorker;
+use rcis_generated::interfaces::inner_model_manager as calls;
+use rcis_generated::{
+    Context, Coord3D, ErrorType, InnerModelManager, JointType, Lasers, MeshType, Plane3D, Pose3D,
+    Simulation,
+};
+use std::fs;
+
+/// The code of an exception.
+macro_rules! code {
+    ($call:expr, $error:ident) => {
+        match $call {
+            Err(calls::$error::InnerModelManagerError(error)) => error.err,
+            other => panic!("{other:?}"),
+        }
+    };
+}
+
+fn at(x: f32, y: f32, z: f32) -> Pose3D {
+    Pose3D {
+        x,
+        y,
+        z,
+        ..Pose3D::default()
+    }
+}
+
+fn board(py: f32) -> Plane3D {
+    Plane3D {
+        py,
+        nz: 1.0,
+        width: 600.0,
+        height: 600.0,
+        thickness: 20.0,
+        texture: "#ff0000".into(),
+        ..Plane3D::default()
+    }
+}
+
+const MESH: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+#[test]
+fn changes_are_in_the_next_frame() {
+    let (mut worker, mut test) = house();
+    let front = member(test.lasers.get("front"));
+    let ctx: &mut Context = &mut test;
+    let ahead = |worker: &mut SpecificWorker, ctx: &mut Context| {
+        // The next frame of a laser of 20 Hz.
+        Simulation::step(worker, ctx, String::new(), 5).expect("steps");
+        worker.get_laser_data(ctx, &front)[90].dist
+    };
+    let free = ahead(&mut worker, ctx);
+    let stand = || "stand".to_owned();
+    let added = worker.add_transform(
+        ctx,
+        stand(),
+        "static".into(),
+        "root".into(),
+        at(2000.0, 0.0, -700.0),
+    );
+    assert_eq!(added, Ok(true));
+    let added = worker.add_plane(ctx, "board".into(), stand(), board(300.0));
+    assert_eq!(added, Ok(true));
+    assert!((ahead(&mut worker, ctx) - 790.0).abs() < 60.0);
+    let moved = worker.set_pose(ctx, "root".into(), stand(), at(2000.0, 0.0, -200.0));
+    assert_eq!(moved, Ok(true));
+    assert!((ahead(&mut worker, ctx) - 1290.0).abs() < 60.0);
+    let moved = worker.set_pose_from_parent(ctx, stand(), at(2000.0, 0.0, 100.0));
+    assert_eq!(moved, Ok(true));
+    assert!((ahead(&mut worker, ctx) - 1590.0).abs() < 60.0);
+    let (_, there) =
+        InnerModelManager::get_pose(&mut worker, ctx, "root".into(), stand()).expect("a pose");
+    assert_eq!((there.x, there.z), (2000.0, 100.0));
+    let (_, point) = worker
+        .transform(ctx, "root".into(), stand(), Coord3D::default())
+        .expect("a point");
+    assert_eq!((point.x, point.z), (2000.0, 100.0));
+    assert_eq!(
+        worker.set_plane(ctx, "board".into(), board(2000.0)),
+        Ok(true)
+    );
+    // It is above the laser now.
+    assert!((ahead(&mut worker, ctx) - free).abs() < 60.0);
+    let moved = worker.move_node(ctx, "board".into(), "lamp".into());
+    assert_eq!(moved, Ok(true));
+    let nodes = worker.get_all_node_information(ctx).expect("nodes");
+    let board = nodes.iter().find(|node| node.id == "board").expect("it");
+    assert_eq!(board.parent_id, "lamp");
+    assert!(!InnerModelManager::collide(
+        &mut worker,
+        ctx,
+        "lamp".into(),
+        "bed".into()
+    ));
+    assert_eq!(worker.remove_node(ctx, stand()), Ok(true));
+}
+
+#[test]
+fn refusals_have_the_codes_of_the_interface() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let outside = tempfile::tempdir().expect("a folder");
+    for folder in [&folder, &outside] {
+        fs::write(folder.path().join("chair.obj"), MESH).expect("a file");
+    }
+    fs::write(folder.path().join("torn.obj"), "f 1 2 3\n").expect("a file");
+    let mut test = crate::context(r#"<innerModel><transform id="table"/></innerModel>"#);
+    test.params.inner_model = folder.path().join("scene.xml");
+    let mut worker =
+        <SpecificWorker as rcis_generated::Worker>::initialize(&mut test).expect("a worker");
+    let ctx: &mut Context = &mut test;
+    let (table, root) = (|| "table".to_owned(), || "root".to_owned());
+    let transform = |worker: &mut SpecificWorker, ctx: &mut Context, id: &str, engine: &str| {
+        let (id, engine) = (id.to_owned(), engine.to_owned());
+        worker.add_transform(ctx, id, engine, "root".into(), at(0.0, 0.0, 0.0))
+    };
+    let again = transform(&mut worker, ctx, "table", "static");
+    assert_eq!(
+        code!(again, AddTransformError),
+        ErrorType::NodeAlreadyExists
+    );
+    let engine = transform(&mut worker, ctx, "a", "ode");
+    assert_eq!(code!(engine, AddTransformError), ErrorType::InvalidEngine);
+    let joint = JointType {
+        axis: "w".into(),
+        ..JointType::default()
+    };
+    let axis = worker.add_joint(ctx, "a".into(), root(), joint);
+    assert_eq!(code!(axis, AddJointError), ErrorType::InvalidValues);
+    let mesh = |path: &str| MeshType {
+        mesh_path: path.to_owned(),
+        scale_x: 1.0,
+        scale_y: 1.0,
+        scale_z: 1.0,
+        ..MeshType::default()
+    };
+    let chair = worker.add_mesh(ctx, "chair".into(), table(), mesh("chair.obj"));
+    assert_eq!(chair, Ok(true));
+    let name = outside.path().file_name().and_then(|name| name.to_str());
+    let above = format!("../{}/chair.obj", name.expect("a name"));
+    let outside = outside.path().join("chair.obj");
+    let outside = outside.to_str().expect("a path");
+    for path in ["stool.obj", "torn.obj", &above, outside] {
+        let refused = worker.add_mesh(ctx, "other".into(), table(), mesh(path));
+        assert_eq!(
+            code!(refused, AddMeshError),
+            ErrorType::InvalidPath,
+            "{path}"
+        );
+        let element = format!(r#"<mesh id="other" file="{path}"/>"#);
+        let refused = Simulation::add(&mut worker, ctx, String::new(), table(), element);
+        assert!(refused.is_err(), "{path}");
+    }
+    let scaled = worker.set_scale(ctx, "chair".into(), 2.0, 2.0, 2.0);
+    assert_eq!(scaled, Ok(true));
+    let kind = worker.set_scale(ctx, table(), 2.0, 2.0, 2.0);
+    assert_eq!(code!(kind, SetScaleError), ErrorType::OperationInvalidNode);
+    let unknown = worker.set_plane(ctx, "nowhere".into(), board(0.0));
+    assert_eq!(code!(unknown, SetPlaneError), ErrorType::NonExistingNode);
+    let unknown = worker.remove_node(ctx, "nowhere".into());
+    assert_eq!(code!(unknown, RemoveNodeError), ErrorType::NonExistingNode);
+    let circle = worker.move_node(ctx, root(), table());
+    assert_eq!(
+        code!(circle, MoveNodeError),
+        ErrorType::OperationInvalidNode
+    );
+    let name = || "colour".to_owned();
+    let text = || "string".to_owned();
+    let missing = worker.get_attribute(ctx, table(), name());
+    assert_eq!(
+        code!(missing, GetAttributeError),
+        ErrorType::NonExistingAttribute
+    );
+    let added =
+        InnerModelManager::add_attribute(&mut worker, ctx, table(), name(), text(), "red".into());
+    assert_eq!(added, Ok(true));
+    let again =
+        InnerModelManager::add_attribute(&mut worker, ctx, table(), name(), text(), "red".into());
+    assert_eq!(
+        code!(again, AddAttributeError),
+        ErrorType::AttributeAlreadyExists
+    );
+    let set =
+        InnerModelManager::set_attribute(&mut worker, ctx, table(), name(), text(), "blue".into());
+    assert_eq!(set, Ok(true));
+    let found = worker.get_attribute(ctx, table(), name());
+    assert_eq!(found, Ok((true, text(), "blue".to_owned())));
+    assert_eq!(
+        InnerModelManager::remove_attribute(&mut worker, ctx, table(), name()),
+        Ok(true)
+    );
+    let matrix = worker.get_transformation_matrix(ctx, root(), table());
+    assert_eq!(matrix.expect("a matrix").data.len(), 16);
+    let (_, pose) = worker.get_pose_from_parent(ctx, table()).expect("a pose");
+    assert_eq!(pose, at(0.0, 0.0, 0.0));
+    // No sensor sees points: this is logged, and changes nothing.
+    worker.set_point_cloud_data(ctx, table(), Vec::new());
+}
