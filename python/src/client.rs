@@ -122,9 +122,9 @@ impl Network {
         let answer = py.detach(|| call(&self.network.name, &found, &request, limit));
         match answer.map_err(|error| failed(py, &error))? {
             // A reply has the name of its operation, as the class of its parts.
-            Answer::Result(Value::Struct(ty, values)) => types.answer_object(py, &ty.name, &values),
+            Answer::Result(Value::Struct(ty, values)) => types.answer_object(py, &ty.name, values),
             Answer::Result(_) => Ok(py.None().into_bound(py)),
-            Answer::Exception(value) => Err(PyErr::from_value(types.object(py, &value)?)),
+            Answer::Exception(value) => Err(PyErr::from_value(types.object(py, value)?)),
         }
     }
 
@@ -242,7 +242,7 @@ impl Samples {
             });
             match found {
                 Ok(Ok(Value::Struct(_, values))) => {
-                    return self.types.parts(py, &values).map(Some);
+                    return self.types.parts(py, values).map(Some);
                 }
                 Ok(Ok(_)) => {}
                 Ok(Err(reason)) => return Err(errors::raise(py, "Error", &reason)),

@@ -54,7 +54,7 @@ impl Codec {
     ) -> PyResult<Bound<'py, PyTuple>> {
         let operation = self.operation(slot, operation)?;
         self.types
-            .parts(py, &decoded(py, &operation.request, bytes)?)
+            .parts(py, decoded(py, &operation.request, bytes)?)
     }
 
     /// What a handler returned.
@@ -79,7 +79,7 @@ impl Codec {
     ) -> PyResult<Bound<'py, PyAny>> {
         let operation = self.operation(slot, operation)?;
         let values = decoded(py, &operation.reply, bytes)?;
-        self.types.answer_object(py, &operation.answer, &values)
+        self.types.answer_object(py, &operation.answer, values)
     }
 }
 

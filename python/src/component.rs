@@ -133,7 +133,7 @@ impl Joint {
     }
 
     /// The context and the arguments of a handler.
-    fn arguments<'py>(&self, py: Python<'py>, request: &Value) -> PyResult<Bound<'py, PyTuple>> {
+    fn arguments<'py>(&self, py: Python<'py>, request: Value) -> PyResult<Bound<'py, PyTuple>> {
         let mut arguments = vec![self.context.bind(py).clone()];
         if let Value::Struct(_, values) = request {
             for value in values {
@@ -154,7 +154,7 @@ impl Joint {
             sample,
             operation.request.members.first().map(|member| &member.ty),
         ) {
-            (Sample::Value(value), _) => self.arguments(py, &value),
+            (Sample::Value(value), _) => self.arguments(py, value),
             (Sample::Image(memory), Some(Type::Struct(ty))) => {
                 let memory = Py::new(py, memory)?;
                 let view = View::new(memory, Arc::clone(&self.types), Arc::clone(ty), 0);
@@ -180,7 +180,7 @@ impl Joint {
     }
 
     /// Runs the handler of a request.
-    fn answer(&self, py: Python<'_>, operation: &Operation, request: &Value) -> Answer {
+    fn answer(&self, py: Python<'_>, operation: &Operation, request: Value) -> Answer {
         let handled = self
             .arguments(py, request)
             .and_then(|arguments| self.worker.handle(py, &operation.handler, arguments));
@@ -391,7 +391,7 @@ impl Component for Joint {
         let arguments = request.arguments(&operation.wire, |reader| {
             read(&operation.request, reader).map_err(undecodable)
         })?;
-        match self.run(|py, joint| joint.answer(py, operation, &arguments)) {
+        match self.run(|py, joint| joint.answer(py, operation, arguments)) {
             Answer::Reply(case, value) => request.reply_with(case, |writer| write(&value, writer)),
             Answer::Failed(reason) => request.fail(&reason),
             Answer::None => Ok(()),

@@ -286,11 +286,11 @@ impl Link {
         })?;
         match answer {
             Ok(Answer::Result(Value::Struct(_, values))) => {
-                self.types.answer_object(py, &operation.answer, &values)
+                self.types.answer_object(py, &operation.answer, values)
             }
             Ok(Answer::Result(_)) => Ok(py.None().into_bound(py)),
             Ok(Answer::Image(memory)) => self.result_view(py, operation, memory),
-            Ok(Answer::Exception(value)) => Err(PyErr::from_value(self.types.object(py, &value)?)),
+            Ok(Answer::Exception(value)) => Err(PyErr::from_value(self.types.object(py, value)?)),
             Err(error) => Err(errors::of_call(py, &error)),
         }
     }

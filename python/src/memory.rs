@@ -12,6 +12,7 @@ use crate::sample::Keeping;
 use pyo3::exceptions::PyBufferError;
 use pyo3::ffi;
 use pyo3::prelude::*;
+use rc_middleware::in_place::{FromBytes, IntoBytes};
 use rc_middleware::{KeptSample, LoanedSample};
 use std::ffi::{CString, c_int, c_void};
 use std::ptr::NonNull;
@@ -30,10 +31,17 @@ pub(crate) struct Memory {
     backing: Mutex<Backing>,
 }
 
+/// A number of which every pattern of bytes is a value, so that an array may write any.
+pub(crate) trait Number: FromBytes + IntoBytes + Send + 'static {}
+
+impl<T: FromBytes + IntoBytes + Send + 'static> Number for T {}
+
 /// What owns the bytes.
 enum Backing {
     /// Aligned to 16.
     Owned(#[expect(dead_code, reason = "it owns the memory")] Box<[u128]>),
+    /// The numbers of a value.
+    Numbers(#[expect(dead_code, reason = "it owns the memory")] Box<dyn Send>),
     Lent(Lent),
     /// A received sample, which lets its publisher have the memory again when it is dropped.
     Kept(
@@ -128,6 +136,18 @@ impl Memory {
         }
     }
 
+    /// The memory of numbers, which becomes that of an array.
+    pub(crate) fn numbers<T: Number>(mut numbers: Vec<T>) -> Self {
+        let memory = numbers.as_mut_bytes();
+        Self {
+            start: NonNull::from(&mut *memory).cast(),
+            length: memory.len(),
+            writable: true,
+            exports: AtomicUsize::new(0),
+            backing: Mutex::new(Backing::Numbers(Box::new(numbers))),
+        }
+    }
+
     /// The memory of a received sample, which is only read.
     pub(crate) fn kept(sample: Box<dyn KeptSample>, keeping: Keeping) -> Self {
         let memory = sample.memory();
@@ -198,7 +218,7 @@ impl Memory {
                      it before send()",
                 ));
             }
-            Backing::Owned(_) | Backing::Kept(..) => return Ok(None),
+            Backing::Owned(_) | Backing::Numbers(_) | Backing::Kept(..) => return Ok(None),
             Backing::Lent(lent) if lent.thread != std::thread::current().id() => {
                 return Err(crate::errors::wrong_thread());
             }

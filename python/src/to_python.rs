@@ -1,29 +1,25 @@
 //! From values to objects of Python.
 
+use crate::memory::Memory;
 use crate::types::Types;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use pyo3::types::{PyByteArray, PyDict, PyList, PyTuple};
-use rc_middleware::in_place::IntoBytes;
+use pyo3::types::{PyDict, PyList, PyTuple};
 use rc_values::{Numbers, Primitive, Value};
 
 impl Types {
     /// A value as an object. Numbers of a sequence become a writable array of `NumPy`.
-    pub(crate) fn object<'py>(
-        &self,
-        py: Python<'py>,
-        value: &Value,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn object<'py>(&self, py: Python<'py>, value: Value) -> PyResult<Bound<'py, PyAny>> {
         match value {
             Value::Bool(value) => value.into_bound_py_any(py),
             Value::Int(value) => value.into_bound_py_any(py),
             Value::Uint(value) => value.into_bound_py_any(py),
-            Value::F32(value) => f64::from(*value).into_bound_py_any(py),
+            Value::F32(value) => f64::from(value).into_bound_py_any(py),
             Value::F64(value) => value.into_bound_py_any(py),
             Value::Text(value) => value.into_bound_py_any(py),
             Value::Missing => Ok(py.None().into_bound(py)),
             Value::Enum(of, number) => {
-                let member = self.class(&of.name)?.members.get(number);
+                let member = self.class(&of.name)?.members.get(&number);
                 match member {
                     Some(member) => Ok(member.bind(py).clone()),
                     None => number.into_bound_py_any(py),
@@ -31,7 +27,7 @@ impl Types {
             }
             Value::Numbers(numbers) => self.array(py, numbers),
             Value::Sequence(items) => {
-                let items = items.iter().map(|item| self.object(py, item));
+                let items = items.into_iter().map(|item| self.object(py, item));
                 let items = items.collect::<PyResult<Vec<_>>>()?;
                 PyList::new(py, items)?.into_bound_py_any(py)
             }
@@ -53,9 +49,9 @@ impl Types {
     pub(crate) fn parts<'py>(
         &self,
         py: Python<'py>,
-        values: &[Value],
+        values: Vec<Value>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let objects = values.iter().map(|value| self.object(py, value));
+        let objects = values.into_iter().map(|value| self.object(py, value));
         PyTuple::new(py, objects.collect::<PyResult<Vec<_>>>()?)
     }
 
@@ -64,23 +60,39 @@ impl Types {
         &self,
         py: Python<'py>,
         operation: &str,
-        values: &[Value],
+        values: Vec<Value>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        match (values, self.answer(operation)) {
-            ([], _) => Ok(py.None().into_bound(py)),
-            ([value], _) => self.object(py, value),
-            (values, Some(class)) => class.bind(py).call1(self.parts(py, values)?),
-            (values, None) => self.parts(py, values)?.into_bound_py_any(py),
+        let mut parts = self.parts(py, values)?.into_any();
+        match (parts.len()?, self.answer(operation)) {
+            (0, _) => parts = py.None().into_bound(py),
+            (1, _) => parts = parts.get_item(0)?,
+            (_, Some(class)) => parts = class.bind(py).call1(parts.cast::<PyTuple>()?)?,
+            (_, None) => {}
         }
+        Ok(parts)
     }
 
-    fn array<'py>(&self, py: Python<'py>, numbers: &Numbers) -> PyResult<Bound<'py, PyAny>> {
+    /// An array that owns the numbers.
+    fn array<'py>(&self, py: Python<'py>, numbers: Numbers) -> PyResult<Bound<'py, PyAny>> {
         let of = dtype(numbers.primitive());
         if numbers.is_empty() {
             return self.empty.bind(py).call1((0, of));
         }
-        let bytes = PyByteArray::new(py, bytes(numbers));
-        self.frombuffer.bind(py).call1((bytes, of))
+        let memory = match numbers {
+            // An array may hold other bytes than a `bool` of Rust.
+            Numbers::Bool(flags) => Memory::numbers(flags.into_iter().map(u8::from).collect()),
+            Numbers::U8(bytes) => Memory::numbers(bytes),
+            Numbers::I8(items) => Memory::numbers(items),
+            Numbers::I16(items) => Memory::numbers(items),
+            Numbers::U16(items) => Memory::numbers(items),
+            Numbers::I32(items) => Memory::numbers(items),
+            Numbers::U32(items) => Memory::numbers(items),
+            Numbers::I64(items) => Memory::numbers(items),
+            Numbers::U64(items) => Memory::numbers(items),
+            Numbers::F32(items) => Memory::numbers(items),
+            Numbers::F64(items) => Memory::numbers(items),
+        };
+        self.frombuffer.bind(py).call1((Py::new(py, memory)?, of))
     }
 }
 
@@ -98,21 +110,5 @@ pub(crate) fn dtype(primitive: Primitive) -> &'static str {
         Primitive::U64 => "<u8",
         Primitive::F32 => "<f4",
         Primitive::F64 => "<f8",
-    }
-}
-
-fn bytes(numbers: &Numbers) -> &[u8] {
-    match numbers {
-        Numbers::Bool(items) => items.as_bytes(),
-        Numbers::I8(items) => items.as_bytes(),
-        Numbers::U8(items) => items.as_bytes(),
-        Numbers::I16(items) => items.as_bytes(),
-        Numbers::U16(items) => items.as_bytes(),
-        Numbers::I32(items) => items.as_bytes(),
-        Numbers::U32(items) => items.as_bytes(),
-        Numbers::I64(items) => items.as_bytes(),
-        Numbers::U64(items) => items.as_bytes(),
-        Numbers::F32(items) => items.as_bytes(),
-        Numbers::F64(items) => items.as_bytes(),
     }
 }

@@ -116,8 +116,7 @@ impl View {
                 let value = self.memory.get().read(place.at, place.size, |bytes| {
                     read_member_image(place.member, bytes)
                 })?;
-                self.types
-                    .object(py, &value.map_err(|error| unfit(&error))?)
+                self.types.object(py, value.map_err(|error| unfit(&error))?)
             }
         }
     }
@@ -268,8 +267,7 @@ impl View {
         let size = self.ty.layout.map_or(0, |layout| layout.size);
         let memory = self.memory.get();
         let value = memory.read(self.at, size, |bytes| decode_image(&self.ty, bytes))?;
-        self.types
-            .object(py, &value.map_err(|error| unfit(&error))?)
+        self.types.object(py, value.map_err(|error| unfit(&error))?)
     }
 
     fn __dir__(&self, py: Python<'_>) -> PyResult<Vec<String>> {

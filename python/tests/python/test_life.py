@@ -94,6 +94,22 @@ class Life(unittest.TestCase):
         self.reader = threading.Thread(target=lambda: self.errors.extend(self.process.stderr))
         self.reader.start()
         self.expect("initialize")
+        # Until it runs, it may refuse requests.
+        self.until("running", "ended")
+
+    def until(self, *states):
+        for _ in range(LIMIT * 100):
+            if self.state() in states:
+                return
+            threading.Event().wait(0.01)
+        self.fail(f"it is {self.state()}")
+
+    def state(self):
+        """Its state; `ended` if it has ended at once."""
+        try:
+            return self.ask("status")["result"]["state"]
+        except (OSError, ValueError):
+            return "ended"
 
     def end(self):
         if self.process is None:
@@ -333,6 +349,7 @@ class Life(unittest.TestCase):
     def test_a_fatal_restore_ends_the_component(self):
         self.start('\n    def restore(self, ctx):\n        raise robocomp.Fatal("no way back")\n')
         self.ask("emergency", active=True)
+        self.until("emergency")
         self.ask("emergency", active=False)
         code, errors = self.wait()
         self.assertEqual(code, 3, errors)
