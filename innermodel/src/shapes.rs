@@ -61,3 +61,92 @@ pub fn bars(lengths: [f64; 3], widths: [f64; 3]) -> [([f64; 3], Transform, [u8; 
         (size, Transform::of(&pose), colour)
     })
 }
+
+/// Whether a point in the frame of a body is in it.
+pub fn contains(shape: Shape, point: &Vector) -> bool {
+    let from_axis = point.x.hypot(point.z);
+    match shape {
+        Shape::Sphere { radius } => point.norm() <= radius,
+        Shape::Cylinder { radius, length } => from_axis <= radius && point.y.abs() <= length / 2.0,
+        Shape::Cone { radius, length } => {
+            let below_tip = length / 2.0 - point.y;
+            (0.0..=length).contains(&below_tip) && from_axis * length <= radius * below_tip
+        }
+    }
+}
+
+/// Where a ray meets the surface of a body first: a multiple of the direction `way`, and the
+/// normal there, of any length. Start and direction are in the frame of the body. Only multiples of
+/// at least `least` count.
+pub fn meet(shape: Shape, start: &Vector, way: &Vector, least: f64) -> Option<(f64, Vector)> {
+    let mut best: Option<(f64, Vector)> = None;
+    let mut take = |t: f64, normal: Vector| {
+        if t >= least && best.is_none_or(|(before, _)| t < before) {
+            best = Some((t, normal));
+        }
+    };
+    let (start, way) = (*start, *way);
+    let at = |t: f64| start + way * t;
+    match shape {
+        Shape::Sphere { radius } => {
+            let (b, c) = (start.dot(&way), start.norm_squared() - radius * radius);
+            roots(way.norm_squared(), b, c, &mut |t| take(t, at(t)));
+        }
+        Shape::Cylinder { radius, length } => {
+            let half = length / 2.0;
+            let flat = |a: Vector, b: Vector| a.x * b.x + a.z * b.z;
+            let c = flat(start, start) - radius * radius;
+            roots(flat(way, way), flat(start, way), c, &mut |t| {
+                let p = at(t);
+                if p.y.abs() <= half {
+                    take(t, Vector::new(p.x, 0.0, p.z));
+                }
+            });
+            for end in [-half, half] {
+                let t = (end - start.y) / way.y;
+                if t.is_finite() && flat(at(t), at(t)) <= radius * radius {
+                    take(t, Vector::new(0.0, end, 0.0));
+                }
+            }
+        }
+        Shape::Cone { radius, length } => {
+            // x² + z² = (slope·(tip − y))²
+            let (half, slope) = (length / 2.0, radius / length);
+            let down = half - start.y;
+            let flat = |a: Vector, b: Vector| a.x * b.x + a.z * b.z;
+            let square = flat(way, way) - slope * slope * way.y * way.y;
+            let linear = flat(start, way) + slope * slope * down * way.y;
+            let constant = flat(start, start) - slope * slope * down * down;
+            roots(square, linear, constant, &mut |t| {
+                let p = at(t);
+                if p.y.abs() <= half {
+                    take(t, Vector::new(p.x, slope * slope * (half - p.y), p.z));
+                }
+            });
+            let end = (-half - start.y) / way.y;
+            if end.is_finite() && flat(at(end), at(end)) <= radius * radius {
+                take(end, -Vector::y());
+            }
+        }
+    }
+    best
+}
+
+/// The solutions of a·t² + 2·b·t + c = 0.
+fn roots(a: f64, b: f64, c: f64, take: &mut dyn FnMut(f64)) {
+    if a.abs() < 1e-15 {
+        if b != 0.0 {
+            take(-c / (2.0 * b));
+        }
+        return;
+    }
+    let square = b * b - a * c;
+    if square >= 0.0 {
+        // The larger one first: the other one of their product loses no digits.
+        let q = -(b + square.sqrt().copysign(b));
+        take(q / a);
+        if q != 0.0 {
+            take(c / q);
+        }
+    }
+}

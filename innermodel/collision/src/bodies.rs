@@ -26,6 +26,7 @@ pub struct Problem {
     pub error: MeshError,
 }
 
+/// A body, with its shape in metres.
 #[derive(Clone, Debug)]
 pub(crate) struct Solid {
     pub(crate) node: NodeId,
@@ -34,6 +35,13 @@ pub(crate) struct Solid {
     /// From the frame of the body to that of the node.
     inner: Transform,
     kind: Arc<Kind>,
+}
+
+impl Solid {
+    /// What the node is.
+    pub(crate) fn kind(&self) -> &Kind {
+        &self.kind
+    }
 }
 
 /// The bodies of one version of a tree.
@@ -201,6 +209,9 @@ impl Space {
         };
         solid.pose = pose(&(node.to_root() * solid.inner));
         let bounds = solid.shape.compute_aabb(&solid.pose);
+        // An update in place would let the boxes around it grow for ever, and keep it beside
+        // bodies that it has left. Taken out and put in, it costs the depth of the tree.
+        self.bvh.remove(place);
         self.bvh.insert(bounds, place);
         true
     }

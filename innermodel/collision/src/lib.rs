@@ -24,6 +24,7 @@
 mod allowed;
 mod bodies;
 mod queries;
+mod rays;
 mod touching;
 
 pub use bodies::{Problem, Space};

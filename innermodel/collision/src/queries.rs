@@ -4,6 +4,7 @@
 
 use crate::allowed::allowed;
 use crate::bodies::{METRE, Solid, Space, pose, vector};
+use crate::rays::{distance as way, meet};
 use innermodel::{Error, Key, NodeId, Point, Vector};
 use parry3d_f64::math::Pose;
 use parry3d_f64::math::Vector as Meters;
@@ -78,7 +79,7 @@ impl Caster<'_> {
             if !counts(solid.node) {
                 return None;
             }
-            solid.shape.cast_ray(&solid.pose, &ray, best, true)
+            way(solid, &ray, best)
         });
         let (place, distance) = first?;
         let solid = self.space.solids.get(place as usize)?.as_ref()?;
@@ -116,7 +117,7 @@ impl Space {
         let (a, b) = (self.named(a)?, self.named(b)?);
         let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (*a, *b)));
         let apart = pairs.filter(|(a, b)| a.node != b.node);
-        Ok(apart.filter_map(|(a, b)| meet(a, b)).collect())
+        Ok(apart.filter_map(|(a, b)| touching(a, b)).collect())
     }
 
     /// All contacts of bodies with `collide` that are not allowed to touch.
@@ -132,7 +133,7 @@ impl Space {
                 let b = b.filter(|b| other as usize > place && self.collides(b));
                 if let Some(b) = b
                     && !allowed(&self.tree, a.node, b.node)
-                    && let Some(contact) = meet(a, b)
+                    && let Some(contact) = touching(a, b)
                 {
                     found.push(contact);
                 }
@@ -234,20 +235,16 @@ impl Space {
             counts(solid.node).then_some(solid)
         };
         let first = self.bvh.cast_ray(&ray, range / METRE, |place, best| {
-            let solid = solid(place)?;
-            solid.shape.cast_ray(&solid.pose, &ray, best, true)
+            way(solid(place)?, &ray, best)
         });
         Ok(first.and_then(|(place, _)| {
             let solid = solid(place)?;
-            let hit =
-                solid
-                    .shape
-                    .cast_ray_and_get_normal(&solid.pose, &ray, range / METRE, true)?;
-            let normal = to_root.rotation.inverse() * hit.normal;
+            let (distance, normal) = meet(solid, &ray, range / METRE)?;
+            let normal = to_root.rotation.inverse() * normal;
             Some(Hit {
                 node: solid.node,
-                distance: hit.time_of_impact * METRE,
-                point: start + direction / length * hit.time_of_impact * METRE,
+                distance: distance * METRE,
+                point: start + direction / length * distance * METRE,
                 normal: Vector::new(normal.x, normal.y, normal.z),
             })
         }))
@@ -263,7 +260,7 @@ fn touch(a: &Solid, b: &Solid) -> bool {
     found.is_ok_and(|found| found.intersecting)
 }
 
-fn meet(a: &Solid, b: &Solid) -> Option<Contact> {
+fn touching(a: &Solid, b: &Solid) -> Option<Contact> {
     if !touch(a, b) {
         return None;
     }
