@@ -3,6 +3,7 @@
 mod bases;
 mod contacts;
 mod errors;
+mod imagination;
 mod imus;
 mod people;
 mod pictures;
