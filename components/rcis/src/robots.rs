@@ -20,6 +20,8 @@ use std::f64::consts::{PI, TAU};
 /// The voltage of an empty battery, and what a full one has more, in V.
 const EMPTY: f64 = 22.0;
 const RISE: f64 = 4.0;
+/// A base stands if it is not faster, in mm/s and rad/s: at a wall, rounding moves it a little.
+const STANDS: f64 = 0.01;
 /// The charge of a full battery, in A s.
 const CAPACITY: f64 = 36_000.0;
 
@@ -65,7 +67,9 @@ impl SpecificWorker {
             adv_vx: (advance * cos + side * sin) as f32,
             adv_vz: (advance * sin - side * cos) as f32,
             rot_v: turn as f32,
-            is_moving: base.wanted != Speed::default(),
+            // A base that is blocked, or has an empty battery, does not move.
+            is_moving: base.wanted != Speed::default()
+                && (advance.hypot(side) > STANDS || turn.abs() > STANDS),
         })
     }
 
@@ -84,7 +88,14 @@ impl SpecificWorker {
     pub(crate) fn full_pose(&self, id: &str) -> Result<FullPoseEuler, Error> {
         let (tree, at) = (self.world.tree(), self.world.place(id)?);
         let height = tree.pose("root", id)?.translation[1];
-        let speed = self.world.base(id)?.actual;
+        let wheels = self.world.base(id)?.actual;
+        // Wheels that slip move the base less than themselves.
+        let part = 1.0 - self.world.robot(id)?.1.slip;
+        let speed = Speed {
+            side: wheels.side * part,
+            advance: wheels.advance * part,
+            turn: wheels.turn * part,
+        };
         let (sin, cos) = at.alpha.sin_cos();
         Ok(FullPoseEuler {
             source: id.to_owned(),

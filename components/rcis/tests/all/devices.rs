@@ -5,7 +5,7 @@ use rcis_generated::testing::PoseTopicsSample;
 use rcis_generated::types::robo_comp_joint_motor as motor;
 use rcis_generated::{
     Bases, BatteryStates, Bumpers, Cameras, Imus, Lasers, Lidars, MotorGoalPosition,
-    MotorGoalVelocity, Motors, OmniBases, RgbdCameras, Rgbds, SimpleCameras, TouchSensors,
+    MotorGoalVelocity, Motors, OmniBases, Poses, RgbdCameras, Rgbds, SimpleCameras, TouchSensors,
     Ultrasounds, Worker, WorkerError, interfaces,
 };
 use std::f32::consts::{FRAC_PI_2, TAU};
@@ -210,6 +210,30 @@ fn motors_go_where_they_may() -> Result<(), WorkerError> {
     assert_eq!(all["pan"].pos, 0.0);
     let params: Vec<motor::MotorParams> = worker.get_all_motor_params(&mut test, &motors);
     assert_eq!((params[0].min_pos, params[0].max_velocity), (-1.5, 2.0));
+    Ok(())
+}
+
+#[test]
+fn the_speed_of_a_true_pose_is_that_of_the_body() -> Result<(), WorkerError> {
+    let text = r#"<innerModel>
+        <plane id="wall" pz="1050" size="4000,4000,100" collide="1"/>
+        <differentialrobot id="base" slip="0.5" collide="1">
+            <cylinder id="hull" radius="200" length="300" collide="1"/>
+        </differentialrobot>
+    </innerModel>"#;
+    let (mut worker, mut test) = start(text);
+    let base = member(test.bases.get("base"));
+    let pose = member(test.poses.get("base"));
+    Bases::set_speed_base(&mut worker, &mut test, &base, 400.0, 0.0);
+    test.run(&mut worker, Duration::from_secs(1))?;
+    let here = worker.get_full_pose_euler(&mut test, &pose);
+    assert!((here.y - 200.0).abs() < 1e-2 && (here.vy - 200.0).abs() < 1e-2);
+    let state = Bases::get_base_state(&mut worker, &mut test, &base).expect("a base");
+    assert!(state.is_moving && (state.adv_vz - 400.0).abs() < 1e-2);
+    // The wall stops it.
+    test.run(&mut worker, Duration::from_secs(4))?;
+    let state = Bases::get_base_state(&mut worker, &mut test, &base).expect("a base");
+    assert!(!state.is_moving, "{state:?}");
     Ok(())
 }
 
