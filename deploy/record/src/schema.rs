@@ -1,6 +1,7 @@
 //! Types of interfaces as definitions of ROS 2 messages, which Foxglove and the tools of ROS 2 read.
 //!
 //! The mapping is that of `rcgen export`, see `docs/ros2-mapping.md`. It expresses every type.
+//! Where two messages of a definition want one name, the second one has a number at its end.
 
 use rc_ros_types::{STANDARD, words};
 use rc_values::{Member, Operation, Struct, Type};
@@ -30,46 +31,49 @@ pub fn sample(interface: &str, operation: &Operation, external: Option<&str>) ->
     if let Some(schema) = external.and_then(standard) {
         return schema;
     }
-    let mut definitions = Definitions::default();
-    let (name, text) = if let Some(only) = only_structure(&operation.request) {
-        (name_of(only), definitions.fields_of(only))
-    } else {
-        let name = operation_name(interface, &operation.name);
-        let (package, place) = parts(&name);
-        let text = definitions.fields(&operation.request.members, package, place);
-        (name, text)
-    };
-    definitions.schema(external.unwrap_or(&with_kind(&name, "msg")), &text)
+    let only = only_structure(&operation.request);
+    let name = only.map_or_else(
+        || operation_name(interface, &operation.name),
+        |only| name_of(only),
+    );
+    let full = external.map_or_else(|| with_kind(&name, "msg"), str::to_owned);
+    let mut definitions = Definitions::of(&full);
+    let (package, place) = parts(&name);
+    let members = only.map_or(&operation.request.members, |only| &only.members);
+    let text = definitions.fields(members, package, place);
+    definitions.schema(&full, &text)
 }
 
 /// The requests of an operation. Its name is that of a message, since libraries of others know no parts of services.
 pub fn request(interface: &str, operation: &Operation) -> Schema {
     let name = operation_name(interface, &operation.name);
-    let mut definitions = Definitions::default();
+    let full = format!("{}_Request", with_kind(&name, "msg"));
+    let mut definitions = Definitions::of(&full);
     let (package, place) = parts(&name);
     let text = definitions.fields(&operation.request.members, package, place);
-    definitions.schema(&format!("{}_Request", with_kind(&name, "msg")), &text)
+    definitions.schema(&full, &text)
 }
 
 /// The replies of an operation: the code, the exceptions, the output parameters and the result.
 pub fn reply(interface: &str, operation: &Operation) -> Schema {
     let name = operation_name(interface, &operation.name);
-    let mut definitions = Definitions::default();
+    let full = format!("{}_Response", with_kind(&name, "msg"));
+    let mut definitions = Definitions::of(&full);
     let (package, place) = parts(&name);
     let mut text = String::new();
     if !operation.throws.is_empty() {
         text += "int32 code\n";
         for exception in &operation.throws {
-            let (ty, field) = (name_of(&exception.ty), exception_field(&exception.ty));
+            let field = exception_field(&exception.ty);
+            let ty = definitions.needs(&exception.ty);
             text += &format!("{ty} {field}\n");
-            definitions.needs(&exception.ty);
         }
     }
     let members = reply_members(&operation.reply);
     if operation.throws.is_empty() || !members.is_empty() {
         text += &definitions.fields(&members, package, place);
     }
-    definitions.schema(&format!("{}_Response", with_kind(&name, "msg")), &text)
+    definitions.schema(&full, &text)
 }
 
 /// The members of a reply, with the name of the result in ROS 2.
@@ -118,6 +122,14 @@ fn parts(name: &str) -> (&str, &str) {
     name.split_once('/').unwrap_or(("", name))
 }
 
+/// `package/Name` of `package/msg/Name`.
+fn short(full: &str) -> String {
+    match (full.split_once('/'), full.rsplit_once('/')) {
+        (Some((package, _)), Some((_, name))) => format!("{package}/{name}"),
+        _ => full.to_owned(),
+    }
+}
+
 fn with_kind(name: &str, kind: &str) -> String {
     let (package, name) = parts(name);
     format!("{package}/{kind}/{name}")
@@ -159,6 +171,8 @@ fn standard_fields(name: &str, out: &mut Definitions) -> Option<String> {
 #[derive(Default)]
 struct Definitions {
     messages: BTreeMap<String, String>,
+    /// The names of structures of the interface, by the structure's own name.
+    structures: BTreeMap<String, String>,
 }
 
 /// `package/Name` of a structure.
@@ -168,9 +182,31 @@ fn name_of(of: &Struct) -> String {
 }
 
 impl Definitions {
+    /// Those of the message `full`, whose name no other one gets.
+    fn of(full: &str) -> Self {
+        let mut definitions = Self::default();
+        definitions.claim(&short(full));
+        definitions
+    }
+
+    /// Takes a name: `wanted`, or with a number where another message has it. Two types can want
+    /// one name: `scan_data` and `ScanData`, or a structure `ScanRowsElement` beside the element of
+    /// `rows` in `Scan`. A message stands for each, since one definition would hide the other.
+    fn claim(&mut self, wanted: &str) -> String {
+        let mut name = wanted.to_owned();
+        let mut number = 2;
+        while self.messages.contains_key(&name) {
+            name = format!("{wanted}{number}");
+            number += 1;
+        }
+        self.messages.insert(name.clone(), String::new());
+        name
+    }
+
     fn schema(&self, name: &str, text: &str) -> Schema {
         let mut text = text.to_owned();
-        for (name, fields) in &self.messages {
+        let own = short(name);
+        for (name, fields) in self.messages.iter().filter(|(name, _)| **name != own) {
             text += &format!("{SEPARATOR}MSG: {name}\n{fields}");
         }
         Schema {
@@ -180,21 +216,17 @@ impl Definitions {
         }
     }
 
-    fn fields_of(&mut self, of: &Struct) -> String {
-        let name = name_of(of);
-        let (package, place) = parts(&name);
-        self.fields(&of.members, package, place)
-    }
-
-    /// Adds the message of a structure.
-    fn needs(&mut self, of: &Arc<Struct>) {
-        let name = name_of(of);
-        if !self.messages.contains_key(&name) {
-            // A type does not hold itself; the entry stands for it while its members are written.
-            self.messages.insert(name.clone(), String::new());
-            let text = self.fields_of(of);
-            self.messages.insert(name, text);
+    /// Adds the message of a structure, and returns its name.
+    fn needs(&mut self, of: &Arc<Struct>) -> String {
+        if let Some(name) = self.structures.get(&of.name) {
+            return name.clone();
         }
+        let name = self.claim(&name_of(of));
+        self.structures.insert(of.name.clone(), name.clone());
+        let (package, place) = parts(&name);
+        let text = self.fields(&of.members, package, place);
+        self.messages.insert(name.clone(), text);
+        name
     }
 
     /// The lines of members. `place` names the messages of what has no name of its own.
@@ -232,7 +264,7 @@ impl Definitions {
                 format!("{element}[{length}]")
             }
             Type::Map { key, value } => {
-                let name = format!("{package}/{place}Entry");
+                let name = self.claim(&format!("{package}/{place}Entry"));
                 let key = self.ty(key, package, &format!("{place}EntryKey"));
                 let value = self.ty(value, package, &format!("{place}EntryValue"));
                 let fields = format!("{key} key\n{value} value\n");
@@ -250,12 +282,9 @@ impl Definitions {
             Type::Text { bound: None } => "string".to_owned(),
             Type::Text { bound: Some(bound) } => format!("string<={bound}"),
             Type::Enum(_) => "int32".to_owned(),
-            Type::Struct(of) => {
-                self.needs(of);
-                name_of(of)
-            }
+            Type::Struct(of) => self.needs(of),
             Type::Sequence { .. } | Type::Array { .. } | Type::Map { .. } => {
-                let name = format!("{package}/{place}");
+                let name = self.claim(&format!("{package}/{place}"));
                 let data = self.ty(ty, package, place);
                 self.messages.insert(name.clone(), format!("{data} data\n"));
                 name

@@ -1,8 +1,12 @@
 //! Files: what is written comes back, also of a file that was cut; a long recording has several.
 
 use crate::types::{channel, interface, message, schema_of, values};
+use rc_middleware::Encoding;
 use rc_record::bag::{Decoder, Info, Selection, csv, cut};
 use rc_record::{Limits, Reader, Record, Stamp, Writer, definition};
+use rc_values::Catalog;
+use rc_values::description::Module;
+use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -75,6 +79,64 @@ fn what_is_written_comes_back_by_its_own_definition() {
         }
     }
     assert_eq!((at, reader.cut()), (2, None));
+}
+
+/// Types whose messages want one name each have their own definition.
+#[test]
+fn names_that_meet_hide_no_definition() {
+    let point = |name: &str, member: &str, ty: &str| json!({"name": name, "struct": [{"name": member, "type": ty}]});
+    let module: Module = serde_json::from_value(json!({
+        "module": "RoboCompMeet",
+        "types": [
+            point("ScanRowsElement", "a", "uint8"),
+            point("ScanNamesEntry", "b", "string"),
+            point("MeetPubMoved", "c", "float64"),
+            point("scan_data", "d", "uint16"),
+            point("ScanData", "e", "bool"),
+            {"name": "Scan", "struct": [
+                {"name": "rows", "type": "sequence<sequence<int32>>"},
+                {"name": "names", "type": "dictionary<string,int64>"},
+                {"name": "one", "type": "RoboCompMeet::ScanRowsElement"},
+                {"name": "two", "type": "RoboCompMeet::ScanNamesEntry"}
+            ]}
+        ],
+        "interfaces": [{"name": "MeetPub", "operations": [
+            {"name": "newScan", "id": 1, "hash": "00000000000000aa", "pattern": "publish",
+             "inputs": [{"name": "scan", "type": "RoboCompMeet::Scan"}]},
+            {"name": "moved", "id": 2, "hash": "00000000000000ab", "pattern": "publish",
+             "inputs": [
+                {"name": "to", "type": "RoboCompMeet::MeetPubMoved"},
+                {"name": "low", "type": "RoboCompMeet::scan_data"},
+                {"name": "high", "type": "RoboCompMeet::ScanData"}
+             ]}
+        ]}]
+    }))
+    .expect("a module");
+    let catalog = Catalog::new(&[module]).expect("a catalog");
+    let interface = catalog.interface("RoboCompMeet::MeetPub").expect("it");
+    let scan =
+        json!({"rows": [[1, 2], []], "names": {"k": -5}, "one": {"a": 7}, "two": {"b": "x"}});
+    let moved = json!({"to": {"c": 0.5}, "low": {"d": 65535}, "high": {"e": true}});
+    let mut scan_there = scan.clone();
+    scan_there["rows"] = json!([{"data": [1, 2]}, {"data": []}]);
+    scan_there["names"] = json!([{"key": "k", "value": -5}]);
+    for (operation, sent, expected) in [
+        ("newScan", json!({ "scan": scan }), scan_there),
+        ("moved", moved.clone(), moved),
+    ] {
+        let schema = schema_of(interface, operation);
+        let text = String::from_utf8(schema.text).expect("text");
+        let mut headings: Vec<&str> = text.lines().filter(|l| l.starts_with("MSG: ")).collect();
+        let count = headings.len();
+        headings.sort_unstable();
+        headings.dedup();
+        assert_eq!(headings.len(), count, "{text}");
+        let ty = definition::parse(&schema.name, &text).expect("a type");
+        let data = message(interface, operation, &sent);
+        let body = definition::body(&data).expect("a body");
+        let value = rc_values::decode(&ty, Encoding::Cdr, body).expect("a value");
+        assert_eq!(serde_json::to_value(&value).expect("JSON"), expected);
+    }
 }
 
 #[test]
