@@ -254,6 +254,7 @@ const SLOT_POSE_TOPICS: Slot = Slot {
     qos: Qos {
         durability: Durability::TransientLocal,
         depth: 100,
+        deadline: Some(Duration::new(1, 0)),
         ..Qos::PUBLISHER
     },
     is_array: true,
@@ -264,7 +265,7 @@ const SLOT_POSE_TOPICS: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "rcis",
-    model_hash: 0xf017b399654ae093,
+    model_hash: 0xa99f39fb8fe57b99,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 10000000),
     parameters: Some(parameters::SCHEMA),
