@@ -4,7 +4,7 @@ use crate::edit::{self, Edit, NewNode};
 use crate::error::Error;
 use crate::link::NodeId;
 use crate::snapshot::{Key, NodeRef, Snapshot};
-use innermodel_language::model::{Document, Kind, Node};
+use innermodel_language::model::{Display, Document, Kind, Node};
 use std::collections::HashMap;
 
 impl Edit {
@@ -50,13 +50,18 @@ impl NodeRef<'_> {
     }
 
     /// The node as an element of a file, without its children and without the position of a joint.
-    /// A mesh has the whole path of its file, so that another process finds it.
+    /// Meshes and textures have the whole paths of their files, so that another process finds them.
     pub fn element(&self) -> String {
         let mut node = self.described(None);
-        if let Kind::Mesh(mesh) = &mut node.kind
-            && let Some(path) = mesh.path.as_deref().and_then(|path| path.to_str())
-        {
-            path.clone_into(&mut mesh.file);
+        let (written, path) = match &mut node.kind {
+            Kind::Mesh(mesh) => (&mut mesh.file, &mesh.path),
+            Kind::Plane(plane) | Kind::Display(Display { plane, .. }) => {
+                (&mut plane.texture, &plane.picture)
+            }
+            _ => return innermodel_language::element(&node),
+        };
+        if let Some(path) = path.as_deref().and_then(|path| path.to_str()) {
+            path.clone_into(written);
         }
         innermodel_language::element(&node)
     }

@@ -209,6 +209,7 @@ impl<T: Tree> Manager<T> {
         }
         let kind = Kind::Plane(Plane {
             texture: plane.texture,
+            picture: None,
             size: size.map(f64::from),
             repeat: 1,
             normal: direction(normal),

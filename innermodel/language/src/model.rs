@@ -566,9 +566,11 @@ impl Human {
 pub struct Plane {
     /// A file, or a colour as `#rrggbb`.
     pub texture: String,
+    /// Where the file of the texture was found.
+    pub picture: Option<PathBuf>,
     /// Width, height and depth in millimetres, as written: RoboComp mirrors a negative one.
     pub size: [f64; 3],
-    /// How often the texture repeats.
+    /// Read and not used, as in RoboComp: each side shows the whole texture once.
     pub repeat: i64,
     /// Where −z of the box points. (0, 0, −1) if a file gives none.
     pub normal: [f64; 3],

@@ -1,9 +1,11 @@
 //! Reads a file with all that it includes.
 
+mod files;
+
 use crate::attributes::Attributes;
 use crate::check;
 use crate::elements::{self, Element, element};
-use crate::include::{self, Found, Loader};
+use crate::include::{self, Loader};
 use crate::model::{
     Axes, Battery, Camera, ColourCamera, Display, Document, Drive, Engine, Form, Human, Imu, Joint,
     Kind, Laser, Lidar, Mesh, Node, Plane, Pose, Prismatic, ROOT, Render, Rgbd, Robot, Shape,
@@ -194,10 +196,13 @@ impl Reader<'_> {
         let allowed = attributes.words("allowed");
         let id = attributes.value("id").cloned();
         let mut kind = kind;
-        if let Kind::Mesh(mesh) = &mut kind {
-            let written = attributes.value("file").cloned();
-            self.mesh(mesh, written, tag, &folder);
-        }
+        let names = if matches!(kind, Kind::Mesh(_)) {
+            "file"
+        } else {
+            "texture"
+        };
+        let named = attributes.value(names).cloned();
+        self.find_file(&mut kind, named, tag, &folder);
         let id = self.id(id, element, tag);
         self.document.nodes.push(Node {
             id,
@@ -329,40 +334,6 @@ impl Reader<'_> {
                 self.found.push(finding);
             }
         }
-    }
-
-    fn moved(&mut self, found: &Found, written: &Name) {
-        if let Found::Elsewhere(path) = found {
-            let message = format!("`{}` was found as `{}`", written.text, path.display());
-            self.found
-                .push(Diagnostic::note("file-elsewhere", written.span, message));
-        }
-    }
-
-    /// Finds the file of a mesh.
-    fn mesh(&mut self, mesh: &mut Mesh, written: Option<Name>, tag: Span, folder: &Path) {
-        let Some(written) = written else {
-            let message = "the attribute `file` is missing";
-            self.found
-                .push(Diagnostic::warning("missing-mesh", tag, message));
-            return;
-        };
-        let Some(found) = include::find(self.loader, folder, &written.text) else {
-            let message = format!("cannot find the mesh `{}`", written.text);
-            let finding = Diagnostic::warning("missing-mesh", written.span, message);
-            self.found.push(finding.help(
-                "it is looked for beside this file, then by its base name \
-                along the search path: `-I FOLDER`",
-            ));
-            return;
-        };
-        self.moved(&found, &written);
-        let elsewhere = matches!(found, Found::Elsewhere(_));
-        let path = found.path();
-        if folder != self.home || !elsewhere {
-            mesh.file = include::written(&path, &self.home);
-        }
-        mesh.path = Some(path);
     }
 }
 
@@ -581,6 +552,7 @@ fn plane(from: &mut Attributes<'_, '_>, units: Units) -> Plane {
     let normal = from.numbers(["nx", "ny", "nz"]);
     Plane {
         texture: from.text("texture"),
+        picture: None,
         size,
         repeat: from.integer("repeat", 1000),
         normal: if normal.iter().all(|n| n.abs() < 0.001) {

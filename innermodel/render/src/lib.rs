@@ -21,9 +21,11 @@ mod colours;
 mod image;
 mod scene;
 mod solids;
+mod texture;
 mod triangles;
 mod view;
 
 pub use image::{Image, id_colours};
-pub use scene::{MOST_PIXELS, Problem, Scene, TooLarge};
+pub use scene::{DrawError, MOST_PIXELS, Problem, Scene, TooLarge};
+pub use texture::TextureError;
 pub use view::{View, camera, look_at};

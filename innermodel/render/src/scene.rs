@@ -2,9 +2,10 @@
 
 use crate::colours::{SKY, colour};
 use crate::image::Image;
+use crate::texture::{Paint, Texture, TextureError};
 use crate::view::{Projection, View};
 use crate::{solids, triangles};
-use innermodel::kinds::{Mesh, Shape};
+use innermodel::kinds::{Display, Mesh, Render, Shape};
 use innermodel::shapes::{Body, bars, body};
 use innermodel::{Kind, NodeRef, Point, Snapshot, Transform, Vector};
 use innermodel_mesh::{MeshError, TriangleMesh};
@@ -16,13 +17,24 @@ use thiserror::Error;
 /// The most pixels of an image.
 pub const MOST_PIXELS: f64 = 16_777_216.0;
 
-/// A mesh that cannot be drawn.
+/// A body that is not drawn as its node says.
 #[derive(Debug)]
 pub struct Problem {
     /// The id of the node.
     pub id: String,
     /// Why.
-    pub error: MeshError,
+    pub error: DrawError,
+}
+
+/// Why a body is not drawn as its node says.
+#[derive(Debug, Error)]
+pub enum DrawError {
+    /// Nothing is drawn.
+    #[error("its mesh: {0}")]
+    Mesh(MeshError),
+    /// The body is grey.
+    #[error("its texture: {0}")]
+    Texture(TextureError),
 }
 
 /// The camera has more than 16,777,216 pixels, or no number of pixels.
@@ -38,31 +50,43 @@ pub struct TooLarge {
 /// The path of a mesh, and its scale bit by bit.
 type MeshKey = (PathBuf, [u64; 3]);
 
-/// The meshes of a tree. Each one is read once, and forgotten when a picture does not show it.
+/// The meshes and textures of a tree. Each one is read once, and forgotten when a picture does not
+/// show it.
 #[derive(Debug, Default)]
 pub struct Scene {
-    meshes: HashMap<MeshKey, KnownMesh>,
+    meshes: HashMap<MeshKey, Known<TriangleMesh>>,
+    textures: HashMap<PathBuf, Known<Texture>>,
     problems: Vec<Problem>,
     light: Option<Vector>,
 }
 
-/// A scene that shares the meshes of the first one. [`Scene::problems`] stay there.
+/// A scene that shares the meshes and textures of the first one. [`Scene::problems`] stay there.
 impl Clone for Scene {
     fn clone(&self) -> Self {
         Self {
             meshes: self.meshes.clone(),
+            textures: self.textures.clone(),
             problems: Vec::new(),
             light: self.light,
         }
     }
 }
 
-/// A mesh that was read; `None` if it cannot be read.
-#[derive(Clone, Debug)]
-struct KnownMesh {
-    mesh: Option<Arc<TriangleMesh>>,
+/// A file that was read; without content if it cannot be read.
+#[derive(Debug)]
+struct Known<T> {
+    content: Option<Arc<T>>,
     /// Whether the picture that is being drawn shows it.
     is_drawn: bool,
+}
+
+impl<T> Clone for Known<T> {
+    fn clone(&self) -> Self {
+        Self {
+            content: self.content.clone(),
+            is_drawn: self.is_drawn,
+        }
+    }
 }
 
 enum Part {
@@ -82,7 +106,7 @@ impl Scene {
         self.light = direction.and_then(|direction| direction.try_normalize(1e-12));
     }
 
-    /// Meshes that could not be drawn since the last call.
+    /// Bodies that could not be drawn as their nodes say, since the last call.
     pub fn problems(&mut self) -> Vec<Problem> {
         std::mem::take(&mut self.problems)
     }
@@ -103,6 +127,9 @@ impl Scene {
         for known in self.meshes.values_mut() {
             known.is_drawn = false;
         }
+        for known in self.textures.values_mut() {
+            known.is_drawn = false;
+        }
         let light = self.light.map(|light| to_camera.vector(&light));
         for node in tree.nodes() {
             let here = to_camera * node.to_root();
@@ -111,7 +138,8 @@ impl Scene {
                     let mut canvas = triangles::Canvas {
                         image: &mut image,
                         projection: &projection,
-                        colour,
+                        paint: Paint::Colour(colour),
+                        wireframe: false,
                         node: node.node_id(),
                         light,
                     };
@@ -122,10 +150,21 @@ impl Scene {
             let Some((part, place)) = self.part(&node) else {
                 continue;
             };
+            let texture = self.texture(&node);
+            let paint = match (&texture, body(node.kind())) {
+                (Some(texture), Some((Body::Box(size), _))) => Paint::Box {
+                    texture,
+                    size,
+                    to_box: (here * place).inverse(),
+                },
+                _ => Paint::Colour(colour(node.kind())),
+            };
+            let is_wire = |mesh: &Mesh| mesh.render == Render::Wireframe;
             let mut canvas = triangles::Canvas {
                 image: &mut image,
                 projection: &projection,
-                colour: colour(node.kind()),
+                paint,
+                wireframe: matches!(node.kind(), Kind::Mesh(mesh) if is_wire(mesh)),
                 node: node.node_id(),
                 light,
             };
@@ -135,6 +174,7 @@ impl Scene {
             }
         }
         self.meshes.retain(|_, known| known.is_drawn);
+        self.textures.retain(|_, known| known.is_drawn);
         Ok(image)
     }
 
@@ -155,7 +195,7 @@ impl Scene {
         let key = (path, mesh.scale.map(f64::to_bits));
         if let Some(known) = self.meshes.get_mut(&key) {
             known.is_drawn = true;
-            return known.mesh.clone();
+            return known.content.clone();
         }
         let read = match innermodel_mesh::read(&key.0) {
             Ok(mut read) => {
@@ -167,16 +207,49 @@ impl Scene {
             }
             Err(error) => {
                 let id = node.id().to_owned();
+                let error = DrawError::Mesh(error);
                 self.problems.push(Problem { id, error });
                 None
             }
         };
-        let known = KnownMesh {
-            mesh: read.clone(),
+        let known = Known {
+            content: read.clone(),
             is_drawn: true,
         };
         self.meshes.insert(key, known);
         read
+    }
+
+    /// The texture of a node, if it is a picture. Only a file that the reader of the node has found
+    /// is opened: a name that comes from elsewhere opens no file here.
+    fn texture(&mut self, node: &NodeRef<'_>) -> Option<Arc<Texture>> {
+        let (Kind::Plane(plane) | Kind::Display(Display { plane, .. })) = node.kind() else {
+            return None;
+        };
+        if plane.texture.is_empty() || plane.texture.starts_with('#') {
+            return None;
+        }
+        let written = PathBuf::from(&plane.texture);
+        let path = plane.picture.clone().unwrap_or(written);
+        if let Some(known) = self.textures.get_mut(&path) {
+            known.is_drawn = true;
+            return known.content.clone();
+        }
+        let read = match &plane.picture {
+            Some(picture) => Texture::read(picture),
+            None => Err(TextureError::NotFound),
+        };
+        let content = read.map(Arc::new).map_err(|error| {
+            let (id, error) = (node.id().to_owned(), DrawError::Texture(error));
+            self.problems.push(Problem { id, error });
+        });
+        let content = content.ok();
+        let known = Known {
+            content: content.clone(),
+            is_drawn: true,
+        };
+        self.textures.insert(path, known);
+        content
     }
 }
 

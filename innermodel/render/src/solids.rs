@@ -47,9 +47,14 @@ pub(crate) fn draw(canvas: &mut Canvas<'_>, shape: Shape, to_camera: &Transform)
                 projection.near,
             );
             if let Some((depth, normal)) = found {
-                let (at, colour) = (row * image.width + column, canvas.colour);
+                let (at, paint) = (row * image.width + column, canvas.paint);
                 image.set(at, depth, canvas.node, || {
-                    shade(colour, &to_camera.vector(&normal), &way, light)
+                    shade(
+                        paint.at(&(way * depth)),
+                        &to_camera.vector(&normal),
+                        &way,
+                        light,
+                    )
                 });
             }
         }

@@ -2,15 +2,21 @@
 
 use crate::colours::shade;
 use crate::image::Image;
+use crate::texture::Paint;
 use crate::view::Projection;
 use innermodel::{NodeId, Vector};
 use std::ops::Range;
+
+/// Half the width of a line, in pixels.
+const HALF_LINE: f64 = 0.75;
 
 /// Where the body of one node is drawn.
 pub(crate) struct Canvas<'c> {
     pub(crate) image: &'c mut Image,
     pub(crate) projection: &'c Projection,
-    pub(crate) colour: [u8; 3],
+    pub(crate) paint: Paint<'c>,
+    /// Whether only the edges of triangles are drawn.
+    pub(crate) wireframe: bool,
     pub(crate) node: NodeId,
     /// The direction to the light, if it is not at the camera.
     pub(crate) light: Option<Vector>,
@@ -40,11 +46,13 @@ impl Canvas<'_> {
             }
         }
         for at in 2..count {
-            self.fill([cut[0], cut[at - 1], cut[at]], &normal);
+            // The diagonals of a quadrangle are no edges.
+            let edges = [at == 2, true, at == count - 1];
+            self.fill([cut[0], cut[at - 1], cut[at]], &normal, edges);
         }
     }
 
-    fn fill(&mut self, corners: [Vector; 3], normal: &Vector) {
+    fn fill(&mut self, corners: [Vector; 3], normal: &Vector, edges: [bool; 3]) {
         let points = corners.map(|corner| self.projection.pixel(&corner));
         let side = |a: (f64, f64), b: (f64, f64), p: (f64, f64)| {
             (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0)
@@ -53,6 +61,10 @@ impl Canvas<'_> {
         if area == 0.0 || !area.is_finite() {
             return;
         }
+        let lengths = [0, 1, 2].map(|at: usize| {
+            let (a, b) = (points[at], points[(at + 1) % 3]);
+            (b.0 - a.0).hypot(b.1 - a.1)
+        });
         let columns = pixels(points.map(|p| p.0), self.image.width);
         let rows = pixels(points.map(|p| p.1), self.image.height);
         // The plane of the triangle: normal · p = offset.
@@ -64,13 +76,21 @@ impl Canvas<'_> {
                 if !(inside(0, 1) && inside(1, 2) && inside(2, 0)) {
                     continue;
                 }
+                let is_edge = |at: usize| {
+                    let apart = side(points[at], points[(at + 1) % 3], centre).abs();
+                    edges[at] && apart <= HALF_LINE * lengths[at]
+                };
+                if self.wireframe && !(0..3).any(is_edge) {
+                    continue;
+                }
                 let way = self.projection.ray(centre.0, centre.1);
                 let depth = offset / normal.dot(&way);
                 if depth >= self.projection.near {
-                    let (at, colour) = (row * self.image.width + column, self.colour);
+                    let (at, paint) = (row * self.image.width + column, self.paint);
                     let light = self.light.as_ref();
-                    self.image
-                        .set(at, depth, self.node, || shade(colour, normal, &way, light));
+                    self.image.set(at, depth, self.node, || {
+                        shade(paint.at(&(way * depth)), normal, &way, light)
+                    });
                 }
             }
         }

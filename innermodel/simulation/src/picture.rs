@@ -61,7 +61,7 @@ impl World {
         })?;
         for problem in self.scene.problems() {
             self.tell(format!(
-                "`{}` is not in the pictures: {}",
+                "`{}` is not in the pictures as it should be: {}",
                 problem.id, problem.error
             ));
         }

@@ -137,7 +137,7 @@ fn to_file(
     for problem in scene.problems() {
         let _ = writeln!(
             std::io::stderr(),
-            "warning: the mesh of `{}`: {}",
+            "warning: `{}` is not drawn as the file says: {}",
             clean(&problem.id),
             problem.error
         );

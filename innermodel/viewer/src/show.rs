@@ -107,7 +107,10 @@ impl Show<'_> {
         let view = self.navigator.view(width, height);
         let drawn = self.scene.draw(tree, &view);
         for problem in self.scene.problems() {
-            (self.say)(&format!("the mesh of `{}`: {}", problem.id, problem.error));
+            (self.say)(&format!(
+                "`{}` is not drawn as the file says: {}",
+                problem.id, problem.error
+            ));
         }
         let mut image = drawn?;
         let length = scene(tree).1 * 0.08;

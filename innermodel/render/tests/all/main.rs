@@ -1,5 +1,7 @@
 //! Pictures show things where they are.
 
+mod textures;
+
 use innermodel::kinds::Camera;
 use innermodel::{Folders, InnerModel, NodeId, Point, Vector, sensors};
 use innermodel_collision::Space;

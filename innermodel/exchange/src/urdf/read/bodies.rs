@@ -113,6 +113,7 @@ impl Reader<'_> {
                 let [x, y, z] = self.numbers(geometry, "size", [1.0; 3]).map(|n| n * METRE);
                 Kind::Plane(Plane {
                     texture: texture.clone(),
+                    picture: None,
                     size: [y, z, x],
                     repeat: 1,
                     normal: [0.0, 0.0, -1.0],
