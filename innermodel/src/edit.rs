@@ -404,7 +404,11 @@ impl Edit {
         let place = self.next.place(key)?;
         let data = self.data(place)?;
         let Some(known) = data.attributes.get_mut(name) else {
-            return Err(unknown_attribute(data, name));
+            return Err(Error::unknown_attribute(
+                &data.id,
+                name,
+                data.attributes.keys(),
+            ));
         };
         *known = (form.to_owned(), value.to_owned());
         Ok(())
@@ -415,7 +419,11 @@ impl Edit {
         let place = self.next.place(key)?;
         let data = self.data(place)?;
         if data.attributes.remove(name).is_none() {
-            return Err(unknown_attribute(data, name));
+            return Err(Error::unknown_attribute(
+                &data.id,
+                name,
+                data.attributes.keys(),
+            ));
         }
         Ok(())
     }
@@ -454,15 +462,6 @@ fn check_texts(id: &str, texts: &[String]) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Character(foreign::clean(id)))
-}
-
-pub(crate) fn unknown_attribute(data: &Data, name: &str) -> Error {
-    let known = data.attributes.keys().map(String::as_str);
-    Error::UnknownAttribute {
-        id: foreign::clean(&data.id),
-        attribute: foreign::clean(name),
-        nearest: rc_diagnostics::nearest(name, known).map(str::to_owned),
-    }
 }
 
 /// A `translation` that turns, or a `rotation` that moves, has become a `transform`.

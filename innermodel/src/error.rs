@@ -111,4 +111,16 @@ impl Error {
             nearest: nearest.map(str::to_owned),
         }
     }
+
+    pub(crate) fn unknown_attribute<'k>(
+        id: &str,
+        name: &str,
+        known: impl Iterator<Item = &'k String>,
+    ) -> Self {
+        Self::UnknownAttribute {
+            id: rc_diagnostics::foreign::clean(id),
+            attribute: rc_diagnostics::foreign::clean(name),
+            nearest: rc_diagnostics::nearest(name, known.map(String::as_str)).map(str::to_owned),
+        }
+    }
 }

@@ -1,7 +1,6 @@
 //! One version of the tree. It never changes, so its readers need no lock.
 
 use crate::cache::Cache;
-use crate::edit;
 use crate::error::Error;
 use crate::ids::Ids;
 use crate::link::{Data, Link, NONE, NodeId, TOP};
@@ -337,7 +336,9 @@ impl<'s> NodeRef<'s> {
     /// The node has no such attribute.
     pub fn attribute(&self, name: &str) -> Result<(&'s str, &'s str), Error> {
         let found = self.data.attributes.get(name);
-        let (form, value) = found.ok_or_else(|| edit::unknown_attribute(self.data, name))?;
+        let (form, value) = found.ok_or_else(|| {
+            Error::unknown_attribute(self.id(), name, self.data.attributes.keys())
+        })?;
         Ok((form, value))
     }
 

@@ -1,5 +1,7 @@
 //! Reads a file with all that it includes.
 
+mod bodies;
+mod devices;
 mod files;
 
 use crate::attributes::Attributes;
@@ -7,9 +9,8 @@ use crate::check;
 use crate::elements::{self, Element, element};
 use crate::include::{self, Loader};
 use crate::model::{
-    Axes, Battery, Camera, ColourCamera, Display, Document, Drive, Engine, Form, Human, Imu, Joint,
-    Kind, Laser, Lidar, Mesh, Node, Plane, Pose, Prismatic, ROOT, Render, Rgbd, Robot, Shape,
-    Signal, Solid, TouchSensor, Transform, Ultrasound,
+    Display, Document, Engine, Form, Joint, Kind, Mesh, Node, Pose, Prismatic, ROOT, Render,
+    Transform,
 };
 use crate::units::Units;
 use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap, Span, nearest};
@@ -395,81 +396,15 @@ fn kind(element: &Element, from: &mut Attributes<'_, '_>, units: Units) -> (Kind
                 port: from.count("port", 0),
             })
         }
-        "touchsensor" => {
-            let (min, max) = from.limits(false);
-            Kind::TouchSensor(TouchSensor {
-                form: from.text("type"),
-                normal: from.numbers(["nx", "ny", "nz"]),
-                min,
-                max,
-                port: from.count("port", 0),
-                signal: signal(from, false),
-            })
-        }
-        "differentialrobot" => robot(Drive::Differential, from),
-        "omnirobot" => robot(Drive::Omni, from),
-        "camera" => Kind::Camera(ColourCamera {
-            camera: camera(from),
-            signal: signal(from, false),
-        }),
-        "rgbd" => Kind::Rgbd(Rgbd {
-            camera: camera(from),
-            signal: signal(from, true),
-            port: from.count("port", 0),
-            ifconfig: from.text("ifconfig"),
-        }),
-        "laser" => Kind::Laser(Laser {
-            port: from.count("port", 0),
-            min: from.length("min", 0.0),
-            max: from.length("max", 0.0),
-            angle: from.number("angle", 0.0),
-            measures: from.count("measures", 0),
-            ifconfig: from.text("ifconfig"),
-            signal: signal(from, true),
-        }),
-        "lidar" => Kind::Lidar(Lidar {
-            min: from.length("min", 0.0),
-            max: from.length("max", 0.0),
-            angle: from.number("angle", std::f64::consts::TAU),
-            measures: from.count("measures", 0),
-            rings: from.count("rings", 1),
-            low: from.number("low", 0.0),
-            high: from.number("high", 0.0),
-            signal: signal(from, true),
-        }),
-        "ultrasound" => Kind::Ultrasound(Ultrasound {
-            min: from.length("min", 0.0),
-            max: from.length("max", 0.0),
-            angle: from.number("angle", 0.0),
-            signal: signal(from, true),
-        }),
-        "imu" => Kind::Imu(Imu {
-            port: from.count("port", 0),
-            gyro_noise: from.at_least_0("gyronoise", 0.0),
-            signal: signal(from, false),
-        }),
-        "battery" => Kind::Battery(Battery {
-            endurance: from.positive("endurance", Battery::ENDURANCE),
-            charging: from.positive("charging", Battery::CHARGING),
-            level: from.part("level", 1.0),
-        }),
-        "human" => Kind::Human(Human {
-            path: from.path("path"),
-            speed: from.length_at_least_0("speed", Human::SPEED),
-            height: match from.length_at_least_0("height", Human::HEIGHT) {
-                0.0 => Human::HEIGHT,
-                height => height,
-            },
-        }),
-        "plane" => Kind::Plane(plane(from, units)),
+        "plane" => Kind::Plane(bodies::plane(from, units)),
         "display" => Kind::Display(Display {
-            plane: plane(from, units),
+            plane: bodies::plane(from, units),
             port: from.count("port", 0),
         }),
         "mesh" => Kind::Mesh(Mesh {
             file: from.text("file"),
             path: None,
-            scale: scale(from, units),
+            scale: bodies::scale(from, units),
             render: from.word(
                 "render",
                 &[("normal", Render::Normal), ("wireframe", Render::Wireframe)],
@@ -478,9 +413,9 @@ fn kind(element: &Element, from: &mut Attributes<'_, '_>, units: Units) -> (Kind
             collide: from.flag("collide"),
         }),
         "pointcloud" => Kind::PointCloud,
-        "axes" => axes(from),
-        "sphere" | "cylinder" | "cone" => solid(element.tag, from),
-        _ => transform(Form::Transform, from),
+        "axes" => bodies::axes(from),
+        "sphere" | "cylinder" | "cone" => bodies::solid(element.tag, from),
+        tag => devices::kind(tag, from).unwrap_or_else(|| transform(Form::Transform, from)),
     };
     (kind, pose)
 }
@@ -491,119 +426,5 @@ fn transform(form: Form, from: &mut Attributes<'_, '_>) -> Kind {
         form,
         engine: from.word("engine", &words, Engine::Static),
         mass: from.number("mass", 0.0),
-    })
-}
-
-fn robot(drive: Drive, from: &mut Attributes<'_, '_>) -> Kind {
-    Kind::Robot(Robot {
-        drive,
-        port: from.count("port", 0),
-        // RoboComp ends if a noise is negative.
-        noise: from.at_least_0("noise", 0.0),
-        collide: from.flag("collide"),
-        max_speed: from.length_at_least_0("maxspeed", Robot::MAX_SPEED),
-        max_turn: from.at_least_0("maxturn", Robot::MAX_TURN),
-        slip: from.part("slip", 0.0),
-    })
-}
-
-/// How a sensor measures. The values of some sensors are lengths.
-fn signal(from: &mut Attributes<'_, '_>, lengths: bool) -> Signal {
-    let mut value = |name: &str| {
-        if lengths {
-            from.length_at_least_0(name, 0.0)
-        } else {
-            from.at_least_0(name, 0.0)
-        }
-    };
-    Signal {
-        noise: value("noise"),
-        quantum: value("quantum"),
-        drift: value("drift"),
-        rate: from.at_least_0("rate", 0.0),
-        dropout: from.part("dropout", 0.0),
-        latency: from.at_least_0("latency", 0.0),
-    }
-}
-
-fn camera(from: &mut Attributes<'_, '_>) -> Camera {
-    Camera {
-        width: from.number("width", 0.0),
-        height: from.number("height", 0.0),
-        focal: from.number("focal", 0.0),
-    }
-}
-
-/// One number: a plate of that width and height, and of a hundredth of it in depth. Two: width and
-/// height, and a hundredth of the lesser one in depth. Three: width, height and depth.
-fn plane(from: &mut Attributes<'_, '_>, units: Units) -> Plane {
-    let size = match from.list("size").as_deref() {
-        Some(written) => {
-            let lengths: Vec<f64> = written.iter().map(|l| units.length(*l)).collect();
-            match lengths[..] {
-                [width, height, depth] => [width, height, depth],
-                [width, height] => [width, height, width.min(height) / 100.0],
-                [width] => [width, width, width / 100.0],
-                _ => [2500.0, 2500.0, 25.0],
-            }
-        }
-        None => [2500.0, 2500.0, 25.0],
-    };
-    let normal = from.numbers(["nx", "ny", "nz"]);
-    Plane {
-        texture: from.text("texture"),
-        picture: None,
-        size,
-        repeat: from.integer("repeat", 1000),
-        normal: if normal.iter().all(|n| n.abs() < 0.001) {
-            [normal[0], normal[1], -1.0]
-        } else {
-            normal
-        },
-        point: from.lengths(["px", "py", "pz"]),
-        collide: from.flag("collide"),
-    }
-}
-
-/// One number for all three, two for x and y (z as x), or three.
-fn scale(from: &mut Attributes<'_, '_>, units: Units) -> [f64; 3] {
-    let scale = match from.list("scale").as_deref() {
-        Some([x, y, z]) => [*x, *y, *z],
-        Some([x, y]) => [*x, *y, *x],
-        Some([all]) => [*all; 3],
-        _ => [1.0; 3],
-    };
-    scale.map(|number| units.length(number))
-}
-
-fn axes(from: &mut Attributes<'_, '_>) -> Kind {
-    // RoboComp takes a negative length for a missing one.
-    let or = |value: f64, default: f64| if value < 0.0 { default } else { value };
-    let length = or(from.length("length", -1.0), 200.0);
-    let width = or(from.length("width", -1.0), 15.0);
-    let own = |value: f64, default: f64| if value > 0.0 { value } else { default };
-    Kind::Axes(Axes {
-        lengths: elements::LENGTHS.map(|names| own(from.length(names[0], -1.0), length)),
-        widths: elements::WIDTHS.map(|names| own(from.length(names[0], -1.0), width)),
-    })
-}
-
-fn solid(tag: &str, from: &mut Attributes<'_, '_>) -> Kind {
-    let radius = from.positive_length("radius");
-    let shape = match tag {
-        "sphere" => Shape::Sphere { radius },
-        "cylinder" => Shape::Cylinder {
-            radius,
-            length: from.positive_length("length"),
-        },
-        _ => Shape::Cone {
-            radius,
-            length: from.positive_length("length"),
-        },
-    };
-    Kind::Solid(Solid {
-        shape,
-        texture: from.text("texture"),
-        collide: from.flag("collide"),
     })
 }

@@ -16,7 +16,7 @@ print("| peer | measured |\n|---|---|")
 for links in (7, 30):
     model = pinocchio.buildModelFromUrdf(f"{folder}/chain{links}.urdf")
     data = model.createData()
-    tip = model.getFrameId("tip")
+    tip = model.getFrameId("tip", pinocchio.FrameType.BODY)
     angles = [np.full(links, n * 0.01) for n in range(100)]
     point = np.array([0.1, 0.2, 0.3])
     blocks = []

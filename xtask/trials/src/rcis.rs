@@ -1,6 +1,6 @@
 //! `cargo xtask bench rcis`: sensors and robots of simulated worlds, beside ray casts of `MuJoCo`.
 
-use crate::programs::{Failure, cargo, finish, output, target};
+use crate::programs::{Failure, cargo, output, target};
 use crate::pypi;
 use std::process::Command;
 use std::time::Duration;
@@ -16,10 +16,9 @@ pub(crate) fn run() -> Result<(), Failure> {
     let words: Vec<&str> = words.split(' ').collect();
     let folder = target()?.join("bench_rcis");
     std::fs::create_dir_all(&folder)?;
-    let mut mesh = cargo(&words)?;
-    mesh.arg("--").arg(&folder);
-    finish(mesh, LIMIT)?;
-    print!("{}", output(cargo(&words)?, LIMIT)?);
+    let mut figures = cargo(&words)?;
+    figures.arg("--").arg(&folder);
+    print!("{}", output(figures, LIMIT)?);
     let python = pypi::packages("bench-rcis", &["mujoco==3.3.7"])?;
     let mut peer = Command::new(python);
     peer.arg("-c").arg(PEER).arg(&folder);
