@@ -6,6 +6,7 @@ use rc_middleware::RunDirectory;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 /// The limit for the start of a pair.
@@ -80,9 +81,11 @@ pub(crate) struct Network {
 }
 
 impl Network {
-    /// A network with a name of this process alone.
+    /// A network with a name of its own.
     pub(crate) fn new(what: &str) -> Result<Self, Failure> {
-        let name = format!("bench-{what}-{}", std::process::id());
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let name = format!("bench-{what}-{}-{number}", std::process::id());
         let directory = RunDirectory::open(&name)?;
         Ok(Self { name, directory })
     }
