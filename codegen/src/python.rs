@@ -4,6 +4,7 @@
 pub(crate) mod component;
 mod description;
 mod documentation;
+pub mod environment;
 mod handlers;
 mod interfaces;
 pub mod interpreter;

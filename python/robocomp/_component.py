@@ -186,6 +186,11 @@ def _imported(worker: str | type) -> type:
         raise StartError(f"{place}: {error.msg}: {(error.text or '').strip()}") from error
     except Exception as error:
         text = "".join(traceback.format_exception(error)).rstrip()
+        if isinstance(error, ModuleNotFoundError):
+            text += (
+                f"\n{sys.executable} runs the component; `rcgen venv FILE.cdsl` makes it an "
+                "environment with the packages of its pyproject.toml"
+            )
         raise StartError(f"the worker `{module_name}` cannot be imported\n{text}") from error
     try:
         found = getattr(module, class_name)

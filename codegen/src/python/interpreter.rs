@@ -16,14 +16,13 @@ const PATIENCE: Duration = Duration::from_secs(20);
 #[error("{0}")]
 pub struct Unusable(pub String);
 
-/// The interpreter for a component in `folder`: that of the active virtual environment, of `.venv`
-/// in its folder, or `python3` of the path.
-pub fn of(folder: &Path) -> PathBuf {
+/// The interpreter that reads workers: that of the active virtual environment, or `python3` of the
+/// path. A program in the folder of a component may be a stranger's; reading needs no packages.
+pub(super) fn active() -> PathBuf {
     let active = std::env::var_os("VIRTUAL_ENV").filter(|value| !value.is_empty());
     let active = active.map(|folder| PathBuf::from(folder).join("bin/python"));
-    let own = folder.join(".venv/bin/python");
-    let mut all = active.into_iter().chain([own]);
-    all.find(|python| python.exists())
+    active
+        .filter(|python| python.exists())
         .unwrap_or_else(|| "python3".into())
 }
 

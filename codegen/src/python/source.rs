@@ -170,7 +170,6 @@ fn span(source: SourceId, text: &str, line: usize, column: usize) -> Span {
 /// The system does not give a file.
 pub(super) fn read(
     src: &Path,
-    folder: &Path,
     name: Span,
     needed: bool,
     sources: &mut SourceMap,
@@ -179,7 +178,7 @@ pub(super) fn read(
     const SCRIPT: &str = include_str!("read_worker.py");
     let is_python = |path: &Path| path.extension().is_some_and(|ending| ending == "py");
     let paths = crate::languages::files(&[crate::paths::normal(src)], &is_python)?;
-    let python = interpreter::of(folder);
+    let python = interpreter::active();
     let read = interpreter::run(&python, SCRIPT, &paths).and_then(|json| {
         let read: Result<Read, _> = serde_json::from_slice(&json);
         let read = read.map_err(|error| {

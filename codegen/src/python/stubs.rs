@@ -92,7 +92,7 @@ fn compare(
 ) -> io::Result<Option<Missing>> {
     let place = project.component.name.span;
     let src = folder.join("src");
-    let code = source::read(&src, folder, place, needed, sources, found)?;
+    let code = source::read(&src, place, needed, sources, found)?;
     let Some(code) = code.filter(|_| !found.iter().any(|d| d.code == "python-syntax")) else {
         return Ok(None);
     };

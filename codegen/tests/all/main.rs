@@ -11,6 +11,7 @@ mod layout;
 mod mistakes;
 #[path = "../../../deploy/tests/all/python.rs"]
 mod python;
+mod python_environment;
 mod python_worker;
 mod rcgen;
 mod ros;

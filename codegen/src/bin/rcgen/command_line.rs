@@ -177,6 +177,22 @@ pub(crate) enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Makes the virtual environment `.venv` of a component in Python, or takes the one that is
+    /// there, and installs the packages of its pyproject.toml: by uv if it is in the path, else by
+    /// pip. No other command installs anything.
+    Venv {
+        /// The component.
+        #[arg(value_name = "FILE.cdsl", add = files(&["cdsl"]))]
+        file: PathBuf,
+        #[command(flatten)]
+        common: Common,
+        /// The interpreter of a new environment [default: python3].
+        #[arg(long, value_name = "PROGRAM")]
+        python: Option<PathBuf>,
+        /// Also installs the packages of `dev`, for tests and type checkers.
+        #[arg(long)]
+        dev: bool,
+    },
     /// Draws a state machine as SVG: states in states, transitions with their events.
     Graph {
         /// The machine, or the component that names it.

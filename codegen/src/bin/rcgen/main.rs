@@ -13,6 +13,7 @@ mod graph;
 mod innermodel;
 mod reports;
 mod start;
+mod venv;
 
 use command_line::{Cli, Command, TOOL};
 use rc_codegen::Files;
@@ -60,6 +61,12 @@ fn main() -> ExitCode {
         }) => export::export(to, &file, &out, &common, dry_run),
         Some(Command::Import { file, out, format }) => innermodel::import(&file, &out, format),
         Some(Command::Stubs { file, common, out }) => component::print_stubs(&file, &common, out),
+        Some(Command::Venv {
+            file,
+            common,
+            python,
+            dev,
+        }) => venv::make(&file, &common, python.as_deref(), dev),
         Some(Command::Graph {
             file,
             common,

@@ -1,0 +1,37 @@
+//! `rcgen venv`: the virtual environment of a component in Python.
+
+use crate::command_line::Common;
+use crate::reports::{Failure, load, print_line, report, tell};
+use rc_codegen::python::environment::{self, Error};
+use rc_codegen::worker_language::WorkerLanguage;
+use rc_diagnostics::SourceMap;
+use std::path::Path;
+
+pub(crate) fn make(
+    file: &Path,
+    common: &Common,
+    python: Option<&Path>,
+    dev: bool,
+) -> Result<(), Failure> {
+    let mut sources = SourceMap::new();
+    let (project, found) = load(file, common, &mut sources)?;
+    report(&sources, &found, common.format)?;
+    if project.language() != WorkerLanguage::Python {
+        tell(format_args!(
+            "rcgen: error: {} is not in Python; cargo has its dependencies\n",
+            file.display()
+        ));
+        return Err(Failure::Input);
+    }
+    match environment::make(project.code(), python, dev) {
+        Ok(place) => {
+            print_line(format_args!("{} is ready", place.display()));
+            Ok(())
+        }
+        Err(Error::Input(message)) => {
+            tell(format_args!("rcgen: error: {message}\n"));
+            Err(Failure::Input)
+        }
+        Err(Error::System(message)) => Err(Failure::System(message)),
+    }
+}

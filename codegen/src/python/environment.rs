@@ -1,0 +1,165 @@
+//! `.venv` of a component in Python: a virtual environment with the packages of its
+//! `pyproject.toml`. Made on request only.
+
+use super::interpreter;
+use pep440_rs::{Version, VersionSpecifiers};
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use toml_edit::{DocumentMut, Item, TableLike, Value};
+
+/// Why there is no environment; the text says what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The user's `pyproject.toml` is wrong, or does not fit the interpreter.
+    #[error("{0}")]
+    Input(String),
+    /// A program failed, or the system refused something.
+    #[error("{0}")]
+    System(String),
+}
+
+/// What `pyproject.toml` says.
+struct Needs {
+    path: PathBuf,
+    /// Requirements of packages (PEP 508).
+    packages: Vec<String>,
+    /// The versions of Python that the component runs on.
+    python: VersionSpecifiers,
+}
+
+impl Needs {
+    /// With `dev`, also the packages of the group of this name, which tests and type checkers are.
+    fn read(folder: &Path, dev: bool) -> Result<Self, Error> {
+        let path = folder.join("pyproject.toml");
+        let place = path.display();
+        let text = rc_files::read(&path).map_err(|e| Error::System(format!("{place}: {e}")))?;
+        let manifest: DocumentMut = text
+            .parse()
+            .map_err(|error: toml_edit::TomlError| Error::Input(format!("{place}: {error}")))?;
+        let project = manifest.get("project").and_then(Item::as_table_like);
+        let project = project.ok_or_else(|| {
+            Error::Input(format!(
+                "{place} has no table `project`, as rcgen writes it"
+            ))
+        })?;
+        let list = |table: &dyn TableLike, key: &str| {
+            let Some(list) = table.get(key) else {
+                return Ok(Vec::new());
+            };
+            let values = list.as_array().into_iter().flatten();
+            let texts: Option<Vec<String>> = values
+                .map(|value| Value::as_str(value).filter(|t| !t.trim_start().starts_with('-')))
+                .map(|text| text.map(str::to_owned))
+                .collect();
+            let texts = texts.filter(|_| list.is_array());
+            texts.ok_or_else(|| {
+                Error::Input(format!(
+                    "{place}: `{key}` is no list of requirements of packages"
+                ))
+            })
+        };
+        let mut packages = list(project, "dependencies")?;
+        let groups = project.get("optional-dependencies");
+        if let Some(groups) = groups.and_then(Item::as_table_like).filter(|_| dev) {
+            packages.extend(list(groups, "dev")?);
+        }
+        let python = project.get("requires-python").and_then(Item::as_str);
+        let python = python.map_or(Ok(VersionSpecifiers::empty()), str::parse);
+        let python =
+            python.map_err(|error| Error::Input(format!("{place}: requires-python: {error}")))?;
+        Ok(Self {
+            path,
+            packages,
+            python,
+        })
+    }
+
+    /// Whether an interpreter can run the component.
+    fn check(&self, python: &Path) -> Result<(), Error> {
+        const SCRIPT: &str = "import sys; print('%d.%d.%d' % sys.version_info[:3])";
+        let said = interpreter::run(python, SCRIPT, &[]);
+        let said = said.map_err(|error| Error::System(error.to_string()))?;
+        let said = String::from_utf8_lossy(&said);
+        let name = python.display();
+        let version: Version = said.trim().parse().map_err(|_| {
+            let said = rc_diagnostics::foreign::clean(said.trim());
+            Error::System(format!("`{name}` is no Python: it printed `{said}`"))
+        })?;
+        let (major, minor) = interpreter::OLDEST;
+        let oldest = Version::new([u64::from(major), u64::from(minor)]);
+        let needed = if version < oldest {
+            interpreter::needed()
+        } else if self.python.contains(&version) {
+            return Ok(());
+        } else {
+            let wanted = self.python.to_string();
+            format!(
+                "{} has `requires-python = \"{wanted}\"`",
+                self.path.display()
+            )
+        };
+        Err(Error::Input(format!(
+            "`{name}` is Python {version}; {needed} (name another one with `--python`)"
+        )))
+    }
+}
+
+/// Makes `.venv` in the folder of a component, or takes the one that is there, and installs the
+/// packages that its `pyproject.toml` names: by `uv` where it is in the path, else by `pip`. Their
+/// output is that of this program. `python` is the interpreter of a new environment.
+///
+/// # Errors
+/// [`Error`]; an environment that was begun is completed by the next call.
+pub fn make(folder: &Path, python: Option<&Path>, dev: bool) -> Result<PathBuf, Error> {
+    let needs = Needs::read(folder, dev)?;
+    let place = folder.join(".venv");
+    let own = place.join("bin/python");
+    let uv = in_path("uv");
+    if own.exists() {
+        needs.check(&own)?;
+    } else {
+        let python = python.unwrap_or_else(|| Path::new("python3"));
+        needs.check(python)?;
+        let make: [&OsStr; 3] = ["-m".as_ref(), "venv".as_ref(), place.as_ref()];
+        run(python, &make)?;
+    }
+    let mut install: Vec<OsString> = match &uv {
+        Some(_) => ["pip", "install", "--python"].map(Into::into).to_vec(),
+        None => ["-m", "pip", "install", "--disable-pip-version-check"]
+            .map(Into::into)
+            .to_vec(),
+    };
+    install.extend(uv.is_some().then(|| own.clone().into_os_string()));
+    install.push("--".into());
+    install.extend(needs.packages.iter().map(Into::into));
+    if !needs.packages.is_empty() {
+        run(uv.as_deref().unwrap_or(&own), &install)?;
+    }
+    Ok(place)
+}
+
+/// A program of the path.
+fn in_path(name: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    let mut all = std::env::split_paths(&path).map(|folder| folder.join(name));
+    all.find(|program| program.is_file())
+}
+
+fn run(program: &Path, args: &[impl AsRef<OsStr>]) -> Result<(), Error> {
+    let status = Command::new(program)
+        .args(args)
+        .stdin(Stdio::null())
+        .status();
+    let words = args.iter().map(|arg| arg.as_ref().to_string_lossy());
+    let what = format!(
+        "{} {}",
+        program.display(),
+        words.collect::<Vec<_>>().join(" ")
+    );
+    match status {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(Error::System(format!("`{what}` failed: {status}"))),
+        Err(error) => Err(Error::System(format!("`{what}`: {error}"))),
+    }
+}
