@@ -11,6 +11,7 @@ use parry3d_f64::math::Vector as Meters;
 use parry3d_f64::query::{
     ClosestPoints, Ray, closest_points, contact, distance, intersection_test,
 };
+use std::cell::Cell;
 
 /// Two bodies that touch.
 #[derive(Clone, Debug, PartialEq)]
@@ -234,19 +235,24 @@ impl Space {
             let solid = self.solids.get(place as usize)?.as_ref()?;
             counts(solid.node).then_some(solid)
         };
-        let first = self.bvh.cast_ray(&ray, range / METRE, |place, best| {
-            way(solid(place)?, &ray, best)
-        });
-        Ok(first.and_then(|(place, _)| {
+        // What the tree of boxes found is not asked again for its normal.
+        let nearest: Cell<Option<(f64, Meters, NodeId)>> = Cell::new(None);
+        self.bvh.cast_ray(&ray, range / METRE, |place, best| {
             let solid = solid(place)?;
-            let (distance, normal) = meet(solid, &ray, range / METRE)?;
+            let (distance, normal) = meet(solid, &ray, best)?;
+            if nearest.get().is_none_or(|(before, ..)| distance < before) {
+                nearest.set(Some((distance, normal, solid.node)));
+            }
+            Some(distance)
+        });
+        Ok(nearest.get().map(|(distance, normal, node)| {
             let normal = to_root.rotation.inverse() * normal;
-            Some(Hit {
-                node: solid.node,
+            Hit {
+                node,
                 distance: distance * METRE,
                 point: start + direction / length * distance * METRE,
                 normal: Vector::new(normal.x, normal.y, normal.z),
-            })
+            }
         }))
     }
 }
