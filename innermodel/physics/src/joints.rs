@@ -1,6 +1,6 @@
 //! Joints between bodies, and their motors.
 
-use crate::bodies::{METRE, mover, pose};
+use crate::bodies::{METRE, pose};
 use innermodel::kinds::Axis;
 use innermodel::{Kind, NodeId, NodeRef, Transform};
 use innermodel_collision::parry::math::{Pose, Vector};
@@ -9,6 +9,7 @@ use rapier3d_f64::prelude::{
     GenericJointBuilder, ImpulseJointHandle, JointAxesMask, JointAxis, MotorModel, PhysicsWorld,
     RigidBodyHandle,
 };
+use std::f64::consts::PI;
 
 /// How stiffly a motor holds a position, in N·m/rad or N/m, and how much it is damped, in N·m·s/rad
 /// or N·s/m. A motor is as strong as that of a large arm: 10 kg at 1 m bend it by a milliradian.
@@ -16,6 +17,9 @@ const STIFFNESS: f64 = 1.0e5;
 const DAMPING: f64 = 2.0e3;
 /// How strongly a motor pulls towards its speed, in N·m·s/rad or N·s/m.
 const FACTOR: f64 = 1.0e4;
+
+/// Stands for a limit that is missing, in m.
+const FARTHEST: f64 = 1.0e6;
 
 /// A joint between two bodies.
 #[derive(Clone, Debug)]
@@ -38,25 +42,19 @@ pub(crate) fn above<'s>(body: &NodeRef<'s>) -> Option<NodeRef<'s>> {
 }
 
 impl Joint {
-    /// Connects the body of `node` to the one above its joint; `ground` is a body that never moves.
+    /// Connects a body to the one that carries its joint, which is at `base` in the root.
     pub(crate) fn add(
         world: &mut PhysicsWorld,
         joint: &NodeRef<'_>,
         body: &NodeRef<'_>,
         own: RigidBodyHandle,
-        ground: RigidBodyHandle,
-        known: impl Fn(NodeId) -> Option<RigidBodyHandle>,
+        (other, base): (RigidBodyHandle, Transform),
     ) -> Option<Self> {
         let position = joint.position()?;
         let (axis, is_prismatic, min, max) = match joint.kind() {
             Kind::Joint(joint) => (joint.axis, false, joint.min, joint.max),
             Kind::Prismatic(joint) => (joint.axis, true, joint.min / METRE, joint.max / METRE),
             _ => return None,
-        };
-        let outer = joint.parent().and_then(mover);
-        let (other, base) = match outer.as_ref().map(|outer| (known(outer.node_id()), outer)) {
-            Some((Some(handle), outer)) => (handle, outer.to_root()),
-            _ => (ground, Transform::identity()),
         };
         // The frame of the joint at its position 0.
         let there = if is_prismatic {
@@ -79,8 +77,10 @@ impl Joint {
             .contacts_enabled(false)
             // Else the lever of a body that hangs on the joint would not count.
             .motor_model(free, MotorModel::ForceBased);
-        if min.is_finite() && max.is_finite() {
-            built = built.limits(free, [min, max]);
+        if min.is_finite() || max.is_finite() {
+            // The solver takes no infinite number, and angles within half a turn.
+            let farthest = if is_prismatic { FARTHEST } else { PI };
+            built = built.limits(free, [min.max(-farthest), max.min(farthest)]);
         }
         let handle = world.insert_impulse_joint(other, own, built);
         Some(Self {

@@ -1,14 +1,15 @@
 //! The forces of one world.
 
-use crate::bodies::{add_moving, add_obstacle, mass, obstacles, pose, transform};
+use crate::bodies::{add_moving, add_obstacle, mass, mover, obstacles, pose, transform};
 use crate::joints::{Joint, above};
 use innermodel::{Change, NodeId, Snapshot, Transform};
 use innermodel_collision::Space;
 use innermodel_collision::parry::math::{Pose, Vector};
-use innermodel_simulation::{Dynamics, GRAVITY, MotorState, Moved};
+use innermodel_simulation::{Dynamics, GRAVITY, MotorState, Moved, NotPushed};
 use rapier3d_f64::prelude::{PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::time::Duration;
 
 /// The longest step of the solver in seconds.
@@ -35,7 +36,9 @@ pub struct Physics {
     tree: Option<Snapshot>,
     bodies: BTreeMap<NodeId, Body>,
     obstacles: BTreeMap<NodeId, RigidBodyHandle>,
-    /// Obstacles that move in this step: from where to where.
+    /// Nodes that carry joints and that forces do not move.
+    carriers: BTreeMap<NodeId, RigidBodyHandle>,
+    /// Obstacles and carriers that move in this step: from where to where.
     moving: Vec<(RigidBodyHandle, Pose, Pose)>,
     joints: Vec<Joint>,
     jointed: BTreeSet<NodeId>,
@@ -80,8 +83,8 @@ impl Physics {
             .integration_parameters
             .contact_softness
             .natural_frequency = CONTACTS;
-        let ground = world.insert_body(RigidBodyBuilder::fixed());
         self.bodies.clear();
+        self.carriers.clear();
         self.joints.clear();
         self.jointed.clear();
         for node in tree.nodes() {
@@ -96,8 +99,21 @@ impl Physics {
                 body.set_angvel(*about, true);
             }
             let joint = above(&node).and_then(|joint| {
-                let known = |node| self.bodies.get(&node).map(|body: &Body| body.handle);
-                Joint::add(&mut world, &joint, &node, handle, ground, known)
+                let outer = joint.parent()?;
+                let moved = mover(outer).and_then(|mover| {
+                    let body = self.bodies.get(&mover.node_id())?;
+                    Some((body.handle, mover.to_root()))
+                });
+                let carrier = moved.unwrap_or_else(|| {
+                    let there = outer.to_root();
+                    let new = || {
+                        let builder = RigidBodyBuilder::kinematic_position_based();
+                        world.insert_body(builder.pose(pose(&there)))
+                    };
+                    let carriers = self.carriers.entry(outer.node_id());
+                    (*carriers.or_insert_with(new), there)
+                });
+                Joint::add(&mut world, &joint, &node, handle, carrier)
             });
             let body = Body {
                 handle,
@@ -119,8 +135,8 @@ impl Physics {
         self.speeds.clear();
     }
 
-    /// Takes over what others have changed in the tree.
-    fn follow(&mut self, space: &Space) {
+    /// Makes all bodies anew if more has changed in the tree than places. Returns whether it did.
+    fn rebuilt(&mut self, space: &Space) -> bool {
         let tree = space.tree();
         let changes = self.tree.as_ref().map(|known| tree.since(known));
         let is_new = changes.as_ref().is_none_or(|changes| {
@@ -129,31 +145,26 @@ impl Physics {
         });
         if is_new {
             self.build(space);
-        } else {
-            for (node, body) in &mut self.bodies {
-                let Ok(node) = tree.node(*node) else {
-                    continue;
-                };
-                let there = node.to_root();
-                let moved = (there.translation - body.place.translation).norm() > MOVED
-                    || (there.rotation - body.place.rotation).norm() > MOVED;
-                if moved && let Some(body) = self.world.bodies.get_mut(body.handle) {
-                    // What is put somewhere does not keep its speed.
-                    body.set_position(pose(&there), true);
-                    body.set_linvel(Vector::ZERO, true);
-                    body.set_angvel(Vector::ZERO, true);
-                }
-            }
-            for (node, handle) in &self.obstacles {
-                if let (Some((_, place)), Some(body)) =
-                    (space.shape_of(*node), self.world.bodies.get(*handle))
-                    && body.position() != place
-                {
-                    self.moving.push((*handle, *body.position(), *place));
-                }
-            }
         }
         self.tree = Some(tree.clone());
+        is_new
+    }
+
+    /// The obstacles and carriers that the tree has elsewhere, and where.
+    fn elsewhere(&self, space: &Space) -> Vec<(RigidBodyHandle, Pose, Pose)> {
+        let obstacles = self.obstacles.iter();
+        let obstacles =
+            obstacles.filter_map(|(node, handle)| Some((*handle, *space.shape_of(*node)?.1)));
+        let carriers = self.carriers.iter().filter_map(|(node, handle)| {
+            let node = space.tree().node(*node).ok()?;
+            Some((*handle, pose(&node.to_root())))
+        });
+        let all = obstacles.chain(carriers);
+        let all = all.filter_map(|(handle, there)| {
+            let here = *self.world.bodies.get(handle)?.position();
+            (here != there).then_some((handle, here, there))
+        });
+        all.collect()
     }
 }
 
@@ -166,14 +177,40 @@ fn between(from: &Pose, to: &Pose, part: f64) -> Pose {
 }
 
 impl Dynamics for Physics {
+    fn place(&mut self, space: &Space) {
+        if self.rebuilt(space) {
+            return;
+        }
+        for (handle, _, there) in self.elsewhere(space) {
+            if let Some(body) = self.world.bodies.get_mut(handle) {
+                body.set_position(there, true);
+            }
+        }
+        for (node, body) in &mut self.bodies {
+            let Ok(node) = space.tree().node(*node) else {
+                continue;
+            };
+            let there = node.to_root();
+            let moved = (there.translation - body.place.translation).norm() > MOVED
+                || (there.rotation - body.place.rotation).norm() > MOVED;
+            if moved && let Some(own) = self.world.bodies.get_mut(body.handle) {
+                // What is put somewhere does not keep its speed.
+                own.set_position(pose(&there), true);
+                own.set_linvel(Vector::ZERO, true);
+                own.set_angvel(Vector::ZERO, true);
+                body.place = there;
+            }
+        }
+    }
+
     fn step(
         &mut self,
         space: &Space,
         motors: &BTreeMap<NodeId, MotorState>,
         step: Duration,
     ) -> Moved {
-        self.moving.clear();
-        self.follow(space);
+        self.rebuilt(space);
+        self.moving = self.elsewhere(space);
         for joint in &mut self.joints {
             joint.drive(&mut self.world, motors.get(&joint.node));
         }
@@ -190,13 +227,11 @@ impl Dynamics for Physics {
             self.world.step();
         }
         let mut moved = Moved::default();
-        for (node, body) in &mut self.bodies {
-            let Some(here) = self.world.bodies.get(body.handle) else {
-                continue;
-            };
-            body.place = transform(here.position());
-            if !body.is_jointed {
-                moved.places.push((*node, body.place));
+        for (node, body) in &self.bodies {
+            if let Some(here) = self.world.bodies.get(body.handle)
+                && !body.is_jointed
+            {
+                moved.places.push((*node, transform(here.position())));
             }
         }
         let joints = self.joints.iter();
@@ -209,15 +244,44 @@ impl Dynamics for Physics {
         self.jointed.contains(&joint)
     }
 
-    fn push(&mut self, node: NodeId, impulse: innermodel::Vector) -> bool {
-        let Some(body) = self.bodies.get(&node) else {
-            return false;
-        };
-        let Some(body) = self.world.bodies.get_mut(body.handle) else {
-            return false;
-        };
+    fn applied(&mut self, space: &Space) {
+        let tree = space.tree();
+        for (node, body) in &mut self.bodies {
+            if let Ok(node) = tree.node(*node) {
+                body.place = node.to_root();
+            }
+        }
+        self.tree = Some(tree.clone());
+    }
+
+    fn push(
+        &mut self,
+        space: &Space,
+        node: NodeId,
+        impulse: innermodel::Vector,
+        fastest: f64,
+    ) -> Result<(), NotPushed> {
+        self.place(space);
+        let body = self.bodies.get(&node).ok_or(NotPushed::Unmoved)?;
+        let body = self.world.bodies.get_mut(body.handle);
+        let body = body.ok_or(NotPushed::Unmoved)?;
+        let before = body.linvel();
         body.apply_impulse(Vector::new(impulse.x, impulse.y, impulse.z), true);
-        true
+        // Not a number is not within the bound either.
+        if body.linvel().length() <= fastest {
+            return Ok(());
+        }
+        body.set_linvel(before, true);
+        Err(NotPushed::TooFast)
+    }
+
+    fn digest(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        for (node, (along, about)) in self.speeds() {
+            let numbers = [along.x, along.y, along.z, about.x, about.y, about.z];
+            (node, numbers.map(f64::to_bits)).hash(&mut hasher);
+        }
+        hasher.finish()
     }
 
     fn duplicate(&self) -> Box<dyn Dynamics> {

@@ -1,5 +1,6 @@
 //! Bodies that forces move, by a library that is linked only where it is wanted.
 
+use crate::base::FASTEST;
 use crate::error::Error;
 use crate::motor::MotorState;
 use crate::world::World;
@@ -18,10 +19,24 @@ pub struct Moved {
     pub joints: Vec<(NodeId, f64)>,
 }
 
-/// Moves bodies by forces.
+/// Why a body was not pushed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotPushed {
+    /// Forces do not move the node.
+    Unmoved,
+    /// The body would be faster than the bound, in m/s.
+    TooFast,
+}
+
+/// Moves bodies by forces. For each step, a world calls [`Dynamics::place`], moves bases and people,
+/// and calls [`Dynamics::step`] and [`Dynamics::applied`].
 pub trait Dynamics: Debug + Send {
-    /// Lets the time of one step pass. What others have moved in the tree since the last step is
-    /// moved here first. Motors say where joints shall go.
+    /// Takes over what was set in the tree since the last step: bodies and obstacles that are
+    /// elsewhere are put there at once, whatever is in between. Bodies lose their speed by it.
+    fn place(&mut self, space: &Space);
+
+    /// Lets the time of one step pass. Obstacles go during the step to where the tree has them now,
+    /// and push what is in their way. Motors say where joints shall go.
     fn step(
         &mut self,
         space: &Space,
@@ -29,12 +44,26 @@ pub trait Dynamics: Debug + Send {
         step: Duration,
     ) -> Moved;
 
+    /// The tree has what the last step has returned.
+    fn applied(&mut self, space: &Space);
+
     /// Whether the motion of a joint follows from forces.
     fn moves_joint(&self, joint: NodeId) -> bool;
 
-    /// Pushes a body at its centre of mass: an impulse in N·s, in the root. Whether there is such a
-    /// body.
-    fn push(&mut self, node: NodeId, impulse: Vector) -> bool;
+    /// Pushes a body at its centre of mass: an impulse in N·s, in the root.
+    ///
+    /// # Errors
+    /// There is no such body, or it would be faster than `fastest`, in m/s. It then keeps its speed.
+    fn push(
+        &mut self,
+        space: &Space,
+        node: NodeId,
+        impulse: Vector,
+        fastest: f64,
+    ) -> Result<(), NotPushed>;
+
+    /// A number that differs, but for chance, where speeds differ.
+    fn digest(&self) -> u64;
 
     /// The same for a world that is cloned. Speeds are kept; contacts begin anew.
     fn duplicate(&self) -> Box<dyn Dynamics>;
@@ -54,20 +83,22 @@ impl World {
     /// Pushes a body that forces move: an impulse in N·s, in the root.
     ///
     /// # Errors
-    /// The impulse is not finite, or forces do not move the node.
+    /// The impulse is not finite or would make the body faster than 1 km/s, or forces do not move the
+    /// node.
     pub fn push(&mut self, id: &str, impulse: Vector) -> Result<(), Error> {
         if impulse.iter().any(|n| !n.is_finite()) {
             return Err(Error::not_finite("an impulse", id));
         }
         let node = self.tree().node(id)?.node_id();
-        let pushed = self
-            .dynamics
-            .as_mut()
-            .is_some_and(|d| d.push(node, impulse));
-        if pushed {
-            return Ok(());
-        }
-        Err(Error::unknown(id, "body that forces move"))
+        self.follow();
+        let pushed = match &mut self.dynamics {
+            Some(dynamics) => dynamics.push(&self.space, node, impulse, FASTEST / 1000.0),
+            None => Err(NotPushed::Unmoved),
+        };
+        pushed.map_err(|reason| match reason {
+            NotPushed::Unmoved => Error::unknown(id, "body that forces move"),
+            NotPushed::TooFast => Error::TooFast(id.to_owned()),
+        })
     }
 
     /// Lets forces move bodies for one step.
@@ -98,6 +129,11 @@ impl World {
                 edit.set_joint(*joint, *position)?;
             }
             Ok(())
-        })
+        })?;
+        self.follow();
+        if let Some(dynamics) = &mut self.dynamics {
+            dynamics.applied(&self.space);
+        }
+        Ok(())
     }
 }

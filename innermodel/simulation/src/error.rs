@@ -37,6 +37,9 @@ pub enum Error {
         /// For which node.
         id: String,
     },
+    /// A push would make a body faster than 1 km/s.
+    #[error("`{0}` would be faster than 1 km/s")]
+    TooFast(String),
     /// The step of a world must be long enough to count, and short enough to be right.
     #[error("a step of {0:?} is not possible; it has to be from 10 µs to 1 s")]
     Step(std::time::Duration),

@@ -49,7 +49,7 @@ mod world;
 pub use base::{BaseState, Speed};
 pub use battery::BatteryState;
 pub use devices::Device;
-pub use dynamics::{Dynamics, Moved};
+pub use dynamics::{Dynamics, Moved, NotPushed};
 pub use error::Error;
 pub use imu::Inertia;
 pub use motor::{MotorGoal, MotorState};

@@ -27,6 +27,9 @@ impl World {
         self.state.steps += 1;
         self.state.time += self.step;
         self.follow();
+        if let Some(dynamics) = &mut self.dynamics {
+            dynamics.place(&self.space);
+        }
         self.move_bases()?;
         self.move_joints();
         self.walk();

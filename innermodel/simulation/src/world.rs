@@ -42,10 +42,21 @@ pub(crate) struct State {
 }
 
 /// A world at one time, to which it can be set back.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Kept {
     tree: Arc<Snapshot>,
     state: State,
+    dynamics: Option<Box<dyn Dynamics>>,
+}
+
+impl Clone for Kept {
+    fn clone(&self) -> Self {
+        Self {
+            tree: Arc::clone(&self.tree),
+            state: self.state.clone(),
+            dynamics: self.dynamics.as_ref().map(|dynamics| dynamics.duplicate()),
+        }
+    }
 }
 
 /// A world that moves by fixed steps of simulated time.
@@ -199,10 +210,11 @@ impl World {
         Kept {
             tree: self.tree(),
             state: self.state.clone(),
+            dynamics: self.dynamics.as_ref().map(|dynamics| dynamics.duplicate()),
         }
     }
 
-    /// Sets the scene with all bases, joints and batteries back. Time goes on.
+    /// Sets the scene with all bases, joints, batteries and speeds back. Time goes on.
     pub fn set_back(&mut self, to: &Kept) {
         let before = self.tree();
         self.model.restore(self.state.time, &to.tree);
@@ -215,6 +227,10 @@ impl World {
         self.follow();
         self.find_devices();
         self.jump(&before);
+        // Forces stay as they are switched; bodies get their speeds back.
+        if let (Some(own), Some(kept)) = (&mut self.dynamics, &to.dynamics) {
+            *own = kept.duplicate();
+        }
     }
 
     /// Tells inertial sensors that a change has put them elsewhere: a place that jumps is no
@@ -246,6 +262,8 @@ impl World {
         for (node, sensor) in &self.sensors {
             (node, sensor.digest()).hash(&mut hasher);
         }
+        let speeds = self.dynamics.as_ref().map(|dynamics| dynamics.digest());
+        speeds.hash(&mut hasher);
         hasher.finish()
     }
 }

@@ -203,3 +203,134 @@ fn a_clone_falls_on_and_a_run_repeats() {
     };
     assert_eq!(run(), run());
 }
+
+#[test]
+fn a_push_has_a_bound_and_needs_no_step_before() {
+    let mut world = world(&block("stone", 0.0, 5000.0, 1.0));
+    let push = |world: &mut World, x| world.push("stone", Vector::new(x, 0.0, 0.0));
+    push(&mut world, 1.0).expect("a body, before the first step");
+    let mut clone = world.clone();
+    push(&mut clone, 1.0).expect("a body, before the first step of a clone");
+    for impulse in [1e4, 1e300] {
+        let error = push(&mut world, impulse).unwrap_err();
+        assert_eq!(error.to_string(), "`stone` would be faster than 1 km/s");
+    }
+    world.run(100).expect("steps");
+    clone.run(100).expect("steps");
+    let [x, twice] = [&world, &clone].map(|world| place(world, "stone")[0]);
+    assert!(
+        (x - 1000.0).abs() < 1.0 && (twice - 2000.0).abs() < 1.0,
+        "{x} {twice}"
+    );
+}
+
+#[test]
+fn what_is_teleported_pushes_nothing_in_between() {
+    let text = format!(
+        r#"{FLOOR}{}<differentialrobot id="base"><plane id="plate" py="100" size="300,150,300" collide="1"/></differentialrobot>"#,
+        block("crate", 0.0, 100.0, 1.0).replace(r#"ty="100""#, r#"ty="100" tz="600""#)
+    );
+    let mut world = world(&text);
+    world.run(50).expect("steps");
+    let before = place(&world, "crate");
+    let there = Pose::new(0.0, 0.0, 1200.0, 0.0, 0.0, 0.0);
+    world.teleport("base", "root", there).expect("a place");
+    world.run(50).expect("steps");
+    let after = place(&world, "crate");
+    let way = (0..3).map(|at| (after[at] - before[at]).abs());
+    assert!(way.into_iter().all(|way| way < 1.0), "{before:?} {after:?}");
+}
+
+#[test]
+fn a_joint_rides_on_a_base_that_drives() {
+    let text = format!(
+        r#"{FLOOR}<differentialrobot id="base"><transform id="mast" ty="500"><joint id="hinge" axis="y" min="-3" max="3">
+        <transform id="link" engine="bullet" mass="1"><plane id="bar" pz="200" size="60,60,400" collide="1"/></transform>
+        </joint></transform></differentialrobot>"#
+    );
+    let mut world = world(&text);
+    let to = |target| MotorGoal::Position { target, speed: 0.0 };
+    world.command(&[("hinge", to(0.5))]).expect("a joint");
+    world.run(200).expect("steps");
+    let speed = Speed {
+        advance: 500.0,
+        turn: 0.5,
+        ..Speed::default()
+    };
+    world.drive("base", speed).expect("a robot");
+    world.run(200).expect("steps");
+    world.drive("base", Speed::default()).expect("a robot");
+    world.run(100).expect("steps");
+    let base = world.tree().pose("root", "base").expect("a base");
+    assert!(base.rotation[1].abs() > 0.9, "{base:?}");
+    let position = world.motor("hinge").expect("a joint").position;
+    assert!((position - 0.5).abs() < 0.02, "{position}");
+    let [x, y, z] = world
+        .tree()
+        .pose("mast", "link")
+        .expect("a link")
+        .translation;
+    assert!(
+        x.abs() < 5.0 && y.abs() < 5.0 && z.abs() < 5.0,
+        "{x} {y} {z}"
+    );
+}
+
+#[test]
+fn a_body_below_a_base_that_drives_falls_freely() {
+    let text = format!(
+        r#"<differentialrobot id="base">{}</differentialrobot>"#,
+        block("cup", 0.0, 20_000.0, 1.0)
+    );
+    let mut world = world(&text);
+    let speed = Speed {
+        advance: 300.0,
+        ..Speed::default()
+    };
+    world.drive("base", speed).expect("a robot");
+    world.run(100).expect("steps");
+    let [x, y, z] = place(&world, "cup");
+    assert!((20_000.0 - y - 4905.0).abs() < 5.0, "{y}");
+    assert!(
+        x.abs() < 0.01 && z.abs() < 0.01,
+        "the base does not carry it: {x} {z}"
+    );
+}
+
+#[test]
+fn a_world_that_is_set_back_falls_with_its_old_speed() {
+    let mut world = world(&block("stone", 0.0, 9000.0, 1.0));
+    world.run(30).expect("steps");
+    let kept = world.keep_state();
+    let digest = world.digest();
+    world.run(1).expect("a step");
+    let next = place(&world, "stone")[1];
+    world
+        .push("stone", Vector::new(0.0, 9.0, 0.0))
+        .expect("a body");
+    assert_ne!(world.digest(), digest);
+    world.set_back(&kept);
+    world.run(1).expect("a step");
+    let again = place(&world, "stone")[1];
+    assert!((again - next).abs() < 0.1, "{next} {again}");
+}
+
+#[test]
+fn a_joint_may_have_one_limit() {
+    let text = r#"<transform id="top" ty="2000"><joint id="hinge" axis="z" max="1">
+        <transform id="rod" engine="bullet" mass="1"><plane id="bar" py="-500" size="60,1000,60" collide="1"/></transform>
+        </joint></transform>"#;
+    let mut world = world(text);
+    let turn = |velocity| MotorGoal::Velocity {
+        velocity,
+        acceleration: 0.0,
+    };
+    world.command(&[("hinge", turn(1.0))]).expect("a joint");
+    world.run(200).expect("steps");
+    let motor = world.motor("hinge").expect("a joint");
+    assert!((motor.position - 1.0).abs() < 0.05, "{motor:?}");
+    world.command(&[("hinge", turn(-1.0))]).expect("a joint");
+    world.run(200).expect("steps");
+    let motor = world.motor("hinge").expect("a joint");
+    assert!((motor.position + 1.0).abs() < 0.05, "{motor:?}");
+}
