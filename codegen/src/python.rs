@@ -36,6 +36,7 @@ pub(crate) fn check(library: &Library, found: &mut Diagnostics) {
         exception: names::class,
     };
     collisions::check(library, &NAMING, found);
+    interfaces::check(library, found);
 }
 
 /// The functions of every worker.

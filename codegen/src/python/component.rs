@@ -47,28 +47,6 @@ const OWN: [&str; 24] = [
     "types",
 ];
 
-/// What every context has.
-const OF_CONTEXT: [&str; 18] = [
-    "lifecycle",
-    "link",
-    "logger",
-    "machine",
-    "name",
-    "network",
-    "now",
-    "now_ns",
-    "params",
-    "period",
-    "random",
-    "set_period",
-    "state",
-    "stop",
-    "is_stopping",
-    "time",
-    "time_source",
-    "tree",
-];
-
 /// A component as its templates see it.
 #[derive(Debug, Serialize)]
 pub(crate) struct Component<'a> {
@@ -224,7 +202,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
     let stems = stems.chain(interfaces.iter().map(|file| (&file.stem, "interfaces")));
     let worker_imports = stems.filter_map(|(stem, folder)| {
         let alias = if folder == "types" { "_" } else { "_i_" };
-        mentions(&signatures, &format!("{alias}{stem}."))
+        layout::mentions(&signatures, &format!("{alias}{stem}."))
             .then(|| format!("from .{folder} import {stem} as {alias}{stem}"))
     });
     let mut worker_imports: Vec<String> = worker_imports.collect();
@@ -255,19 +233,6 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         testing: testing::of(view, &types),
         slots,
     }
-}
-
-/// Whether a text mentions a name that ends with a dot.
-pub(super) fn mentions(texts: &[&str], word: &str) -> bool {
-    let starts = |text: &str, at: usize| {
-        let mut chars = text[..at].chars();
-        chars
-            .next_back()
-            .is_none_or(|c| !(c.is_alphanumeric() || c == '_'))
-    };
-    texts
-        .iter()
-        .any(|text| text.match_indices(word).any(|(at, _)| starts(text, at)))
 }
 
 fn one<'a>(view: &'a view::Component, index: usize, slot: &'a view::Slot) -> Slot<'a> {
@@ -412,8 +377,8 @@ fn user(view: &view::Component, slots: &[Slot], unique: &BTreeMap<String, String
     let texts: Vec<&str> = handlers.iter().map(|h| h.signature.as_str()).collect();
     User {
         import: layout::import(&names::package(&view.name), &names),
-        numpy: mentions(&texts, "np."),
-        npt: mentions(&texts, "npt."),
+        numpy: layout::mentions(&texts, "np."),
+        npt: layout::mentions(&texts, "npt."),
         hooks: if view.managed { &HOOKS } else { &[] },
         handlers,
         machine,
@@ -455,7 +420,7 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
             );
             let help = format!("name one of them: `{} as other`", interface.name.text);
             found.push(Diagnostic::error("name-collision", slot.span, message).help(help));
-        } else if OF_CONTEXT.contains(&field.as_str()) {
+        } else if names::is_of_context(&field) {
             let message = format!(
                 "a slot cannot be called `{}`: generated code uses the name itself",
                 slot.name

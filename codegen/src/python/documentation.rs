@@ -6,11 +6,7 @@ use crate::view::members::Member;
 
 /// A docstring whose further lines are indented; none without lines.
 pub(crate) fn docstring(indent: usize, lines: &[String]) -> String {
-    // No quote ends it, and a backslash is one.
-    let escaped = lines.iter().map(|line| {
-        let line = line.replace('\\', "\\\\").replace('"', "\\\"");
-        line.trim_end().to_owned()
-    });
+    let escaped = lines.iter().map(|line| escaped(line.trim_end()));
     let lines: Vec<String> = escaped.collect();
     let margin = " ".repeat(indent);
     match trimmed(&lines) {
@@ -28,6 +24,25 @@ pub(crate) fn docstring(indent: usize, lines: &[String]) -> String {
             format!("\"\"\"{first}{rest}\n{margin}\"\"\"")
         }
     }
+}
+
+/// A line in a docstring: no quote ends it, a backslash is one, and what no source may hold is an
+/// escape.
+fn escaped(line: &str) -> String {
+    let mut out = String::with_capacity(line.len());
+    for c in line.chars() {
+        match c {
+            '\\' | '"' => out.extend(['\\', c]),
+            '\t' => out.push(c),
+            c if c.is_control() => out.push_str(&hexadecimal(c)),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+fn hexadecimal(c: char) -> String {
+    format!("\\x{:02x}", u32::from(c))
 }
 
 /// The same, or with this line where there is no documentation.
@@ -83,4 +98,18 @@ pub(super) fn of_operation(operation: &Operation) -> String {
     }
     doc.extend(facts);
     docstring_or(8, &doc, format!("The operation `{}`.", operation.name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_documentation_ends_its_docstring() {
+        let lines = ["Says \"no\" to C:\\n\u{0}\u{b}.", "\u{1b}[2J\u{85}é\t|  "].map(str::to_owned);
+        let wanted = r#""""Says \"no\" to C:\\n\x00\x0b.
+\x1b[2J\x85é	|
+""""#;
+        assert_eq!(docstring(0, &lines), wanted);
+    }
 }

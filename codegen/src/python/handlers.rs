@@ -1,7 +1,7 @@
 //! The functions of the worker that serve its slots and its state machine.
 
 use super::layout;
-use super::{documentation, interfaces, names, types};
+use super::{documentation, interfaces, library, names, types};
 use crate::view;
 use crate::view::library::{Interface, Operation};
 use serde::Serialize;
@@ -40,7 +40,7 @@ pub(crate) fn of(view: &view::Component, slot: &view::Slot, interface: &Interfac
     let answer = |class: &str| format!("_i_{stem}.{class}");
     let operations = interface.operations.iter();
     operations
-        .map(|of| handler(slot, of, &path, &answer, &|text| text))
+        .map(|of| handler(view, slot, of, &path, &answer, &|text| text))
         .collect()
 }
 
@@ -69,7 +69,7 @@ pub(crate) fn of_user(
     let answer = |class: &str| from(format!("interfaces.{stem}"), class.to_owned());
     let bare = |text: String| text.replace("_npt.", "npt.").replace("_np.", "np.");
     let operations = interface.operations.iter().map(|of| {
-        let mut handler = handler(slot, of, &path, &answer, &bare);
+        let mut handler = handler(view, slot, of, &path, &answer, &bare);
         let words = handler
             .signature
             .split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.'));
@@ -84,13 +84,13 @@ pub(crate) fn of_user(
 }
 
 fn handler(
+    view: &view::Component,
     slot: &view::Slot,
     of: &Operation,
     path: types::Path,
     answer: &dyn Fn(&str) -> String,
     write: &dyn Fn(String) -> String,
 ) -> Handler {
-    let view_of = |ty: &view::types::Type| format!("{}View", types::annotation(ty, path));
     let sample = of.sample_in_place.as_ref();
     let sample = sample.filter(|_| slot.in_place && slot.role == "subscribesTo");
     let mut arguments = vec!["self".to_owned(), "ctx: Context".to_owned()];
@@ -98,7 +98,7 @@ fn handler(
     let mut all = vec!["Context".to_owned()];
     for input in &of.inputs {
         let ty = match sample {
-            Some(ty) => view_of(ty),
+            Some(ty) => library::in_place(view, ty, path, "View"),
             None => types::member(input, path),
         };
         let (name, ty) = (names::parameter(&input.name), write(ty));

@@ -1,9 +1,11 @@
 //! Names and types of Python for interfaces: what `templates/python/interface.py.tera` prints.
 
 use super::library::Uses;
-use super::{documentation, layout, names, types};
+use super::{documentation, layout, library, names, types};
 use crate::view;
 use crate::view::library::{Interface, Operation};
+use crate::view::types::Type;
+use rc_diagnostics::{Diagnostic, Diagnostics};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -81,6 +83,31 @@ fn answer_name(operation: &str) -> String {
     names::class(&format!("{}{rest}Answer", first.to_uppercase()))
 }
 
+/// Reports operations whose replies would have one class.
+pub(super) fn check(library: &rc_idsl::Library, found: &mut Diagnostics) {
+    let modules = library.modules.iter();
+    for id in modules.flat_map(|module| &module.interfaces) {
+        let mut seen: Vec<(&rc_syntax::Name, String)> = Vec::new();
+        for of in &library.interface(*id).operations {
+            if of.outputs.len() + usize::from(of.result.is_some()) < 2 {
+                continue;
+            }
+            let (name, class) = (&of.name, answer_name(&of.name.text));
+            if let Some((first, _)) = seen.iter().find(|(_, other)| *other == class) {
+                let message = format!(
+                    "the replies of `{}` and `{}` are both `{class}` in Python",
+                    first.text, name.text
+                );
+                found.push(
+                    Diagnostic::error("name-collision", name.span, message)
+                        .label(first.span, "the other one"),
+                );
+            }
+            seen.push((name, class));
+        }
+    }
+}
+
 fn parts(operation: &Operation) -> usize {
     operation.outputs.len() + usize::from(operation.result.is_some())
 }
@@ -128,7 +155,7 @@ fn file(view: &view::Component, interface: &Interface, roles: &[(&str, bool)]) -
     let operations = interface.operations.iter().enumerate();
     let operations = operations
         .filter(|_| calls || publishes)
-        .map(|(index, of)| call(index, of, &path))
+        .map(|(index, of)| call(view, index, of, &path))
         .collect::<Vec<Function>>();
     let mut texts: Vec<&str> = answers
         .iter()
@@ -149,7 +176,7 @@ fn file(view: &view::Component, interface: &Interface, roles: &[(&str, bool)]) -
         .modules
         .iter()
         .map(|module| names::module(&module.name));
-    let modules = modules.filter(|stem| super::component::mentions(&texts, &format!("_{stem}.")));
+    let modules = modules.filter(|stem| layout::mentions(&texts, &format!("_{stem}.")));
     let mut imports: Vec<String> = modules.collect();
     imports.sort();
     let client = if calls {
@@ -207,7 +234,7 @@ fn answer(of: &Operation, path: types::Path) -> Answer {
     }
 }
 
-fn call(index: usize, of: &Operation, path: types::Path) -> Function {
+fn call(view: &view::Component, index: usize, of: &Operation, path: types::Path) -> Function {
     let method = names::method(&of.name);
     let mut arguments = vec!["self".to_owned()];
     let mut passed = String::new();
@@ -221,14 +248,12 @@ fn call(index: usize, of: &Operation, path: types::Path) -> Function {
     let head = format!("def {method}");
     let bare = method.trim_end_matches('_');
     let text = |there: bool, text: String| if there { text } else { String::new() };
-    let sample = of
-        .sample_in_place
-        .as_ref()
-        .map(|ty| types::annotation(ty, path));
-    let seen = of
-        .result_in_place
-        .as_ref()
-        .map(|ty| types::annotation(ty, path));
+    let in_place = |ty: &Option<Type>, word: &str| {
+        let ty = ty.as_ref();
+        ty.map(|ty| library::in_place(view, ty, path, word))
+    };
+    let sample = in_place(&of.sample_in_place, "Loan");
+    let seen = in_place(&of.result_in_place, "View");
     Function {
         index,
         doc: documentation::of_operation(of),
@@ -237,17 +262,17 @@ fn call(index: usize, of: &Operation, path: types::Path) -> Function {
         call: layout::call(4, &head, &arguments, &format!(" -> {result}:")),
         publish: layout::call(4, &head, &arguments, " -> None:"),
         loan: text(sample.is_some(), format!("loan_{bare}")),
-        lent: sample.map(|ty| format!("{ty}Loan")).unwrap_or_default(),
+        lent: sample.unwrap_or_default(),
         in_place: text(
             seen.is_some(),
             layout::call(
                 4,
                 &format!("def {bare}_in_place"),
                 &arguments,
-                &format!(" -> {}View:", seen.clone().unwrap_or_default()),
+                &format!(" -> {}:", seen.as_deref().unwrap_or_default()),
             ),
         ),
-        seen: seen.map(|ty| format!("{ty}View")).unwrap_or_default(),
+        seen: seen.unwrap_or_default(),
         result,
     }
 }

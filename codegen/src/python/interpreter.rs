@@ -3,6 +3,7 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 /// The oldest version that components run on.
@@ -10,6 +11,9 @@ pub const OLDEST: (u32, u32) = (3, 11);
 
 /// How long an interpreter may take to read a worker.
 const PATIENCE: Duration = Duration::from_secs(20);
+
+/// The most bytes that it may print: the names of a worker of many thousand lines.
+const MOST: usize = 16 << 20;
 
 /// Why no interpreter can be used; the text says what is needed.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -32,9 +36,33 @@ pub fn needed() -> String {
     format!("a component in Python needs Python {major}.{minor} or newer")
 }
 
+/// Reads a pipe to its end, or until it is too long. The thread ends with the last writer.
+fn drain(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
+    let (to, from) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let mut text = Vec::new();
+        if let Some(pipe) = pipe {
+            // What a broken pipe leaves out is no JSON, which is reported.
+            let _ = pipe.take(MOST as u64 + 1).read_to_end(&mut text);
+        }
+        // Nobody waits any more if the interpreter took too long.
+        let _ = to.send(text);
+    });
+    from
+}
+
 /// Runs a script of this program with arguments and returns what it printed. The interpreter reads
 /// no packages and no files of the current folder.
 pub(super) fn run(python: &Path, script: &str, args: &[PathBuf]) -> Result<Vec<u8>, Unusable> {
+    run_for(PATIENCE, python, script, args)
+}
+
+fn run_for(
+    patience: Duration,
+    python: &Path,
+    script: &str,
+    args: &[PathBuf],
+) -> Result<Vec<u8>, Unusable> {
     let name = python.display();
     let failed = |why: &dyn std::fmt::Display| Unusable(format!("`{name}`: {why}; {}", needed()));
     let mut child = Command::new(python)
@@ -50,29 +78,9 @@ pub(super) fn run(python: &Path, script: &str, args: &[PathBuf]) -> Result<Vec<u
             }
             _ => failed(&error),
         })?;
-    let drain = |pipe: Option<Box<dyn Read + Send>>| {
-        std::thread::spawn(move || {
-            let mut text = Vec::new();
-            if let Some(mut pipe) = pipe {
-                // What a broken pipe leaves out is no JSON, which is reported.
-                let _ = pipe.read_to_end(&mut text);
-            }
-            text
-        })
-    };
-    let out = drain(
-        child
-            .stdout
-            .take()
-            .map(|pipe| Box::new(pipe) as Box<dyn Read + Send>),
-    );
-    let said = drain(
-        child
-            .stderr
-            .take()
-            .map(|pipe| Box::new(pipe) as Box<dyn Read + Send>),
-    );
-    let end = Instant::now() + PATIENCE;
+    let out = drain(child.stdout.take());
+    let said = drain(child.stderr.take());
+    let end = Instant::now() + patience;
     let status = loop {
         match child.try_wait() {
             Ok(Some(status)) => break status,
@@ -80,15 +88,22 @@ pub(super) fn run(python: &Path, script: &str, args: &[PathBuf]) -> Result<Vec<u
             Ok(None) => {
                 let _ = child.kill();
                 let _ = child.wait();
-                return Err(failed(&format!("no answer within {PATIENCE:?}")));
+                return Err(failed(&format!("no answer within {patience:?}")));
             }
             Err(error) => return Err(failed(&error)),
         }
     };
-    let (out, said) = (
-        out.join().unwrap_or_default(),
-        said.join().unwrap_or_default(),
-    );
+    // A program that it started may hold the pipes longer than it lives.
+    let left = || end.saturating_duration_since(Instant::now());
+    let pipe = |all: &Receiver<Vec<u8>>| {
+        let read = all.recv_timeout(left());
+        let read = read.map_err(|_| failed(&"another program keeps its output open"))?;
+        if read.len() > MOST {
+            return Err(failed(&format!("it prints more than {} MiB", MOST >> 20)));
+        }
+        Ok(read)
+    };
+    let (out, said) = (pipe(&out)?, pipe(&said)?);
     if status.success() {
         return Ok(out);
     }
@@ -100,4 +115,32 @@ pub(super) fn run(python: &Path, script: &str, args: &[PathBuf]) -> Result<Vec<u
         .unwrap_or("it failed")
         .to_owned();
     Err(failed(&rc_diagnostics::foreign::clean(&last)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Why a script fails.
+    fn mistake(patience: Duration, script: &str) -> String {
+        let error = run_for(patience, Path::new("python3"), script, &[]);
+        error.expect_err("a mistake").to_string()
+    }
+
+    #[test]
+    fn a_program_that_prints_without_end_is_stopped() {
+        let script = "import sys\nwhile True: sys.stdout.write('x' * 65536)";
+        let said = mistake(Duration::from_mins(1), script);
+        assert!(said.contains("prints more than 16 MiB"), "{said}");
+    }
+
+    #[test]
+    fn a_pipe_that_stays_open_ends_the_wait() {
+        let script = "import subprocess; subprocess.Popen(['sleep', '40'])";
+        let said = mistake(Duration::from_secs(4), script);
+        assert!(
+            said.contains("another program keeps its output open"),
+            "{said}"
+        );
+    }
 }

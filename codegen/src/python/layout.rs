@@ -21,6 +21,19 @@ pub(crate) fn call(indent: usize, head: &str, arguments: &[String], tail: &str) 
     format!("{head}(\n{lines}{margin}){tail}")
 }
 
+/// Whether a text mentions a name that ends with a dot.
+pub(crate) fn mentions(texts: &[&str], word: &str) -> bool {
+    let starts = |text: &str, at: usize| {
+        let mut chars = text[..at].chars();
+        chars
+            .next_back()
+            .is_none_or(|c| !(c.is_alphanumeric() || c == '_'))
+    };
+    texts
+        .iter()
+        .any(|text| text.match_indices(word).any(|(at, _)| starts(text, at)))
+}
+
 /// `from MODULE import A, B`.
 pub(crate) fn import(module: &str, names: &[String]) -> String {
     let line = format!("from {module} import {}", names.join(", "));

@@ -298,7 +298,7 @@ impl<'a> Types<'a> {
         uses.typing |= !aliases.is_empty() || !constants.is_empty() || !views.is_empty();
         let others = self.view.modules.iter().filter(|m| m.name != module.name);
         let others = others.map(|other| names::module(&other.name));
-        let mentioned = |stem: &String| super::component::mentions(&texts, &format!("_{stem}."));
+        let mentioned = |stem: &String| layout::mentions(&texts, &format!("_{stem}."));
         let mut imports: Vec<String> = others.filter(mentioned).collect();
         imports.sort();
         let mut exports: Vec<String> = constants.iter().map(|c| c.name.clone()).collect();
@@ -374,7 +374,7 @@ impl<'a> Types<'a> {
                     .is_some_and(|decl| matches!(decl.kind, Kind::Struct { .. }));
                 let class = Self::path_in(&module.name)(home, name);
                 if is_struct {
-                    format!("{class}View")
+                    class + &ending(self.view, home, name, "View")
                 } else {
                     class
                 }
@@ -395,17 +395,39 @@ impl<'a> Types<'a> {
             let lent = self.lent.contains(&key);
             views.push(View {
                 loan: if lent {
-                    format!("{class}Loan")
+                    class.clone() + &ending(self.view, &module.name, &decl.name, "Loan")
                 } else {
                     String::new()
                 },
-                name: format!("{class}View"),
+                name: class + &ending(self.view, &module.name, &decl.name, "View"),
                 idsl: decl.name.clone(),
                 fields: fields.collect(),
             });
         }
         views
     }
+}
+
+/// The type that annotates a structure in place: `View`, or `Loan` of a sample to publish.
+pub(super) fn in_place(view: &view::Component, ty: &Type, path: types::Path, word: &str) -> String {
+    let ending = match ty.resolved() {
+        Type::Named { module, name, .. } => ending(view, module, name, word),
+        _ => word.to_owned(),
+    };
+    types::annotation(ty, path) + &ending
+}
+
+/// What makes the name of such a class from that of a structure. It makes room for a type of the
+/// module that has the name itself.
+fn ending(view: &view::Component, module: &str, name: &str, word: &str) -> String {
+    let wanted = names::class(name) + word;
+    let mut types = view
+        .modules
+        .iter()
+        .filter(|m| m.name == module)
+        .flat_map(|m| &m.types);
+    let is_taken = types.any(|decl| names::class(&decl.name) == wanted);
+    format!("{word}{}", if is_taken { "_" } else { "" })
 }
 
 fn expression(default: types::Default) -> String {

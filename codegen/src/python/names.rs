@@ -26,8 +26,8 @@ const OF_EXCEPTIONS: [&str; 3] = ["add_note", "args", "with_traceback"];
 /// What every tuple has.
 const OF_TUPLES: [&str; 2] = ["count", "index"];
 
-/// Functions of a sample on loan, which inherits its members.
-const OF_LOANS: [&str; 3] = ["discard", "resize", "send"];
+/// Functions of values in place and of samples on loan, which have the members of their type.
+const OF_LOANS: [&str; 4] = ["copy", "discard", "resize", "send"];
 
 /// What generated modules import under these names, with a `_` before them.
 const IMPORTS: [&str; 11] = [
@@ -47,8 +47,50 @@ const IMPORTS: [&str; 11] = [
 /// Names of generated functions for themselves.
 const LOCALS: [&str; 4] = ["self", "ctx", "cls", "reply"];
 
-/// Functions that every client or publisher has; those of values in place begin with `loan_`.
+/// Functions that every client or publisher has; those of values in place begin with `loan_` or end
+/// with `_in_place`.
 const METHODS: [&str; 4] = ["is_connected", "set_timeout", "subscribers", "timeout"];
+
+/// What every context has.
+const OF_CONTEXT: [&str; 18] = [
+    "is_stopping",
+    "lifecycle",
+    "link",
+    "logger",
+    "machine",
+    "name",
+    "network",
+    "now",
+    "now_ns",
+    "params",
+    "period",
+    "random",
+    "set_period",
+    "state",
+    "stop",
+    "time",
+    "time_source",
+    "tree",
+];
+
+/// What every context of a test has, beside the fakes of the slots.
+const OF_TESTS: [&str; 10] = [
+    "advance",
+    "answer_defaults",
+    "ctx",
+    "link",
+    "now",
+    "run",
+    "set_state",
+    "set_time",
+    "start",
+    "transition",
+];
+
+/// Whether the context of a worker, or of its test, has this name itself.
+pub(super) fn is_of_context(name: &str) -> bool {
+    OF_CONTEXT.contains(&name) || OF_TESTS.contains(&name)
+}
 
 fn clear(name: String, taken: &[&[&str]]) -> String {
     let mut taken = taken.iter().flat_map(|names| names.iter());
@@ -98,7 +140,7 @@ pub(crate) fn tuple_member(name: &str) -> String {
 pub(crate) fn method(name: &str) -> String {
     // An annotation after `def list` would mean this function.
     let name = clear(plain(name), &[&METHODS, &BUILTINS]);
-    if name.starts_with("loan_") {
+    if name.starts_with("loan_") || name.ends_with("_in_place") {
         name + "_"
     } else {
         name
@@ -207,9 +249,11 @@ mod tests {
         assert_eq!(tuple_member("count"), "count_");
         assert_eq!(method("isConnected"), "is_connected_");
         assert_eq!(method("loanImage"), "loan_image_");
+        assert_eq!(method("scanInPlace"), "scan_in_place_");
         assert_eq!(parameter("self"), "self_");
         assert_eq!(parameter("reply"), "reply_");
         assert_eq!(member("send"), "send_");
+        assert_eq!(member("copy"), "copy_");
         assert_eq!(method("list"), "list_");
         assert_eq!(module("np"), "np_");
         assert_eq!(module("Typing"), "typing_");
@@ -219,6 +263,29 @@ mod tests {
         assert_eq!(shout("None"), "NONE");
         assert_eq!(shout("VERY_SPECIAL_KIND"), "VERY_SPECIAL_KIND");
         assert_eq!(shout("_2nd"), "N2ND");
+    }
+
+    #[test]
+    fn no_slot_hides_a_function_of_the_context_of_a_test() {
+        let text = include_str!("../../../python/robocomp/testing.py");
+        let class = text.split("class TestContext(").nth(1).expect("the class");
+        let class = class.split("\n\n\n").next().expect("its text");
+        let names = class.lines().filter_map(|line| {
+            let name = line
+                .strip_prefix("    def ")
+                .or_else(|| line.strip_prefix("        self."))?;
+            let end = name.find(|c: char| !(c.is_alphanumeric() || c == '_'))?;
+            let is_set = line.starts_with("    def ") || name[end..].starts_with([' ', ':']);
+            (is_set && !name.starts_with('_')).then(|| &name[..end])
+        });
+        let names: Vec<&str> = names.collect();
+        assert!(
+            names.contains(&"start") && names.contains(&"ctx"),
+            "{names:?}"
+        );
+        for name in names {
+            assert!(is_of_context(name), "{name}");
+        }
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! Names and types of Python for the fakes of a component: what `templates/python/testing.py.tera`
 //! prints.
 
-use super::component::mentions;
 use super::library::{Types, Uses};
 use super::{documentation, interfaces, layout, names, types};
 use crate::view;
@@ -61,7 +60,7 @@ pub(crate) fn of(view: &view::Component, of: &Types) -> Testing {
     stems.dedup();
     let stems = stems.into_iter().map(|stem| ("interfaces", "_i_", stem));
     let imports = modules.chain(stems).filter_map(|(folder, alias, stem)| {
-        mentions(&texts, &format!("{alias}{stem}."))
+        layout::mentions(&texts, &format!("{alias}{stem}."))
             .then(|| format!("from .{folder} import {stem} as {alias}{stem}"))
     });
     let mut imports: Vec<String> = imports.collect();

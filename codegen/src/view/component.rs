@@ -17,7 +17,7 @@ use std::time::Duration;
 pub struct Component {
     /// The name after `Component`.
     pub name: String,
-    /// The name of the `.cdsl` file.
+    /// The name of the `.cdsl` file, in one line of a comment in every language.
     pub file: String,
     /// Lines of documentation.
     pub doc: Vec<String>,
@@ -172,7 +172,7 @@ pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
     let file = project.path.file_name().unwrap_or_default();
     let view = Component {
         name: component.name.text.clone(),
-        file: file.to_string_lossy().into_owned(),
+        file: in_a_comment(&file.to_string_lossy()),
         doc: component.doc.clone(),
         hash: note.model.clone(),
         middleware: note.middleware.clone(),
@@ -199,6 +199,11 @@ pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
             .collect(),
     };
     (view, found)
+}
+
+/// The name of a file as generated files cite it: it ends no line, and no comment of Markdown.
+fn in_a_comment(file: &str) -> String {
+    rc_diagnostics::foreign::clean(file).replace('>', "&gt;")
 }
 
 fn machine(project: &Project, found: &mut Diagnostics) -> Option<Machine> {

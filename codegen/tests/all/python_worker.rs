@@ -261,13 +261,105 @@ fn names_that_python_has_for_something_else_are_refused() {
         "enum E { aB, a_b }; interface Voice { void say(E e); };",
         "implements Voice;",
     );
+    all += &check("c", voice, "requires Voice as ctx;");
+    all += &check(
+        "c",
+        "interface Voice { int a_b(out int c); int AB(out int c); };",
+        "implements Voice;",
+    );
     expect![[r"
         c.cdsl:1:28: error[name-collision]: a component in Python cannot be called `queue`: Python has a module of this name
         c.cdsl:1:58: error[name-collision]: a slot cannot be called `params`: generated code uses the name itself (name it with `as`)
         c.cdsl:1:63: error[name-collision]: two functions of the worker would be called `a_b_c` (name the slot with `as`)
         M.idsl:1:25: error[name-collision]: enumerators `aB` and `a_b` are both `A_B` in Python; the other one at M.idsl:1:21
+        c.cdsl:1:58: error[name-collision]: a slot cannot be called `ctx`: generated code uses the name itself (name it with `as`)
+        M.idsl:1:54: error[name-collision]: the replies of `a_b` and `AB` are both `ABAnswer` in Python; the other one at M.idsl:1:34
     "]]
     .assert_eq(&all);
+}
+
+/// Everything that Python reads of values in place has a name of its own.
+#[test]
+fn values_in_place_make_room_for_the_names_of_the_idsl() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let idsl = "module M {
+        struct Image { int copy; sequence<byte, 16> data; };
+        struct ImageView { int a; }; struct ImageLoan { int b; };
+        interface Camera { void taken(Image image); };
+        interface Store { Image last(); void lastInPlace(); Image other_in_place(); };
+    };";
+    fs::write(folder.path().join("M.idsl"), idsl).expect("a file");
+    let cdsl = "import \"M.idsl\"; Component c { Communications {
+        publishes Camera; subscribesTo Camera as seen { in_place true; }; requires Store;
+    }; language python; };";
+    fs::write(folder.path().join("c.cdsl"), cdsl).expect("a file");
+    let (code, _, err) = rcgen(folder.path(), &["c.cdsl"]);
+    assert_eq!(code, 0, "{err}");
+    // What is declared, and with which types.
+    let mut all = String::new();
+    for file in [
+        "types/m.py",
+        "interfaces/camera.py",
+        "interfaces/store.py",
+        "worker.py",
+    ] {
+        let path = folder.path().join("generated/c").join(file);
+        let text = fs::read_to_string(path).expect("a file");
+        let shown = text.lines().map(str::trim).filter(|line| {
+            let is_shown = ["class ", "def ", "copy", "Image"].iter();
+            is_shown.clone().any(|word| line.starts_with(word)) && line.contains("Image")
+                || line.contains("in_place(")
+                || line.starts_with("copy")
+        });
+        shown.for_each(|line| all += &format!("{line}\n"));
+    }
+    expect![[r"
+        class Image(_robocomp.Struct):
+        copy_: int = 0
+        class ImageView(_robocomp.Struct):
+        class ImageLoan(_robocomp.Struct):
+        class ImageView_(_robocomp.View):
+        copy_: int
+        class ImageLoan_(ImageView_, _robocomp.Loan):
+        ImageView_ = object
+        ImageLoan_ = object
+        def taken(self, image: _m.Image) -> None:
+        def loan_taken(self) -> _m.ImageLoan_:
+        def last(self) -> _m.Image:
+        def last_in_place(self) -> _m.ImageView_:
+        reply: _m.ImageView_ = self._query_in_place(0)
+        def other_in_place_(self) -> _m.Image:
+        def other_in_place_in_place(self) -> _m.ImageView_:
+        reply: _m.ImageView_ = self._query_in_place(2)
+        def seen_taken(self, ctx: Context, image: _m.ImageView_) -> None:
+    "]]
+    .assert_eq(&all);
+}
+
+/// The name of a file is foreign: what it holds is neither code nor markup.
+#[test]
+fn the_name_of_a_file_ends_no_comment() {
+    for language in ["python", "rust"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let name = "a\nraise SystemExit\r--> <b>.cdsl";
+        let idsl = "module M { interface Voice { void say(); }; };";
+        fs::write(folder.path().join("M.idsl"), idsl).expect("a file");
+        let cdsl = format!(
+            "import \"M.idsl\"; Component c {{ Communications {{ implements Voice; }}; language {language}; }};"
+        );
+        fs::write(folder.path().join(name), cdsl).expect("a file");
+        let (code, _, err) = rcgen(folder.path(), &[name]);
+        assert_eq!(code, 0, "{err}");
+        let mut cited = 0;
+        for (path, text) in files(folder.path()) {
+            let text = String::from_utf8(text).expect("UTF-8");
+            assert!(!text.contains("\nraise"), "{path:?}\n{text}");
+            assert!(!text.contains("SystemExit\r"), "{path:?}\n{text}");
+            assert!(!text.contains("--> <b>"), "{path:?}\n{text}");
+            cited += usize::from(text.contains("a\\nraise SystemExit\\r--&gt; <b&gt;.cdsl"));
+        }
+        assert!(cited > 3, "{language}");
+    }
 }
 
 #[test]
