@@ -106,6 +106,16 @@ impl<E> SlotArray<E> {
         self.members.iter().zip(&mut self.ends)
     }
 
+    fn place_of(&self, member: &Member) -> usize {
+        let place = member.index();
+        assert!(
+            self.members.get(place) == Some(member),
+            "`{}` is a member of another slot array; find its namesake with `get`",
+            member.name()
+        );
+        place
+    }
+
     /// Writes the number of peers of each member into `peers`, for generated code.
     #[doc(hidden)]
     pub fn count_peers(&self, peers: &mut [usize], count: impl Fn(&E) -> usize) {
@@ -145,13 +155,16 @@ impl<E> IndexMut<usize> for SlotArray<E> {
 impl<E> Index<&Member> for SlotArray<E> {
     type Output = E;
 
+    /// # Panics
+    /// It is a member of another array.
     fn index(&self, member: &Member) -> &E {
-        &self.ends[member.index()]
+        &self.ends[self.place_of(member)]
     }
 }
 
 impl<E> IndexMut<&Member> for SlotArray<E> {
     fn index_mut(&mut self, member: &Member) -> &mut E {
-        &mut self.ends[member.index()]
+        let place = self.place_of(member);
+        &mut self.ends[place]
     }
 }

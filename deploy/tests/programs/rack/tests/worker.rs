@@ -3,7 +3,7 @@
 use rack::SpecificWorker;
 use rack_generated::testing::{Fault, PosesSample, TestContext};
 use rack_generated::{
-    FullPoseEuler, Lasers, MemberError, Params, TData, Tracks, Worker, WorkerError,
+    Context, FullPoseEuler, Lasers, MemberError, Params, TData, Tracks, Worker, WorkerError,
 };
 
 fn of(members: &[&str]) -> TestContext {
@@ -117,4 +117,14 @@ fn what_is_no_member_is_refused_with_its_reason() {
         "`lasers` has 128 members, which is the maximum; there is no place for `more`"
     );
     assert_eq!(test.lasers.len(), 128);
+}
+
+#[test]
+#[should_panic(expected = "`front` is a member of another slot array")]
+fn a_member_of_another_array_is_no_index() {
+    let mut test = of(&["front"]);
+    SpecificWorker::initialize(&mut test).expect("a worker");
+    let laser = test.lasers.members()[0].clone();
+    let ctx: &Context = &test;
+    let _ = &ctx.poses[&laser];
 }
