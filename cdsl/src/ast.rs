@@ -34,8 +34,8 @@ pub enum Clause {
     Gui(Name, Option<Name>),
     /// `options dsr, agmagent;`
     Options(Vec<Name>),
-    /// `statemachine "file.smdsl" visual { external go; }`: the file, whether `visual` is there, and
-    /// the `external` clauses, each with its keyword.
+    /// `statemachine "file.smdsl" visual { external go; }`: the file, whether `visual` is there,
+    /// and the `external` clauses, each with its keyword.
     StateMachine(Name, bool, Vec<(Name, Vec<Name>)>),
     /// `parameters "file.pdsl";`
     Parameters(Name),

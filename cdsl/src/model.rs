@@ -67,7 +67,8 @@ pub const DEFAULT_PERIOD: Duration = Duration::from_millis(100);
 /// An interface that a component implements, requires, publishes or subscribes to.
 #[derive(Clone, Debug)]
 pub struct Slot {
-    /// The name, unique in the component. In a network, a member of an array is a slot `ARRAY.MEMBER`.
+    /// The name, unique in the component. In a network, a member of an array is a slot
+    /// `ARRAY.MEMBER`.
     pub name: String,
     /// The role of the component in the connection.
     pub role: Role,
@@ -88,8 +89,8 @@ pub struct Slot {
 }
 
 impl Slot {
-    /// The name as a path, as it stands in addresses and in rules of ROS 2: `Laser`, or `lasers/front` for the member
-    /// `lasers.front` of an array.
+    /// The name as a path, as it stands in addresses and in rules of ROS 2: `Laser`, or
+    /// `lasers/front` for the member `lasers.front` of an array.
     pub fn path(&self) -> String {
         self.name.replace('.', "/")
     }

@@ -390,7 +390,8 @@ impl Resolver<'_> {
         Vec::new()
     }
 
-    /// The names of clauses such as `external go, stop;`. Reports a second clause, and a second name.
+    /// The names of clauses such as `external go, stop;`. Reports a second clause, and a second
+    /// name.
     fn names(&mut self, clauses: &[(Name, Vec<Name>)], what: &str) -> Vec<Name> {
         let (mut keywords, mut seen) = (HashMap::new(), HashMap::new());
         for (keyword, names) in clauses {

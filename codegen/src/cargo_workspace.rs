@@ -186,8 +186,8 @@ impl Workspace {
     }
 
     /// The text of its manifest, and the same with `rc-middleware` and `interfaces` among the
-    /// dependencies, and `no_packages` excluded where a pattern of the members names them; none where
-    /// nothing of this is missing.
+    /// dependencies, and `no_packages` excluded where a pattern of the members names them; none
+    /// where nothing of this is missing.
     pub(crate) fn as_needed(&self, no_packages: &[&Path]) -> io::Result<Option<(String, String)>> {
         // Another generation may have changed it since it was found.
         let Some(manifest) = manifest(&self.root)? else {
@@ -209,7 +209,8 @@ impl Workspace {
         Ok(new.map(|new| (text, new)))
     }
 
-    /// A manifest with these folders among `exclude`; none where cargo takes none of them for a package.
+    /// A manifest with these folders among `exclude`; none where cargo takes none of them for a
+    /// package.
     fn exclude(&self, manifest: &str, folders: &[&Path]) -> io::Result<Option<String>> {
         let mut missing = Vec::new();
         for folder in folders {

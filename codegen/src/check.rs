@@ -87,8 +87,8 @@ fn as_in_robocomp(project: &Project, found: Diagnostics) -> Diagnostics {
 }
 
 /// Adds all that is wrong with `path` to `found`; `robocomp` says that the file is one of RoboComp.
-/// Meshes and parts of an `InnerModel` file are also looked for in the folders `include`. An error is
-/// a file that the system does not give.
+/// Meshes and parts of an `InnerModel` file are also looked for in the folders `include`. An error
+/// is a file that the system does not give.
 pub fn file(
     path: &Path,
     robocomp: bool,

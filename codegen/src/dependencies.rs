@@ -1,5 +1,5 @@
-//! Crates that the `dependencies` of a `.cdsl` name. They are the worker's own: rcgen writes them into
-//! its Cargo.toml once, and compares afterwards.
+//! Crates that the `dependencies` of a `.cdsl` name. They are the worker's own: rcgen writes them
+//! into its Cargo.toml once, and compares afterwards.
 
 use crate::names;
 use crate::paths::{absolute, normal, relative};
@@ -119,8 +119,8 @@ pub fn lead_from(component: &mut Component, own: &Path, folder: &Path) -> std::i
 }
 
 /// The dependencies that the worker's manifest in `folder` lacks, and warnings for those and for
-/// others than the description has. Where there is no manifest yet, or one that is no TOML, there is
-/// nothing to compare.
+/// others than the description has. Where there is no manifest yet, or one that is no TOML, there
+/// is nothing to compare.
 pub(crate) fn compare<'a>(
     component: &'a Component,
     folder: &Path,

@@ -20,11 +20,13 @@ pub struct InterfaceModule {
     pub name: String,
     /// The name of the Rust module, which is the name of its file without the extension.
     pub stem: String,
-    /// The text of this file. It depends on the IDSL modules that this one reaches by imports, and on nothing else.
+    /// The text of this file. It depends on the IDSL modules that this one reaches by imports, and
+    /// on nothing else.
     pub text: String,
 }
 
-/// The modules of the crate `interfaces` for a library. They may be written only if no diagnostic is an error.
+/// The modules of the crate `interfaces` for a library. They may be written only if no diagnostic
+/// is an error.
 pub fn interfaces(library: &Library) -> Result<(Vec<InterfaceModule>, Diagnostics), TemplateError> {
     let mut found = Diagnostics::new();
     rust::check(library, &mut found);
@@ -50,8 +52,9 @@ pub fn interfaces_root(stems: &[&str]) -> Result<String, TemplateError> {
     rust::print::root(&stems)
 }
 
-/// All files of a component. `interfaces` is the path from its folder `generated` to the crate `interfaces`. The files may
-/// be written only if no diagnostic is an error, neither here nor of [`interfaces`].
+/// All files of a component. `interfaces` is the path from its folder `generated` to the crate
+/// `interfaces`. The files may be written only if no diagnostic is an error, neither here nor of
+/// [`interfaces`].
 pub fn component(
     project: &Project,
     middleware: Backend,

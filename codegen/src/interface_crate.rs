@@ -344,8 +344,8 @@ impl InterfaceCrate {
         Ok(self.definitions(vec![definitions]))
     }
 
-    /// The workspace's manifest with what the crate needs of it, and without `no_packages`, folders that cargo must not take
-    /// for packages, where something is missing.
+    /// The workspace's manifest with what the crate needs of it, and without `no_packages`, folders
+    /// that cargo must not take for packages, where something is missing.
     ///
     /// # Errors
     /// The manifest cannot be read.

@@ -147,8 +147,8 @@ impl NewComponent {
         ))
     }
 
-    /// The text of an existing description, for a component of this name and language. The files beside
-    /// it that it names come with it.
+    /// The text of an existing description, for a component of this name and language. The files
+    /// beside it that it names come with it.
     fn renamed(&self, from: &Path, files: &mut Files) -> Result<String, Error> {
         if !self.slots.is_empty() || self.period.is_some() {
             let message = "--from takes slots and period from the file; change them there";

@@ -1,5 +1,5 @@
-//! What Rust calls the things of a view, and how its code is laid out. A view says what there is; the templates in
-//! `templates/rust` hold the code.
+//! What Rust calls the things of a view, and how its code is laid out. A view says what there is;
+//! the templates in `templates/rust` hold the code.
 
 pub(crate) mod component;
 mod documentation;

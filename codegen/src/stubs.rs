@@ -1,7 +1,7 @@
 //! Handlers that a component's `src/` lacks, printed as in a new worker.
 //!
-//! This module only reads: rcgen writes the user's files once and never again. It does not see implementations in
-//! functions or from macros.
+//! This module only reads: rcgen writes the user's files once and never again. It does not see
+//! implementations in functions or from macros.
 
 mod fits;
 mod source;
@@ -61,7 +61,8 @@ struct Piece {
     uses: Vec<String>,
 }
 
-/// Compares the handlers that a component needs with those in `folder`/src. If a finding is an error, there is no answer.
+/// Compares the handlers that a component needs with those in `folder`/src. If a finding is an
+/// error, there is no answer.
 pub fn of(
     project: &Project,
     folder: &Path,

@@ -2,7 +2,8 @@
 
 use tera::Tera;
 
-/// Templates of a folder: the name of each, which is that of its file without `.tera`, and its text.
+/// Templates of a folder: the name of each, which is that of its file without `.tera`, and its
+/// text.
 macro_rules! templates {
     ($folder:literal: $($name:literal),* $(,)?) => {
         &[$((

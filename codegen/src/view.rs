@@ -1,5 +1,6 @@
-//! What a generation says, neutral of the language that it is printed in: names of the description languages, types,
-//! operations, facts. [`crate::rust`] adds the names of Rust; templates hold all code.
+//! What a generation says, neutral of the language that it is printed in: names of the description
+//! languages, types, operations, facts. [`crate::rust`] adds the names of Rust; templates hold all
+//! code.
 
 pub(crate) mod checks;
 pub mod component;

@@ -39,7 +39,8 @@ pub enum Decl {
     Middleware(Middleware),
     /// `domain 7;`, with its keyword
     Domain(Name, Literal),
-    /// `time simulated by sensors.simulator;`: the keyword, groups from outside to inside, then a component
+    /// `time simulated by sensors.simulator;`: the keyword, groups from outside to inside, then a
+    /// component
     Time(Name, Vec<Name>),
     /// `record { ring 60s; };`: the keyword, and each field with its value
     Record(Name, Vec<(Name, Literal)>),

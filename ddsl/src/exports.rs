@@ -95,7 +95,8 @@ impl<'a> Exports<'a> {
         self.0.get(&(group, name)).copied().flatten()
     }
 
-    /// Whether the exports of `group` are without errors, so that a member which none of them means does not exist.
+    /// Whether the exports of `group` are without errors, so that a member which none of them means
+    /// does not exist.
     pub(crate) fn knows(&self, group: usize, slot: &str) -> bool {
         let array = member::split(slot).map_or(slot, |(array, _)| array);
         !self.0.contains_key(&(group, slot)) && !self.0.contains_key(&(group, array))
@@ -115,7 +116,8 @@ impl<'a> Exports<'a> {
 }
 
 impl<'a> GroupSlots<'a> {
-    /// The slots that an exported name means, each with this name: all members of an array, else one slot.
+    /// The slots that an exported name means, each with this name: all members of an array, else
+    /// one slot.
     fn exported(&self, name: &'a Name) -> Vec<(&'a str, &'a Name)> {
         let slots = self.slots.keys().filter(|slot| match member::split(slot) {
             Some((array, _)) => array == name.text,
@@ -128,8 +130,8 @@ impl<'a> GroupSlots<'a> {
         members
     }
 
-    /// The slot that `slot`, exported as `name`, refers to: the only provider, otherwise the only slot. A provider takes
-    /// precedence, because a consumer inside the group connects to it.
+    /// The slot that `slot`, exported as `name`, refers to: the only provider, otherwise the only
+    /// slot. A provider takes precedence, because a consumer inside the group connects to it.
     fn find(
         &self,
         group: &Group,

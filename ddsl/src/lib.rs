@@ -1,8 +1,8 @@
 //! DDSL: a network of components.
 //!
 //! [`parse`] turns one text into a syntax tree ([`ast`]). [`load`] also loads its imports and
-//! resolves all names into the [`model`]. [`expand`] gives an instance its members of slot arrays. [`connect`] checks the model against the components and
-//! computes the connections.
+//! resolves all names into the [`model`]. [`expand`] gives an instance its members of slot arrays.
+//! [`connect`] checks the model against the components and computes the connections.
 
 pub mod ast;
 mod check;

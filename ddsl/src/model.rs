@@ -143,7 +143,8 @@ pub const READY: Duration = Duration::from_secs(10);
 pub const STOP: Duration = Duration::from_secs(3);
 /// The default of [`Restart::backoff`].
 pub const BACKOFF: Duration = Duration::from_millis(500);
-/// The least of [`Restart::hung`]: a component counts as hung when its loop has not turned for so long.
+/// The least of [`Restart::hung`]: a component counts as hung when its loop has not turned for so
+/// long.
 pub const HUNG: Duration = Duration::from_secs(2);
 /// The maximum length in bytes of a network's name and of a component's full name: they become
 /// names of files and sockets.
@@ -154,7 +155,8 @@ pub const LONGEST_NAME: usize = 64;
 pub struct Restart {
     /// The exits that cause a restart.
     pub policy: Policy,
-    /// How long a component may hang before it is stopped, which counts as a failure; none for ever.
+    /// How long a component may hang before it is stopped, which counts as a failure; none for
+    /// ever.
     pub hung: Option<Duration>,
     /// The maximum number of restarts within a time. One more exit stops the network.
     pub limit: Option<(u32, Duration)>,

@@ -490,8 +490,8 @@ impl<'a> Resolver<'a> {
             .push(error.suggest(name, known.iter().map(String::as_str)));
     }
 
-    /// Whether the last name before the slot is a slot array: in a component, or exported by a group. `None` after an
-    /// error: it might be an array and a component or group at once.
+    /// Whether the last name before the slot is a slot array: in a component, or exported by a
+    /// group. `None` after an error: it might be an array and a component or group at once.
     fn is_array(
         &mut self,
         place: InstanceOrGroup,

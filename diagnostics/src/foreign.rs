@@ -77,7 +77,8 @@ pub fn clean_lines(text: &str, most: usize) -> String {
     lines.join("\n")
 }
 
-/// The length in bytes of a sequence that only sets colours (SGR of ECMA-48) at the start of `text`.
+/// The length in bytes of a sequence that only sets colours (SGR of ECMA-48) at the start of
+/// `text`.
 fn colour(text: &str) -> Option<usize> {
     let parameters = text.strip_prefix("\u{1b}[")?;
     let end = parameters.find(|c: char| !c.is_ascii_digit() && c != ';')?;

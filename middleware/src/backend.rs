@@ -94,8 +94,8 @@ pub trait Backend {
         Ok(())
     }
 
-    /// Offers the life cycle of a managed component to nodes of the middleware, where the middleware
-    /// has managed nodes.
+    /// Offers the life cycle of a managed component to nodes of the middleware, where the
+    /// middleware has managed nodes.
     fn lifecycle(&self, service: Arc<dyn LifecycleService>) -> Result<(), OpenError> {
         drop(service);
         Ok(())
@@ -132,7 +132,8 @@ pub trait Publisher {
     }
 
     /// Lends memory of `length` bytes for a sample that is written in place; it is aligned to 16 if
-    /// images can be lent. Its content is undefined but initialized. It fails where [`Publisher::can_loan`] is false.
+    /// images can be lent. Its content is undefined but initialized. It fails where
+    /// [`Publisher::can_loan`] is false.
     fn loan(&mut self, length: usize) -> Result<Box<dyn LoanedSample + '_>, SendError> {
         let reason = format!("this middleware lends no memory; {length} bytes were wanted");
         Err(SendError::Backend {
@@ -141,8 +142,8 @@ pub trait Publisher {
         })
     }
 
-    /// Lends memory of `length` bytes for an image, which its owner may keep while the publisher sends
-    /// other samples. `None` where the middleware lends none, so the sample has to be copied.
+    /// Lends memory of `length` bytes for an image, which its owner may keep while the publisher
+    /// sends other samples. `None` where the middleware lends none, so the sample has to be copied.
     fn loan_image(&mut self, length: usize) -> Result<Option<Box<dyn LoanedSample>>, SendError> {
         let _ = length;
         Ok(None)
@@ -167,8 +168,8 @@ pub trait LoanedSample {
 /// How many received samples a subscriber may keep besides the one that is handled.
 pub const KEPT_SAMPLES: usize = 4;
 
-/// A received sample in the memory of the middleware. It may outlive its subscriber, and be used and
-/// dropped on any thread.
+/// A received sample in the memory of the middleware. It may outlive its subscriber, and be used
+/// and dropped on any thread.
 pub trait KeptSample: Send {
     /// The body. Its address stays the same.
     fn memory(&self) -> &[u8];
@@ -191,8 +192,8 @@ pub trait Subscriber {
         false
     }
 
-    /// The same as [`Subscriber::receive`] where [`Subscriber::can_keep`], but `take` gets the sample
-    /// itself. It may keep up to [`KEPT_SAMPLES`] of them; with more, receiving fails.
+    /// The same as [`Subscriber::receive`] where [`Subscriber::can_keep`], but `take` gets the
+    /// sample itself. It may keep up to [`KEPT_SAMPLES`] of them; with more, receiving fails.
     fn receive_kept(
         &mut self,
         take: &mut dyn FnMut(Header, Box<dyn KeptSample>),
@@ -244,8 +245,8 @@ pub trait Client {
     /// The number of servers, 0 or 1.
     fn peers(&self) -> usize;
 
-    /// What waits in the queue of its replies; `None` where the middleware reserves the memory of the queue at the
-    /// start.
+    /// What waits in the queue of its replies; `None` where the middleware reserves the memory of
+    /// the queue at the start.
     fn queue(&self) -> Option<QueueGauge> {
         None
     }
@@ -259,7 +260,8 @@ pub trait Server {
     /// Clears readiness. Drain with `serve` before and after. `woken`: as for a subscriber.
     fn acknowledge(&mut self, woken: bool);
 
-    /// Passes the next request and its reply buffer to `handler`. Returns whether there was a request.
+    /// Passes the next request and its reply buffer to `handler`. Returns whether there was a
+    /// request.
     fn serve(
         &mut self,
         handler: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),

@@ -104,7 +104,8 @@ fn make_private(path: &Path) -> io::Result<()> {
         std::fs::create_dir_all(parent)?;
     }
     match std::fs::DirBuilder::new().mode(0o700).create(path) {
-        // iceoryx2 sets the umask of the process for a moment while it makes a socket, on any thread.
+        // iceoryx2 sets the umask of the process for a moment while it makes a socket, on any
+        // thread.
         Ok(()) => std::fs::set_permissions(path, Permissions::from_mode(0o700)),
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(()),
         Err(error) => Err(error),

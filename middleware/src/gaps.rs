@@ -14,8 +14,8 @@ const INCREDIBLE: u64 = 1 << 32;
 ///
 /// The first sample of a sender is no gap, whatever its number: a late subscriber has lost nothing,
 /// and a sender that was started again is another one. Of many senders, the one that was silent the
-/// longest is forgotten. A single wild number counts for nothing. Requests need no such count: their queue refuses what it cannot hold, and
-/// the client gets an error.
+/// longest is forgotten. A single wild number counts for nothing. Requests need no such count:
+/// their queue refuses what it cannot hold, and the client gets an error.
 ///
 /// ```
 /// use rc_middleware::{Gaps, Header};

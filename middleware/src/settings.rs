@@ -7,8 +7,8 @@ use std::time::Duration;
 
 /// The settings of middlewares, by the name of the middleware and the key.
 ///
-/// Text is converted where it is read, by the table of `rc_settings`, so a backend finds values that
-/// are valid. If a key is not set, the methods give the default of that table.
+/// Text is converted where it is read, by the table of `rc_settings`, so a backend finds values
+/// that are valid. If a key is not set, the methods give the default of that table.
 ///
 /// ```
 /// use rc_middleware::Settings;

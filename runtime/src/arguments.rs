@@ -36,7 +36,8 @@ pub(crate) struct Arguments {
     pub(crate) members: Listed,
 }
 
-/// A policy for a topic by its name in ROS 2: `qos_overrides./scan.publisher.depth:=1` of its command line.
+/// A policy for a topic by its name in ROS 2: `qos_overrides./scan.publisher.depth:=1` of its
+/// command line.
 #[derive(Debug, PartialEq)]
 pub(crate) struct RosOverride {
     /// `/scan`
@@ -46,7 +47,8 @@ pub(crate) struct RosOverride {
     pub(crate) policy: Policy,
 }
 
-/// Checks that the component has a slot of this name, or may have a member. The error lists the slots.
+/// Checks that the component has a slot of this name, or may have a member. The error lists the
+/// slots.
 pub(crate) fn check_slot(description: &Description, slot: &str) -> Result<String, String> {
     let (own, of_array) = match member::split(slot) {
         Some((array, member)) => (array, Some(member)),

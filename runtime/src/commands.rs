@@ -26,8 +26,9 @@ pub(crate) enum Command {
 /// The most messages of tools that wait.
 const MOST_MESSAGES: usize = 64;
 
-/// The commands that wait for the worker thread: at most one of each kind, the newest, 64 messages of tools, and the events
-/// whose clients still wait, at most 64. A worker that hangs collects no others.
+/// The commands that wait for the worker thread: at most one of each kind, the newest, 64 messages
+/// of tools, and the events whose clients still wait, at most 64. A worker that hangs collects no
+/// others.
 #[derive(Debug)]
 pub(crate) struct CommandQueue {
     waiting: Mutex<Waiting>,
@@ -71,8 +72,8 @@ impl CommandQueue {
         true
     }
 
-    /// Takes the commands of one turn, an emergency first: all that control the component, and one message of a tool. If
-    /// others wait, the next turn begins at once.
+    /// Takes the commands of one turn, an emergency first: all that control the component, and one
+    /// message of a tool. If others wait, the next turn begins at once.
     pub(crate) fn take(&self) -> impl Iterator<Item = Command> + use<> {
         let mut waiting = self.waiting();
         let message = waiting.messages.pop_front();

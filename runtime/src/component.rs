@@ -24,7 +24,8 @@ pub trait Component {
         let _ = values;
     }
 
-    /// Runs the worker's `params_changed()`, after [`Component::set_parameters`]. An error refuses the changes.
+    /// Runs the worker's `params_changed()`, after [`Component::set_parameters`]. An error refuses
+    /// the changes.
     fn parameters_changed(&mut self, changes: &[ParamChange]) -> Result<(), WorkerError> {
         let _ = changes;
         Ok(())
@@ -55,14 +56,14 @@ pub trait Component {
     /// Runs once, after all other calls.
     fn finalize(&mut self);
 
-    /// Writes the number of peers of each slot that requires or publishes into `peers`, at the number of the slot or of the
-    /// member.
+    /// Writes the number of peers of each slot that requires or publishes into `peers`, at the
+    /// number of the slot or of the member.
     fn sending_peers(&self, peers: &mut [usize]) {
         let _ = peers;
     }
 
-    /// The state in which the component refuses all requests to an implemented slot; `None` if it serves
-    /// them. Asked before each request; for a member, of its array.
+    /// The state in which the component refuses all requests to an implemented slot; `None` if it
+    /// serves them. Asked before each request; for a member, of its array.
     fn unavailable(&mut self, slot: usize) -> Option<String> {
         let _ = slot;
         None
@@ -87,8 +88,8 @@ pub trait Component {
         ))
     }
 
-    /// Whether the handler of a subscribed topic may keep samples: then it gets them by [`Component::receive_kept`]
-    /// where the middleware gives them away.
+    /// Whether the handler of a subscribed topic may keep samples: then it gets them by
+    /// [`Component::receive_kept`] where the middleware gives them away.
     fn keeps(&self, slot: usize, operation: usize) -> bool {
         let _ = (slot, operation);
         false
@@ -105,7 +106,8 @@ pub trait Component {
         self.receive(slot, operation, &mut Reader::of(sample.memory(), encoding))
     }
 
-    /// Answers a request to a member of an implemented slot array. `slot` is the number of the array.
+    /// Answers a request to a member of an implemented slot array. `slot` is the number of the
+    /// array.
     fn serve_member(
         &mut self,
         slot: usize,

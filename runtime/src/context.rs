@@ -1,4 +1,5 @@
-//! The part of a worker's context that is the same in all components. Generated contexts dereference to it.
+//! The part of a worker's context that is the same in all components. Generated contexts
+//! dereference to it.
 
 use crate::clock::{Clock, Time};
 use crate::exact::Exact;
@@ -57,8 +58,9 @@ impl Core {
         &self.network
     }
 
-    /// The time of the network's clock: that of the system, unless another component or `/clock` of ROS 2
-    /// provides it. Simulated time stands while a handler or `compute()` runs; before the first tick it is zero.
+    /// The time of the network's clock: that of the system, unless another component or `/clock` of
+    /// ROS 2 provides it. Simulated time stands while a handler or `compute()` runs; before the
+    /// first tick it is zero.
     ///
     /// ```no_run
     /// # fn compute(core: &mut rc_runtime::Core, last: &mut rc_runtime::Time) {
@@ -70,8 +72,9 @@ impl Core {
         self.exact.now(|| self.clock.now())
     }
 
-    /// Random numbers for the worker. An exact recording keeps their seed, so that a repeated run has the same ones.
-    /// In simulated time the seed is made of the component's name: every run of the network has the same numbers.
+    /// Random numbers for the worker. An exact recording keeps their seed, so that a repeated run
+    /// has the same ones. In simulated time the seed is made of the component's name: every run of
+    /// the network has the same numbers.
     ///
     /// ```no_run
     /// # fn compute(core: &mut rc_runtime::Core) {
@@ -85,7 +88,8 @@ impl Core {
         &mut self.random
     }
 
-    /// The clock of [`Core::now`], for other threads of the worker. An exact recording does not know what they read.
+    /// The clock of [`Core::now`], for other threads of the worker. An exact recording does not
+    /// know what they read.
     pub fn clock(&self) -> Arc<dyn Clock> {
         Arc::clone(&self.clock)
     }
@@ -117,7 +121,8 @@ impl Core {
         self.new_period = Some(period);
     }
 
-    /// Ends this component in order: the present call returns, then `finalize` runs. The log gets the reason.
+    /// Ends this component in order: the present call returns, then `finalize` runs. The log gets
+    /// the reason.
     ///
     /// ```no_run
     /// # fn compute(core: &mut rc_runtime::Core, samples: u32) {
@@ -132,8 +137,9 @@ impl Core {
         self.shared.wake_event.stop();
     }
 
-    /// Ends this component as [`WorkerError::Fatal`](crate::WorkerError::Fatal) does, with exit code 3, from a function
-    /// that returns no such error: a handler, `emergency`, `restore` or `finalize`. The first reason counts.
+    /// Ends this component as [`WorkerError::Fatal`](crate::WorkerError::Fatal) does, with exit
+    /// code 3, from a function that returns no such error: a handler, `emergency`, `restore` or
+    /// `finalize`. The first reason counts.
     ///
     /// ```no_run
     /// # fn emergency(core: &mut rc_runtime::Core, brake_is_hot: bool) {

@@ -24,11 +24,13 @@ pub struct Description {
     pub period: Duration,
     /// The parameters as the JSON form of `rc_configuration::model::Parameters`.
     pub parameters: Option<&'static str>,
-    /// The folder of the component at build time. Its `etc/config.toml` is the default configuration.
+    /// The folder of the component at build time. Its `etc/config.toml` is the default
+    /// configuration.
     pub folder: &'static str,
     /// The connections.
     pub slots: &'static [Slot],
-    /// The modules of the types of all connections, each as the JSON form of `rc_values::description::Module`.
+    /// The modules of the types of all connections, each as the JSON form of
+    /// `rc_values::description::Module`.
     pub types: &'static [&'static str],
     /// The middlewares of the connections.
     pub backends: &'static [(&'static str, Connect)],
@@ -47,7 +49,8 @@ pub struct Slot {
     pub name: &'static str,
     /// Which end of the connection it is.
     pub role: Role,
-    /// The interface's name, `Laser`. With the network's name, it is the address of a component started by hand.
+    /// The interface's name, `Laser`. With the network's name, it is the address of a component
+    /// started by hand.
     pub interface: &'static str,
     /// The interface's name with its module, `RoboCompLaser::Laser`.
     pub type_name: &'static str,

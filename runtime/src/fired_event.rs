@@ -63,7 +63,8 @@ impl FiredEvent {
         self.management.wake();
     }
 
-    /// The result; without one, the event is withdrawn, and `reason` says why, from whether the machine has it.
+    /// The result; without one, the event is withdrawn, and `reason` says why, from whether the
+    /// machine has it.
     pub(crate) fn conclude(
         &self,
         reason: impl FnOnce(bool) -> String,

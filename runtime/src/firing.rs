@@ -1,7 +1,7 @@
 //! Events that tools fire: on their way to the state machine, and the result on its way back.
 //!
-//! The management thread checks the name. The worker's thread gives the event to the machine in the component's turn,
-//! after the events that wait, and says what became of it.
+//! The management thread checks the name. The worker's thread gives the event to the machine in the
+//! component's turn, after the events that wait, and says what became of it.
 
 use crate::commands::{Command, CommandQueue};
 use crate::fired_event::FiredEvent;
@@ -43,7 +43,8 @@ impl FireServer {
         }
     }
 
-    /// Fires an event, if the component allows it from outside. [`FireServer::turn`] returns the result.
+    /// Fires an event, if the component allows it from outside. [`FireServer::turn`] returns the
+    /// result.
     pub(crate) fn fire(
         &mut self,
         requester: Requester,
@@ -106,7 +107,8 @@ impl FireServer {
         Some(first.saturating_duration_since(Instant::now()))
     }
 
-    /// The results of the events that are due. Without one, `reason` says why, from whether the machine has the event.
+    /// The results of the events that are due. Without one, `reason` says why, from whether the
+    /// machine has the event.
     fn conclude(
         &mut self,
         is_due: impl Fn(&InFlight) -> bool,

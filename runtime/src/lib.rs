@@ -1,9 +1,10 @@
-//! The runtime of a component: its start, its event loop, its life cycle, its configuration, its management and its
-//! log.
+//! The runtime of a component: its start, its event loop, its life cycle, its configuration, its
+//! management and its log.
 //!
-//! Generated code passes a [`Description`] and a function that creates a [`Component`] to [`run`]. One thread runs the
-//! worker: `compute()` on its period, and handlers between two runs of it. A second thread answers management
-//! requests, takes signals and sends heartbeats, so that rcdeploy notices a worker that hangs.
+//! Generated code passes a [`Description`] and a function that creates a [`Component`] to [`run`].
+//! One thread runs the worker: `compute()` on its period, and handlers between two runs of it. A
+//! second thread answers management requests, takes signals and sends heartbeats, so that rcdeploy
+//! notices a worker that hangs.
 
 mod arguments;
 mod clock;

@@ -1,9 +1,10 @@
 //! The socket between a component and the supervisor that started it.
 //!
-//! A supervisor may be stopped for minutes, and its component goes on. State, readiness and unsaved parameters are
-//! therefore levels: each is kept until it can be written, and a newer value takes the place of an older one.
-//! Heartbeats count what happens in between. So the supervisor learns everything as soon as it reads again, and what
-//! waits for it takes one line of memory for each kind of message.
+//! A supervisor may be stopped for minutes, and its component goes on. State, readiness and unsaved
+//! parameters are therefore levels: each is kept until it can be written, and a newer value takes
+//! the place of an older one. Heartbeats count what happens in between. So the supervisor learns
+//! everything as soon as it reads again, and what waits for it takes one line of memory for each
+//! kind of message.
 
 use crate::lifecycle::Goal;
 use rc_configuration::ParamChange;
@@ -60,8 +61,8 @@ struct Levels {
 }
 
 impl Levels {
-    /// The next message, in an order that the supervisor understands: it takes parameters for those of this run once
-    /// it knows whether the earlier ones were restored.
+    /// The next message, in an order that the supervisor understands: it takes parameters for those
+    /// of this run once it knows whether the earlier ones were restored.
     fn take(&mut self) -> Option<ComponentMessage> {
         if let Some(state) = self.state.take() {
             return Some(ComponentMessage::State { state });
@@ -237,8 +238,8 @@ impl AsFd for Link {
     }
 }
 
-/// The line of a heartbeat. What grows with the number of slots is left out of one that no supervisor
-/// would read, and said.
+/// The line of a heartbeat. What grows with the number of slots is left out of one that no
+/// supervisor would read, and said.
 fn heartbeat_line(mut heartbeat: Heartbeat) -> Vec<u8> {
     let line = rpc::notification(&ComponentMessage::Heartbeat(heartbeat.clone()));
     if line.len() <= LIMIT {
@@ -342,7 +343,8 @@ mod tests {
         };
         assert_eq!((heartbeat.age_ms, heartbeat.peers.len()), (7, 0));
         assert!(heartbeat.mismatches[0].contains("ask for `status`"));
-        // What is wrong with the time is still reported: its absence would mean that it is well again.
+        // What is wrong with the time is still reported: its absence would mean that it is well
+        // again.
         let clock = heartbeat.clock.expect("a clock");
         assert_eq!(
             (clock.lost_ms, clock.waiting_for.len()),

@@ -28,7 +28,8 @@ pub(crate) fn start(
         tracing_subscriber::fmt::layer()
             .with_target(false)
             .with_ansi(false)
-            // A line that cannot be written is lost; an error message about it on the same stream would panic.
+            // A line that cannot be written is lost; an error message about it on the same stream
+            // would panic.
             .log_internal_errors(false)
             .with_writer(std::io::stderr)
     });
@@ -90,7 +91,8 @@ fn parse(level: &str) -> Result<Level, StartError> {
     })
 }
 
-/// What `RUST_LOG` sets: a level, or one for each of some modules. An invalid text is reported, and `info` holds.
+/// What `RUST_LOG` sets: a level, or one for each of some modules. An invalid text is reported, and
+/// `info` holds.
 fn environment() -> Targets {
     let default = Targets::new().with_default(Level::INFO);
     match std::env::var("RUST_LOG") {

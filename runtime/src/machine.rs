@@ -93,8 +93,8 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
         self.parts.session.is_in(state.number())
     }
 
-    /// Whether the machine has entered its initial states. That of a managed component does so at its
-    /// first activation.
+    /// Whether the machine has entered its initial states. That of a managed component does so at
+    /// its first activation.
     pub fn has_started(&self) -> bool {
         self.parts.session.active().next().is_some() || self.has_ended()
     }
@@ -110,8 +110,8 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
         self.parts.active().collect()
     }
 
-    /// The active states, if none of `states` is among them: then requests that these states serve are
-    /// refused. A machine without an active state has `ended`, or is `not started`.
+    /// The active states, if none of `states` is among them: then requests that these states serve
+    /// are refused. A machine without an active state has `ended`, or is `not started`.
     #[doc(hidden)]
     pub fn unavailable(&self, states: &[S]) -> Option<String> {
         if states.iter().any(|state| self.is_in(*state)) {
@@ -229,8 +229,8 @@ pub fn start(hooks: &mut impl Hooks) -> Result<(), WorkerError> {
     })
 }
 
-/// Handles the events that wait, as many as one turn of the event loop may. Once none waits, one event
-/// that a tool fires follows.
+/// Handles the events that wait, as many as one turn of the event loop may. Once none waits, one
+/// event that a tool fires follows.
 ///
 /// # Errors
 /// A function of the worker demands it, or the machine does not come to rest.
@@ -245,8 +245,8 @@ pub fn react(hooks: &mut impl Hooks) -> Result<(), WorkerError> {
     })
 }
 
-/// Handles one event that a tool fires, and says what became of it. No other event waits, so the step
-/// is that of this one; what it fires itself is handled before the next one from outside.
+/// Handles one event that a tool fires, and says what became of it. No other event waits, so the
+/// step is that of this one; what it fires itself is handled before the next one from outside.
 fn take_from_outside<H: Hooks>(
     interpreter: &mut Interpreter,
     host: &mut Steps<'_, H>,

@@ -1,9 +1,10 @@
-//! The second thread of a component: management over a Unix socket, signals, and the link to a supervisor.
+//! The second thread of a component: management over a Unix socket, signals, and the link to a
+//! supervisor.
 //!
-//! The socket is `NAME.sock` in the network's run directory; [`rc_management::component::Request`] lists the requests.
-//! If a supervisor has started the component, the environment has `RC_SUPERVISED`, and the link is a socket at standard
-//! input. The component sends its state, its readiness and twice a second a heartbeat over it, and ends when the
-//! supervisor closes it.
+//! The socket is `NAME.sock` in the network's run directory; [`rc_management::component::Request`]
+//! lists the requests. If a supervisor has started the component, the environment has
+//! `RC_SUPERVISED`, and the link is a socket at standard input. The component sends its state, its
+//! readiness and twice a second a heartbeat over it, and ends when the supervisor closes it.
 
 use crate::commands::{Command, CommandQueue};
 use crate::component_info::ComponentInfo;
@@ -53,7 +54,8 @@ pub(crate) struct Management {
 }
 
 impl Management {
-    /// Starts the thread. It takes signals and the link only if the component has its process for itself.
+    /// Starts the thread. It takes signals and the link only if the component has its process for
+    /// itself.
     pub(crate) fn start(
         description: &'static Description,
         environment: &Environment,
@@ -169,7 +171,8 @@ struct Server {
     backends: BackendRequests,
     lifecycle: LifecycleServer,
     link: Option<Link>,
-    /// Parameters that an earlier run had not saved. They are set before the component reports readiness.
+    /// Parameters that an earlier run had not saved. They are set before the component reports
+    /// readiness.
     restore: Option<Map<String, Value>>,
     signals: Option<UnixStream>,
     /// When the first signal came.
@@ -324,8 +327,9 @@ impl Server {
         }
     }
 
-    /// The first signal stops in order, a later one at once. Signals that come together count as one: a terminal that
-    /// closes, or a tool that signals a process and then its group, sends several.
+    /// The first signal stops in order, a later one at once. Signals that come together count as
+    /// one: a terminal that closes, or a tool that signals a process and then its group, sends
+    /// several.
     fn take_signals(&mut self) {
         let mut bytes = [0_u8; 16];
         let _ = self.signals.as_ref().map(|mut s| s.read(&mut bytes));
@@ -387,7 +391,8 @@ impl Server {
         }
     }
 
-    /// Executes a request. A change of parameters, and saving, have no result yet: they wait for the worker.
+    /// Executes a request. A change of parameters, and saving, have no result yet: they wait for
+    /// the worker.
     fn execute(
         &mut self,
         client: u64,

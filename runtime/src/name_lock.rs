@@ -1,5 +1,5 @@
-//! The name of a component in its network: `NAME.lock` in the run directory, locked as long as the component lives.
-//! Its management socket lies beside it, `NAME.sock`.
+//! The name of a component in its network: `NAME.lock` in the run directory, locked as long as the
+//! component lives. Its management socket lies beside it, `NAME.sock`.
 
 use crate::error::StartError;
 use rc_middleware::{Environment, RunDirectory};
@@ -9,7 +9,8 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-/// The lock of a supervisor. If it exists, the supervisor cleans up after components that were killed.
+/// The lock of a supervisor. If it exists, the supervisor cleans up after components that were
+/// killed.
 const SUPERVISOR_LOCK: &str = "rcdeploy.lock";
 
 /// The lock of a component's name, released on drop.

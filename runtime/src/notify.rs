@@ -1,12 +1,14 @@
-//! Reports the state of a component to a service manager such as systemd (`Type=notify`): `sd_notify(3)`.
+//! Reports the state of a component to a service manager such as systemd (`Type=notify`):
+//! `sd_notify(3)`.
 
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::Duration;
 
-/// The limit for a place in the queue of the service manager. Ten messages fill that queue, and a hundred components may
-/// start at once; without this message, the service manager would stop the component again.
+/// The limit for a place in the queue of the service manager. Ten messages fill that queue, and a
+/// hundred components may start at once; without this message, the service manager would stop the
+/// component again.
 const READY_LIMIT: Duration = Duration::from_secs(3);
 
 /// The state of a service.
@@ -17,8 +19,8 @@ pub(crate) enum ServiceState {
     Stopping,
 }
 
-/// Sends the state to `NOTIFY_SOCKET`, if there is one. A component that rcdeploy has started reports to rcdeploy
-/// instead; the variable is then meant for rcdeploy.
+/// Sends the state to `NOTIFY_SOCKET`, if there is one. A component that rcdeploy has started
+/// reports to rcdeploy instead; the variable is then meant for rcdeploy.
 pub(crate) fn notify(state: ServiceState) {
     let path = std::env::var_os("NOTIFY_SOCKET");
     let Some(path) = path.filter(|_| std::env::var_os("RC_SUPERVISED").is_none()) else {

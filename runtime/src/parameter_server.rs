@@ -1,8 +1,8 @@
 //! The parameters of the running component: what they are, how they change, how they are saved.
 //!
-//! A change is checked on the management thread. The worker then accepts or refuses it on its own thread, between two
-//! runs of `compute()` or handlers. The requester gets the result, within a limit. One change is with the worker at a
-//! time; others wait.
+//! A change is checked on the management thread. The worker then accepts or refuses it on its own
+//! thread, between two runs of `compute()` or handlers. The requester gets the result, within a
+//! limit. One change is with the worker at a time; others wait.
 
 use crate::commands::{Command, CommandQueue};
 use crate::error::refused;
@@ -135,7 +135,8 @@ impl ParameterServer {
         });
     }
 
-    /// Takes the decision of the worker, and gives it the next change. Returns the results that are due.
+    /// Takes the decision of the worker, and gives it the next change. Returns the results that are
+    /// due.
     pub(crate) fn turn(&mut self, shared: &Shared) -> Vec<Answer> {
         let mut answers = Vec::new();
         loop {
@@ -227,8 +228,8 @@ impl ParameterServer {
         rpc::result(&changed)
     }
 
-    /// Tells the listeners which parameters have changed since `before`: whole parameters, even if only an element
-    /// has changed.
+    /// Tells the listeners which parameters have changed since `before`: whole parameters, even if
+    /// only an element has changed.
     fn notify(&self, before: &[LiveParameter]) {
         // No parameter comes or goes.
         let pairs = self.all().into_iter().zip(before);
@@ -318,8 +319,8 @@ impl InFlight {
     }
 }
 
-/// Writes the values of the next start into the configuration: all of it, or nothing. A file that gets a secret is
-/// its owner's alone.
+/// Writes the values of the next start into the configuration: all of it, or nothing. A file that
+/// gets a secret is its owner's alone.
 fn write_into(live: &LiveParameters, file: &Path, has_secret: bool) -> Result<(), Error> {
     let shown = file.display();
     let refuse = |what: &str, error: &std::io::Error| {

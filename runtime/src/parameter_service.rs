@@ -1,5 +1,5 @@
-//! The parameters of a component for its backends. Like requests over the socket, their requests are answered on the
-//! management thread.
+//! The parameters of a component for its backends. Like requests over the socket, their requests
+//! are answered on the management thread.
 
 use crate::parameter_server::{ParameterServer, Requester};
 use crate::parameter_values::{json, shown};

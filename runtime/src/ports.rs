@@ -160,8 +160,8 @@ impl Connections {
         self.source = Some(Rc::new(RefCell::new(state)));
     }
 
-    /// Joins the time of the network. `followers` are those that a source expects; `middleware` is the one over which
-    /// a follower hears its source.
+    /// Joins the time of the network. `followers` are those that a source expects; `middleware` is
+    /// the one over which a follower hears its source.
     pub(crate) fn join_time(
         &mut self,
         name: &str,
@@ -237,8 +237,8 @@ impl Connections {
         Ok(topic)
     }
 
-    /// Opens the publishers of a slot, each by the number of its operation: an argument for the constructors of generated
-    /// publishers.
+    /// Opens the publishers of a slot, each by the number of its operation: an argument for the
+    /// constructors of generated publishers.
     pub fn publishers(
         &self,
         slot: usize,
@@ -314,7 +314,8 @@ impl Connections {
         Ok(receivers)
     }
 
-    /// The receiving ends of the members that the worker has opened, each with the index of its slot.
+    /// The receiving ends of the members that the worker has opened, each with the index of its
+    /// slot.
     pub(crate) fn take_members(&self) -> Vec<(usize, Receiver)> {
         self.receivers.take()
     }
@@ -433,7 +434,8 @@ impl Connections {
     fn topic_endpoint(&self, slot: &OpenSlot, operation: usize) -> Result<Endpoint, OpenError> {
         let mut qos = topic_qos(slot, operation, &self.settings);
         if self.clock != ClockKind::System {
-            // A middleware would measure it by the system's clock; the event loop measures it by the network's.
+            // A middleware would measure it by the system's clock; the event loop measures it by
+            // the network's.
             qos.deadline = None;
         }
         let external = slot.external_types().nth(operation);

@@ -1,4 +1,5 @@
-//! `--probe`: asks a running component whether it is ready, for systemd, Compose, Kubernetes and scripts.
+//! `--probe`: asks a running component whether it is ready, for systemd, Compose, Kubernetes and
+//! scripts.
 
 use crate::lifecycle::LifecycleState;
 use rc_management::component::{Request, State, Status};
@@ -82,8 +83,8 @@ fn probe_once(socket: &Path) -> ProbeResult {
     }
 }
 
-/// A component in an emergency has been ready, and reports the emergency itself: it is there for others. A managed
-/// component is there for others while it is active.
+/// A component in an emergency has been ready, and reports the emergency itself: it is there for
+/// others. A managed component is there for others while it is active.
 fn judge(state: State, lifecycle: Option<LifecycleState>, age_ms: u64) -> ProbeResult {
     let idle = lifecycle.filter(|state| *state != LifecycleState::Active);
     match state {

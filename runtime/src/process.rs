@@ -40,7 +40,8 @@ use std::time::Duration;
 /// How long a component that ends waits for its last messages to arrive.
 const LINGER: Duration = Duration::from_millis(100);
 
-/// The same for one that leaves a source of time, which would wait for it if the last message did not arrive.
+/// The same for one that leaves a source of time, which would wait for it if the last message did
+/// not arrive.
 const LEAVE_LINGER: Duration = Duration::from_secs(2);
 
 /// Creates the component: its publishers and clients, its context, its worker.
@@ -143,9 +144,11 @@ impl Embedded {
 /// How long an embedded component may take until it runs.
 const EMBEDDED_START_LIMIT: Duration = Duration::from_secs(10);
 
-/// Runs a component on a thread of this process, with the command line of its binary and without signals.
+/// Runs a component on a thread of this process, with the command line of its binary and without
+/// signals.
 ///
-/// Returns when the component runs. If it does not within ten seconds, it is stopped, and the result is an error.
+/// Returns when the component runs. If it does not within ten seconds, it is stopped, and the
+/// result is an error.
 ///
 /// ```no_run
 /// # fn test<C: rc_runtime::Component + 'static>(

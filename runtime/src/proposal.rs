@@ -57,8 +57,8 @@ impl Proposal {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Gives the worker the new values, and the old ones again if it refuses. Runs on the worker's thread and returns
-    /// the last result of the worker.
+    /// Gives the worker the new values, and the old ones again if it refuses. Runs on the worker's
+    /// thread and returns the last result of the worker.
     pub(crate) fn put_to(&self, component: &mut dyn Component) -> Result<(), WorkerError> {
         {
             let mut state = self.state();
@@ -108,8 +108,8 @@ impl Proposal {
         matches!(*self.state(), ProposalState::Decided(_))
     }
 
-    /// The decision of the worker. Without one, the proposal is withdrawn: `reason` says why, from whether the worker
-    /// is in `params_changed()`.
+    /// The decision of the worker. Without one, the proposal is withdrawn: `reason` says why, from
+    /// whether the worker is in `params_changed()`.
     pub(crate) fn conclude(&self, reason: impl FnOnce(bool) -> String) -> Result<(), Error> {
         let mut state = self.state();
         match &*state {

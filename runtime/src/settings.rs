@@ -12,8 +12,8 @@ use rc_settings::Value;
 use rc_settings::qos::{self, Policy};
 use rc_settings::ros::ResolvedRemapping;
 
-/// Collects all settings. The log reports a rule that matches nothing in the component; a network may have it for
-/// another component.
+/// Collects all settings. The log reports a rule that matches nothing in the component; a network
+/// may have it for another component.
 pub(crate) fn settings(
     description: &Description,
     arguments: &Arguments,
@@ -56,7 +56,8 @@ fn topics(slots: &SlotTable, middleware: &str) -> Result<Vec<NamedSlot>, OpenErr
     Ok(topics)
 }
 
-/// The quality of service that the command line of ROS 2 sets by topic, as rules by slot and operation.
+/// The quality of service that the command line of ROS 2 sets by topic, as rules by slot and
+/// operation.
 fn overrides(
     description: &Description,
     arguments: &Arguments,
@@ -158,8 +159,8 @@ fn warn(
     Ok(())
 }
 
-/// The quality of service of a topic: that of its slot, changed by the settings. A rule for a member precedes one for
-/// its array.
+/// The quality of service of a topic: that of its slot, changed by the settings. A rule for a
+/// member precedes one for its array.
 pub(crate) fn topic_qos(slot: &OpenSlot, operation: usize, settings: &Settings) -> Qos {
     let mut qos = slot.qos;
     let rules = settings.qos(slot.backend, "qos");

@@ -99,7 +99,8 @@ pub(crate) struct Status {
     pub(crate) last_error: Option<String>,
     /// What the state machine did last.
     pub(crate) machine: Option<MachineRecord>,
-    /// Of a source of time: the components that follow it, and those that it waits for beyond its limit.
+    /// Of a source of time: the components that follow it, and those that it waits for beyond its
+    /// limit.
     pub(crate) followers: Vec<String>,
     pub(crate) waiting_for: Vec<String>,
     /// The counters of the sending ends, each with the index of its slot.
@@ -202,7 +203,8 @@ impl HeartbeatDelta {
         })
     }
 
-    /// How many milliseconds topics were silent, by name: `SLOT`, or `SLOT.OPERATION` if the slot has several.
+    /// How many milliseconds topics were silent, by name: `SLOT`, or `SLOT.OPERATION` if the slot
+    /// has several.
     pub(crate) fn silences(&self, slots: &[Arc<OpenSlot>]) -> BTreeMap<String, u64> {
         let topic = |slot: &OpenSlot, operation: usize| match slot.operations {
             [_, _, ..] => format!("{}.{}", slot.name, slot.operations[operation].name),
@@ -234,7 +236,8 @@ pub(crate) struct SlotCounters {
 pub(crate) struct TimingRecorder {
     count: u64,
     errors: u64,
-    // Two digits from 1 µs to 100 s. It is none only for bounds that the library refuses, which these are not.
+    // Two digits from 1 µs to 100 s. It is none only for bounds that the library refuses, which
+    // these are not.
     times: Option<Histogram<u32>>,
 }
 

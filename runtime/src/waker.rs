@@ -12,7 +12,8 @@ pub(crate) struct Wakeups(UnixStream);
 #[derive(Clone, Debug)]
 pub(crate) struct Waker(Arc<UnixStream>);
 
-/// Why the management thread was woken, apart from requests and decisions, which it looks for at each wake-up.
+/// Why the management thread was woken, apart from requests and decisions, which it looks for at
+/// each wake-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Wakeup {
     /// The worker is initialised.

@@ -2,7 +2,8 @@
 
 /// Why a worker could not do its work.
 ///
-/// Every error converts into `Failed`, with its sources, so `?` reports a failed run of `compute()`:
+/// Every error converts into `Failed`, with its sources, so `?` reports a failed run of
+/// `compute()`:
 ///
 /// ```
 /// use rc_runtime::WorkerError;
@@ -16,11 +17,11 @@
 /// ```
 #[derive(Debug)]
 pub enum WorkerError {
-    /// The runtime logs and counts the failure; the component runs on. A transition of the life cycle fails: the
-    /// component returns to the state that it came from.
+    /// The runtime logs and counts the failure; the component runs on. A transition of the life
+    /// cycle fails: the component returns to the state that it came from.
     Failed(String),
-    /// The component enters the state Emergency, in which `emergency()` runs in place of `compute()`. After a function
-    /// of the life cycle, its error processing follows instead.
+    /// The component enters the state Emergency, in which `emergency()` runs in place of
+    /// `compute()`. After a function of the life cycle, its error processing follows instead.
     Emergency(String),
     /// The component ends with exit code 3.
     Fatal(String),

@@ -50,7 +50,8 @@ pub(crate) fn uninstall(arguments: &[&str]) -> Result<(), String> {
     Ok(())
 }
 
-/// The folder after `--root`, and the programs after each `--with`, which `uninstall` does not take.
+/// The folder after `--root`, and the programs after each `--with`, which `uninstall` does not
+/// take.
 fn options<'a>(
     arguments: &[&'a str],
     takes_programs: bool,
@@ -105,8 +106,8 @@ fn root(named: Option<&str>) -> Result<PathBuf, String> {
 }
 
 /// Copies the tools of the folder `built` below `root`, and lets them write what belongs to them.
-/// Returns the paths of all files, relative to `root`. If it fails, the list holds what was written,
-/// so that it can be removed.
+/// Returns the paths of all files, relative to `root`. If it fails, the list holds what was
+/// written, so that it can be removed.
 fn copy(built: &Path, root: &Path, extras: &[&str]) -> Result<BTreeSet<PathBuf>, String> {
     let mut written = BTreeSet::new();
     let outcome = place(built, root, extras, &mut written);

@@ -91,8 +91,8 @@ fn threads() -> usize {
     chosen.unwrap_or_else(|| 2 * std::thread::available_parallelism().map_or(1, usize::from))
 }
 
-/// Reads hostile images under Miri, which detects undefined behaviour. The outer error is the reason
-/// why Miri cannot be installed.
+/// Reads hostile images under Miri, which detects undefined behaviour. The outer error is the
+/// reason why Miri cannot be installed.
 fn miri() -> Result<Result<(), String>, String> {
     let run = |program: &str, args: &[&str]| {
         println!("+ {program} {}", args.join(" "));

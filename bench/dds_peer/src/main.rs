@@ -1,11 +1,11 @@
 //! `ping` and `pong`, written by hand over the C library Cyclone DDS: the reference for generated
 //! components over DDS.
 //!
-//! `bench_dds_peer ping|pong DOMAIN`. The endpoints have the configuration and the quality of service
-//! of our backend. A listener takes samples on the library's thread and wakes the main thread, which
-//! runs the handlers, by an eventfd. Messages have the same length as ours. The program omits what
-//! only our backend does: values in CDR, envelopes, type hashes, discovery, a deadline for each call,
-//! the loop of a component.
+//! `bench_dds_peer ping|pong DOMAIN`. The endpoints have the configuration and the quality of
+//! service of our backend. A listener takes samples on the library's thread and wakes the main
+//! thread, which runs the handlers, by an eventfd. Messages have the same length as ours. The
+//! program omits what only our backend does: values in CDR, envelopes, type hashes, discovery, a
+//! deadline for each call, the loop of a component.
 
 use bench_protocol::{Kind, LARGEST, next_command, now, pause, ready, report};
 use rc_ddsc::{Domain, Event, Listener, Participant, Qos, Reader, Sample, Topic, Writer};

@@ -59,7 +59,8 @@ impl Chain {
     }
 }
 
-/// The time to load a chain of 300 nodes from the disk, in ns: ours, and that of `urdf-rs` with `k`.
+/// The time to load a chain of 300 nodes from the disk, in ns: ours, and that of `urdf-rs` with
+/// `k`.
 pub(crate) fn load() -> (f64, f64) {
     let folder = std::env::temp_dir().join(format!("bench_innermodel_{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");

@@ -1,12 +1,12 @@
 //! `ping` and `pong`, written by hand over iceoryx2: the reference for generated components.
 //!
-//! `bench_peer ping|pong ROOT PREFIX` are the pair; `bench_peer watch ROOT PREFIX` prints the values
-//! of a pair, as `rcdeploy echo` does; `bench_peer hold
-//! publishers|subscribers|servers|clients COUNT ROOT PREFIX` holds many ports. The services have
-//! the settings of our backend (overflow and depth of topics, order and queues of calls, limits of
-//! ports), bodies are `[u8]`, and a waiting program sleeps in `poll` on the descriptor of its
-//! listener. The program omits what only our backend does: envelopes, type hashes, growing memory,
-//! monitoring the peer's process, a periodic `compute`.
+//! `bench_peer ping|pong ROOT PREFIX` are the pair; `bench_peer watch ROOT PREFIX` prints the
+//! values of a pair, as `rcdeploy echo` does;
+//! `bench_peer hold publishers|subscribers|servers|clients COUNT ROOT PREFIX` holds many ports. The
+//! services have the settings of our backend (overflow and depth of topics, order and queues of
+//! calls, limits of ports), bodies are `[u8]`, and a waiting program sleeps in `poll` on the
+//! descriptor of its listener. The program omits what only our backend does: envelopes, type
+//! hashes, growing memory, monitoring the peer's process, a periodic `compute`.
 
 mod hold;
 mod ping;

@@ -1,5 +1,5 @@
-//! The protocol between `cargo xtask bench` and the programs that it measures, over pipes. Generated
-//! and hand-written programs use the same, so that only their communication differs.
+//! The protocol between `cargo xtask bench` and the programs that it measures, over pipes.
+//! Generated and hand-written programs use the same, so that only their communication differs.
 //!
 //! | sender | line | when |
 //! |---|---|---|
@@ -44,7 +44,8 @@ pub struct Command {
 /// The kind of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Copied: from before the call of `publish` until the receiver's handler has a copy of the data.
+    /// Copied: from before the call of `publish` until the receiver's handler has a copy of the
+    /// data.
     Publish,
     /// In place: from before the data are written into the loan until the receiver's handler reads
     /// them there.

@@ -1,6 +1,6 @@
-//! The protocol of the programs that hold many ports of one kind, over pipes. They print `ready` when
-//! all ports are open. On `go` each port sends or receives one message, then they print `done`. They
-//! end with their standard input.
+//! The protocol of the programs that hold many ports of one kind, over pipes. They print `ready`
+//! when all ports are open. On `go` each port sends or receives one message, then they print
+//! `done`. They end with their standard input.
 
 use std::fmt::{self, Display};
 use std::io::{self, BufRead as _};

@@ -15,8 +15,8 @@ pub const TICKS_A_QUERY: u64 = 5;
 pub const IMAGES_A_SECOND: u64 = 30;
 /// Ticks a second.
 pub const TICKS_A_SECOND: u64 = 1000;
-/// The ticks of the warm-up. The sink blocks once until every queue has overflowed, so that all memory
-/// is in use afterwards. Losses in the warm-up are not counted, and there are no queries.
+/// The ticks of the warm-up. The sink blocks once until every queue has overflowed, so that all
+/// memory is in use afterwards. Losses in the warm-up are not counted, and there are no queries.
 pub const WARM_UP_TICKS: u64 = 3000;
 /// The images of the warm-up.
 pub const WARM_UP_IMAGES: u64 = WARM_UP_TICKS * IMAGES_A_SECOND / TICKS_A_SECOND;
@@ -32,8 +32,8 @@ const PERIOD: u64 = 251;
 
 /// If this variable is set, the source sends no images.
 pub const WITHOUT_IMAGES: &str = "RC_SOAK_WITHOUT_IMAGES";
-/// If this variable is set, the period of ticks doubles, and so does the number of ticks between two
-/// queries.
+/// If this variable is set, the period of ticks doubles, and so does the number of ticks between
+/// two queries.
 pub const HALF: &str = "RC_SOAK_HALF";
 
 /// Whether an image is sent at this tick.

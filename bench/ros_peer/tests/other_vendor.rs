@@ -1,4 +1,5 @@
-//! Clients over ros2-client, whose vendor is `RustDDS`, call a component in each mapping of services.
+//! Clients over ros2-client, whose vendor is `RustDDS`, call a component in each mapping of
+//! services.
 
 use rc_conformance::network::{StopOnDrop, endpoint, header, serve_replies_until, until};
 use rc_middleware::rpc::{self, RequestId};

@@ -1,4 +1,5 @@
-//! What the crate `interfaces` holds: its modules, and its manifest, which records where each one is defined.
+//! What the crate `interfaces` holds: its modules, and its manifest, which records where each one
+//! is defined.
 
 use super::Error;
 use crate::files::{Files, GENERATED, Owner};

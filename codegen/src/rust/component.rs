@@ -378,7 +378,8 @@ fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
     paths
 }
 
-/// What `specific_worker.rs` imports from the generated crate: the traits, and the types that its handlers mention.
+/// What `specific_worker.rs` imports from the generated crate: the traits, and the types that its
+/// handlers mention.
 fn imports(view: &view::Component, slots: &[Slot], traits: &[String]) -> Vec<String> {
     let mut names: Vec<String> = ["Context", "Worker", "WorkerError"]
         .map(str::to_owned)
@@ -474,7 +475,8 @@ fn one<'a>(
     }
 }
 
-/// Names that stand for other types in the user's files, with these types, and names that stand for themselves.
+/// Names that stand for other types in the user's files, with these types, and names that stand for
+/// themselves.
 pub(crate) fn meanings(view: &view::Component) -> (Vec<(String, String)>, Vec<String>) {
     let (mut aliases, mut known) = (Vec::new(), Vec::new());
     let bare = |_: &str, name: &str| names::ty(name);

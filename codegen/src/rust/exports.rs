@@ -1,5 +1,5 @@
-//! Which names the generated crate exports more than once. The user's file writes such a name with its whole path; it
-//! imports everything else by its bare name.
+//! Which names the generated crate exports more than once. The user's file writes such a name with
+//! its whole path; it imports everything else by its bare name.
 
 use super::in_place;
 use super::names;
@@ -120,7 +120,8 @@ impl<'a> Exports<'a> {
         self.named(&module, &in_place::path(&names::ty(name)))
     }
 
-    /// The error or the reply of an operation as the user's file writes it; `module` is its interface's.
+    /// The error or the reply of an operation as the user's file writes it; `module` is its
+    /// interface's.
     pub(super) fn of_interface(&self, module: &str, name: &str) -> String {
         self.named(&format!("interfaces::{module}"), name)
     }

@@ -71,8 +71,9 @@ pub(super) fn of<'a>(home: &str, structures: &'a [Structure]) -> Vec<Place<'a>> 
     structures.iter().map(|s| place(home, s)).collect()
 }
 
-/// The name of a structure: `ScanInPlace`; of the elements of its member `rows`, `ScanInPlaceRowsItem`; of their
-/// elements, `ScanInPlaceRowsItem2`. No type of the IDSL and no other structure of a module has it.
+/// The name of a structure: `ScanInPlace`; of the elements of its member `rows`,
+/// `ScanInPlaceRowsItem`; of their elements, `ScanInPlaceRowsItem2`. No type of the IDSL and no
+/// other structure of a module has it.
 pub(super) fn structure_name(steps: &[String]) -> String {
     let mut steps = steps.iter();
     let own = steps.next().map_or(String::new(), |name| names::ty(name));

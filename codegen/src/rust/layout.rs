@@ -1,4 +1,5 @@
-//! The layout of generated Rust: `prettyplease`'s, with an empty line between items and between functions.
+//! The layout of generated Rust: `prettyplease`'s, with an empty line between items and between
+//! functions.
 
 use proc_macro2::Span;
 use syn::token::Bracket;

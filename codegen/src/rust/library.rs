@@ -109,7 +109,8 @@ struct Operation<'a> {
     inputs: Vec<Member<'a>>,
     /// What the reply holds, in the order of the wire.
     replies: Vec<Member<'a>>,
-    /// The same variables in the order of the returned tuple, whose first is the value of the operation.
+    /// The same variables in the order of the returned tuple, whose first is the value of the
+    /// operation.
     returned: Vec<String>,
     result: String,
     /// The name of the tuple, and its types; empty where it is none.

@@ -1,7 +1,8 @@
 //! How names of the description languages become names of Rust.
 //!
-//! Types, traits and enumerators are `UpperCamelCase`, everything else is `snake_case`. Keywords of Rust and names that
-//! generated code uses itself get a `_` at the end. The wire keeps the names of the IDSL.
+//! Types, traits and enumerators are `UpperCamelCase`, everything else is `snake_case`. Keywords of
+//! Rust and names that generated code uses itself get a `_` at the end. The wire keeps the names of
+//! the IDSL.
 
 use heck::{ToSnakeCase, ToUpperCamelCase};
 use std::collections::BTreeSet;
@@ -168,7 +169,8 @@ const PACKAGES: [(&str, &str); 11] = [
     ("interfaces", "it is the crate of the interfaces"),
 ];
 
-/// Whether a component can have this name, which is that of its package, its library and its program.
+/// Whether a component can have this name, which is that of its package, its library and its
+/// program.
 ///
 /// # Errors
 /// Why it cannot.

@@ -1,4 +1,5 @@
-//! Names of Rust for the operations of an interface and their exceptions, from their names in the IDSL.
+//! Names of Rust for the operations of an interface and their exceptions, from their names in the
+//! IDSL.
 
 use super::names;
 
@@ -18,7 +19,8 @@ pub(crate) fn answer_name(operation: &str) -> String {
     format!("{}Answer", type_stem(operation))
 }
 
-/// The variant of such an error that holds an exception; `Call` is the one for a call without a reply.
+/// The variant of such an error that holds an exception; `Call` is the one for a call without a
+/// reply.
 pub(crate) fn variant(exception: &str) -> String {
     let name = names::camel(exception);
     if name == "Call" { name + "_" } else { name }

@@ -51,7 +51,8 @@ pub(crate) fn of(parameters: &view::Parameters) -> Parameters {
     let name = structs.name("", "");
     structs.add(name, doc, &parameters.members);
     Parameters {
-        // `"#` could end a raw string. In JSON it is always part of a text, where a `#` may be written as an escape.
+        // `"#` could end a raw string. In JSON it is always part of a text, where a `#` may be
+        // written as an escape.
         json: parameters.json.replace("\"#", "\"\\u0023"),
         structs: structs.done,
     }
@@ -65,8 +66,9 @@ struct Structs {
 }
 
 impl Structs {
-    /// `laser` becomes `LaserParams`, so that it is not taken for the trait or the type `Laser`. The names of the
-    /// groups around it come first; where `a` in `b` and `b_a` would be one name, the second gets a number.
+    /// `laser` becomes `LaserParams`, so that it is not taken for the trait or the type `Laser`.
+    /// The names of the groups around it come first; where `a` in `b` and `b_a` would be one name,
+    /// the second gets a number.
     fn name(&mut self, owner: &str, parameter: &str) -> String {
         let owner = owner.strip_suffix("Params").unwrap_or(owner);
         let mut base = format!("{owner}{}", parameter.to_upper_camel_case());

@@ -150,8 +150,9 @@ impl<'a> Printer<'a> {
         })
     }
 
-    /// What is missing in `files` of a worker of this name; `library` has the paths of `src/lib.rs` and `src/main.rs` if the
-    /// component is no library yet, `manifest` the path of its manifest and the dependencies that it lacks.
+    /// What is missing in `files` of a worker of this name; `library` has the paths of `src/lib.rs`
+    /// and `src/main.rs` if the component is no library yet, `manifest` the path of its manifest
+    /// and the dependencies that it lacks.
     pub(crate) fn stubs(
         &mut self,
         files: &[Value],
@@ -167,8 +168,8 @@ impl<'a> Printer<'a> {
         Ok(text.trim_start().to_owned())
     }
 
-    /// The files of the component's folder. `interfaces` is the path from `generated` to the crate `interfaces`,
-    /// `dependencies` are lines of the worker's manifest.
+    /// The files of the component's folder. `interfaces` is the path from `generated` to the crate
+    /// `interfaces`, `dependencies` are lines of the worker's manifest.
     pub(crate) fn files(
         &mut self,
         interfaces: &str,

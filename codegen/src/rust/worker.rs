@@ -1,4 +1,5 @@
-//! Where rustfmt breaks a line of the user's worker. `cargo fmt` must leave this file as rcgen wrote it.
+//! Where rustfmt breaks a line of the user's worker. `cargo fmt` must leave this file as rcgen
+//! wrote it.
 
 use std::cmp::Ordering;
 
@@ -8,8 +9,8 @@ const LINE: usize = 100;
 /// Spaces before a function of an `impl`.
 const INDENT: usize = 4;
 
-/// The signature of a function of an `impl`, `HEAD(A, B)RETURNS {`: on one line if it fits, else one argument a line.
-/// The first line comes without its indentation.
+/// The signature of a function of an `impl`, `HEAD(A, B)RETURNS {`: on one line if it fits, else
+/// one argument a line. The first line comes without its indentation.
 pub fn signature(head: &str, args: &[String], returns: &str) -> String {
     let one = format!("{head}({}){returns} {{", args.join(", "));
     if INDENT + one.len() <= LINE {
@@ -26,8 +27,8 @@ pub fn signature(head: &str, args: &[String], returns: &str) -> String {
     }
 }
 
-/// Items one after the other, as many a line as fit, each with its comma. Only one that holds all of them may be
-/// full.
+/// Items one after the other, as many a line as fit, each with its comma. Only one that holds all
+/// of them may be full.
 fn filled(indent: usize, items: &[String]) -> Vec<String> {
     let pad = " ".repeat(indent);
     let one = format!("{pad}{},", items.join(", "));
@@ -48,7 +49,8 @@ fn filled(indent: usize, items: &[String]) -> Vec<String> {
     lines
 }
 
-/// The order in which rustfmt has names: numbers in them by their value, `_` before everything else.
+/// The order in which rustfmt has names: numbers in them by their value, `_` before everything
+/// else.
 pub fn order(a: &str, b: &str) -> Ordering {
     let (mut a, mut b) = (a, b);
     while let (Some(first), Some(second)) = (a.chars().next(), b.chars().next()) {

@@ -60,7 +60,8 @@ impl Scope {
     }
 }
 
-/// Reads all of `src`. It reports files that are not Rust and skips them. Fails if the system cannot read a file.
+/// Reads all of `src`. It reports files that are not Rust and skips them. Fails if the system
+/// cannot read a file.
 pub(super) fn read(
     src: &Path,
     krate: &str,
@@ -109,7 +110,8 @@ pub(super) fn read(
 /// The deepest nesting that is parsed: `syn` calls itself for each level.
 const DEEPEST: usize = 500;
 
-/// The place where brackets nest too deep. Brackets in strings and comments count, too: it is only a bound.
+/// The place where brackets nest too deep. Brackets in strings and comments count, too: it is only
+/// a bound.
 fn too_deep(text: &str) -> Option<usize> {
     let mut depth = 0_usize;
     text.bytes().position(|byte| {

@@ -1,5 +1,5 @@
-//! How values of plain types lie in shared memory, see `rc_idsl::image`. Every gap of the layout has a number of
-//! bytes here, so that a printed structure leaves no byte without a member.
+//! How values of plain types lie in shared memory, see `rc_idsl::image`. Every gap of the layout
+//! has a number of bytes here, so that a printed structure leaves no byte without a member.
 
 use super::checks::{self, Check};
 use super::members::{self, member};
@@ -14,7 +14,8 @@ use std::collections::HashMap;
 /// A structure in shared memory.
 #[derive(Debug, Serialize)]
 pub struct Structure {
-    /// The named type, then the members that lead from it to a sequence or a text without a name of its own.
+    /// The named type, then the members that lead from it to a sequence or a text without a name of
+    /// its own.
     pub path: Vec<String>,
     /// The type of its values.
     pub value: Type,

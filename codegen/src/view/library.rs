@@ -50,8 +50,8 @@ pub struct TypeDecl {
     /// What the type is.
     #[serde(flatten)]
     pub kind: Kind,
-    /// The structures that hold values of this type in shared memory, each after those that it contains. Empty for
-    /// a type whose size depends on its value.
+    /// The structures that hold values of this type in shared memory, each after those that it
+    /// contains. Empty for a type whose size depends on its value.
     pub in_place: Vec<Structure>,
 }
 

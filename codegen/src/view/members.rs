@@ -35,7 +35,8 @@ pub struct Value {
     /// The type behind aliases.
     #[serde(rename = "type")]
     pub ty: Type,
-    /// A number or a `bool` in decimal notation, a text without quotes, or the name of an enumerator.
+    /// A number or a `bool` in decimal notation, a text without quotes, or the name of an
+    /// enumerator.
     pub text: String,
 }
 

@@ -90,7 +90,8 @@ fn descriptions_and_hashes_are_those_of_ros() {
 
 const TYPE_DESCRIPTION: &str = include_str!("../ros/type_description.txt");
 
-/// The hashes of exported packages, as the generator of ROS 2 computes them from the exported files.
+/// The hashes of exported packages, as the generator of ROS 2 computes them from the exported
+/// files.
 #[test]
 fn hashes_of_exported_packages_are_those_of_ros() {
     let test = "hashes_of_exported_packages_are_those_of_ros";

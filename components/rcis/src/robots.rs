@@ -83,8 +83,8 @@ impl SpecificWorker {
         Ok((x.round() as i32, z.round() as i32, alpha as f32))
     }
 
-    /// Where a base is, whatever its odometry says. The axes are right-handed with z up: x and y are
-    /// x and z of the tree.
+    /// Where a base is, whatever its odometry says. The axes are right-handed with z up: x and y
+    /// are x and z of the tree.
     pub(crate) fn full_pose(&self, id: &str) -> Result<FullPoseEuler, Error> {
         let (tree, at) = (self.world.tree(), self.world.place(id)?);
         let height = tree.pose("root", id)?.translation[1];

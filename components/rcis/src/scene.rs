@@ -4,7 +4,8 @@ use innermodel::slots::{self, Members};
 use innermodel_simulation::World;
 use rcis_generated::{Context, WorkerError};
 
-/// Opens the members that `rcview --slots` prints for the scene: one for each device, in each array of its kind.
+/// Opens the members that `rcview --slots` prints for the scene: one for each device, in each array
+/// of its kind.
 pub(crate) fn open(ctx: &mut Context, world: &World) -> Result<(), WorkerError> {
     for Members { array, members, .. } in slots::of(&world.tree()) {
         for name in &members {

@@ -61,7 +61,8 @@ pub(crate) fn components<'s>(
         .collect()
 }
 
-/// The networks of this user in which a component runs that was started by hand, or by a supervisor.
+/// The networks of this user in which a component runs that was started by hand, or by a
+/// supervisor.
 pub fn networks() -> Vec<String> {
     let mut names = RunDirectory::networks();
     names.retain(|name| {

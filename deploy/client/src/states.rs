@@ -18,7 +18,8 @@ pub fn machine(network: &str, name: &str) -> Result<Option<MachineStatus>, Error
 }
 
 /// The active states, and the last transitions, the newest first, for people. The component has run
-/// for `up_s` seconds: `in turning, charged`, and `cruising => turning [blocked] in 40 µs, 3.2 s ago`.
+/// for `up_s` seconds: `in turning, charged`, and
+/// `cruising => turning [blocked] in 40 µs, 3.2 s ago`.
 pub fn lines(machine: &MachineStatus, up_s: f64) -> (String, Vec<String>) {
     let newest_first = machine.transitions.iter().rev();
     let last = newest_first.map(|transition| {

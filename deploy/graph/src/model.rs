@@ -132,8 +132,8 @@ pub struct Finding {
 }
 
 impl Component {
-    /// Its name in its `.cdsl`, if it differs from its own name, its part in the network's time, if it
-    /// has one, and what it does now.
+    /// Its name in its `.cdsl`, if it differs from its own name, its part in the network's time, if
+    /// it has one, and what it does now.
     pub(crate) fn kind(&self) -> Option<String> {
         if self.external {
             return Some("external".to_owned());

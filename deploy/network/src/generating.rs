@@ -119,8 +119,8 @@ impl Shared<'_> {
             generation::write(&parts).map_err(refused(action(first)))?;
         }
         for (project, _) in &self.stale {
-            // The compiler reports what is wrong with a worker that cannot be read; one in Python is checked when it
-            // starts.
+            // The compiler reports what is wrong with a worker that cannot be read; one in Python
+            // is checked when it starts.
             if project.language() == WorkerLanguage::Rust
                 && let Ok((Some(missing), found)) = stubs::of(project, project.code(), sources)
             {

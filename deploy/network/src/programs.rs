@@ -279,7 +279,8 @@ impl Network {
         self.located(profile, found);
     }
 
-    /// Checks the manifests that say where components are built. A component may be in no workspace.
+    /// Checks the manifests that say where components are built. A component may be in no
+    /// workspace.
     pub fn check_manifests(&self, profile: Profile, found: &mut Diagnostics) {
         let mut all = Diagnostics::new();
         self.located(profile, &mut all);
@@ -350,8 +351,8 @@ impl Network {
         Ok(groups
             .into_iter()
             .map(move |((root, variant), projects)| {
-                // The features of a dependency follow from all packages that cargo selects. With the
-                // whole workspace selected, each build of it, whatever its programs, shares the
+                // The features of a dependency follow from all packages that cargo selects. With
+                // the whole workspace selected, each build of it, whatever its programs, shares the
                 // libraries of the others.
                 let mut args: Vec<OsString> = ["build", "--workspace", "--profile", profile.word()]
                     .map(Into::into)

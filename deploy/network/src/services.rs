@@ -85,8 +85,8 @@ impl Network {
         }
     }
 
-    /// The services on the default middleware that a machine needs (`None`: this machine), sorted by
-    /// address.
+    /// The services on the default middleware that a machine needs (`None`: this machine), sorted
+    /// by address.
     pub fn services(&self, host: Option<&Host>) -> Vec<Service> {
         let mut services: BTreeMap<String, Service> = BTreeMap::new();
         for (End { instance, slot }, address) in self.addresses() {

@@ -4,8 +4,8 @@
 //! `TARGET/rc/MIDDLEWARE` has a manifest with what the user's workspace says of dependencies,
 //! patches and profiles, and its lock file; `NAME` in it has the user's manifest with another
 //! program name, a `generated/` of its own, and links to all other files of the component. Cargo
-//! builds into the user's target folder, and a member `variant-features` asks for the features that the
-//! user's workspace asks for, so that no library that both need is built twice.
+//! builds into the user's target folder, and a member `variant-features` asks for the features that
+//! the user's workspace asks for, so that no library that both need is built twice.
 
 use crate::error::{Error, cannot, refused};
 use cargo_metadata::{Dependency, DependencyKind, Source};
@@ -39,7 +39,8 @@ pub(crate) fn program(package: &str, middleware: Backend) -> String {
     format!("{package}-{}", middleware.word())
 }
 
-/// Variants that are there to be built. As long as this lives, no other process changes which they are.
+/// Variants that are there to be built. As long as this lives, no other process changes which they
+/// are.
 #[derive(Debug)]
 pub(crate) struct Staged {
     folder: PathBuf,

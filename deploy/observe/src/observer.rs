@@ -177,7 +177,8 @@ impl Observer {
         let _ = poll(&mut polled, limit.as_ref());
     }
 
-    /// Takes the messages that are there, at most 1024 of each feed. Says whether there may be more.
+    /// Takes the messages that are there, at most 1024 of each feed. Says whether there may be
+    /// more.
     pub fn take(&mut self, take: &mut dyn FnMut(FeedId, Observed<'_>)) -> bool {
         let mut more = false;
         for (id, feed) in &mut self.feeds {

@@ -234,8 +234,8 @@ pub fn each(
     Ok(reader.cut().map(str::to_owned))
 }
 
-/// Writes the messages of a selection, with all attachments and tables, into a new recording. Returns
-/// their number, and why the recording ends before its end, if it does.
+/// Writes the messages of a selection, with all attachments and tables, into a new recording.
+/// Returns their number, and why the recording ends before its end, if it does.
 pub fn cut(
     path: &Path,
     selection: Selection,
@@ -370,8 +370,8 @@ pub fn csv(
     Ok(Tables { files, cut })
 }
 
-/// The file of a topic: its name without what no file system likes, and a number where another topic
-/// has the same one.
+/// The file of a topic: its name without what no file system likes, and a number where another
+/// topic has the same one.
 fn file_name(topic: &str, taken: &mut BTreeSet<String>) -> String {
     let plain = topic.trim_matches('/').chars().take(200);
     let plain = plain.map(|c| if c.is_ascii_alphanumeric() { c } else { '_' });

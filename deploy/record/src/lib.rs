@@ -51,7 +51,8 @@ pub mod keys {
     pub const ENDS: &str = "robocomp.ends";
     /// The middleware.
     pub const MIDDLEWARE: &str = "robocomp.middleware";
-    /// `sample`, `request` or `reply`; `events`, `parameters`, `state`, `loss` or `refused` for JSON.
+    /// `sample`, `request` or `reply`; `events`, `parameters`, `state`, `loss` or `refused` for
+    /// JSON.
     pub const KIND: &str = "robocomp.kind";
     /// The name of a component that is recorded exactly.
     pub const EXACT: &str = "robocomp.exact";

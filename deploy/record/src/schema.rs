@@ -1,4 +1,5 @@
-//! Types of interfaces as definitions of ROS 2 messages, which Foxglove and the tools of ROS 2 read.
+//! Types of interfaces as definitions of ROS 2 messages, which Foxglove and the tools of ROS 2
+//! read.
 //!
 //! The mapping is that of `rcgen export`, see `docs/ros2-mapping.md`. It expresses every type.
 //! Where two messages of a definition want one name, the second one has a number at its end.
@@ -26,7 +27,8 @@ const SEPARATOR: &str =
 /// What ROS 2 puts into a message without fields: one byte.
 const NOTHING: &str = "uint8 structure_needs_at_least_one_member\n";
 
-/// The samples of a topic. `external` is the name that ROS 2 knows for it, if the component says so.
+/// The samples of a topic. `external` is the name that ROS 2 knows for it, if the component says
+/// so.
 pub fn sample(interface: &str, operation: &Operation, external: Option<&str>) -> Schema {
     if let Some(schema) = external.and_then(standard) {
         return schema;
@@ -44,7 +46,8 @@ pub fn sample(interface: &str, operation: &Operation, external: Option<&str>) ->
     definitions.schema(&full, &text)
 }
 
-/// The requests of an operation. Its name is that of a message, since libraries of others know no parts of services.
+/// The requests of an operation. Its name is that of a message, since libraries of others know no
+/// parts of services.
 pub fn request(interface: &str, operation: &Operation) -> Schema {
     let name = operation_name(interface, &operation.name);
     let full = format!("{}_Request", with_kind(&name, "msg"));
@@ -275,7 +278,8 @@ impl Definitions {
         }
     }
 
-    /// The type of one value. What has several gets a message with one field, which adds nothing on the wire.
+    /// The type of one value. What has several gets a message with one field, which adds nothing on
+    /// the wire.
     fn element(&mut self, ty: &Type, package: &str, place: &str) -> String {
         match ty {
             Type::Primitive(primitive) => primitive.word().to_owned(),

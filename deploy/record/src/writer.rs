@@ -1,7 +1,8 @@
 //! Writes a recording.
 //!
-//! Messages are collected in chunks, which are compressed and written when they are full or old. A file that ends
-//! anywhere holds all chunks before its end. A long recording continues in further files: `x.mcap`, `x.1.mcap` …
+//! Messages are collected in chunks, which are compressed and written when they are full or old. A
+//! file that ends anywhere holds all chunks before its end. A long recording continues in further
+//! files: `x.mcap`, `x.1.mcap` …
 
 use crate::error::RecordError;
 use crate::schema::Schema;
@@ -92,7 +93,8 @@ impl Writer {
         })
     }
 
-    /// Adds a channel: its topic, its encoding (`cdr`, `json`), its schema and what else is known of it.
+    /// Adds a channel: its topic, its encoding (`cdr`, `json`), its schema and what else is known
+    /// of it.
     pub fn channel(
         &mut self,
         topic: &str,

@@ -54,10 +54,12 @@ pub(super) struct Watched {
     /// The network or its .ddsl.
     #[arg(add = networks())]
     pub(super) network: String,
-    /// COMPONENT.SLOT.OPERATION of one of its ends, its address, or any end of these that means one thing.
+    /// COMPONENT.SLOT.OPERATION of one of its ends, its address, or any end of these that means one
+    /// thing.
     #[arg(value_name = "TOPIC", add = topics())]
     pub(super) topic: String,
-    /// Fails if no message comes for so many seconds. Without it, a finite command waits ten seconds, others without limit.
+    /// Fails if no message comes for so many seconds. Without it, a finite command waits ten
+    /// seconds, others without limit.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(super) timeout: Option<f64>,
     /// The form of the output: human or json (one object a line).

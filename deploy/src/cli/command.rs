@@ -302,7 +302,8 @@ pub(super) enum Command {
         /// The network or its .ddsl.
         #[arg(add = networks())]
         network: String,
-        /// COMPONENT.SLOT.OPERATION of one of its ends, its address, or any end of these that means one thing.
+        /// COMPONENT.SLOT.OPERATION of one of its ends, its address, or any end of these that means
+        /// one thing.
         #[arg(value_name = "TOPIC", add = only_topics())]
         topic: String,
         /// The sample as a JSON object. Missing members have their default values.
@@ -349,13 +350,14 @@ pub(super) enum Command {
     Bag(bag::Bag),
     /// Lets a component live again by its exact recording, and compares all that it sends.
     ///
-    /// The component runs alone, without a network, as fast as it can. The exit code is 1 if it does something else
-    /// than it did.
+    /// The component runs alone, without a network, as fast as it can. The exit code is 1 if it
+    /// does something else than it did.
     Replay(replay::Replay),
     /// Serves a running network to Foxglove until Ctrl-C: topics, calls, parameters, and who is
     /// connected.
     ///
-    /// Open the printed address in Foxglove as a Foxglove WebSocket. This starts the program `rcfoxglove`.
+    /// Open the printed address in Foxglove as a Foxglove WebSocket. This starts the program
+    /// `rcfoxglove`.
     Foxglove(foxglove::Foxglove),
     #[command(flatten)]
     Common(Common),

@@ -53,8 +53,8 @@ pub(super) struct Record {
     /// Ends after this time.
     #[arg(long, value_name = "TIME", value_parser = duration)]
     length: Option<Duration>,
-    /// Keeps the last messages of this time in memory. They are written when a component fails, when
-    /// an event of `--on` comes, at SIGUSR1, and when you press Enter.
+    /// Keeps the last messages of this time in memory. They are written when a component fails,
+    /// when an event of `--on` comes, at SIGUSR1, and when you press Enter.
     #[arg(long, value_name = "TIME", value_parser = duration, conflicts_with_all = ["split", "split_mib"])]
     ring: Option<Duration>,
     /// The most memory of the ring in MiB.

@@ -210,7 +210,8 @@ fn start(message: &Message) -> Json {
     document.unwrap_or_default()
 }
 
-/// Writes the turns of a component to its process. Returns why the recording ends before its end, if it does.
+/// Writes the turns of a component to its process. Returns why the recording ends before its end,
+/// if it does.
 fn feed(file: &Path, topic: &str, input: ChildStdin) -> Result<Option<String>, Failure> {
     let mut input = BufWriter::with_capacity(1 << 16, input);
     let mut reader = Reader::open(file)?;

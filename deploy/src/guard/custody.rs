@@ -34,8 +34,8 @@ pub(crate) struct Custody {
     needs: HashMap<String, usize>,
     /// How many have been created, by this guard or an earlier one; `None` until a guard guards.
     held: Option<usize>,
-    /// How many processes have ended, and which was the last one of each component after which nobody
-    /// has cleaned up.
+    /// How many processes have ended, and which was the last one of each component after which
+    /// nobody has cleaned up.
     deaths: u64,
     ended: HashMap<String, u64>,
     lock: Lock,
@@ -204,7 +204,8 @@ impl Custody {
     }
 
     /// Removes the process of a component from the registry, see [`Self::save`]. At the end of the
-    /// network, all shared memory is removed at once, and the guard cleans up after no single process.
+    /// network, all shared memory is removed at once, and the guard cleans up after no single
+    /// process.
     pub(crate) fn ended(&mut self, name: &str, network_goes_on: bool) {
         let found = self.registry.components.iter().position(|c| c.name == name);
         let Some(index) = found else { return };

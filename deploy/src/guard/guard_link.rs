@@ -1,7 +1,7 @@
 //! A running guard, as its supervisor sees it: its process, and what they say to each other.
 //!
-//! Nothing here waits: reports queue until the guard reads them. A guard that does not read, or does
-//! not get on with the services, is killed, and replaced like one that has crashed.
+//! Nothing here waits: reports queue until the guard reads them. A guard that does not read, or
+//! does not get on with the services, is killed, and replaced like one that has crashed.
 
 use crate::guard::guard_process::{Answer, GuardCommand, Report};
 use crate::guard::lock::Lock;
@@ -180,8 +180,8 @@ impl Guard {
         }
     }
 
-    /// After how many deaths it has cleaned up. A guard that does not get on with it counts as if it
-    /// had: components clean up for themselves then, only more slowly.
+    /// After how many deaths it has cleaned up. A guard that does not get on with it counts as if
+    /// it had: components clean up for themselves then, only more slowly.
     pub(crate) fn cleaned(&self) -> u64 {
         let patience = self.patience();
         if patience.is_some_and(|end| Instant::now() >= end) {
@@ -257,8 +257,8 @@ impl Guard {
         self.deaths = deaths;
     }
 
-    /// Makes it close all services, and waits until it has, so that it creates none any more. A guard
-    /// that does not guard yet is killed.
+    /// Makes it close all services, and waits until it has, so that it creates none any more. A
+    /// guard that does not guard yet is killed.
     pub(crate) fn release(&mut self) {
         if self.progress != Progress::Starting {
             self.tell(&Report::Release);

@@ -114,7 +114,8 @@ pub enum HoldProgress {
     Cleaned(u64),
 }
 
-/// Holds the services of `network` on a thread of its own until `tasks` ends, and reports each step.
+/// Holds the services of `network` on a thread of its own until `tasks` ends, and reports each
+/// step.
 pub type HoldServices =
     fn(network: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgress));
 
@@ -202,8 +203,8 @@ fn wipe(lock: &Lock, mut holder: Holder, cleanup: &dyn Fn()) -> Result<(), Error
     Ok(())
 }
 
-/// Replaces this process by the same program, which has the same streams and none of the threads. It
-/// finds that its supervisor is gone, and removes the traces. Returns if that is not possible.
+/// Replaces this process by the same program, which has the same streams and none of the threads.
+/// It finds that its supervisor is gone, and removes the traces. Returns if that is not possible.
 fn begin_anew() -> io::Error {
     match own_program() {
         Ok(program) => Command::new(program)

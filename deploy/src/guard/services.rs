@@ -13,8 +13,8 @@ use std::fmt::Display;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 
-/// How long a clean-up may take: something stopped may hold it up. A component that starts then cleans
-/// up for itself.
+/// How long a clean-up may take: something stopped may hold it up. A component that starts then
+/// cleans up for itself.
 const CLEAN_LIMIT: Duration = Duration::from_secs(30);
 /// The time between two reports of a clean-up that goes on.
 const CLEAN_REPORT: Duration = Duration::from_millis(500);

@@ -1,8 +1,8 @@
 //! Writes events and log lines to the standard streams.
 //!
 //! A separate thread writes, so that a paused terminal or a full pipe never blocks the supervisor.
-//! Log lines wait in their logs until there is room. If no reader comes for long, events are dropped
-//! and counted.
+//! Log lines wait in their logs until there is room. If no reader comes for long, events are
+//! dropped and counted.
 
 use crate::log::journal::Journal;
 use rc_deploy_client::Format;

@@ -1,5 +1,6 @@
-//! The limit of open descriptors. Supervisor and guard need some for each component, often more than
-//! the usual soft limit of 1024 allows. They raise it for themselves; components get the user's.
+//! The limit of open descriptors. Supervisor and guard need some for each component, often more
+//! than the usual soft limit of 1024 allows. They raise it for themselves; components get the
+//! user's.
 
 use rc_deploy_client::error::Error;
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit, setrlimit};

@@ -159,8 +159,8 @@ impl Mark {
         killed
     }
 
-    /// Kills the processes with this mark, with `runs` only those of these runs. Returns for each of
-    /// them the index of its run.
+    /// Kills the processes with this mark, with `runs` only those of these runs. Returns for each
+    /// of them the index of its run.
     fn sweep_those(&self, runs: Option<&[String]>) -> Vec<usize> {
         let mut killed = Vec::new();
         if *self == Self::none() {

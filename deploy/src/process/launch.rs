@@ -19,7 +19,8 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 /// How many times the link is read after the process has ended.
 const LAST_READS: usize = 16;
 
-/// The exact recording of a component, beside its log. The recording of the run before keeps its name with `.1`.
+/// The exact recording of a component, beside its log. The recording of the run before keeps its
+/// name with `.1`.
 fn exact_recording(log: &Path) -> PathBuf {
     let path = log.with_extension("exact.mcap");
     if path.exists() {

@@ -412,8 +412,8 @@ impl Agent {
         self.sweeps.begin(name, self.custody.mark(), run);
     }
 
-    /// Reports components that have ended, once their orphans are killed and the guard has cleaned up,
-    /// or either takes too long.
+    /// Reports components that have ended, once their orphans are killed and the guard has cleaned
+    /// up, or either takes too long.
     fn report_ends(&mut self) {
         for (name, left) in self.sweeps.done() {
             if let Some((_, killed)) = self.ended.get_mut(&name) {

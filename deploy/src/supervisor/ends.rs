@@ -1,5 +1,5 @@
-//! What follows when a component ends, or does not start: events, its restart policy, and the end of
-//! the network.
+//! What follows when a component ends, or does not start: events, its restart policy, and the end
+//! of the network.
 
 use crate::supervisor::restart::Next;
 use crate::supervisor::supervise::{StopReason, Supervisor};

@@ -1,5 +1,5 @@
-//! The process that keeps the last messages of a network in memory, and writes them when a component
-//! fails: `record { ring 60s; }`.
+//! The process that keeps the last messages of a network in memory, and writes them when a
+//! component fails: `record { ring 60s; }`.
 
 use crate::process::identity::{MARK, Mark};
 use crate::process::own_program::own_program;

@@ -14,8 +14,8 @@ use std::time::{Duration, Instant, SystemTime};
 
 /// How many heartbeats in a row without a condition end it.
 const CALM: u32 = 10;
-/// The loop of a component turns more often than this, unless a handler or `compute()` takes longer.
-/// It notices overruns and silences at its turns.
+/// The loop of a component turns more often than this, unless a handler or `compute()` takes
+/// longer. It notices overruns and silences at its turns.
 const TURN_LIMIT_MS: u64 = 500;
 /// How many mismatching peers are kept for `status`.
 const MISMATCHES: usize = 8;

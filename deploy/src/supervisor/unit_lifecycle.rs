@@ -81,8 +81,8 @@ impl Unit {
         Some(transition.meant(sent.or(state).unwrap_or(control.goal)))
     }
 
-    /// Gives up its goal: it stays as it is. A hook that runs ends first, and it stays where the hook
-    /// leads.
+    /// Gives up its goal: it stays as it is. A hook that runs ends first, and it stays where the
+    /// hook leads.
     pub(super) fn abandon_goal(&mut self) {
         let stays = self.is_alive() && !self.is_asked_to_stop();
         if let Some(control) = &mut self.lifecycle {

@@ -272,7 +272,8 @@ fn idle(bench: &Bench) -> UnixStream {
     UnixStream::connect(socket).expect("its socket")
 }
 
-/// No client waits for the others: one asks without end and hardly reads, and others fill all places.
+/// No client waits for the others: one asks without end and hardly reads, and others fill all
+/// places.
 #[test]
 fn slow_and_idle_clients_delay_no_other_one() {
     let bench = Bench::new();

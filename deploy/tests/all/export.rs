@@ -48,8 +48,8 @@ fn exported(network: &str, engine: Engine) -> (Export, PathBuf) {
     (export, target)
 }
 
-/// All files in one text, with paths that are the same on every machine. The picture that the patrol
-/// writes is data for the image where the patrol has run; its lines are left out.
+/// All files in one text, with paths that are the same on every machine. The picture that the
+/// patrol writes is data for the image where the patrol has run; its lines are left out.
 fn text(export: &Export, target: &Path) -> String {
     let files = export.files.iter();
     let all = files.map(|(path, _, text)| format!("==> {} <==\n{text}\n", path.display()));

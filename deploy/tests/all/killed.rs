@@ -66,7 +66,8 @@ fn an_up_waits_for_the_guard_of_a_killed_one() {
     bench.assert_nothing_left();
 }
 
-/// No other process can clean up, so the next `up` says what to do, and works as soon as it is done.
+/// No other process can clean up, so the next `up` says what to do, and works as soon as it is
+/// done.
 #[test]
 fn an_up_names_the_stopped_guard_of_a_killed_supervisor() {
     let bench = Bench::new();
@@ -92,7 +93,8 @@ fn an_up_names_the_stopped_guard_of_a_killed_supervisor() {
     bench.assert_nothing_left();
 }
 
-/// The guard of a network whose only service is never ready. Returns when it has begun to create it.
+/// The guard of a network whose only service is never ready. Returns when it has begun to create
+/// it.
 fn late(bench: &Bench) -> (bench::Up, Identity) {
     let file = bench.path("late");
     let up = bench.start_in(

@@ -1,5 +1,5 @@
-//! Managed components: the order in which a network configures, activates and deactivates them, what
-//! follows a failure, and the commands.
+//! Managed components: the order in which a network configures, activates and deactivates them,
+//! what follows a failure, and the commands.
 
 use crate::bench::{Bench, Up, component, kill, well};
 use rc_deploy::{Component, Policy, Restart};

@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 /// For each step of the installation.
 const LIMIT: Duration = Duration::from_mins(5);
 
-/// Returns an interpreter that has `package`, written as `NAME==VERSION`. Without Python, or without
-/// a way to the package, `test` is listed as skipped.
+/// Returns an interpreter that has `package`, written as `NAME==VERSION`. Without Python, or
+/// without a way to the package, `test` is listed as skipped.
 #[allow(dead_code, reason = "some programs of tests need a list of packages")]
 pub(crate) fn interpreter(package: &'static str, test: &str) -> Option<&'static Path> {
     let name = package.replace("==", "-");
@@ -36,8 +36,8 @@ pub(crate) fn wheels(name: &str, requirements: &'static str, test: &str) -> Opti
     environment(name, requirements, &["--no-deps"], python_3_12, test)
 }
 
-/// Returns an interpreter that has the packages of a list, in the syntax of a file of pip. Without Python, or without a way
-/// to the packages, `test` is listed as skipped.
+/// Returns an interpreter that has the packages of a list, in the syntax of a file of pip. Without
+/// Python, or without a way to the packages, `test` is listed as skipped.
 #[allow(dead_code, reason = "some programs of tests need one package")]
 pub(crate) fn packages(
     name: &str,

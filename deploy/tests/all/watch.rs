@@ -117,7 +117,8 @@ fn a_mismatched_endpoint_that_joins_later_is_reported() {
     let bench = Bench::new();
     let mut up = bench.start(vec![interop(&bench, DOMAIN)]);
     up.await_event("up", None);
-    // As if on another machine, a publisher sends reports that may get lost; the component wants them all.
+    // As if on another machine, a publisher sends reports that may get lost; the component wants
+    // them all.
     let network = format!("{}-beside", bench.network);
     let mut environment = Environment {
         directory: RunDirectory::open(&network).expect("a run directory"),
@@ -134,7 +135,8 @@ fn a_mismatched_endpoint_that_joins_later_is_reported() {
         address: Address::parse(&format!("{}/Reports/report", bench.network)).expect("an address"),
         types: TypeIdentity {
             name: "RcInterop::Reports/report".to_owned(),
-            // Types of no component: else the publisher is refused if it finds the subscriber in time.
+            // Types of no component: else the publisher is refused if it finds the subscriber in
+            // time.
             hash: 0,
         },
         qos: Qos {

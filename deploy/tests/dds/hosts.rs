@@ -1,5 +1,5 @@
-//! The simulator on one host, the avoider and the pose monitor on another: two network namespaces with a cable between
-//! them, and a run directory each.
+//! The simulator on one host, the avoider and the pose monitor on another: two network namespaces
+//! with a cable between them, and a run directory each.
 
 use crate::python::skipped;
 use crate::site::{PATROL, Running, Site};
@@ -138,7 +138,8 @@ impl Patrol {
         let network = format!("hosts_{}_{domain}", std::process::id());
         let [mut robot, mut desk] = [0, 1].map(|side| cable.host(side, &network, domain));
         for (side, site) in [&mut robot, &mut desk].into_iter().enumerate() {
-            // The library gives up an address after half a minute without an answer; in this test at once.
+            // The library gives up an address after half a minute without an answer; in this test
+            // at once.
             let patience = "<InitialLocatorPruneDelay>100ms</InitialLocatorPruneDelay><DiscoveredLocatorPruneDelay>100ms</DiscoveredLocatorPruneDelay>";
             let group = match by {
                 By::Multicast | By::Addresses => String::new(),

@@ -1,8 +1,9 @@
-//! Components of this repository as variants for other middlewares: their unchanged networks over ROS 2 and
-//! DDS, also on two hosts, and a network that chooses another middleware for one component.
+//! Components of this repository as variants for other middlewares: their unchanged networks over
+//! ROS 2 and DDS, also on two hosts, and a network that chooses another middleware for one
+//! component.
 //!
-//! The tests build them as a user does. They are a program of their own, so that no test with limits of time
-//! runs beside the compiler.
+//! The tests build them as a user does. They are a program of their own, so that no test with
+//! limits of time runs beside the compiler.
 
 #[allow(dead_code, reason = "each test program uses its own part")]
 #[path = "../all/network/site.rs"]
@@ -37,8 +38,8 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// A place with a network whose components were built for DDS. `network` is the text of `patrol.ddsl`, which is imported
-/// by the file of this place, that has its own name and domain.
+/// A place with a network whose components were built for DDS. `network` is the text of
+/// `patrol.ddsl`, which is imported by the file of this place, that has its own name and domain.
 fn place(name: &str, domain: u32, network: &str) -> Site {
     built();
     unbuilt(name, domain, network)

@@ -1,5 +1,5 @@
-//! Two middlewares in one network and in one component: the unchanged `patrol_mixed.ddsl`. And the unchanged
-//! `patrol.ddsl` over ROS 2.
+//! Two middlewares in one network and in one component: the unchanged `patrol_mixed.ddsl`. And the
+//! unchanged `patrol.ddsl` over ROS 2.
 
 use crate::patrol::of_user;
 use crate::site::{PATROL, Ran, Site};
@@ -98,7 +98,8 @@ fn one_component_receives_poses_over_shared_memory_and_over_ros_2() {
             !slots.is_empty() && slots.iter().all(|slot| slot["peers"] == peers(slot))
         });
     }
-    // In its first second a monitor receives few poses or none; the robot publishes twenty a second.
+    // In its first second a monitor receives few poses or none; the robot publishes twenty a
+    // second.
     for component in ["monitor", "listener", "watcher"] {
         Site::until("poses come", || poses(&site, component) > 20);
     }

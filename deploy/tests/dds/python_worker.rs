@@ -1,5 +1,5 @@
-//! Components in Python, built and started as a user does it. The avoider in Python does what the one
-//! in Rust does, over every middleware. The detector finds what the camera draws.
+//! Components in Python, built and started as a user does it. The avoider in Python does what the
+//! one in Rust does, over every middleware. The detector finds what the camera draws.
 
 use crate::python;
 use crate::site::{PATROL, Site};

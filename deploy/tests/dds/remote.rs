@@ -1,5 +1,5 @@
-//! `rcdeploy up` on one host, and the simulator on another one, behind a real ssh server: two network namespaces with a
-//! cable between them.
+//! `rcdeploy up` on one host, and the simulator on another one, behind a real ssh server: two
+//! network namespaces with a cable between them.
 
 use crate::hosts::{Cable, cable, install, run};
 use crate::python::skipped;

@@ -1,4 +1,5 @@
-//! The commands that look at a running patrol, record it and play it, over the middleware of the network.
+//! The commands that look at a running patrol, record it and play it, over the middleware of the
+//! network.
 
 use crate::recordings::count;
 use crate::site::{Ran, Site};

@@ -1,15 +1,15 @@
 //! The commands on the pages run, in the order of the book, in one shell.
 //!
-//! A block ```` ```console ```` holds commands after `$ `, each with lines of its output in their order.
-//! `…` stands for any text, and alone for any lines. All commands succeed. Marks behind the tag say otherwise:
+//! A block ```` ```console ```` holds commands after `$
+//! `, each with lines of its output in their order. `…` stands for any text, and alone for any lines. All commands succeed. Marks behind the tag say otherwise:
 //!
 //! - `runs`: the last command of the block runs until a line `^C`, or until the page ends.
 //! - `fails`: the last command of the block fails.
 //! - `not-run=REASON`: this machine need not be able to run it.
 //!
 //! A code block whose first line is a comment with a path is a file, which is written before the
-//! commands after it; a function of Rust takes its place in the file. A block ```` ```rust,module ```` is
-//! compiled, and its tests run, in a module of a test of `guard`.
+//! commands after it; a function of Rust takes its place in the file. A block ````
+//! ```rust,module ```` is compiled, and its tests run, in a module of a test of `guard`.
 
 use crate::markdown::{Block, Page, ROOT, book};
 use crate::session::Session;

@@ -107,10 +107,10 @@ impl Program {
 }
 
 impl Program {
-    /// Lives as a managed component. The hook of this number fails: 1 configure, 2 activate; 3 kills
-    /// the process in `activate`, 4 hangs there. The second `configure` of 5 lasts until the file
-    /// `go` exists beside the journal; the second `activate` of 6 kills the process; once 7 is active,
-    /// a tool begins a hook that does not end.
+    /// Lives as a managed component. The hook of this number fails: 1 configure, 2 activate; 3
+    /// kills the process in `activate`, 4 hangs there. The second `configure` of 5 lasts until the
+    /// file `go` exists beside the journal; the second `activate` of 6 kills the process; once 7 is
+    /// active, a tool begins a hook that does not end.
     fn manage(&self, fails: u64) {
         let mut lines = Lines::new(Overlong::Count);
         self.link.set_nonblocking(true).expect("a mode");

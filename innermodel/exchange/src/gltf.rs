@@ -29,8 +29,8 @@ pub fn is_exported(file: &[u8]) -> bool {
     file.starts_with(b"glTF") && read().unwrap_or(false)
 }
 
-/// The scene of a document: a node for each of its nodes, with its name. Findings tell what does not
-/// fit, and which meshes cannot be read.
+/// The scene of a document: a node for each of its nodes, with its name. Findings tell what does
+/// not fit, and which meshes cannot be read.
 pub fn write(document: &Document) -> (Vec<u8>, Diagnostics) {
     let mut writer = Writer::default();
     for node in &document.nodes {

@@ -1,8 +1,9 @@
 //! InnerModel files: the robot and its world as one tree, in XML.
 //!
 //! [`load`] reads a file with all that it includes into a [`Document`] and reports what is wrong.
-//! [`print`] writes a document that loads as an equal one. [`format`] lays out a text and leaves its
-//! content alone. Lengths of a document are millimetres, angles radians, whatever the file says.
+//! [`print`] writes a document that loads as an equal one. [`format`] lays out a text and leaves
+//! its content alone. Lengths of a document are millimetres, angles radians, whatever the file
+//! says.
 //!
 //! This crate does no input or output: a [`Loader`] hands it the texts. The crate `innermodel` has
 //! the tree that changes at run time.

@@ -1,7 +1,7 @@
 //! Pictures of the tree of `innermodel`, drawn by the processor: no window, no graphics card.
 //!
-//! [`Scene`] holds the meshes; [`Scene::draw`] gives colour, depth and node of each pixel. The depth
-//! of a pixel is that of the surface at its centre.
+//! [`Scene`] holds the meshes; [`Scene::draw`] gives colour, depth and node of each pixel. The
+//! depth of a pixel is that of the surface at its centre.
 //!
 //! ```
 //! use innermodel::{InnerModel, Point, kinds::Camera};

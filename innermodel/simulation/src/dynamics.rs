@@ -28,8 +28,8 @@ pub enum NotPushed {
     TooFast,
 }
 
-/// Moves bodies by forces. For each step, a world calls [`Dynamics::place`], moves bases and people,
-/// and calls [`Dynamics::step`] and [`Dynamics::applied`].
+/// Moves bodies by forces. For each step, a world calls [`Dynamics::place`], moves bases and
+/// people, and calls [`Dynamics::step`] and [`Dynamics::applied`].
 pub trait Dynamics: Debug + Send {
     /// Takes over what was set in the tree since the last step: bodies and obstacles that are
     /// elsewhere are put there at once, whatever is in between. Bodies lose their speed by it.
@@ -53,7 +53,8 @@ pub trait Dynamics: Debug + Send {
     /// Pushes a body at its centre of mass: an impulse in N·s, in the root.
     ///
     /// # Errors
-    /// There is no such body, or it would be faster than `fastest`, in m/s. It then keeps its speed.
+    /// There is no such body, or it would be faster than `fastest`, in m/s. It then keeps its
+    /// speed.
     fn push(
         &mut self,
         space: &Space,
@@ -83,8 +84,8 @@ impl World {
     /// Pushes a body that forces move: an impulse in N·s, in the root.
     ///
     /// # Errors
-    /// The impulse is not finite or would make the body faster than 1 km/s, or forces do not move the
-    /// node.
+    /// The impulse is not finite or would make the body faster than 1 km/s, or forces do not move
+    /// the node.
     pub fn push(&mut self, id: &str, impulse: Vector) -> Result<(), Error> {
         if impulse.iter().any(|n| !n.is_finite()) {
             return Err(Error::not_finite("an impulse", id));

@@ -93,8 +93,8 @@ pub(crate) fn add_skeletons(edit: &mut Edit) -> Result<(), innermodel::Error> {
     Ok(())
 }
 
-/// Adds the skeleton of a person, if the tree has none. If it has a part only, a part is missing, or
-/// another node has its id: then the person would silently have no body.
+/// Adds the skeleton of a person, if the tree has none. If it has a part only, a part is missing,
+/// or another node has its id: then the person would silently have no body.
 fn add_skeleton(edit: &mut Edit, id: &str, human: &Human) -> Result<(), innermodel::Error> {
     let name = |part: &str| format!("{id}_{part}");
     let tree = edit.snapshot();

@@ -17,8 +17,8 @@ const MOST_POINTS: u64 = 4_000_000;
 /// Rays with which an ultrasound sensor begins to look for the nearest surface, on circles of a
 /// third, two thirds and all of its cone about its axis.
 const CIRCLES: [(f64, u32); 3] = [(1.0 / 3.0, 6), (2.0 / 3.0, 12), (1.0, 18)];
-/// The search ends at this angle in radians: the way to a plane is then longer than the shortest one
-/// by a part of 2e-8 at most.
+/// The search ends at this angle in radians: the way to a plane is then longer than the shortest
+/// one by a part of 2e-8 at most.
 const FINEST: f64 = 2e-4;
 /// The most steps of the search.
 const MOST_MOVES: u32 = 200;
@@ -239,10 +239,10 @@ impl World {
     }
 }
 
-/// The shortest distance in a cone about z: the nearest of some rays, and from it the nearest beside
-/// it, by smaller and smaller angles (a pattern search). Something smaller than the angle between the
-/// first rays, a fifth of the cone or less, can stay unseen. `cast` gets a direction as the angles
-/// of a turn to x and to y.
+/// The shortest distance in a cone about z: the nearest of some rays, and from it the nearest
+/// beside it, by smaller and smaller angles (a pattern search). Something smaller than the angle
+/// between the first rays, a fifth of the cone or less, can stay unseen. `cast` gets a direction as
+/// the angles of a turn to x and to y.
 fn nearest_in_cone(half: f64, cast: impl Fn([f64; 2]) -> Option<f64>) -> Option<f64> {
     let circles = CIRCLES.iter().flat_map(|(part, count)| {
         (0..*count).map(move |at| {

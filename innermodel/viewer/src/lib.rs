@@ -1,8 +1,8 @@
 //! A window that shows a tree of `innermodel`, and what `rcview` draws into files.
 //!
-//! [`Viewer`] shows the tree of a component while the component runs: a thread of its own draws each
-//! new version. The window speaks the protocol of X11 itself, and the processor draws: neither a
-//! library of the system nor a graphics card is needed.
+//! [`Viewer`] shows the tree of a component while the component runs: a thread of its own draws
+//! each new version. The window speaks the protocol of X11 itself, and the processor draws: neither
+//! a library of the system nor a graphics card is needed.
 
 mod navigator;
 mod overlay;

@@ -11,8 +11,8 @@ use std::thread::{self, JoinHandle};
 /// The size of the window at first, in pixels.
 const SIZE: (u16, u16) = (640, 480);
 
-/// Shows the tree of a component in a window, while it is switched on. A thread of its own draws, so
-/// the component waits for nothing. The user may close the window; the component goes on.
+/// Shows the tree of a component in a window, while it is switched on. A thread of its own draws,
+/// so the component waits for nothing. The user may close the window; the component goes on.
 pub struct Viewer {
     model: Arc<InnerModel>,
     title: String,

@@ -132,7 +132,8 @@ pub fn clients_are_served_round_robin(subject: &dyn Subject) {
         busy.send(header(1), b"busy").expect("to be sent");
     }
     modest.send(header(1), b"modest").expect("to be sent");
-    // Where a middleware delivers by itself; over shared memory nothing happens until the server looks.
+    // Where a middleware delivers by itself; over shared memory nothing happens until the server
+    // looks.
     backend.linger(LIMIT / 24);
     server.acknowledge(true);
     let served = serve(&mut *server, 11, &|_, _, _| {});

@@ -1,5 +1,6 @@
-//! Compiles Cyclone DDS from the sources of the crate `cyclonedds-src`, with nothing but a C compiler: no cmake, no
-//! libclang. What cmake would find out about the system is written in `include/`.
+//! Compiles Cyclone DDS from the sources of the crate `cyclonedds-src`, with nothing but a C
+//! compiler: no cmake, no libclang. What cmake would find out about the system is written in
+//! `include/`.
 
 use std::fs::File;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -72,7 +73,8 @@ const SYSTEM: [&str; 40] = [
     "xmlparser.c",
 ];
 
-/// The file that `src/transmit.c` includes and replaces, and how often it calls the functions that are hooked there.
+/// The file that `src/transmit.c` includes and replaces, and how often it calls the functions that
+/// are hooked there.
 const TRANSMIT: &str = "ddsi_transmit.c";
 const HOOKED: [(&str, usize); 3] = [
     ("ddsi_xmsg_addpar_sentinel_ifparam (", 2),
@@ -89,16 +91,17 @@ struct Replaced {
 
 /// Both are about writers of Fast DDS (vendor 1.15).
 const REPLACED: [Replaced; 2] = [
-    // The first heartbeat of a writer of another library lets a volatile reader pass over all samples up to the last one, also
-    // over those whose fragments arrive at that moment: the first large request of a node on Fast DDS was lost. Fast DDS sends
-    // a new reader nothing old.
+    // The first heartbeat of a writer of another library lets a volatile reader pass over all
+    // samples up to the last one, also over those whose fragments arrive at that moment: the first
+    // large request of a node on Fast DDS was lost. Fast DDS sends a new reader nothing old.
     Replaced {
         file: "ddsi_receive.c",
         found: "gap_end_seq = lastseq + 1;",
         by: "gap_end_seq = pwr->c.vendor.id[0] == 1 && pwr->c.vendor.id[1] == 15 ? firstseq : lastseq + 1;",
     },
-    // A reader asks a new writer for a heartbeat. Fast DDS replies at once only if the base is 0, as its own readers write it,
-    // else at its next heartbeat: a request that a client had sent before its server found it waited for 3 s.
+    // A reader asks a new writer for a heartbeat. Fast DDS replies at once only if the base is 0,
+    // as its own readers write it, else at its next heartbeat: a request that a client had sent
+    // before its server found it waited for 3 s.
     Replaced {
         file: "ddsi_acknack.c",
         found: "bitmap_base = ddsi_to_seqno (1);",
@@ -154,8 +157,9 @@ fn compiler(source: &Path) -> cc::Build {
     build
 }
 
-/// The folder with the compiled C sources. All profiles and workspaces of one target folder share it, because the
-/// compilation takes a minute or two and is the same for all of them. The folder's name is a hash of all inputs.
+/// The folder with the compiled C sources. All profiles and workspaces of one target folder share
+/// it, because the compilation takes a minute or two and is the same for all of them. The folder's
+/// name is a hash of all inputs.
 fn shared_library(source: &Path) -> io::Result<PathBuf> {
     let out = PathBuf::from(std::env::var_os("OUT_DIR").unwrap_or_default());
     // TARGET/PROFILE/build/PACKAGE-HASH/out

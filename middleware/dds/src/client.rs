@@ -75,8 +75,8 @@ pub(crate) struct DdsClient {
 }
 
 impl DdsClient {
-    /// The servers that this client can reach and that can reach it: components first, since another
-    /// program may answer anything.
+    /// The servers that this client can reach and that can reach it: components first, since
+    /// another program may answer anything.
     fn servers(&self) -> BTreeSet<(bool, GuidPrefix)> {
         let server = |peer: &Peer| is_server(peer).then(|| (peer.is_external(), peer.prefix()));
         let replying = self.replies.state().usable(server);

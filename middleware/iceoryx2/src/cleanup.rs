@@ -23,8 +23,8 @@ use std::time::{Duration, Instant};
 
 /// Pause after a round that removed nothing, which limits the rate of rounds.
 const PAUSE: Duration = Duration::from_millis(20);
-/// Time between the start of a process and its first clean-up, so that processes that start together
-/// share one.
+/// Time between the start of a process and its first clean-up, so that processes that start
+/// together share one.
 const JOIN_PAUSE: Duration = Duration::from_millis(200);
 /// How long openings are kept out at a time. One dead node takes some milliseconds.
 const BATCH: Duration = Duration::from_millis(20);
@@ -147,8 +147,8 @@ impl DeadNodes {
 
     /// Returns whether this process has removed the node. The caller holds the lock.
     fn remove(&self, node: Dead) -> bool {
-        // A process can be in several networks, and iceoryx2 refuses to remove two nodes at a time in
-        // one process.
+        // A process can be in several networks, and iceoryx2 refuses to remove two nodes at a time
+        // in one process.
         static REMOVAL: Mutex<()> = Mutex::new(());
         port_tags::back_up(&self.root, &[node.id().value()]);
         let _one_at_a_time = REMOVAL.lock().unwrap_or_else(PoisonError::into_inner);

@@ -113,8 +113,8 @@ impl Identity {
 /// Modification times of the two folders.
 type Stamps = [Option<SystemTime>; 2];
 
-/// A descriptor that becomes readable when a file of iceoryx2 is created; `None` where the kernel has
-/// none left for this user.
+/// A descriptor that becomes readable when a file of iceoryx2 is created; `None` where the kernel
+/// has none left for this user.
 fn announcements(services: &Path) -> Option<OwnedFd> {
     let flags = inotify::CreateFlags::CLOEXEC | inotify::CreateFlags::NONBLOCK;
     let announced = inotify::init(flags).ok()?;

@@ -30,8 +30,8 @@ struct Seat {
 }
 
 impl Seat {
-    /// Whether the holder has not renewed its lease for too long. Compares the time of the file with
-    /// the one that this candidate saw before, never with the clock, which may be set.
+    /// Whether the holder has not renewed its lease for too long. Compares the time of the file
+    /// with the one that this candidate saw before, never with the clock, which may be set.
     fn is_expired(&mut self, file: &File) -> io::Result<bool> {
         let modified = file.metadata()?.modified()?;
         match self.renewed {

@@ -81,7 +81,8 @@ pub(crate) fn file(directory: &RunDirectory) -> PathBuf {
     directory.path().join("iceoryx2.prefix")
 }
 
-/// The first part of every prefix of the network: `rc_` and a hash of the path of its run directory.
+/// The first part of every prefix of the network: `rc_` and a hash of the path of its run
+/// directory.
 pub(crate) fn start(directory: &RunDirectory) -> String {
     let hash = fnv1a(directory.path().as_os_str().as_bytes());
     format!("rc_{}", digits(hash, HASHED))

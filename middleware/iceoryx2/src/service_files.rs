@@ -14,8 +14,8 @@ pub(crate) const MEMORY: &str = "/dev/shm";
 /// them or not. Returns their number. Call it only when no process of the network is alive. An
 /// error names the first path that cannot be removed; the others are removed all the same.
 ///
-/// The next process that joins chooses another prefix, so that files of another user, which this one
-/// cannot remove, are not in its way.
+/// The next process that joins chooses another prefix, so that files of another user, which this
+/// one cannot remove, are not in its way.
 pub fn wipe(directory: &RunDirectory) -> io::Result<usize> {
     let found = leftovers(directory);
     let mut failure = None;

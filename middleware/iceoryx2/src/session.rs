@@ -88,8 +88,8 @@ impl Session {
         })
     }
 
-    /// Waits until all dead processes are cleaned up: it may take some seconds. Returns the number of
-    /// nodes removed.
+    /// Waits until all dead processes are cleaned up: it may take some seconds. Returns the number
+    /// of nodes removed.
     pub(crate) fn clean(&self) -> usize {
         let end = Instant::now() + ROUND;
         let (gone, all) = self.dead_nodes.clean(|_| Instant::now() < end);

@@ -61,9 +61,9 @@ impl iceoryx2::service::internal::ServiceInternal<Self> for Service {}
 
 /// The ids of nodes, services and ports: process id, time in nanoseconds and a counter.
 ///
-/// iceoryx2 (0.10.0) takes the counter of a node from a shared memory that every user of the machine
-/// may write (mode 0666), and a user that breaks its first eight bytes keeps all components from
-/// starting. Here a node gets its id as a port does, from a counter of its process.
+/// iceoryx2 (0.10.0) takes the counter of a node from a shared memory that every user of the
+/// machine may write (mode 0666), and a user that breaks its first eight bytes keeps all components
+/// from starting. Here a node gets its id as a port does, from a counter of its process.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct UniqueId;
 
@@ -84,7 +84,8 @@ impl UniqueIdGenerator for UniqueId {
     }
 }
 
-/// The state of a port or a loan, behind a lock that its holder may take again, as iceoryx2 wants it.
+/// The state of a port or a loan, behind a lock that its holder may take again, as iceoryx2 wants
+/// it.
 #[derive(Debug)]
 pub(crate) struct Locked<T: Send + Debug + Abandonable>(Arc<ReentrantMutex<T>>);
 

@@ -18,8 +18,8 @@ const LARGEST: &str = "128MiB";
 /// Others send the fragments of large samples at once.
 const RECEIVE_BUFFER: &str = "16MiB";
 /// Repair of what was lost. The library doubles the time between two heartbeats up to 8 s, and asks
-/// for missing fragments after 100 ms, and again after 3 s. Fast DDS sends a heartbeat every 3 s, so
-/// an answer to a request would wait for that.
+/// for missing fragments after 100 ms, and again after 3 s. Fast DDS sends a heartbeat every 3 s,
+/// so an answer to a request would wait for that.
 const HEARTBEAT: &str = "100 ms";
 const NACK: &str = "10 ms";
 const NACK_AGAIN: &str = "200 ms";
@@ -109,8 +109,8 @@ impl Configuration {
         self
     }
 
-    /// Receives at known ports, where programs without multicast look for participants of a machine.
-    /// At most 100 participants of a machine can be in the domain then.
+    /// Receives at known ports, where programs without multicast look for participants of a
+    /// machine. At most 100 participants of a machine can be in the domain then.
     #[must_use]
     pub fn known_ports(mut self) -> Self {
         self.known_ports = true;

@@ -9,8 +9,8 @@ use std::time::Duration;
 
 /// Where a reader puts samples, on a thread of the library.
 pub trait Inbox: Backlog {
-    /// Adds a sample. `from`: the participant of its writer, if the thread of discovery has added the
-    /// writer by now.
+    /// Adds a sample. `from`: the participant of its writer, if the thread of discovery has added
+    /// the writer by now.
     fn put(&self, sample: Sample, from: Option<GuidPrefix>);
 }
 

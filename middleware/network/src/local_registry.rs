@@ -25,7 +25,8 @@ const LOCK_LIMIT: Duration = Duration::from_secs(10);
 const LEAVE_LIMIT: Duration = Duration::from_secs(if cfg!(test) { 60 } else { 1 });
 /// Longest wait for all that come first, each within its limit.
 const QUEUE_LIMIT: Duration = Duration::from_mins(2);
-/// Whether the last endpoint of this process that left has waited in vain: the next ones do not wait.
+/// Whether the last endpoint of this process that left has waited in vain: the next ones do not
+/// wait.
 static GAVE_UP: AtomicBool = AtomicBool::new(false);
 /// The file that a component locks while it opens endpoints.
 const LOCK: &str = "turn";

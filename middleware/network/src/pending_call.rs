@@ -9,8 +9,8 @@ const CYCLE: Duration = Duration::from_millis(50);
 
 /// What a client learns when it looks for a reply.
 pub struct CallState {
-    /// Whether the server is there. Determine it before the reply: a reply that a server sent before
-    /// it left is there by then, or comes at once.
+    /// Whether the server is there. Determine it before the reply: a reply that a server sent
+    /// before it left is there by then, or comes at once.
     pub has_server: bool,
     /// The result of the call, if the reply has come.
     pub reply: Option<Result<(), CallError>>,

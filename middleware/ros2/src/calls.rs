@@ -199,8 +199,8 @@ impl Request {
 
 /// The client of a request, to which the server gives its turn, and the place of the request among
 /// the requests of that client. Requests without a place are served as they come. `from`: the
-/// participant that sent the request, as far as it is known; a client that it only claims to be does
-/// not count.
+/// participant that sent the request, as far as it is known; a client that it only claims to be
+/// does not count.
 pub(crate) fn turn(sample: &Sample, from: Option<GuidPrefix>) -> (u128, u64) {
     let related = sample.related();
     match related.filter(|id| from.is_none_or(|from| from == prefix(&id.guid))) {
@@ -215,8 +215,8 @@ pub(crate) fn turn(sample: &Sample, from: Option<GuidPrefix>) -> (u128, u64) {
     }
 }
 
-/// The number of the request that a reply belongs to, and how they relate. `None` if the reply is for
-/// another client: `own` are the endpoints of this one, the reader of replies and the writer of
+/// The number of the request that a reply belongs to, and how they relate. `None` if the reply is
+/// for another client: `own` are the endpoints of this one, the reader of replies and the writer of
 /// requests.
 ///
 /// A negative number says that nothing was executed, and the body holds the reason; only components

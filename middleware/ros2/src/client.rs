@@ -189,8 +189,8 @@ pub(crate) struct RosClient {
 }
 
 impl Service {
-    /// The servers that this client can reach and that can reach it: components first, since another
-    /// program may answer anything.
+    /// The servers that this client can reach and that can reach it: components first, since
+    /// another program may answer anything.
     fn servers(&self) -> BTreeSet<(bool, GuidPrefix)> {
         let server = |peer: &Peer| is_server(peer).then(|| (peer.is_external(), peer.prefix()));
         let replying = self.replies.state().usable(server);
@@ -285,8 +285,8 @@ impl RosClient {
         waited.map_err(|_| CallError::QueueFull(self.address.clone()))
     }
 
-    /// Sends a request; gives its operation, its identity and its server. Each request gets a reply, a
-    /// command an empty response. `is_awaited`: whether a call waits for the reply.
+    /// Sends a request; gives its operation, its identity and its server. Each request gets a
+    /// reply, a command an empty response. `is_awaited`: whether a call waits for the reply.
     fn submit(
         &mut self,
         header: Header,
@@ -396,7 +396,8 @@ impl RosClient {
         Some(taken)
     }
 
-    /// Waits for the reply of `server` to `request`, at most until `limit` has passed since `start`.
+    /// Waits for the reply of `server` to `request`, at most until `limit` has passed since
+    /// `start`.
     fn await_reply(
         &mut self,
         request: (usize, RequestId),

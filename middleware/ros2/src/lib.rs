@@ -38,8 +38,8 @@ use std::time::Duration;
 pub const NAME: &str = "ros2";
 
 /// Joins the network of `environment` as a node, by the settings of `[middleware.ros2]` and the
-/// variables of ROS 2. `types` are definitions of types that are not part of ROS 2, in the form that
-/// [`rc_ros_types::Types`] reads; endpoints of other types have no type hash.
+/// variables of ROS 2. `types` are definitions of types that are not part of ROS 2, in the form
+/// that [`rc_ros_types::Types`] reads; endpoints of other types have no type hash.
 pub fn connect(
     environment: &Environment,
     types: &'static [&'static str],
@@ -54,8 +54,8 @@ pub fn connect(
     }))
 }
 
-/// Joins the domain as a tool: components do not count its endpoints as peers. Its name should begin
-/// with `_`, which hides a node.
+/// Joins the domain as a tool: components do not count its endpoints as peers. Its name should
+/// begin with `_`, which hides a node.
 pub fn observe(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
     let node = Rc::new(Node::join(environment, &[])?);
     node.session.observe();

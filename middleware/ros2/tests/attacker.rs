@@ -174,12 +174,12 @@ fn until(gauge: &QueueGauge, dropped: u64) {
     assert_eq!((gauge.dropped(), gauge.bytes()), (dropped, 0));
 }
 
-/// Forges replies to a client, before, during and after its calls. `server` lets the server reply to
-/// a request, with a reply of this size.
+/// Forges replies to a client, before, during and after its calls. `server` lets the server reply
+/// to a request, with a reply of this size.
 fn attack(client: &mut dyn Client, attacker: &Stranger, server: &(dyn Fn(usize) + Sync)) {
     let gauge = client.queue().expect("a queue");
-    // The attacker knows the client's endpoints. The client may know those of the attacker later; until
-    // then it sends it no request.
+    // The attacker knows the client's endpoints. The client may know those of the attacker later;
+    // until then it sends it no request.
     let mut sequence = 1;
     let mut is_heard = false;
     while !is_heard {

@@ -1,5 +1,5 @@
-//! Time over ROS 2: a source and a follower in lockstep, and a node with `use_sim_time` that subscribes to
-//! `/clock`.
+//! Time over ROS 2: a source and a follower in lockstep, and a node with `use_sim_time` that
+//! subscribes to `/clock`.
 
 use rc_runtime::{
     Component, Core, Description, Embedded, Ports, StartError, Time, TimeSource, Values,

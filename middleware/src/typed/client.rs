@@ -114,8 +114,8 @@ impl TypedClient {
         outcome.unwrap_or_else(|| Err(CallError::from(DecodeError::Truncated(0)).into()))
     }
 
-    /// Passes a request of `operation` to `send`. Where the middleware lends memory, large arrays are
-    /// written straight into it, which takes a second pass.
+    /// Passes a request of `operation` to `send`. Where the middleware lends memory, large arrays
+    /// are written straight into it, which takes a second pass.
     fn submit(
         &mut self,
         operation: &Operation,

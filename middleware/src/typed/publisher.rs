@@ -131,8 +131,8 @@ impl TypedPublisher {
         Ok(Loan { memory, send })
     }
 
-    /// Lends memory for an image of `length` bytes whose type is known at run time. `None` where the
-    /// middleware lends none. [`TypedPublisher::send_image`] sends it.
+    /// Lends memory for an image of `length` bytes whose type is known at run time. `None` where
+    /// the middleware lends none. [`TypedPublisher::send_image`] sends it.
     pub fn loan_image(
         &mut self,
         length: usize,

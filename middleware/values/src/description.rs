@@ -84,7 +84,8 @@ pub struct Operation {
     pub id: i32,
     /// The hash of the types, 16 hexadecimal digits.
     pub hash: String,
-    /// `query` for an operation with a reply, else `command`; `publish` for one that is always a topic.
+    /// `query` for an operation with a reply, else `command`; `publish` for one that is always a
+    /// topic.
     pub pattern: String,
     /// The parameters of the request, or of a sample.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -1,5 +1,5 @@
-//! `check_time FILE.pdsl FILE.toml COUNT`: checks a configuration so many times, and says how long each check took, in
-//! nanoseconds. `cargo xtask bench parameters` runs it.
+//! `check_time FILE.pdsl FILE.toml COUNT`: checks a configuration so many times, and says how long
+//! each check took, in nanoseconds. `cargo xtask bench parameters` runs it.
 
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use rc_pdsl::load;

@@ -1,8 +1,9 @@
 //! Parameters in a recording of a component: exact, in order, and without secrets.
 //!
-//! The JSON of the management socket does not tell a duration from a string. Here a value is `true`, `"text"`,
-//! `{"int": 3}`, `{"bits": 4607182418800017408}` (a floating-point number), `{"ns": 5}` or a list; a group is
-//! `{"group": [[NAME, ENTRY], …]}`, a list of structures `{"list": [[[NAME, ENTRY], …], …]}`, and a secret `null`.
+//! The JSON of the management socket does not tell a duration from a string. Here a value is
+//! `true`, `"text"`, `{"int": 3}`, `{"bits": 4607182418800017408}` (a floating-point number),
+//! `{"ns": 5}` or a list; a group is `{"group": [[NAME, ENTRY], …]}`, a list of structures
+//! `{"list": [[[NAME, ENTRY], …], …]}`, and a secret `null`.
 
 use crate::change::ParamChange;
 use crate::model::Value;
@@ -27,8 +28,8 @@ impl Values {
         entries.collect()
     }
 
-    /// Reads what [`Values::to_record`] wrote. Secrets are taken from `secrets`, by their names; without it they are
-    /// empty. An error says what is wrong.
+    /// Reads what [`Values::to_record`] wrote. Secrets are taken from `secrets`, by their names;
+    /// without it they are empty. An error says what is wrong.
     pub fn from_record(record: &Json, secrets: Option<&Values>) -> Result<Self, String> {
         let mut out = Self::default();
         for pair in array(record)? {

@@ -378,7 +378,8 @@ fn set_limits(schema: &mut Json, min: Option<Json>, max: Option<Json>) {
     }
 }
 
-/// A string with a unit, which `definitions` describes, or a number of milliseconds within `limits`.
+/// A string with a unit, which `definitions` describes, or a number of milliseconds within
+/// `limits`.
 fn duration(mut limits: Json, default: Json) -> Json {
     set(&mut limits, "type", json!("number"));
     let mut schema = json!({ "anyOf": [{ "$ref": "#/definitions/duration" }, limits] });

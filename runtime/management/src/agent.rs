@@ -1,8 +1,10 @@
-//! What a supervisor and its agent on another machine say to each other, over the standard streams of ssh.
+//! What a supervisor and its agent on another machine say to each other, over the standard streams
+//! of ssh.
 //!
-//! The supervisor starts with [`SupervisorMessage::Network`]. The agent answers [`AgentMessage::Missing`], receives the
-//! bytes of those files one after the other, and answers [`AgentMessage::Ready`]. From then on both sides send
-//! whenever they have something to say. Both are the same program, so the protocol has no version.
+//! The supervisor starts with [`SupervisorMessage::Network`]. The agent answers
+//! [`AgentMessage::Missing`], receives the bytes of those files one after the other, and answers
+//! [`AgentMessage::Ready`]. From then on both sides send whenever they have something to say. Both
+//! are the same program, so the protocol has no version.
 
 use crate::foreign;
 use crate::lines::LIMIT;
@@ -10,7 +12,8 @@ use rustix::process::Signal;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// The longest line after [`AgentMessage::Ready`], in bytes: it holds a line of a link, however much of that JSON escapes.
+/// The longest line after [`AgentMessage::Ready`], in bytes: it holds a line of a link, however
+/// much of that JSON escapes.
 pub const LONGEST: usize = 16 * LIMIT;
 
 /// What the supervisor sends. `C` describes a component.
@@ -159,7 +162,8 @@ pub enum AgentMessage {
 /// A file that an agent needs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct File {
-    /// The path on the supervisor's machine, without `.` and `..`. The copy has it below the folder of the copies.
+    /// The path on the supervisor's machine, without `.` and `..`. The copy has it below the folder
+    /// of the copies.
     pub path: PathBuf,
     /// SHA-256 of the content, in hexadecimal.
     pub hash: String,
@@ -191,7 +195,8 @@ impl Exit {
         }
     }
 
-    /// Whether the process ended as it should: with exit code 0, or by SIGTERM if it was `asked` to end.
+    /// Whether the process ended as it should: with exit code 0, or by SIGTERM if it was `asked` to
+    /// end.
     pub fn is_done(&self, asked: bool) -> bool {
         self.success || (asked && self.signal == Some(Signal::TERM.as_raw()))
     }

@@ -19,15 +19,17 @@ use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// The longest message, in bytes: the status of a network has many times the length of a component's line.
+/// The longest message, in bytes: the status of a network has many times the length of a
+/// component's line.
 pub(crate) const LONGEST: usize = 64 * lines::LIMIT;
 /// The most bytes of messages that wait for [`Client::next`] and [`Client::receive`].
 const MOST_WAITING: usize = 2 * LONGEST;
 
 /// A connection to the management socket of a component or a supervisor.
 ///
-/// [`Client::call`] waits for an answer. A program that waits for several things sends with [`Client::send`], polls the
-/// descriptor and takes what arrives from [`Client::receive`], which never waits.
+/// [`Client::call`] waits for an answer. A program that waits for several things sends with
+/// [`Client::send`], polls the descriptor and takes what arrives from [`Client::receive`], which
+/// never waits.
 ///
 /// ```no_run
 /// use rc_management::{Client, component};
@@ -62,7 +64,8 @@ struct Received {
 /// A received message.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Incoming {
-    /// The answer to the request with this number; none if the other side could not read the request.
+    /// The answer to the request with this number; none if the other side could not read the
+    /// request.
     Answer(Option<u64>, Result<Value, Error>),
     /// A notification: its method and parameters.
     Notification(String, Value),
@@ -91,10 +94,11 @@ pub enum CallError {
 }
 
 impl Client {
-    /// Connects to the socket at `path`, within `limit`. A limit of zero does not wait for a listener that is busy.
+    /// Connects to the socket at `path`, within `limit`. A limit of zero does not wait for a
+    /// listener that is busy.
     ///
-    /// `NotFound` and `ConnectionRefused` mean that there is no listener, `WouldBlock` that the listener did not accept in
-    /// time.
+    /// `NotFound` and `ConnectionRefused` mean that there is no listener, `WouldBlock` that the
+    /// listener did not accept in time.
     pub fn connect(path: &Path, limit: Duration) -> io::Result<Self> {
         let flags = if limit.is_zero() {
             SocketFlags::NONBLOCK | SocketFlags::CLOEXEC
@@ -103,7 +107,8 @@ impl Client {
         };
         let socket = socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None)?;
         if !limit.is_zero() {
-            // A Unix socket waits for a place in the queue of the listener, at most for its limit to send.
+            // A Unix socket waits for a place in the queue of the listener, at most for its limit
+            // to send.
             set_socket_timeout(&socket, Timeout::Send, Some(limit))?;
         }
         let address = SocketAddrUnix::new(path)?;
@@ -139,7 +144,8 @@ impl Client {
         self.requests
     }
 
-    /// Writes and reads what is possible at once. Returns what has arrived, and whether the connection is still open.
+    /// Writes and reads what is possible at once. Returns what has arrived, and whether the
+    /// connection is still open.
     pub fn receive(&mut self) -> (Vec<Incoming>, bool) {
         self.turn();
         self.waiting = 0;
@@ -147,9 +153,9 @@ impl Client {
         (received.collect(), !self.closed)
     }
 
-    /// Sends a request and waits for its answer, at most for `limit`. Notifications that arrive meanwhile are kept for
-    /// [`Client::next`] and [`Client::receive`]. Answers to earlier requests are dropped. Where more than 8 MiB are
-    /// kept, the connection closes with an error.
+    /// Sends a request and waits for its answer, at most for `limit`. Notifications that arrive
+    /// meanwhile are kept for [`Client::next`] and [`Client::receive`]. Answers to earlier requests
+    /// are dropped. Where more than 8 MiB are kept, the connection closes with an error.
     pub fn call<T: DeserializeOwned>(
         &mut self,
         request: &impl Serialize,

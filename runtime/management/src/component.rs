@@ -45,8 +45,8 @@ pub enum Request {
         /// The name of the event.
         event: String,
     },
-    /// Takes a managed component through a transition of its life cycle. Answered with [`Lifecycle`]
-    /// when its hook has ended.
+    /// Takes a managed component through a transition of its life cycle. Answered with
+    /// [`Lifecycle`] when its hook has ended.
     Lifecycle {
         /// The transition.
         transition: Transition,
@@ -411,7 +411,8 @@ pub struct ParameterStatus {
     /// The value of the next start, if that is another one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pending: Option<Value>,
-    /// Whether the value of the next start is missing in the configuration file, as far as the component knows.
+    /// Whether the value of the next start is missing in the configuration file, as far as the
+    /// component knows.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unsaved: bool,
     /// The default value; none if the configuration must give a value.

@@ -89,7 +89,8 @@ impl fmt::Display for Event {
     }
 }
 
-/// A time as RFC 3339 in UTC, with milliseconds. A time before 1970 or after 9999 becomes the first of 1970.
+/// A time as RFC 3339 in UTC, with milliseconds. A time before 1970 or after 9999 becomes the first
+/// of 1970.
 pub fn time_text(time: SystemTime) -> String {
     let last = SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(253_402_300_799);
     let is_valid = (SystemTime::UNIX_EPOCH..=last).contains(&time);

@@ -1,4 +1,5 @@
-//! Decodes texts of other processes: each is cleaned where it enters, see [`rc_diagnostics::foreign`].
+//! Decodes texts of other processes: each is cleaned where it enters, see
+//! [`rc_diagnostics::foreign`].
 
 use rc_diagnostics::foreign::{clean, clean_lines};
 use serde::{Deserialize, Deserializer};

@@ -1,7 +1,8 @@
 //! The line protocol between components, supervisors, agents and tools.
 //!
-//! Each message is one JSON object a line. Sockets in the run directory and the link between a component and its
-//! supervisor speak JSON-RPC 2.0; a supervisor and its agents exchange the plain objects of [`agent`].
+//! Each message is one JSON object a line. Sockets in the run directory and the link between a
+//! component and its supervisor speak JSON-RPC 2.0; a supervisor and its agents exchange the plain
+//! objects of [`agent`].
 //!
 //! | module | between |
 //! |---|---|
@@ -10,9 +11,9 @@
 //! | [`link`] | a component and the supervisor that started it, on a socket at its standard input |
 //! | [`agent`] | a supervisor and its agent on another machine, over ssh |
 //!
-//! [`lines`] splits bytes into lines of bounded length, [`rpc`] reads and writes JSON-RPC, [`Client`] sends requests
-//! and receives answers and notifications, [`Server`] receives requests and sends answers. [`Output`] is what waits for
-//! the other side of any connection.
+//! [`lines`] splits bytes into lines of bounded length, [`rpc`] reads and writes JSON-RPC,
+//! [`Client`] sends requests and receives answers and notifications, [`Server`] receives requests
+//! and sends answers. [`Output`] is what waits for the other side of any connection.
 
 pub mod agent;
 mod client;

@@ -11,7 +11,8 @@ pub const LIMIT: usize = 64 * 1024;
 pub enum Overlong {
     /// Skip the line and report [`Line::TooLong`] in its place.
     Skip,
-    /// Skip the line and report [`Line::TooLong`] for each piece of it that is as long as the limit.
+    /// Skip the line and report [`Line::TooLong`] for each piece of it that is as long as the
+    /// limit.
     Count,
     /// Split the line into several.
     Split,
@@ -152,9 +153,11 @@ impl Lines {
         Line::Complete(std::mem::take(&mut self.pending))
     }
 
-    /// Reads once from a stream that does not block. Returns its lines, and whether the stream has ended.
+    /// Reads once from a stream that does not block. Returns its lines, and whether the stream has
+    /// ended.
     ///
-    /// Every error except `WouldBlock` ends the stream. When it ends, the result holds the unfinished line, if any.
+    /// Every error except `WouldBlock` ends the stream. When it ends, the result holds the
+    /// unfinished line, if any.
     pub fn read(&mut self, mut stream: impl Read) -> (Vec<Line>, bool) {
         let mut buffer = [0; 16 * 1024];
         loop {

@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
-/// How many bytes of lines that are no message one side of a link takes, in one run of the component. With more, a
-/// supervisor stops the component, and a component takes the other side for ended.
+/// How many bytes of lines that are no message one side of a link takes, in one run of the
+/// component. With more, a supervisor stops the component, and a component takes the other side for
+/// ended.
 pub const MOST_GARBAGE: usize = 1 << 20;
 
 /// A message of a component to its supervisor.
@@ -42,7 +43,8 @@ pub enum ComponentMessage {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SupervisorMessage {
-    /// Set these parameters before you are ready: an earlier run changed them and did not save them.
+    /// Set these parameters before you are ready: an earlier run changed them and did not save
+    /// them.
     Restore {
         /// The values by path.
         changes: Map<String, Value>,
@@ -98,7 +100,8 @@ pub struct Heartbeat {
     /// What took longer than the period since the last heartbeat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub overruns: Option<Overruns>,
-    /// Topics that exceeded their deadline since the last heartbeat, and for how many milliseconds they were silent.
+    /// Topics that exceeded their deadline since the last heartbeat, and for how many milliseconds
+    /// they were silent.
     #[serde(default)]
     #[serde(deserialize_with = "foreign::keys")]
     pub silent: BTreeMap<String, u64>,

@@ -1,7 +1,7 @@
 //! JSON-RPC 2.0, one object a line.
 //!
-//! The messages of one direction are an enum. The name of a variant in snake case is the method; its fields are the
-//! parameters. A variant without fields has the parameters `{}` and accepts any.
+//! The messages of one direction are an enum. The name of a variant in snake case is the method;
+//! its fields are the parameters. A variant without fields has the parameters `{}` and accepts any.
 
 use crate::foreign;
 use crate::lines;
@@ -130,8 +130,8 @@ impl Call {
         })
     }
 
-    /// Decodes the request. `methods` pairs each method with a text of its parameters, for error messages; `is_valid`
-    /// judges what the types do not say.
+    /// Decodes the request. `methods` pairs each method with a text of its parameters, for error
+    /// messages; `is_valid` judges what the types do not say.
     pub(crate) fn decode<T: DeserializeOwned>(
         self,
         methods: &[(&str, &str)],

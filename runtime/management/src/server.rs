@@ -26,7 +26,8 @@ use std::time::{Duration, Instant};
 
 /// How many clients may be connected at once.
 pub const MAX_CLIENTS: usize = 32;
-/// How many bytes of output may wait for one client: the longest message that [`crate::Client`] takes.
+/// How many bytes of output may wait for one client: the longest message that [`crate::Client`]
+/// takes.
 const MAX_OUTPUT: usize = LONGEST;
 /// How long a client may take to read an answer.
 const PATIENCE: Duration = Duration::from_secs(5);

@@ -22,7 +22,8 @@ pub enum Request {
     Status,
     /// Answered with [`KeptEvents`]; then follow [`Notification`]s of these and of all new events.
     Events,
-    /// Stops the network. Answered with [`Stopping`]; the connection closes when the network is down.
+    /// Stops the network. Answered with [`Stopping`]; the connection closes when the network is
+    /// down.
     Down,
     /// Writes the ring of `record { ring 60s; }`. Answered with an empty [`CommandResult`] when
     /// the request is on the way to its recorder.
@@ -42,8 +43,8 @@ pub enum Request {
         /// Components, or groups with all that is in them; at least one.
         names: Vec<String>,
     },
-    /// Takes managed components through their life cycle, as far as [`Transition::meant`] says: providers
-    /// first towards active, else dependents first. Answered with [`CommandResult`].
+    /// Takes managed components through their life cycle, as far as [`Transition::meant`] says:
+    /// providers first towards active, else dependents first. Answered with [`CommandResult`].
     Lifecycle {
         /// The transition; not `shutdown`.
         transition: Transition,

@@ -14,7 +14,8 @@ impl EventLoop<'_> {
         (!lifecycle.is_active()).then(|| lifecycle.state())
     }
 
-    /// Takes the transitions that are asked for. A component that is not active afterwards refuses the events of tools.
+    /// Takes the transitions that are asked for. A component that is not active afterwards refuses
+    /// the events of tools.
     pub(super) fn change_lifecycle(&mut self) {
         let Some(lifecycle) = self.shared.lifecycle.clone() else {
             return;
@@ -69,8 +70,8 @@ impl EventLoop<'_> {
         }
     }
 
-    /// Takes a component that ends through `deactivate`, `cleanup` and `shutdown`. After a hook that
-    /// fails, only `shutdown` follows.
+    /// Takes a component that ends through `deactivate`, `cleanup` and `shutdown`. After a hook
+    /// that fails, only `shutdown` follows.
     pub(super) fn finish_lifecycle(&mut self) {
         let Some(lifecycle) = self.shared.lifecycle.clone() else {
             return;

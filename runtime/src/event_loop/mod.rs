@@ -1,7 +1,9 @@
-//! The event loop of a component: it runs handlers as messages arrive and `compute()` on its period, on one thread.
+//! The event loop of a component: it runs handlers as messages arrive and `compute()` on its
+//! period, on one thread.
 //!
-//! A turn runs a bounded number of handlers, then `compute()` if it is due. The loop counts and reports a `compute()`
-//! or a handler that takes longer than the period. It never catches up on missed periods.
+//! A turn runs a bounded number of handlers, then `compute()` if it is due. The loop counts and
+//! reports a `compute()` or a handler that takes longer than the period. It never catches up on
+//! missed periods.
 
 mod lifecycle;
 mod network_time;
@@ -36,15 +38,16 @@ use std::time::{Duration, Instant};
 
 /// The most handlers that run in a turn, before a `compute()` that is due.
 const HANDLERS_A_TURN: usize = 64;
-/// The longest wait. The heartbeat reports the age of the last turn, and a backend may lose a wake-up (iceoryx2 0.10
-/// does, rarely), so the loop looks at every port this often.
+/// The longest wait. The heartbeat reports the age of the last turn, and a backend may lose a
+/// wake-up (iceoryx2 0.10 does, rarely), so the loop looks at every port this often.
 const LONGEST_WAIT: Duration = Duration::from_millis(50);
-/// Every so many of these looks, the loop also clears wake-ups that the descriptor of a port does not show, which costs
-/// kernel calls: announcements without a message can be among them.
+/// Every so many of these looks, the loop also clears wake-ups that the descriptor of a port does
+/// not show, which costs kernel calls: announcements without a message can be among them.
 const LOOKS_UNTIL_CLEARED: u32 = 20;
 /// The shortest time between two log messages about the same port, or about `compute()`.
 const LOG_PAUSE: Duration = Duration::from_secs(1);
-/// The longest time for which the status does not count a message that was handled without any trouble.
+/// The longest time for which the status does not count a message that was handled without any
+/// trouble.
 const COUNT_INTERVAL: Duration = Duration::from_millis(100);
 /// The interval at which the loop counts peers.
 const PEERS_INTERVAL: Duration = Duration::from_secs(1);
@@ -151,7 +154,8 @@ impl<'a> EventLoop<'a> {
         })
     }
 
-    /// Runs until the component is to stop. An error is the reason of a worker or a middleware that failed.
+    /// Runs until the component is to stop. An error is the reason of a worker or a middleware that
+    /// failed.
     pub(crate) fn run(&mut self) -> Result<(), String> {
         if !matches!(self.role, TimeRole::Follower(_)) {
             self.arm(Duration::from_nanos(1))
@@ -254,7 +258,8 @@ impl<'a> EventLoop<'a> {
         Ok(due)
     }
 
-    /// Makes the loop look at every port, once in the time of the longest wait. Says whether it does now.
+    /// Makes the loop look at every port, once in the time of the longest wait. Says whether it
+    /// does now.
     fn wake_all(&mut self, now: Instant) -> bool {
         let sweep = now.saturating_duration_since(self.swept) >= LONGEST_WAIT;
         if sweep {
@@ -392,7 +397,8 @@ impl<'a> EventLoop<'a> {
         self.count_handled();
     }
 
-    /// Serves one message of a port, if there is one. `start` is the time now; returns the time afterwards.
+    /// Serves one message of a port, if there is one. `start` is the time now; returns the time
+    /// afterwards.
     fn serve_port(&mut self, at: usize, start: Instant) -> Instant {
         let idle = self.idle_state();
         let Self {
@@ -449,8 +455,8 @@ impl<'a> EventLoop<'a> {
                 return now;
             }
             Err(error) => {
-                // A message that cannot be read does not hold up later ones, and a port that has no others does not keep
-                // the loop busy.
+                // A message that cannot be read does not hold up later ones, and a port that has no
+                // others does not keep the loop busy.
                 port.failures += 1;
                 if port.failures % HANDLERS_A_TURN == 0 {
                     port.receiver.acknowledge(false);
@@ -466,7 +472,8 @@ impl<'a> EventLoop<'a> {
         start
     }
 
-    /// Notes topics that exceed their deadline. A sample that has come and waits to be handled counts as received.
+    /// Notes topics that exceed their deadline. A sample that has come and waits to be handled
+    /// counts as received.
     fn check_deadlines(&mut self, now: Instant) {
         let late =
             |port: &&Port| !port.ready && port.deadline.is_some() && port.last_sample.is_some();
@@ -492,7 +499,8 @@ impl<'a> EventLoop<'a> {
         }
     }
 
-    /// The longest wait: `LONGEST_WAIT`, or until the next delayed event of the state machine is due.
+    /// The longest wait: `LONGEST_WAIT`, or until the next delayed event of the state machine is
+    /// due.
     fn longest_wait(&mut self) -> Duration {
         let is_gated = self.is_gated();
         let is_idle = self.idle_state().is_some();

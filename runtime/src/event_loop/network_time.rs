@@ -7,11 +7,12 @@ use crate::time::TimeRole;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// How often the ports are served, at most, before a turn ends: a sender that does not follow the network's time may
-/// send without pause.
+/// How often the ports are served, at most, before a turn ends: a sender that does not follow the
+/// network's time may send without pause.
 const ROUNDS_A_TURN: usize = 16;
 
-/// A time by which the silence of topics is measured: the network's, or the time since the loop began.
+/// A time by which the silence of topics is measured: the network's, or the time since the loop
+/// began.
 pub(super) fn stamp(role: &TimeRole, began: Instant, now: Instant) -> Time {
     match role {
         TimeRole::System => Time::ZERO + now.saturating_duration_since(began),
@@ -44,7 +45,8 @@ impl TimeRole {
         }
     }
 
-    /// Whether the worker may take no longer than its period. No simulated time passes while it runs.
+    /// Whether the worker may take no longer than its period. No simulated time passes while it
+    /// runs.
     pub(super) fn keeps_period(&self) -> bool {
         match self {
             Self::System => true,
@@ -84,8 +86,8 @@ impl EventLoop<'_> {
         took > self.period && self.role.keeps_period()
     }
 
-    /// Takes ticks, or acknowledgements of them. `due`: the period of the system's clock is over. Says whether
-    /// `compute()` is due.
+    /// Takes ticks, or acknowledgements of them. `due`: the period of the system's clock is over.
+    /// Says whether `compute()` is due.
     pub(super) fn follow_time(&mut self, now: Instant, sweep: bool, due: bool) -> bool {
         let mut is_due = false;
         let begins = match &mut self.role {

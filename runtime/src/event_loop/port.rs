@@ -67,13 +67,15 @@ impl Port {
         self.is_look = false;
     }
 
-    /// Makes the loop look for messages that nothing has announced. Without one, no wake-up is cleared.
+    /// Makes the loop look for messages that nothing has announced. Without one, no wake-up is
+    /// cleared.
     pub(super) fn look(&mut self) {
         self.wake(false);
         self.is_look = true;
     }
 
-    /// Whether the handler of a subscriber's samples may keep them. A member of an array has none that does.
+    /// Whether the handler of a subscriber's samples may keep them. A member of an array has none
+    /// that does.
     pub(super) fn keeps(&self, component: &dyn Component) -> bool {
         match &self.receiver {
             Receiver::Subscriber { operation, .. } => {
@@ -89,20 +91,21 @@ impl Port {
         self.is_look = false;
     }
 
-    /// Whether there may be a message that may be handled now. `gated`: samples wait for this component's turn of a
-    /// tick, and only calls are served.
+    /// Whether there may be a message that may be handled now. `gated`: samples wait for this
+    /// component's turn of a tick, and only calls are served.
     pub(super) fn may_be_served(&self, gated: bool) -> bool {
         self.ready && !(gated && matches!(self.receiver, Receiver::Subscriber { .. }))
     }
 
-    /// Leaves its messages until this component's turn, which looks at all ports, and lets the loop sleep.
+    /// Leaves its messages until this component's turn, which looks at all ports, and lets the loop
+    /// sleep.
     pub(super) fn postpone(&mut self) {
         self.receiver.acknowledge(self.woken);
         self.wake(false);
     }
 
-    /// The port has no message. After its wake-ups are cleared, the loop looks once more for a message that came before;
-    /// a later message wakes the loop.
+    /// The port has no message. After its wake-ups are cleared, the loop looks once more for a
+    /// message that came before; a later message wakes the loop.
     pub(super) fn rest(&mut self, now: Instant) {
         if self.spin_until.is_some_and(|until| now < until) {
             // The wake-up stays set, so that senders need not set it again.
@@ -160,8 +163,8 @@ pub(crate) fn receive(
     }
 }
 
-/// Reads the envelope of a request, lets the worker answer and sends the reply. A request without an envelope gets no
-/// reply. In a state that does not serve the slot, no handler runs.
+/// Reads the envelope of a request, lets the worker answer and sends the reply. A request without
+/// an envelope gets no reply. In a state that does not serve the slot, no handler runs.
 pub(crate) fn answer(
     component: &mut dyn Component,
     slot: &OpenSlot,

@@ -57,8 +57,8 @@ impl NotHandled {
 }
 
 impl EventLoop<'_> {
-    /// Notes a message that was handled from `start` until `now`. The status counts an overrun, a loss and an error at
-    /// once, for the turn may go on for long, or never end.
+    /// Notes a message that was handled from `start` until `now`. The status counts an overrun, a
+    /// loss and an error at once, for the turn may go on for long, or never end.
     pub(super) fn handled(
         &mut self,
         at: usize,
@@ -133,7 +133,8 @@ impl EventLoop<'_> {
         self.warn(at, message);
     }
 
-    /// Logs that the state of the component refuses a request, at most once a second. This is no error of the component.
+    /// Logs that the state of the component refuses a request, at most once a second. This is no
+    /// error of the component.
     fn log_refusal(&mut self, at: usize, reason: &str) {
         let count = self.shared.status().slots[self.ports[at].slot].refused;
         self.warn(

@@ -14,7 +14,8 @@ use rc_middleware::{Encoding, KeptSample, Reader};
 use std::borrow::Cow;
 use std::rc::Rc;
 
-/// Passes all calls to a component, and records them. Samples and requests are recorded where they arrive.
+/// Passes all calls to a component, and records them. Samples and requests are recorded where they
+/// arrive.
 pub(crate) struct Recorded<C> {
     component: C,
     recorder: Rc<Recorder>,

@@ -3,7 +3,8 @@
 use rc_middleware::{Cdr, DecodeError, Encoding, Header, Reader, Writer, cdr};
 use std::borrow::Cow;
 
-/// The definition of a turn and its entries, as ROS 2 writes messages: what tools read beside the recording.
+/// The definition of a turn and its entries, as ROS 2 writes messages: what tools read beside the
+/// recording.
 pub(super) const DEFINITION: &str = "\
 # One turn of the loop of a component, or a part of it.
 # The number of the turn, from 0.

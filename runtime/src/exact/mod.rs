@@ -1,9 +1,10 @@
 //! Exact recordings: everything that decides the life of a component, and the run that repeats it.
 //!
-//! The worker is a function of its inputs: which of its functions runs next, with which message, what the clock and
-//! the random numbers say, what calls return. With `--record FILE`, [`Recorder`] writes them in their order, and beside
-//! them all that the worker sends. With `--replay`, [`replay`] hands them to the worker again, without a middleware
-//! and without waiting, and compares what it sends byte for byte. `docs/recording.md` describes the file.
+//! The worker is a function of its inputs: which of its functions runs next, with which message,
+//! what the clock and the random numbers say, what calls return. With `--record FILE`, [`Recorder`]
+//! writes them in their order, and beside them all that the worker sends. With `--replay`,
+//! [`replay`] hands them to the worker again, without a middleware and without waiting, and
+//! compares what it sends byte for byte. `docs/recording.md` describes the file.
 
 mod component;
 mod entry;

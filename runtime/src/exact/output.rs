@@ -1,5 +1,5 @@
-//! The thread that writes an exact recording. Neither a slow nor a full disk delays the worker: then
-//! the recording ends, and the log says so.
+//! The thread that writes an exact recording. Neither a slow nor a full disk delays the worker:
+//! then the recording ends, and the log says so.
 
 use std::io::{self, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -135,8 +135,8 @@ impl Drop for Output {
         let has_ended = waiting.has_ended;
         drop(waiting);
         self.queue.changed.notify_one();
-        // A recording that has ended early may be in the middle of a write to a slow disk, for which
-        // the component does not wait.
+        // A recording that has ended early may be in the middle of a write to a slow disk, for
+        // which the component does not wait.
         if let Some(thread) = self.thread.take().filter(|_| !has_ended) {
             let _ = thread.join();
         }

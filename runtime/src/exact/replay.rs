@@ -141,8 +141,8 @@ impl Replay {
         Some(entry)
     }
 
-    /// The input that the worker asks for. If the recording ends here, the run ends; if the recorded worker did
-    /// something else here, the run ends with a difference.
+    /// The input that the worker asks for. If the recording ends here, the run ends; if the
+    /// recorded worker did something else here, the run ends with a difference.
     pub(super) fn take(&self, kind: Kind, slot: usize, operation: usize) -> Entry<'static> {
         let Some(recorded) = self.peek() else {
             self.end(None)
@@ -267,8 +267,9 @@ fn state_of(word: &str) -> State {
         .unwrap_or(State::Starting)
 }
 
-/// Repeats the recording that standard input has: parts of turns, each behind its length (`uint32`). Prints a report as
-/// JSON, and ends the process where the worker does something else than it did.
+/// Repeats the recording that standard input has: parts of turns, each behind its length
+/// (`uint32`). Prints a report as JSON, and ends the process where the worker does something else
+/// than it did.
 pub(crate) fn replay<C: Component>(
     description: &'static Description,
     start: impl process::Start<C>,

@@ -8,8 +8,8 @@ use rc_settings::qos::Policy;
 /// The prefix of these parameters.
 pub(super) const QOS: &str = "qos_overrides.";
 
-/// Parses `TOPIC.publisher.POLICY` or `TOPIC.subscription.POLICY` with a value in the words of ROS 2. Durations are
-/// integers, in nanoseconds. The result is none for a value that always holds.
+/// Parses `TOPIC.publisher.POLICY` or `TOPIC.subscription.POLICY` with a value in the words of ROS
+/// 2. Durations are integers, in nanoseconds. The result is none for a value that always holds.
 pub(super) fn quality(name: &str, value: &str) -> Result<Option<RosOverride>, String> {
     let form = || {
         format!(

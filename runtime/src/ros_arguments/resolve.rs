@@ -81,7 +81,8 @@ pub(crate) fn resolve(
         }
     }
     let (namespace, node) = name(&out.settings);
-    // A namespace of a file is that of the node alone; one of the command line is that of its names, too.
+    // A namespace of a file is that of the node alone; one of the command line is that of its
+    // names, too.
     if out.settings.text(ROS2, "namespace").is_some() {
         out.remap
             .push(Remapping::of_namespace(&arguments.network, &namespace));

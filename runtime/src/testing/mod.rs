@@ -195,7 +195,8 @@ impl TestBed {
     }
 }
 
-/// The slots at addresses of their own names, since two slots may have one interface. Any member may be opened.
+/// The slots at addresses of their own names, since two slots may have one interface. Any member
+/// may be opened.
 fn slots(description: &'static Description) -> Result<SlotTable, OpenError> {
     let own = |slot: &Slot| {
         let text = format!("{NETWORK}/{}", slot.name);
@@ -248,7 +249,8 @@ impl TestBed {
         self.slots.list(array, members);
     }
 
-    /// The operations and the address of a slot, or of a member of an array, by its number in the description.
+    /// The operations and the address of a slot, or of a member of an array, by its number in the
+    /// description.
     fn end(&self, slot: usize, member: Option<&str>) -> (&'static [Operation], String) {
         let of = &self.description.slots[slot];
         let own = || self.slots.get(slot)?.address.clone();

@@ -270,7 +270,8 @@ impl State {
         self.followers.iter().find(|entry| self.awaits(entry))
     }
 
-    /// Whether all have done the present tick. A source that waits for no follower is always complete.
+    /// Whether all have done the present tick. A source that waits for no follower is always
+    /// complete.
     fn is_complete(&self) -> bool {
         self.limit.is_none() || self.first_awaited().is_none()
     }

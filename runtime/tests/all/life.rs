@@ -242,8 +242,8 @@ fn a_failed_start_gives_the_reason() {
     assert!(matches!(usage, StartError::Usage(_)));
 }
 
-/// A late tick does not delay the following ones. Other processes may cause lost ticks, condition one
-/// tenth of a second without loss is enough.
+/// A late tick does not delay the following ones. Other processes may cause lost ticks, condition
+/// one tenth of a second without loss is enough.
 #[test]
 fn a_period_loses_no_tick() {
     let component = run("steady").expect("to start");

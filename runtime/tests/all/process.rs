@@ -147,8 +147,8 @@ fn fill(mut stream: &UnixStream, piece: &[u8]) {
     }
 }
 
-/// It asks for about 10 MB, and reads 3 kB at a time: always a little, and always before anybody loses patience with a
-/// single write.
+/// It asks for about 10 MB, and reads 3 kB at a time: always a little, and always before anybody
+/// loses patience with a single write.
 #[test]
 fn a_client_that_trickles_delays_nobody() {
     let mut supervised = Supervised::ready();

@@ -1,4 +1,5 @@
-//! A small state machine for tests: `a => b` by the event `go`, in the tables that `rcgen` would print.
+//! A small state machine for tests: `a => b` by the event `go`, in the tables that `rcgen` would
+//! print.
 
 use rc_runtime::machine::{
     Action, Chart, Condition, Kind, NONE, Range, State, Transition, Trigger,

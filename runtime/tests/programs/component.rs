@@ -1,8 +1,10 @@
-//! A component without connections, with the process that generated components have; and clients of it.
+//! A component without connections, with the process that generated components have; and clients of
+//! it.
 //!
-//! `idle SOCKET COUNT` connects so often, one after the other, asks on the last connection for the status, prints the
-//! name in it, and keeps all connections until its standard input ends. Anything else is a component's command line. With
-//! `RC_TEST_GUARD`, the component has a state machine whose guard panics.
+//! `idle SOCKET COUNT` connects so often, one after the other, asks on the last connection for the
+//! status, prints the name in it, and keeps all connections until its standard input ends. Anything
+//! else is a component's command line. With `RC_TEST_GUARD`, the component has a state machine
+//! whose guard panics.
 
 mod charts;
 mod guarded;

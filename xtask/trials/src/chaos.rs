@@ -3,9 +3,9 @@
 //!
 //! Half of the kills are in networks without a supervisor, half under rcdeploy. The network is the
 //! one of the components simulator, avoider and `pose_monitor`: a query, a command and a topic.
-//! `--minutes` runs some twenty components under rcdeploy, kills one a second, and makes other troubles,
-//! see `minutes` and `trouble`. `--smoke` builds nothing: the test run has built all programs, and a build
-//! would replace them while other tests run them.
+//! `--minutes` runs some twenty components under rcdeploy, kills one a second, and makes other
+//! troubles, see `minutes` and `trouble`. `--smoke` builds nothing: the test run has built all
+//! programs, and a build would replace them while other tests run them.
 
 mod by_hand;
 mod ground;
@@ -30,7 +30,8 @@ pub(crate) struct Orders {
 }
 
 impl Orders {
-    /// Parses `[--kills N | --minutes N | --seconds N] [--seed S] [--smoke]`; `None` if the arguments are invalid.
+    /// Parses `[--kills N | --minutes N | --seconds N] [--seed S] [--smoke]`; `None` if the
+    /// arguments are invalid.
     pub(crate) fn parse(words: &[&str]) -> Option<Self> {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         let mut orders = Self {
@@ -118,8 +119,8 @@ struct Kills {
 /// One half of the kills.
 type Half = fn(&Ground, &mut Dice, Kills, &mut Tally) -> Result<(), Failure>;
 
-/// Builds the programs. `--workspace` makes cargo choose the features of the whole workspace, so that
-/// it compiles no library a second time.
+/// Builds the programs. `--workspace` makes cargo choose the features of the whole workspace, so
+/// that it compiles no library a second time.
 fn build() -> Result<(), Failure> {
     let programs = "simulator avoider pose_monitor camera image_monitor clock interop rcdeploy";
     let mut words = vec!["build", "--quiet", "--workspace"];

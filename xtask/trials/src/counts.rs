@@ -1,8 +1,8 @@
 //! `cargo xtask bench counts`: what a message costs in units that do not depend on the speed of the
 //! machine: kernel calls, user instructions, context switches, and bytes copied.
 //!
-//! `strace` counts kernel calls, `valgrind` counts instructions (callgrind) and copied bytes (dhat),
-//! the kernel counts context switches. The command reports which tool is missing.
+//! `strace` counts kernel calls, `valgrind` counts instructions (callgrind) and copied bytes
+//! (dhat), the kernel counts context switches. The command reports which tool is missing.
 
 use crate::bench::machine;
 use crate::figure::{BUILD, mark};
@@ -151,8 +151,8 @@ fn switches(pids: [u32; 2]) -> Result<[f64; 2], Failure> {
     Ok([sender? as f64, receiver? as f64])
 }
 
-/// Counts an idle time and all rows: `begin` begins to count both processes, `end` gives the counts.
-/// Those of `ends` go into the `field`.
+/// Counts an idle time and all rows: `begin` begins to count both processes, `end` gives the
+/// counts. Those of `ends` go into the `field`.
 fn count<T>(
     pair: &mut Pair,
     side: &mut Side,
@@ -184,8 +184,8 @@ fn count<T>(
     Ok(())
 }
 
-/// The command line of a tool, with a pause between samples in which the receiver always falls asleep.
-/// Without it, a slow receiver finds several samples at each wake-up.
+/// The command line of a tool, with a pause between samples in which the receiver always falls
+/// asleep. Without it, a slow receiver finds several samples at each wake-up.
 fn slowly(tool: &[&str]) -> Vec<String> {
     let words = ["env", "BENCH_PAUSE_MS=5"].iter().chain(tool);
     words.map(|word| (*word).to_owned()).collect()
@@ -272,8 +272,8 @@ fn all_traced(pid: u32) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// Counts instructions of all rows, of one program after the other: beside a slow one, the other one
-/// would look for messages in vain.
+/// Counts instructions of all rows, of one program after the other: beside a slow one, the other
+/// one would look for messages in vain.
 fn instructions(
     start: Start<'_>,
     share: f64,

@@ -26,8 +26,8 @@ const PROGRAM: &str = "speech_server";
 /// How many programs run at once.
 const SIZES: [usize; 2] = [20, 100];
 const ROUNDS: usize = 7;
-/// How many programs run at once in a few rounds more, without supervisord, and within how many times
-/// the time of the shell script they are to run and have ended.
+/// How many programs run at once in a few rounds more, without supervisord, and within how many
+/// times the time of the shell script they are to run and have ended.
 const LARGE: (usize, f64) = (300, 1.5);
 const LARGE_ROUNDS: usize = 3;
 /// How many of how many are killed at once.
@@ -55,8 +55,8 @@ struct Turn {
     memory: f64,
 }
 
-/// Runs the benchmark. `smoke` is one round of a few programs, with the unoptimised executables that
-/// the test run has built.
+/// Runs the benchmark. `smoke` is one round of a few programs, with the unoptimised executables
+/// that the test run has built.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     let profile = if smoke {
         Profile::Dev

@@ -1,4 +1,5 @@
-//! `cargo xtask bench time`: how many ticks a second a source of time makes that waits for all its followers.
+//! `cargo xtask bench time`: how many ticks a second a source of time makes that waits for all its
+//! followers.
 
 use crate::bench::machine;
 use crate::figure::BUILD;

@@ -1,6 +1,6 @@
-//! Benchmarks and long tests, which `cargo xtask` runs: `bench` measures, `soak` runs two components
-//! for an hour, `chaos` kills processes, `deny` checks the dependencies, `experiment` counts what a
-//! developer types.
+//! Benchmarks and long tests, which `cargo xtask` runs: `bench` measures, `soak` runs two
+//! components for an hour, `chaos` kills processes, `deny` checks the dependencies, `experiment`
+//! counts what a developer types.
 
 mod bench;
 mod chaos;

@@ -135,8 +135,8 @@ impl Pair {
         self.network.as_ref().map(|network| network.name.as_str())
     }
 
-    /// The generated components in a network of their own, each with further arguments: the subscriber and server, then
-    /// the publisher and client.
+    /// The generated components in a network of their own, each with further arguments: the
+    /// subscriber and server, then the publisher and client.
     pub(crate) fn generated_with(what: &str, [pong, ping]: [&[&str]; 2]) -> Result<Self, Failure> {
         let network = Network::new(what)?;
         let awake = format!("awake={}/Awake", network.name);
@@ -149,8 +149,8 @@ impl Pair {
         Self::start([&[], &[]], &programs, arguments, Some(network))
     }
 
-    /// The generated components under tools, with their command lines: that of the publisher and client, then that of
-    /// the subscriber and server.
+    /// The generated components under tools, with their command lines: that of the publisher and
+    /// client, then that of the subscriber and server.
     pub(crate) fn generated_under(tools: [&[String]; 2]) -> Result<Self, Failure> {
         let folder = target()?.join("release");
         Self::components_under(tools, &[folder.join("pong"), folder.join("ping")], &[])

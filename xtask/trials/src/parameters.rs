@@ -118,8 +118,8 @@ impl Management {
     }
 }
 
-/// Checks a configuration of a thousand parameters: by the checker alone, as a component does at its
-/// start, and by an `rcgen` process, which first reads the `.pdsl`.
+/// Checks a configuration of a thousand parameters: by the checker alone, as a component does at
+/// its start, and by an `rcgen` process, which first reads the `.pdsl`.
 fn checks() -> Result<[Figure; 2], Failure> {
     let (pdsl, toml) = large();
     let folder = tempfile::tempdir()?;

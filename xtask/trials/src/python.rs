@@ -1,6 +1,6 @@
 //! `cargo xtask bench python`: components in Python beside the same by hand with the packages
-//! `iceoryx2` and `cyclonedds` of `PyPI`, beside rclpy (`RC_ROS2_SETUP`), and the start of a component
-//! beside that of Python with `NumPy`.
+//! `iceoryx2` and `cyclonedds` of `PyPI`, beside rclpy (`RC_ROS2_SETUP`), and the start of a
+//! component beside that of Python with `NumPy`.
 
 use crate::bench::{BLOCKS, machine};
 use crate::compare::{Peer, Ratio, met};

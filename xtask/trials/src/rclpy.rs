@@ -1,6 +1,6 @@
-//! A component beside ROS 2 itself: rclpy on Fast DDS, of the wheels of ROS 2 Jazzy on `PyPI`, with its
-//! default settings. `bench rclpy` compares round trips with those of rclpy alone and counts images;
-//! `soak rclpy` publishes images while peers come and go.
+//! A component beside ROS 2 itself: rclpy on Fast DDS, of the wheels of ROS 2 Jazzy on `PyPI`, with
+//! its default settings. `bench rclpy` compares round trips with those of rclpy alone and counts
+//! images; `soak rclpy` publishes images while peers come and go.
 
 #[allow(dead_code, reason = "tests use the other parts")]
 #[path = "../../../deploy/tests/all/python.rs"]
@@ -23,7 +23,8 @@ use std::time::{Duration, Instant};
 const DOMAIN: &str = "92";
 /// Sizes of round trips, in bytes.
 const SIZES: [&str; 3] = ["64", "65536", "1048576"];
-/// At p50 a round trip between rclpy and a component may take so much of one between rclpy and rclpy.
+/// At p50 a round trip between rclpy and a component may take so much of one between rclpy and
+/// rclpy.
 const GOAL: f64 = 0.5;
 /// The share of images that a best-effort subscriber has to receive, in percent.
 const SEEN: u64 = 95;
@@ -38,7 +39,8 @@ const IMAGE: u64 = 1 << 20;
 const PERIOD: u32 = 33;
 /// Memory that may come between the second and the last quarter of a soak, in MB.
 const GROWTH: f64 = 1.0;
-/// The same of a short soak. Fast DDS counts a killed peer as alive for 20 s, so the memory of such peers grows at first.
+/// The same of a short soak. Fast DDS counts a killed peer as alive for 20 s, so the memory of such
+/// peers grows at first.
 const EARLY_GROWTH: f64 = 8.0;
 /// From this length on, in seconds, a soak is not short.
 const LONG: u64 = 80;
@@ -153,7 +155,8 @@ fn count_images(python: &Path, program: &Path, count: u64) -> Result<(), Failure
     Ok(())
 }
 
-/// Prints how long the first calls of new clients take, which call as soon as they find the service.
+/// Prints how long the first calls of new clients take, which call as soon as they find the
+/// service.
 fn first_calls(python: &Path, program: &Path, count: usize) -> Result<(), Failure> {
     let network = Network::new("first")?;
     let component = component(program, &network)?;
@@ -172,8 +175,8 @@ fn first_calls(python: &Path, program: &Path, count: usize) -> Result<(), Failur
     Ok(())
 }
 
-/// Prints round trips of rclpy with a component beside those of rclpy with rclpy, measured in turns,
-/// first calls, and how many images arrive.
+/// Prints round trips of rclpy with a component beside those of rclpy with rclpy, measured in
+/// turns, first calls, and how many images arrive.
 pub(crate) fn bench(blocks: usize, rounds: usize) -> Result<(), Failure> {
     let Some(python) = python::ros("round trips with rclpy") else {
         return Ok(());
@@ -209,8 +212,9 @@ pub(crate) fn bench(blocks: usize, rounds: usize) -> Result<(), Failure> {
     count_images(python, &program, 50 * blocks as u64)
 }
 
-/// A soak of `seconds`: images at 30 Hz to a reliable subscriber, while another node of rclpy comes and goes, in turns
-/// by a clean end and killed. An error: an image was lost, or memory has grown from the second to the last quarter.
+/// A soak of `seconds`: images at 30 Hz to a reliable subscriber, while another node of rclpy comes
+/// and goes, in turns by a clean end and killed. An error: an image was lost, or memory has grown
+/// from the second to the last quarter.
 pub(crate) fn soak(seconds: u64, profile: Profile) -> Result<(), Failure> {
     let Some(python) = python::ros("a soak beside rclpy") else {
         return Ok(());

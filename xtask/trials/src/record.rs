@@ -1,5 +1,5 @@
-//! `cargo xtask bench record`: what `rcdeploy record` loses and costs at ten topics of 1 kHz and two of 30 images a
-//! second, beside `cat` of the same bytes.
+//! `cargo xtask bench record`: what `rcdeploy record` loses and costs at ten topics of 1 kHz and
+//! two of 30 images a second, beside `cat` of the same bytes.
 
 use crate::bench::machine;
 use crate::figure::BUILD;
@@ -28,7 +28,8 @@ const LOOK: Duration = Duration::from_millis(50);
 /// What the kernel counts processor time of ended processes in.
 const TICKS_A_SECOND: f64 = 100.0;
 
-/// Measures for half a minute; with `smoke`, for a moment with few sources and the programs of the test run.
+/// Measures for half a minute; with `smoke`, for a moment with few sources and the programs of the
+/// test run.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     let (profile, sources, time) = if smoke {
         (Profile::Dev, 2, Duration::from_secs(2))

@@ -36,8 +36,8 @@ pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
     };
     let mut ours = Pair::components(&generated, &ROS2)?;
     let mut theirs = Pair::by_hand_over("bench_ros_peer", BY_HAND)?;
-    // The hand-written server cannot send replies above one packet: `rustdds` writes fragments with a
-    // related request in an unreadable form, and ros2-client has no other one.
+    // The hand-written server cannot send replies above one packet: `rustdds` writes fragments with
+    // a related request in an unreadable form, and ros2-client has no other one.
     let is_possible = |row: &Row| !row.is_query() || row.size == SMALL;
     let rows: Vec<Row> = dds::rows()
         .into_iter()

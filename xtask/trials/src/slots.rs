@@ -61,8 +61,8 @@ fn slots(maker: Maker, sides: [Role; 2]) -> Result<[Cost; 2], Failure> {
     Ok([each(few[0], many[0]), each(few[1], many[1])])
 }
 
-/// The memory of programs with `count` slots. The shared memory of the first side is measured before
-/// the second starts; that of the second is the increase after one message on each slot.
+/// The memory of programs with `count` slots. The shared memory of the first side is measured
+/// before the second starts; that of the second is the increase after one message on each slot.
 fn connected(maker: Maker, sides: [Role; 2], count: usize) -> Result<[Cost; 2], Failure> {
     let network = Network::new("slots")?;
     let mut first = start(maker, &network, sides[0], count)?;

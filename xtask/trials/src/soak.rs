@@ -1,10 +1,10 @@
-//! `cargo xtask soak`: two generated components exchange messages for an hour. Nothing may grow, and
-//! no sample may be lost.
+//! `cargo xtask soak`: two generated components exchange messages for an hour. Nothing may grow,
+//! and no sample may be lost.
 //!
-//! `soak_source` publishes ticks (1 kHz) and images of about 1 MB (30 Hz), and sends queries (200 Hz)
-//! to `soak_sink`. Over DDS and ROS 2 there are no images, and over ROS 2 half of the ticks and a
-//! quarter of the queries. Counting starts after a warm-up in which every queue overflows once, so
-//! that all memory is in use. `judge` has the requirements.
+//! `soak_source` publishes ticks (1 kHz) and images of about 1 MB (30 Hz), and sends queries (200
+//! Hz) to `soak_sink`. Over DDS and ROS 2 there are no images, and over ROS 2 half of the ticks and
+//! a quarter of the queries. Counting starts after a warm-up in which every queue overflows once,
+//! so that all memory is in use. `judge` has the requirements.
 
 mod judge;
 

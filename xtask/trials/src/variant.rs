@@ -91,8 +91,8 @@ pub(crate) fn build_interop(profile: Profile) -> Result<PathBuf, Failure> {
         .ok_or_else(|| format!("{} has no component", path.display()).into())
 }
 
-/// The executables of a network for another middleware, in the order of its components. `builds` says
-/// whether they are built. An error of the network is one if `is_error` accepts it.
+/// The executables of a network for another middleware, in the order of its components. `builds`
+/// says whether they are built. An error of the network is one if `is_error` accepts it.
 fn network(
     path: &Path,
     middleware: Backend,

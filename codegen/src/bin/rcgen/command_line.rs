@@ -103,7 +103,8 @@ pub(crate) enum Command {
         /// Files, and folders that hold them (`target` and `generated` are left out).
         #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "xml"]))]
         files: Vec<PathBuf>,
-        /// Lists the files that are not formatted, fails with 1 if there is one, and writes nothing.
+        /// Lists the files that are not formatted, fails with 1 if there is one, and writes
+        /// nothing.
         #[arg(long)]
         check: bool,
         /// How findings are printed: human, short or json (one object a line).

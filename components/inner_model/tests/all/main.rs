@@ -31,7 +31,8 @@ fn start(file: &str) -> (SpecificWorker, TestContext) {
     start_at(file, 0)
 }
 
-/// The same for a component that starts after some seconds: instances have different names or times.
+/// The same for a component that starts after some seconds: instances have different names or
+/// times.
 fn start_at(file: &str, seconds: u64) -> (SpecificWorker, TestContext) {
     let mut test = TestContext::new(params(file));
     test.advance(Duration::from_secs(seconds));

@@ -233,8 +233,8 @@ fn read(
     Ok(recorded)
 }
 
-/// The recorded calls of a service, by operation: those of the same place in the network, else those
-/// of the only place with this interface.
+/// The recorded calls of a service, by operation: those of the same place in the network, else
+/// those of the only place with this interface.
 fn calls_of(
     service: &Service,
     recorded: &Recorded,

@@ -1,4 +1,5 @@
-//! The libraries `mcap`, `mcap-ros2-support` and `rosbags` of Python read a recording with the same values, and we read theirs.
+//! The libraries `mcap`, `mcap-ros2-support` and `rosbags` of Python read a recording with the same
+//! values, and we read theirs.
 
 use crate::python;
 use crate::types::{channel, interface, message, values};

@@ -1,5 +1,5 @@
-//! The attacks of the tests over DDS and ROS 2: invalid samples and packets are counted, logged at most once a second, and
-//! change nothing. The attacker uses the C functions of Cyclone DDS.
+//! The attacks of the tests over DDS and ROS 2: invalid samples and packets are counted, logged at
+//! most once a second, and change nothing. The attacker uses the C functions of Cyclone DDS.
 
 use crate::network::dds::Domain;
 use crate::network::site::Site;
@@ -62,7 +62,8 @@ impl Random {
         (0..length).map(|_| self.next() as u8).collect()
     }
 
-    /// An invalid sample, made from the valid `right` or from `other`. Its encapsulation may be wrong.
+    /// An invalid sample, made from the valid `right` or from `other`. Its encapsulation may be
+    /// wrong.
     fn sample(&mut self, right: &[u8], other: &[u8]) -> Vec<u8> {
         const CDR: [u8; 4] = [0, 1, 0, 0];
         let behind = |head: [u8; 4], body: &[u8]| [&head[..], body].concat();
@@ -100,7 +101,8 @@ impl Random {
         }
     }
 
-    /// A packet with the header of RTPS, from the participant `prefix`, and mostly invalid contents.
+    /// A packet with the header of RTPS, from the participant `prefix`, and mostly invalid
+    /// contents.
     fn packet(&mut self, prefix: &[u8]) -> Vec<u8> {
         // RTPS 2.5, 9.4.5: DATA, DATA_FRAG, HEARTBEAT, ACKNACK, GAP and others.
         const KINDS: [u8; 12] = [
@@ -243,8 +245,8 @@ fn ports(pid: rustix::process::Pid) -> Vec<u16> {
     ports
 }
 
-/// Shortest attack, from `RC_ATTACK_SECONDS`: half of it before memory is compared. A long attack prints the memory, to show
-/// that growth ends.
+/// Shortest attack, from `RC_ATTACK_SECONDS`: half of it before memory is compared. A long attack
+/// prints the memory, to show that growth ends.
 fn lasting() -> Duration {
     let seconds = std::env::var("RC_ATTACK_SECONDS").ok();
     let seconds = seconds.and_then(|text| text.parse().ok());
@@ -313,7 +315,8 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
         );
     }
 
-    // Samples without a valid encapsulation, each by a writer of its own: the library drops later samples of that writer.
+    // Samples without a valid encapsulation, each by a writer of its own: the library drops later
+    // samples of that writer.
     for bytes in [&[][..], &[0], &[0, 1], &[0, 1, 0], &[0xff; 64]] {
         let writer = attacker.writer(&target.reports);
         send(&writer, bytes);

@@ -1,4 +1,5 @@
-//! What tests of DDS and of ROS 2 share: the component `interop` in a domain, and programs beside it.
+//! What tests of DDS and of ROS 2 share: the component `interop` in a domain, and programs beside
+//! it.
 
 use crate::network::site::{Running, Site};
 use crate::python;
@@ -18,7 +19,8 @@ const LIMIT: Duration = Duration::from_secs(30);
 const LOOPBACK: &str =
     "<General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces></General>";
 
-/// The domain of one test. The ports of domains 102 to 214 are among the ephemeral ports of the system.
+/// The domain of one test. The ports of domains 102 to 214 are among the ephemeral ports of the
+/// system.
 pub(crate) struct Domain {
     pub(crate) site: Site,
     pub(crate) id: u32,
@@ -127,8 +129,8 @@ impl Domain {
         self.beside(command, args)
     }
 
-    /// Starts one of the programs in `middleware/ros2/tests/rclpy`, with the default settings of ROS 2
-    /// but for the domain and the loopback.
+    /// Starts one of the programs in `middleware/ros2/tests/rclpy`, with the default settings of
+    /// ROS 2 but for the domain and the loopback.
     pub(crate) fn rclpy(&self, python: &Path, program: &str, args: &[&str]) -> ExternalProgram {
         let mut command = Command::new(python);
         let folder = self.over.external_programs().join("../rclpy");

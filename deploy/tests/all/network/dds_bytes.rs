@@ -1,4 +1,5 @@
-//! Invalid samples and requests over DDS are counted, logged at most once a second, and change nothing.
+//! Invalid samples and requests over DDS are counted, logged at most once a second, and change
+//! nothing.
 
 use crate::network::bytes::{Target, Topic, change_nothing};
 use crate::network::dds::Domain;

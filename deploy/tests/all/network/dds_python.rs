@@ -1,5 +1,6 @@
-//! A generated component and programs of the Python package `cyclonedds`, which follow `docs/dds.md`. The programs are in
-//! `middleware/dds/tests/stranger`, as examples for users; the component is `interop`.
+//! A generated component and programs of the Python package `cyclonedds`, which follow
+//! `docs/dds.md`. The programs are in `middleware/dds/tests/stranger`, as examples for users; the
+//! component is `interop`.
 
 use crate::network::dds::{Domain, ExternalProgram, python};
 use crate::network::interop_client::{InteropClient, PATIENCE};
@@ -130,7 +131,8 @@ fn a_late_joiner_gets_the_last_samples() {
     late.end();
 }
 
-/// Incompatible quality of service is reported with both values. An endpoint of another type is ignored.
+/// Incompatible quality of service is reported with both values. An endpoint of another type is
+/// ignored.
 #[test]
 fn incompatible_policies_are_reported() {
     let Some(python) = python("incompatible_policies_are_reported") else {
@@ -183,8 +185,8 @@ fn a_call_ends_with_its_server() {
         let config = format!(
             "<Discovery><LeaseDuration>{lease}</LeaseDuration><SPDPInterval>{announce}</SPDPInterval></Discovery>"
         );
-        // Time from the kill to the error; `None` if the call ended before, because a process got no processor for longer than
-        // its lease.
+        // Time from the kill to the error; `None` if the call ended before, because a process got
+        // no processor for longer than its lease.
         let attempt = |kill: &mut dyn FnMut(&mut ExternalProgram), expected: &str| {
             let mut oracle = domain.external_with(python, "oracle.py", &[], &config);
             oracle.says("ready");

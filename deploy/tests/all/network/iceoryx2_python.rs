@@ -1,5 +1,6 @@
-//! Generated components and programs of the Python package `iceoryx2`, which follow `docs/shared-memory-wire.md`. The programs
-//! are in `middleware/iceoryx2/tests/stranger`, as examples for users.
+//! Generated components and programs of the Python package `iceoryx2`, which follow
+//! `docs/shared-memory-wire.md`. The programs are in `middleware/iceoryx2/tests/stranger`, as
+//! examples for users.
 
 use crate::network::site::{Ran, Site};
 use crate::python;
@@ -97,7 +98,8 @@ fn a_component_receives_from_a_python_publisher_and_counts_losses() {
         (&1.into(), &0.into()),
         "{slot}"
     );
-    // The first number of another publisher is no gap. Its first pose is the last that the monitor waits for.
+    // The first number of another publisher is no gap. Its first pose is the last that the monitor
+    // waits for.
     external(&site, python, "tell.py", &["5"]);
     assert_eq!(monitor.end(), Some(0));
     let trace = std::fs::read_to_string(site.path("trace")).expect("a trace");

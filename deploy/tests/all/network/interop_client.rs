@@ -40,8 +40,8 @@ impl InteropClient {
         }
     }
 
-    /// Joins the domain, with further settings, and waits until the component is discovered. `types` are the types of the
-    /// operations in ROS 2.
+    /// Joins the domain, with further settings, and waits until the component is discovered.
+    /// `types` are the types of the operations in ROS 2.
     pub(crate) fn meet(
         domain: &Domain,
         name: &str,

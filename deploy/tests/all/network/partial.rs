@@ -331,8 +331,8 @@ fn a_component_that_prints_to_a_pipe_has_no_log() {
     avoider.wait().expect("to reap it");
 }
 
-/// The last one removes all files of the network, also of those that were killed, and one that fails
-/// before it has a connection leaves none.
+/// The last one removes all files of the network, also of those that were killed, and one that
+/// fails before it has a connection leaves none.
 #[test]
 fn components_over_dds_that_were_started_by_hand_leave_nothing() {
     let site = Site::new("byhand3");

@@ -152,7 +152,8 @@ fn refused(site: &Site, file: &str) {
     assert_eq!(ran.code, 3, "{ran:?}");
     let ran = record(&["--now"]);
     assert!(ran.stderr.contains("keeps no ring"), "{ran:?}");
-    // A full disk: the shell limits the size of a file, and the signal that goes with it is ignored.
+    // A full disk: the shell limits the size of a file, and the signal that goes with it is
+    // ignored.
     let program = env!("CARGO_BIN_EXE_rcdeploy");
     let full = site.path("full.mcap");
     let script = format!(

@@ -1,4 +1,5 @@
-//! Invalid samples and requests over ROS 2 are counted, logged at most once a second, and change nothing.
+//! Invalid samples and requests over ROS 2 are counted, logged at most once a second, and change
+//! nothing.
 
 use crate::network::bytes::{Target, Topic, change_nothing};
 use crate::network::dds::{Domain, Over};
@@ -23,7 +24,8 @@ fn report(number: i64) -> Vec<u8> {
     writer.into_bytes()
 }
 
-/// The body of a request of `note` in the mapping of Cyclone DDS: client, number of the request, text.
+/// The body of a request of `note` in the mapping of Cyclone DDS: client, number of the request,
+/// text.
 fn note(number: i64, text: &str) -> Vec<u8> {
     let mut writer = rc_middleware::Writer::default();
     writer.put(&7_u64);

@@ -1,5 +1,5 @@
-//! A C++ program on Fast DDS, the library of `rmw_fastrtps`: topics, and services in its mapping. The program is
-//! `middleware/ros2/tests/stranger/fast.cpp`, the component is `interop`.
+//! A C++ program on Fast DDS, the library of `rmw_fastrtps`: topics, and services in its mapping.
+//! The program is `middleware/ros2/tests/stranger/fast.cpp`, the component is `interop`.
 
 use crate::debian;
 use crate::network::dds::{Domain, ExternalProgram, Over};
@@ -15,7 +15,8 @@ fn domain(name: &str, id: u32) -> Domain {
     Domain::over(Over::Ros2, name, id)
 }
 
-/// The program, compiled once by the compiler of the system. Without a compiler or the library, `test` is listed as skipped.
+/// The program, compiled once by the compiler of the system. Without a compiler or the library,
+/// `test` is listed as skipped.
 fn program(test: &str) -> Option<&'static Path> {
     static MADE: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     match MADE.get_or_init(make) {
@@ -27,7 +28,8 @@ fn program(test: &str) -> Option<&'static Path> {
     }
 }
 
-/// Compiles with the library of the system, or else with one that is unpacked below the target folder.
+/// Compiles with the library of the system, or else with one that is unpacked below the target
+/// folder.
 fn make() -> Result<PathBuf, String> {
     run(Path::new("c++"), &["--version"])?;
     if let Ok(program) = compiled(None) {

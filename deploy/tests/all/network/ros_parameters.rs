@@ -10,7 +10,8 @@ fn every_change_of_a_parameter_is_published() {
     let domain = Domain::over(Over::Ros2, "ros_events", 17);
     let network = &domain.site.network;
     let node = format!("/{network}/interop");
-    // Late joiners discover it at once, as `rmw_cyclonedds` with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
+    // Late joiners discover it at once, as `rmw_cyclonedds` with
+    // ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
     let config = "<Discovery><ParticipantIndex>auto</ParticipantIndex></Discovery>";
     let mut peer = domain.external_with(python, "events.py", &[&node], config);
     peer.says("listens");

@@ -1,6 +1,7 @@
 //! A generated component and programs of the Python package `cyclonedds`, which use the names of
-//! ROS 2 and the service mapping of Cyclone DDS. The programs are in `middleware/ros2/tests/stranger`,
-//! the component is `interop`. `ros_fast` and `ros_rclpy` test the mapping of Fast DDS.
+//! ROS 2 and the service mapping of Cyclone DDS. The programs are in
+//! `middleware/ros2/tests/stranger`, the component is `interop`. `ros_fast` and `ros_rclpy` test
+//! the mapping of Fast DDS.
 
 use crate::network::dds::{Domain, ExternalProgram, Over, python};
 use crate::network::interop_client::{InteropClient, PATIENCE};
@@ -12,7 +13,8 @@ fn domain(name: &str, id: u32) -> Domain {
     Domain::over(Over::Ros2, name, id)
 }
 
-/// A program that publishes reports and receives them again. It begins when the component has discovered its endpoints.
+/// A program that publishes reports and receives them again. It begins when the component has
+/// discovered its endpoints.
 fn repeat(domain: &Domain, python: &std::path::Path, args: &[&str]) -> ExternalProgram {
     let mut peer = domain.external(python, "repeat.py", args);
     peer.says("met");
@@ -133,7 +135,8 @@ fn a_component_calls_a_python_server() {
     }
     oracle.says("told where");
     oracle.says("asked nonsense");
-    // The process of the server is killed and sends nothing; its lease is long. The call ends at its deadline.
+    // The process of the server is killed and sends nothing; its lease is long. The call ends at
+    // its deadline.
     consult.write("700 hold\n");
     oracle.says("asked hold");
     oracle.kill();
@@ -177,7 +180,8 @@ fn a_late_joiner_in_ros_gets_the_last_samples() {
     early.end();
 }
 
-/// Components call each other in the mapping of Fast DDS, also with requests and replies larger than a packet.
+/// Components call each other in the mapping of Fast DDS, also with requests and replies larger
+/// than a packet.
 #[test]
 fn components_call_each_other_in_ros() {
     let domain = domain("ros_enhanced", 7);
@@ -199,7 +203,8 @@ fn components_call_each_other_in_ros() {
     assert_eq!(calls["handlers"]["errors"], 0, "{calls}");
 }
 
-/// A call to a component that was killed ends within the lease of the component, and its client finds the next server.
+/// A call to a component that was killed ends within the lease of the component, and its client
+/// finds the next server.
 #[test]
 fn a_call_in_ros_ends_with_its_server() {
     let Some(python) = python("a_call_in_ros_ends_with_its_server") else {
@@ -239,7 +244,8 @@ fn a_call_in_ros_ends_with_its_server() {
     Site::until("the last server is found", || client.add(1, 2).is_ok());
 }
 
-/// A subscriber that was killed confirms no samples until its lease ends. It delays no other subscriber.
+/// A subscriber that was killed confirms no samples until its lease ends. It delays no other
+/// subscriber.
 #[test]
 fn a_killed_subscriber_delays_no_other() {
     let Some(python) = python("a_killed_subscriber_delays_no_other") else {

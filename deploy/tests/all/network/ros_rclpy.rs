@@ -1,5 +1,5 @@
-//! A generated component beside rclpy of ROS 2 Jazzy on Fast DDS, both with their default settings. The
-//! programs are in `middleware/ros2/tests/rclpy`.
+//! A generated component beside rclpy of ROS 2 Jazzy on Fast DDS, both with their default settings.
+//! The programs are in `middleware/ros2/tests/rclpy`.
 
 use crate::network::dds::{Domain, ExternalProgram, Over};
 use crate::network::site::Site;
@@ -151,7 +151,8 @@ fn the_graph_of_rclpy_has_the_component() {
     assert_eq!(topics, expected.iter().collect::<Vec<_>>());
     let services = said.iter().filter(|line| line.starts_with("service "));
     assert_eq!(services.count(), 6, "{said:?}");
-    // The subscription is rclpy's own. `codegen/tests/ros/hashes.py` printed the hash of the report.
+    // The subscription is rclpy's own. `codegen/tests/ros/hashes.py` printed the hash of the
+    // report.
     let string = "std_msgs/msg/String RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18";
     let report = "interop_msgs/msg/Report RIHS01_29b0b474199fd086b2e0c5dcad62e6d0b72f2a0ca13f4b9ab83d8b755af3fc74";
     assert_eq!(
@@ -182,8 +183,8 @@ fn rclpy_reads_descriptions_of_types() {
     assert_eq!(said, expected, "{}", component.log());
 }
 
-/// A node that uses this machine alone finds a component that uses the loopback interface. A component that ends says so: nodes
-/// on Fast DDS need not wait for its lease.
+/// A node that uses this machine alone finds a component that uses the loopback interface. A
+/// component that ends says so: nodes on Fast DDS need not wait for its lease.
 #[test]
 fn a_component_that_ends_leaves_the_graph_of_rclpy() {
     let Some(python) = python::ros("a_component_that_ends_leaves_the_graph_of_rclpy") else {

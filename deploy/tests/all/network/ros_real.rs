@@ -1,5 +1,6 @@
-//! The programs of an installed ROS 2. `RC_ROS2_SETUP` names the file to source, such as `/opt/ros/jazzy/setup.bash`. The
-//! tests need the packages `demo_nodes_cpp` and `example_interfaces`, and colcon.
+//! The programs of an installed ROS 2. `RC_ROS2_SETUP` names the file to source, such as
+//! `/opt/ros/jazzy/setup.bash`. The tests need the packages `demo_nodes_cpp` and
+//! `example_interfaces`, and colcon.
 
 use crate::network::dds::{Domain, Over};
 use crate::network::ros_python::adding_at;
@@ -134,7 +135,8 @@ fn a_component_is_a_node_of_ros() {
     }
 }
 
-/// `ros2 param` reads and sets the parameters of a component. `/parameter_events` has changes by others.
+/// `ros2 param` reads and sets the parameters of a component. `/parameter_events` has changes by
+/// others.
 #[test]
 fn parameters_are_those_of_a_node_of_ros() {
     let Some(ros) = Ros::new("parameters_are_those_of_a_node_of_ros", 18) else {

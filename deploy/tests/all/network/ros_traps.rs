@@ -1,6 +1,7 @@
-//! Known defects of libraries beside other nodes of ROS 2, each with a test that a component does not have it.
-//! `ros_python.rs` tests lengths that are no multiple of four, the first call, and peers that were killed. Nodes on
-//! several networks are not tested: the tests use the loopback interface.
+//! Known defects of libraries beside other nodes of ROS 2, each with a test that a component does
+//! not have it. `ros_python.rs` tests lengths that are no multiple of four, the first call, and
+//! peers that were killed. Nodes on several networks are not tested: the tests use the loopback
+//! interface.
 
 use crate::network::dds::{COMPONENT, Domain, Over, python};
 use crate::network::site::Site;
@@ -36,8 +37,9 @@ const ENDS: [&str; 25] = [
     "sends rt/NET/Images/image sensor_msgs::msg::dds_::Image_ reliable",
 ];
 
-/// Names are absolute, also of a node in the namespace `/`, where ros2-client would make `rt//name`. Every policy is set. A
-/// component that stops removes its endpoints at once, without its lease.
+/// Names are absolute, also of a node in the namespace `/`, where ros2-client would make
+/// `rt//name`. Every policy is set. A component that stops removes its endpoints at once, without
+/// its lease.
 #[test]
 fn endpoints_have_names_and_policies_and_leave_at_once() {
     let Some(python) = python("endpoints_have_names_and_policies_and_leave_at_once") else {
@@ -120,7 +122,8 @@ fn incompatible_policies_in_ros_are_reported() {
     misfit.end();
 }
 
-/// An endpoint with another type at the same topic is reported once, with both types. Others still exchange samples.
+/// An endpoint with another type at the same topic is reported once, with both types. Others still
+/// exchange samples.
 #[test]
 fn other_types_at_a_topic_of_ros_are_reported() {
     let Some(python) = python("other_types_at_a_topic_of_ros_are_reported") else {

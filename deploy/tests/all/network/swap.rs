@@ -1,5 +1,6 @@
-//! The same user code over two middlewares: generated for `local` in one process and for iceoryx2 in several,
-//! the patrol gives the same trace from the same seed. `src/` is used in place, byte for byte.
+//! The same user code over two middlewares: generated for `local` in one process and for iceoryx2
+//! in several, the patrol gives the same trace from the same seed. `src/` is used in place, byte
+//! for byte.
 
 use crate::network::site::{PATROL, Site};
 use crate::shared_builds::share_builds;

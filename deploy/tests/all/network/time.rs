@@ -1,4 +1,5 @@
-//! Networks in simulated time: what is checked, the options of components, and the patrol in lockstep over shared memory.
+//! Networks in simulated time: what is checked, the options of components, and the patrol in
+//! lockstep over shared memory.
 
 use crate::network::site::Site;
 use rc_codegen::FileLoader;
@@ -108,7 +109,8 @@ fn who_hangs_is_named_time_may_be_paused_and_its_source_killed() {
     await_event(&site, "clock", "time-goes-on", "");
     await_ticks(&site);
 
-    // Time stands, and no component hangs. The topic of the monitor is silent, but its deadline is a second of the network's time.
+    // Time stands, and no component hangs. The topic of the monitor is silent, but its deadline is
+    // a second of the network's time.
     let command = |verb: &str, component: &str| {
         let ran = site.rcdeploy(&[verb, &site.network, component], false);
         assert_eq!(ran.code, 0, "{ran:?}");

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-/// How strongly the robot leans towards an opening, as the avoider has it and as this program has it.
+/// How strongly the robot leans towards an opening, as the avoider has it and as this program has
+/// it.
 const CHANGE: [&str; 2] = ["const LEAN: f32 = 0.8;", "const LEAN: f32 = 0.79;"];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

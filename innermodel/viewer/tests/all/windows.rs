@@ -179,8 +179,8 @@ fn the_window_shows_turns_and_picks() {
     let nearer = user.changed(window, &names);
     user.press(window, 'r');
     user.changed(window, &nearer);
-    // The middle of the first view shows the table behind the arm, or the arm: what is picked has an
-    // id and a pose.
+    // The middle of the first view shows the table behind the arm, or the arm: what is picked has
+    // an id and a pose.
     user.event(window, BUTTON_PRESS_EVENT, 1, 160, 100);
     user.event(window, BUTTON_RELEASE_EVENT, 1, 160, 100);
     let line = viewer.line();

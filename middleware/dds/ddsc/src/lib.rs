@@ -356,8 +356,8 @@ impl Writer {
         Ok(Loan::new(data, body, size))
     }
 
-    /// Sends a lent sample, see [`Writer::write`]. The last `before` bytes in front of its body are a
-    /// part of it, a multiple of 8. `related`: an identity beside it, in the inline quality of
+    /// Sends a lent sample, see [`Writer::write`]. The last `before` bytes in front of its body are
+    /// a part of it, a multiple of 8. `related`: an identity beside it, in the inline quality of
     /// service.
     pub fn send(
         &self,

@@ -37,8 +37,8 @@ impl Loan {
 
     /// Its body, behind [`BEFORE_BODY`] bytes.
     pub fn memory(&mut self) -> &mut [u8] {
-        // SAFETY: `rc_loan` gave the address and the size of initialised memory with that many bytes
-        // in front of it, which this value alone holds.
+        // SAFETY: `rc_loan` gave the address and the size of initialised memory with that many
+        // bytes in front of it, which this value alone holds.
         unsafe {
             std::slice::from_raw_parts_mut(self.body.sub(BEFORE_BODY), BEFORE_BODY + self.size)
         }
@@ -97,16 +97,17 @@ impl Sample {
 }
 
 impl Sample {
-    /// The sample behind [`BEFORE_BODY`] bytes, the last of which are its encapsulation, for writing.
-    /// `None` if another reader in this process has it, too, or if there is no room before it.
+    /// The sample behind [`BEFORE_BODY`] bytes, the last of which are its encapsulation, for
+    /// writing. `None` if another reader in this process has it, too, or if there is no room before
+    /// it.
     pub fn unique(&mut self) -> Option<&mut [u8]> {
         // SAFETY: `data` is a sample of `rc_take` until `rc_release`.
         if unsafe { raw::rc_is_unique(self.0.data) } == 0 {
             return None;
         }
         let (begin, size) = (self.0.bytes.cast_mut(), HEADROOM + self.0.size);
-        // SAFETY: `rc_is_unique` has found `HEADROOM` bytes in front of the sample, in the same memory
-        // (`blob_new` of `shim.c` initialises them), and no other reference.
+        // SAFETY: `rc_is_unique` has found `HEADROOM` bytes in front of the sample, in the same
+        // memory (`blob_new` of `shim.c` initialises them), and no other reference.
         Some(unsafe { std::slice::from_raw_parts_mut(begin.sub(HEADROOM), size) })
     }
 }

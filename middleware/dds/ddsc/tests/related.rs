@@ -1,5 +1,5 @@
-//! The identity beside a sample, in its inline quality of service: whole samples and samples in many
-//! fragments, between participants with sockets of their own.
+//! The identity beside a sample, in its inline quality of service: whole samples and samples in
+//! many fragments, between participants with sockets of their own.
 
 use rc_ddsc::{
     BEFORE_BODY, Domain, Event, Guid, Identity, Listener, Participant, Qos, Reader, Sample, Writer,
@@ -133,8 +133,8 @@ fn a_lent_sample_arrives_with_what_stands_before_its_body() {
 /// headers of IPv4 and UDP, and that of RTPS.
 const HEADERS: usize = 20 + 8 + 20;
 
-/// The submessages with user data of one writer in a recording: the flags, and the inline quality of
-/// service with all that follows.
+/// The submessages with user data of one writer in a recording: the flags, and the inline quality
+/// of service with all that follows.
 fn submessages(recording: &[u8], writer: &Guid) -> Vec<(u8, Vec<u8>)> {
     const DATA: u8 = 0x15;
     const DATA_FRAG: u8 = 0x16;
@@ -161,7 +161,8 @@ fn submessages(recording: &[u8], writer: &Guid) -> Vec<(u8, Vec<u8>)> {
             };
             let (body, rest) = left[4..].split_at(length);
             left = rest;
-            // Extra flags (2), distance from behind itself to the inline QoS (2), reader (4), writer (4).
+            // Extra flags (2), distance from behind itself to the inline QoS (2), reader (4),
+            // writer (4).
             if [DATA, DATA_FRAG].contains(&kind) && body[8..12] == writer[12..] {
                 let distance = number(&body[2..4]);
                 found.push((flags, body[4 + distance..].to_vec()));
@@ -171,8 +172,8 @@ fn submessages(recording: &[u8], writer: &Guid) -> Vec<(u8, Vec<u8>)> {
     found
 }
 
-/// Both numbers of the parameter are on the wire, in each fragment: RTPS 2.5 has 0x0083, and Fast DDS
-/// reads 0x800f. A reader that misses the first fragment gets the identity with another one.
+/// Both numbers of the parameter are on the wire, in each fragment: RTPS 2.5 has 0x0083, and Fast
+/// DDS reads 0x800f. A reader that misses the first fragment gets the identity with another one.
 #[test]
 fn each_submessage_carries_the_identity_as_rtps_and_fast_dds_write_it() {
     let name = format!("rc-ddsc-related-{}.pcap", std::process::id());

@@ -206,8 +206,8 @@ fn replies_count_only_from_the_server_and_only_to_pending_requests() {
             attacker.forge(id, LARGE);
         }
         until(&gauge, 4);
-        // The server replies after the forged reply has arrived. The client may know the attacker's reader
-        // later than its writer; until then it sends it no request.
+        // The server replies after the forged reply has arrived. The client may know the attacker's
+        // reader later than its writer; until then it sends it no request.
         let mut sequence = 1;
         let mut is_heard = false;
         while !is_heard {

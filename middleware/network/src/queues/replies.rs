@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 /// The pending requests of one client, each by its identity `K`, and the reply to the call that
 /// waits.
 ///
-/// Every participant of a domain may write replies. A reply counts only if its request is pending and its
-/// writer belongs to the server of that request. A reply ends its request; its content is kept only
-/// if a call waits for it. So at most one reply is kept, with at most as many bytes as the limit of
-/// the queue.
+/// Every participant of a domain may write replies. A reply counts only if its request is pending
+/// and its writer belongs to the server of that request. A reply ends its request; its content is
+/// kept only if a call waits for it. So at most one reply is kept, with at most as many bytes as
+/// the limit of the queue.
 #[derive(Debug)]
 pub struct ReplyQueue<K, S> {
     calls: Mutex<Calls<K, S>>,

@@ -40,8 +40,8 @@ impl<S> SampleQueue<S> {
         Some(sample)
     }
 
-    /// Adds a sample of `size` bytes. A full queue drops its oldest samples. A sample that is larger
-    /// than the whole queue is dropped, and the result is false.
+    /// Adds a sample of `size` bytes. A full queue drops its oldest samples. A sample that is
+    /// larger than the whole queue is dropped, and the result is false.
     pub fn put(&self, size: usize, sample: S) -> bool {
         let mut samples = lock(&self.samples);
         let Some(room) = self.gauge.limit().checked_sub(size as u64) else {

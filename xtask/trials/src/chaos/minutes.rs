@@ -22,8 +22,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// Robots of three components each; beside them are a camera and its viewer, the source of the time of
-/// the first robot, and a component over DDS.
+/// Robots of three components each; beside them are a camera and its viewer, the source of the time
+/// of the first robot, and a component over DDS.
 const ROBOTS: usize = 6;
 /// The source of time.
 pub(super) const CLOCK: &str = "clock";

@@ -1,5 +1,5 @@
-//! A shared memory and a disk for logs that belong to this run alone, and are small: a trouble fills
-//! them, and no other program of the machine is harmed.
+//! A shared memory and a disk for logs that belong to this run alone, and are small: a trouble
+//! fills them, and no other program of the machine is harmed.
 //!
 //! They are mounted in a mount namespace, which a user namespace allows without privileges.
 
@@ -28,8 +28,8 @@ pub(super) fn logs() -> Option<&'static Path> {
         .map(|_| Path::new(LOGS))
 }
 
-/// Starts this program anew in the namespace, in place of this process. It returns in the namespace,
-/// or with the reason why there is none.
+/// Starts this program anew in the namespace, in place of this process. It returns in the
+/// namespace, or with the reason why there is none.
 pub(super) fn enter() -> Result<(), String> {
     if logs().is_some() {
         return Ok(());

@@ -1,10 +1,10 @@
 //! Troubles of a network under load that are no kill of a single process: many deaths at once, a
-//! supervisor or a guard that is stopped for a while, a supervisor without a free descriptor, a full
-//! shared memory, a full and a busy disk, a clock that jumps.
+//! supervisor or a guard that is stopped for a while, a supervisor without a free descriptor, a
+//! full shared memory, a full and a busy disk, a clock that jumps.
 //!
-//! A busy disk is one to which another program writes without end and waits for the medium: it stands
-//! for a slow one. The clock is the source of time of some components, since nobody without privileges
-//! sets that of the system: it runs an hour ahead in each tick, and begins anew.
+//! A busy disk is one to which another program writes without end and waits for the medium: it
+//! stands for a slow one. The clock is the source of time of some components, since nobody without
+//! privileges sets that of the system: it runs an hour ahead in each tick, and begins anew.
 
 use super::Dice;
 use super::ground::Ground;
@@ -65,7 +65,8 @@ pub(super) struct Troubles {
 }
 
 impl Troubles {
-    /// Makes one trouble, and waits until it is over. Returns whether components may have failed for it.
+    /// Makes one trouble, and waits until it is over. Returns whether components may have failed
+    /// for it.
     pub(super) fn make(&mut self, ground: &Ground, dice: &mut Dice) -> Result<bool, Failure> {
         let status = ground.status("rcdeploy").unwrap_or_default();
         let (supervisor, guard) = (process(&status["pid"]), process(&status["guard"]));

@@ -39,8 +39,8 @@ const FAILURES: [&str; 5] = [
 pub(super) const MISSED: &str = "components that were killed together recover too slowly";
 
 /// Kills `killed` of `count` components at once, and prints a row. `first` is the time of the first
-/// start of a network of `killed` components. Returns whether the goals are met; a failed start is an
-/// error.
+/// start of a network of `killed` components. Returns whether the goals are met; a failed start is
+/// an error.
 pub(super) fn run(
     count: usize,
     killed: usize,

@@ -20,8 +20,8 @@ pub(super) enum Step {
 pub(super) struct Task {
     pub(super) name: &'static str,
     pub(super) steps: Vec<Step>,
-    /// The component and the text in its log that show the result. Numbers are left out: a call that
-    /// misses its deadline skips one.
+    /// The component and the text in its log that show the result. Numbers are left out: a call
+    /// that misses its deadline skips one.
     pub(super) shows: Option<(&'static str, &'static str)>,
 }
 

@@ -1,5 +1,5 @@
-//! A short run of `cargo xtask bench deploy`: each starter starts, is measured, and ends, and half of a
-//! network recovers from its death.
+//! A short run of `cargo xtask bench deploy`: each starter starts, is measured, and ends, and half
+//! of a network recovers from its death.
 
 use crate::alone;
 use std::process::Command;

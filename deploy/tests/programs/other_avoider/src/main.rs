@@ -1,4 +1,5 @@
-//! The avoider with one other constant, for the test of exact recordings: its first effect is found.
+//! The avoider with one other constant, for the test of exact recordings: its first effect is
+//! found.
 
 mod policy {
     include!(concat!(env!("OUT_DIR"), "/policy.rs"));

@@ -1,4 +1,5 @@
-//! Slot arrays under test: members that the worker opens, fakes for each, and members over a real middleware.
+//! Slot arrays under test: members that the worker opens, fakes for each, and members over a real
+//! middleware.
 
 use rack::SpecificWorker;
 use rack_generated::testing::{Fault, PosesSample, TestContext};

@@ -98,7 +98,8 @@ pub(crate) fn judge(python: &Path, cases: &[Case]) {
     );
 }
 
-/// A configuration as JSON, as editors validate it: a date is a string, NaN and infinities are null.
+/// A configuration as JSON, as editors validate it: a date is a string, NaN and infinities are
+/// null.
 pub(crate) fn json_of(toml: &str) -> Json {
     let document = Document::parse(toml).expect("TOML");
     table(document.as_table())
