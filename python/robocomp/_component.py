@@ -116,6 +116,13 @@ def embed(component: Component, worker: type, args: Sequence[str] = ()) -> _nati
     )
 
 
+_NEVER_RUN = (
+    inspect.iscoroutinefunction,
+    inspect.isasyncgenfunction,
+    inspect.isgeneratorfunction,
+)
+
+
 def check_worker(component: Component, worker: type) -> list[str]:
     """What the worker lacks, and functions that cannot take the arguments of their calls."""
     if not (inspect.isclass(worker) and issubclass(worker, component.worker)):
@@ -132,11 +139,19 @@ def check_worker(component: Component, worker: type) -> list[str]:
         if not callable(call):
             findings.append(f"{place} is no function; the generated class has one of this name")
             continue
+        if any(is_of(call) for is_of in _NEVER_RUN):
+            findings.append(
+                f"{_location(call)}{place} is async or a generator, which a call does not run; "
+                f"write def {name}{_parameters(function)}"
+            )
+            continue
         try:
             own_signature = inspect.signature(call)
         except ValueError:
             continue
         count = len(inspect.signature(function).parameters)
+        # What the class gives is bound, but for a plain function, whose first parameter is `self`.
+        count -= 0 if inspect.isfunction(own) else 1
         try:
             own_signature.bind(*[None] * count)
         except TypeError:

@@ -120,7 +120,7 @@ impl Network {
         })?;
         let limit = Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
         let answer = py.detach(|| call(&self.network.name, &found, &request, limit));
-        match answer.map_err(|error| failed(py, &error))? {
+        match answer.map_err(|error| of_call(py, &error))? {
             // A reply has the name of its operation, as the class of its parts.
             Answer::Result(Value::Struct(ty, values)) => types.answer_object(py, &ty.name, values),
             Answer::Result(_) => Ok(py.None().into_bound(py)),
@@ -167,9 +167,16 @@ impl Network {
 }
 
 fn failed(py: Python<'_>, error: &rc_observe::Error) -> PyErr {
+    errors::raise(py, "Error", &error.to_string())
+}
+
+/// The exception for a call that failed: the class that a worker gets.
+fn of_call(py: Python<'_>, error: &rc_observe::Error) -> PyErr {
     let name = match error {
         rc_observe::Error::Refused { .. } => "Refused",
-        _ => "Error",
+        rc_observe::Error::Deadline { .. } => "Deadline",
+        rc_observe::Error::Value(_) => "MalformedReply",
+        _ => "CallError",
     };
     errors::raise(py, name, &error.to_string())
 }

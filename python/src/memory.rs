@@ -210,7 +210,7 @@ impl Memory {
     /// an array is there.
     pub(crate) fn take(&self) -> PyResult<Option<Box<dyn LoanedSample>>> {
         let mut backing = self.backing.lock().unwrap_or_else(PoisonError::into_inner);
-        match &mut *backing {
+        match &*backing {
             Backing::Taken => return Err(gone()),
             _ if self.exports.load(Ordering::Acquire) > 0 => {
                 return Err(PyBufferError::new_err(
@@ -220,6 +220,9 @@ impl Memory {
             }
             Backing::Owned(_) | Backing::Numbers(_) | Backing::Kept(..) => return Ok(None),
             Backing::Lent(lent) if lent.thread != std::thread::current().id() => {
+                // This error runs Python, which may hand the interpreter's lock to a thread that waits
+                // for this one.
+                drop(backing);
                 return Err(crate::errors::wrong_thread());
             }
             Backing::Lent(_) => {}

@@ -57,6 +57,12 @@ pub fn call(
                     reason: refusal.message,
                 }
             }
+            CallError::Refused(refusal) if refusal.code == Refusal::WORKER_TIMEOUT => {
+                Error::Deadline {
+                    operation: operation.name(),
+                    reason: refusal.message,
+                }
+            }
             error => failed(component, &error),
         })?;
     if called.body.is_empty() {

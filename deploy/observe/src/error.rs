@@ -74,6 +74,14 @@ pub enum Error {
         /// Why.
         reason: String,
     },
+    /// The component did not reply in time.
+    #[error("{operation}: {reason}")]
+    Deadline {
+        /// The operation.
+        operation: String,
+        /// What the component says.
+        reason: String,
+    },
     /// The system refuses.
     #[error("{action}: {reason}")]
     System {

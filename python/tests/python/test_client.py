@@ -1,6 +1,7 @@
 """A running network without a component of one's own."""
 
 import os
+import threading
 import unittest
 from datetime import timedelta
 
@@ -20,6 +21,8 @@ class Client(unittest.TestCase):
         fixture = Fixture("server", [MODULE], MIDDLEWARE)
         fixture.slot("Echo", "implements", "Demo::Echo").slot("Images", "publishes", "Demo::Images")
         types = fixture.types
+
+        cls.gate = threading.Event()
 
         class SpecificWorker(fixture.worker):
             def initialize(self, ctx):
@@ -44,7 +47,10 @@ class Client(unittest.TestCase):
                 return 3, types["Demo::Point"](at.x + by, at.y)
 
             def note(self, ctx, text):
-                self.notes.append(text)
+                if text == "wait":
+                    cls.gate.wait(LIMIT.total_seconds())
+                else:
+                    self.notes.append(text)
 
             def noted(self, ctx):
                 return self.notes
@@ -52,7 +58,20 @@ class Client(unittest.TestCase):
             def numbers(self, ctx, data):
                 return data / 2
 
+        class Async(SpecificWorker):
+            async def note(self, ctx, text):
+                pass
+
+            @staticmethod
+            def noted(ctx):
+                return []
+
+            @staticmethod
+            def nothing(self, ctx):
+                return None
+
         component = fixture.component(SpecificWorker)
+        cls.refused = lambda: robocomp.embed(component, Async)
         args = ["--network", NETWORK]
         if MIDDLEWARE in ("dds", "ros2"):
             args += ["--set-middleware", f"{MIDDLEWARE}.domain={os.environ['TEST_DOMAIN']}"]
@@ -98,6 +117,23 @@ class Client(unittest.TestCase):
             robocomp.connect("py-no-such-network")
         with self.assertRaises(robocomp.Error):
             net.topic("no.such.topic")
+
+    def test_a_handler_that_does_not_return_is_a_deadline(self):
+        net = robocomp.connect(NETWORK, timeout=timedelta(milliseconds=100))
+        try:
+            with self.assertRaises(robocomp.Deadline) as caught:
+                net.server.echo.note("wait")
+            self.assertIsInstance(caught.exception, robocomp.CallError)
+        finally:
+            self.gate.set()
+
+    def test_a_worker_is_checked_before_it_starts(self):
+        with self.assertRaises(robocomp.StartError) as caught:
+            type(self).refused()
+        message = str(caught.exception)
+        self.assertIn("Async.note() is async or a generator", message)
+        self.assertIn("Async.nothing() takes (self, ctx)", message)
+        self.assertNotIn("noted", message)
 
     def test_a_topic_is_a_stream(self):
         self.assertEqual(self.net.topics, ["server.Images.image"])
