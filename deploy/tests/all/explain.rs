@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Words in the sources that look like codes and are none.
-const NO_CODES: [&str; 18] = [
+const NO_CODES: [&str; 20] = [
     "build-dependencies",
     "default-features",
     "default-members",
@@ -18,6 +18,7 @@ const NO_CODES: [&str; 18] = [
     "dev-dependencies",
     "innermodel-viewer",
     "on-failure",
+    "optional-dependencies",
     "rc-dds",
     "rc-iceoryx2",
     "rc-local",
@@ -25,6 +26,7 @@ const NO_CODES: [&str; 18] = [
     "rc-ros2",
     "rc-runtime",
     "rcdeploy-guard",
+    "requires-python",
     "robocomp-component",
     "robocomp-host",
     "robocomp-network",
