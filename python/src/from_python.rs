@@ -9,6 +9,9 @@ use rc_values::{Member, Numbers, Primitive, Struct, Type, Value};
 use std::fmt;
 use std::sync::Arc;
 
+/// The most elements that an iterator without a length may have, where its type allows any number.
+const MOST_OF_ITERATOR: usize = 1 << 24;
+
 /// The longest text of an object in a message, in characters.
 const SHOWN: usize = 40;
 
@@ -178,7 +181,8 @@ impl Types {
             Type::Primitive(primitive) => self.number(*primitive, object),
             Type::Text { bound } => text(*bound, object),
             Type::Sequence { element, bound } => {
-                let value = self.elements(ty, element, object)?;
+                let most = bound.map(|bound| bound as usize);
+                let value = self.elements(ty, element, object, most)?;
                 let (length, most) = (count(&value), bound.map_or(usize::MAX, |b| b as usize));
                 if length > most {
                     return Err(Misfit::new(format!(
@@ -188,7 +192,7 @@ impl Types {
                 Ok(value)
             }
             Type::Array { element, length } => {
-                let value = self.elements(ty, element, object)?;
+                let value = self.elements(ty, element, object, Some(*length as usize))?;
                 if count(&value) != *length as usize {
                     let has = count(&value);
                     return Err(Misfit::new(format!(
@@ -272,14 +276,24 @@ impl Types {
     }
 
     /// The elements of a sequence or an array. Arrays of `NumPy`, bytes and other buffers are
-    /// copied as a whole; one of several dimensions is read row by row.
+    /// copied as a whole; one of several dimensions is read row by row. `most` are allowed: an
+    /// iterator may have no end.
     fn elements(
         &self,
         ty: &Type,
         element: &Type,
         object: &Bound<'_, PyAny>,
+        most: Option<usize>,
     ) -> Result<Value, Misfit> {
         let wrong = || Misfit::expected(ty, object);
+        let most = match object.len() {
+            Ok(_) => usize::MAX,
+            Err(_) => most.unwrap_or(MOST_OF_ITERATOR),
+        };
+        let check = |at: usize| {
+            let more = || Misfit::new(format!("it has more than {most} elements"));
+            (at < most).then_some(()).ok_or_else(more)
+        };
         if object.is_instance_of::<PyString>() || object.is_instance_of::<PyDict>() {
             return Err(wrong());
         }
@@ -289,6 +303,7 @@ impl Types {
             }
             let mut numbers = Numbers::empty(*primitive);
             for (at, item) in object.try_iter().map_err(|_| wrong())?.enumerate() {
+                check(at)?;
                 let number = item.map_err(Misfit::from);
                 let number = number.and_then(|item| self.number(*primitive, &item));
                 let number = number.map_err(|misfit| misfit.in_element(at))?;
@@ -298,6 +313,7 @@ impl Types {
         }
         let mut items = Vec::new();
         for (at, item) in object.try_iter().map_err(|_| wrong())?.enumerate() {
+            check(at)?;
             let item = item.map_err(Misfit::from);
             let item = item.and_then(|item| self.value(element, &item));
             items.push(item.map_err(|misfit| misfit.in_element(at))?);

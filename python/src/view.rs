@@ -386,7 +386,9 @@ impl Loan {
         if class.is_none() {
             Self::send(slf)
         } else {
-            drop(slf.as_super().get().memory.get().take());
+            let memory = slf.as_super().get().memory.get();
+            drop(memory.take());
+            memory.end();
             Ok(())
         }
     }

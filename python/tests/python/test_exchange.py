@@ -1,6 +1,7 @@
 """Two components in Python exchange every type, over each middleware."""
 
 import copy
+import itertools
 import os
 import queue
 import threading
@@ -235,6 +236,8 @@ class Exchange(unittest.TestCase):
             ("all_f32", np.array([1.0, 1e39]), "`all.all_f32[1]`: 1"),
             ("all_int32", "12", "`all.all_int32`: expected sequence<int32>, got '12' (str)"),
             ("few", np.zeros(5, np.uint8), "`all.few`: it has 5 elements, its type allows 4"),
+            ("few", itertools.count(), "`all.few`: it has more than 4 elements"),
+            ("points", itertools.repeat(point(0.0, 0.0)), "`all.points`: it has more than 3 elements"),
             ("matrix", np.zeros(8), "`all.matrix`: it has 8 elements, its type has 9"),
             ("names", "abc", "`all.names`: expected sequence<string>, got 'abc' (str)"),
             ("names", ["a", 2], "`all.names[1]`: expected str, got 2 (int)"),

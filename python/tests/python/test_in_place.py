@@ -72,6 +72,17 @@ class InPlace(unittest.TestCase):
 
         self.run_there(twice)
 
+    def test_a_loan_of_a_failed_block_is_discarded(self):
+        def fail(images):
+            with self.assertRaises(ZeroDivisionError), images.loan_image() as image:
+                1 / 0
+            with self.assertRaises(BufferError) as caught:
+                image.send()
+            self.assertIn("sent or discarded", str(caught.exception))
+            images.loan_image().discard()
+
+        self.run_there(fail)
+
     @classmethod
     def tearDownClass(cls):
         # An array and a view outlive their components.
