@@ -5,6 +5,7 @@
 
 use crate::error::{Error, cannot, refused};
 use crate::model::Profile;
+use crate::variant;
 use rc_cdsl::model::Backend;
 use rc_codegen::cargo_workspace::Workspace;
 use rc_codegen::files::GENERATED;
@@ -118,35 +119,52 @@ pub(crate) fn of(
         native = Some(target.join(profile.folder()).join(LIBRARY));
     }
     Ok(Launcher {
-        text: text(&package, &folder, &paths, native.as_deref(), &note),
+        text: text(&package, &folder, &paths, native.as_deref(), &note)?,
         path,
         staged,
     })
 }
 
+/// A path as a script and the environment of a process can name it.
+fn named(path: &Path) -> Result<&str, Error> {
+    path.to_str().ok_or_else(|| {
+        let path = path.display();
+        Error::Workspace(format!(
+            "a component in Python cannot run in {path}: this path is not UTF-8"
+        ))
+    })
+}
+
+/// The same in a list of paths, which colons separate.
+fn listed(path: &Path) -> Result<&str, Error> {
+    let name = named(path)?;
+    if name.contains(':') {
+        return Err(Error::Workspace(format!(
+            "a component in Python cannot run in {name}: PYTHONPATH cannot hold a path with a colon"
+        )));
+    }
+    Ok(name)
+}
+
 /// The script. Its interpreter is that of the active virtual environment, of `.venv` in the
-/// component's folder, or `python3`.
+/// component's folder, or `python3`. An interpreter that cannot import the framework is a failed
+/// start, told in one line.
 fn text(
     package: &str,
     folder: &Path,
     paths: &[PathBuf],
     native: Option<&Path>,
     note: &Note,
-) -> String {
-    let paths: Vec<String> = paths
-        .iter()
-        .map(|path| path.display().to_string())
-        .collect();
-    let native = native.map_or(String::new(), |native| {
-        let native = quoted(&native.display().to_string());
-        format!("export ROBOCOMP_NATIVE={native}\n")
-    });
-    let (folder, paths) = (
-        quoted(&folder.display().to_string()),
-        quoted(&paths.join(":")),
-    );
+) -> Result<String, Error> {
+    let paths = paths.iter().map(|path| listed(path));
+    let paths = paths.collect::<Result<Vec<&str>, _>>()?.join(":");
+    let native = match native {
+        Some(native) => format!("export ROBOCOMP_NATIVE={}\n", quoted(named(native)?)),
+        None => String::new(),
+    };
+    let (folder, paths) = (quoted(named(folder)?), quoted(&paths));
     let needed = python::interpreter::needed();
-    format!(
+    Ok(format!(
         "#!/bin/sh\n\
          # Written by rcdeploy: runs the component `{package}`, which is in Python.\n\
          folder={folder}\n\
@@ -163,10 +181,17 @@ fn text(
          export PYTHONPATH={paths}\"${{PYTHONPATH:+:$PYTHONPATH}}\"\n\
          export PYTHONSAFEPATH=1 PYTHONUNBUFFERED=1\n\
          {native}\
-         exec \"$python\" -m {package} \"$@\"\n\
+         exec \"$python\" -c 'import sys\n\
+         try:\n    \
+         import robocomp\n\
+         except ImportError as error:\n    \
+         sys.stderr.write(\"{package}: error: %s\\n\" % error)\n    \
+         sys.exit(3)\n\
+         import runpy\n\
+         runpy.run_module(\"{package}\", run_name=\"__main__\", alter_sys=True)' \"$@\"\n\
          # {}\n",
         note.to_text()
-    )
+    ))
 }
 
 /// A text in single quotes of a shell.
@@ -180,11 +205,11 @@ impl Launcher {
     /// # Errors
     /// The system refuses a file.
     pub(crate) fn write(&self) -> Result<(), Error> {
-        let action = || format!("write {}", self.path.display());
         if let Some((place, files, folder)) = &self.staged {
-            stage(place, files, folder).map_err(cannot(action()))?;
+            stage(place, files, folder)?;
         }
-        write(&self.path, &self.text).map_err(cannot(action()))
+        let action = format!("write {}", self.path.display());
+        write(&self.path, &self.text).map_err(cannot(action))
     }
 }
 
@@ -199,8 +224,14 @@ fn write(path: &Path, text: &str) -> io::Result<()> {
     std::fs::rename(&new, path)
 }
 
-/// The package for another middleware, with links to what the user owns.
-fn stage(place: &Path, files: &rc_codegen::Files, folder: &Path) -> io::Result<()> {
+/// The package for another middleware, with links to what the user owns. Another `up` of the
+/// workspace, which may write the same one, is waited for.
+fn stage(place: &Path, files: &rc_codegen::Files, folder: &Path) -> Result<(), Error> {
+    let _held = variant::lock_folder(place, variant::PATIENCE)?;
+    renew(place, files, folder).map_err(cannot(format!("write {}", place.display())))
+}
+
+fn renew(place: &Path, files: &rc_codegen::Files, folder: &Path) -> io::Result<()> {
     let mut generated = rc_codegen::Files::default();
     for (path, owner, text) in files.iter() {
         if path.starts_with(GENERATED) {
@@ -226,33 +257,131 @@ fn stage(place: &Path, files: &rc_codegen::Files, folder: &Path) -> io::Result<(
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_launcher_is_a_script_with_the_note_of_its_component() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let note = Note {
+    fn note() -> Note {
+        Note {
             component: "Eyes".to_owned(),
             model: "0".repeat(16),
             middleware: "dds".to_owned(),
-        };
-        let home = folder.path().join("it's here");
-        let bin = home.join(".venv/bin");
-        std::fs::create_dir_all(&bin).expect("a folder");
-        let script = "#!/bin/sh\necho \"$ROBOCOMP_NATIVE|$PYTHONPATH|$*\"\n";
-        write(&bin.join("python"), script).expect("a script");
-        let path = folder.path().join("eyes");
-        let native = Path::new("/x/lib.so");
-        let text = text("eyes", &home, &[home.join(GENERATED)], Some(native), &note);
-        write(&path, &text).expect("a launcher");
-        assert_eq!(Note::read(&path).expect("a file"), Some(note));
-        let output = std::process::Command::new(&path)
+        }
+    }
+
+    /// Exit code, standard output and standard error of a launcher.
+    fn run(path: &Path) -> (Option<i32>, String, String) {
+        // The shell reads it: another thread of the tests may just have a copy of an open file.
+        let output = std::process::Command::new("/bin/sh")
+            .arg(path)
             .args(["--name", "a b"])
             .env_remove("VIRTUAL_ENV")
             .env_remove("PYTHONPATH")
             .output()
             .expect("it starts");
-        let said = String::from_utf8(output.stdout).expect("a text");
-        let generated = home.join(GENERATED);
-        let wanted = format!("/x/lib.so|{}|-m eyes --name a b\n", generated.display());
-        assert_eq!(said, wanted);
+        let text = |bytes| String::from_utf8(bytes).expect("a text");
+        (
+            output.status.code(),
+            text(output.stdout),
+            text(output.stderr),
+        )
+    }
+
+    #[test]
+    fn a_launcher_is_a_script_with_the_note_of_its_component() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let home = folder.path().join("it's here");
+        let bin = home.join(".venv/bin");
+        std::fs::create_dir_all(&bin).expect("a folder");
+        std::os::unix::fs::symlink("/bin/echo", bin.join("python")).expect("a link");
+        let path = folder.path().join("eyes");
+        let native = Path::new("/x/lib.so");
+        let text = text(
+            "eyes",
+            &home,
+            &[home.join(GENERATED)],
+            Some(native),
+            &note(),
+        );
+        let text = text.expect("a script");
+        assert!(
+            text.contains("\nexport ROBOCOMP_NATIVE='/x/lib.so'\n"),
+            "{text}"
+        );
+        write(&path, &text).expect("a launcher");
+        assert_eq!(Note::read(&path).expect("a file"), Some(note()));
+        let (code, out, err) = run(&path);
+        assert_eq!((code, err.as_str()), (Some(0), ""));
+        assert!(out.starts_with("-c import sys\n"), "{out}");
+        assert!(out.ends_with("alter_sys=True) --name a b\n"), "{out}");
+    }
+
+    #[test]
+    fn an_interpreter_without_the_framework_is_a_failed_start_in_one_line() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let packages = folder.path().join("it's here");
+        std::fs::create_dir_all(packages.join("eyes")).expect("a folder");
+        let path = folder.path().join("launcher");
+        let text = text(
+            "eyes",
+            folder.path(),
+            std::slice::from_ref(&packages),
+            None,
+            &note(),
+        );
+        write(&path, &text.expect("a script")).expect("a launcher");
+        let package = |name: &str, text: &str| {
+            std::fs::write(packages.join(name), text).expect("a file");
+        };
+        package("eyes/__init__.py", "import robocomp\n");
+        let main = "import sys\nprint(__name__, __package__, sys.argv[1:])\nsys.exit(7)\n";
+        package("eyes/__main__.py", main);
+        package("robocomp.py", "raise ImportError('it needs NumPy')\n");
+        let wanted = "eyes: error: it needs NumPy\n".to_owned();
+        assert_eq!(run(&path), (Some(3), String::new(), wanted));
+        // Another length, so that Python takes no compiled file of the first one.
+        package("robocomp.py", "");
+        let wanted = "__main__ eyes ['--name', 'a b']\n".to_owned();
+        assert_eq!(run(&path), (Some(7), wanted, String::new()));
+    }
+
+    #[test]
+    fn a_path_that_python_cannot_take_is_refused() {
+        use std::os::unix::ffi::OsStrExt;
+        let here = Path::new("/here");
+        let mistake = |folder: &Path, path: &Path| {
+            let text = text("eyes", folder, &[path.to_path_buf()], None, &note());
+            text.expect_err("a refusal").to_string()
+        };
+        let said = mistake(here, Path::new("/a:b/generated"));
+        assert!(said.contains("/a:b/generated: PYTHONPATH"), "{said}");
+        let foreign = Path::new(std::ffi::OsStr::from_bytes(b"/a\xff"));
+        for (folder, path) in [(here, foreign), (foreign, here)] {
+            assert!(mistake(folder, path).contains("not UTF-8"));
+        }
+    }
+
+    #[test]
+    fn two_builds_write_one_variant_in_turn() {
+        let user = tempfile::tempdir().expect("a folder");
+        for _ in 0..5 {
+            let target = tempfile::tempdir().expect("a folder");
+            let start = std::sync::Barrier::new(4);
+            let writes = || {
+                start.wait();
+                let mut files = rc_codegen::Files::default();
+                let owner = rc_codegen::files::Owner::Generic;
+                files.add(
+                    Path::new(GENERATED).join("a.py"),
+                    owner,
+                    "a = 1\n".to_owned(),
+                );
+                stage(&target.path().join("rc/eyes"), &files, user.path())
+            };
+            std::thread::scope(|scope| {
+                let all: Vec<_> = (0..4).map(|_| scope.spawn(writes)).collect();
+                for one in all {
+                    one.join().expect("a thread").expect("a variant");
+                }
+            });
+            let link = std::fs::read_link(target.path().join("rc/eyes/src")).expect("a link");
+            assert_eq!(link, user.path().join("src"));
+        }
     }
 }

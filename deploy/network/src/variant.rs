@@ -32,7 +32,7 @@ const FEATURES: &str = "variant-features";
 const DEPENDENCIES: [&str; 3] = ["dependencies", "dev-dependencies", "build-dependencies"];
 
 /// How long a build waits for another one; a first one compiles a middleware.
-const PATIENCE: Duration = Duration::from_mins(30);
+pub(crate) const PATIENCE: Duration = Duration::from_mins(30);
 
 /// The program of a variant; it lies beside the one that the user builds.
 pub(crate) fn program(package: &str, middleware: Backend) -> String {
@@ -159,7 +159,7 @@ fn child<'a>(of: &'a mut Table, key: &str) -> &'a mut Table {
 
 /// Holds the folder of variants. Networks of one target folder have different ones in it, and cargo
 /// reads there until it is done.
-fn lock_folder(folder: &Path, patience: Duration) -> Result<File, Error> {
+pub(crate) fn lock_folder(folder: &Path, patience: Duration) -> Result<File, Error> {
     std::fs::create_dir_all(folder).map_err(cannot(format!("make {}", folder.display())))?;
     let path = folder.join(".lock");
     let file = File::create(&path).map_err(cannot(format!("open {}", path.display())))?;
