@@ -35,6 +35,7 @@ pub mod ros;
 pub mod rust;
 pub mod stubs;
 pub mod templates;
+mod type_names;
 pub mod view;
 mod viewer;
 pub mod worker_language;

@@ -2,7 +2,6 @@
 //! the templates in `templates/rust` hold the code.
 
 pub(crate) mod component;
-mod documentation;
 mod exports;
 mod handlers;
 mod in_place;

@@ -5,6 +5,7 @@
 pub(crate) mod checks;
 pub mod component;
 mod description;
+pub(crate) mod documentation;
 pub(crate) mod in_place;
 pub mod library;
 pub mod machine;

@@ -16,11 +16,28 @@ def attribute(name: str) -> str:
     return f"{name}_" if keyword.iskeyword(name) else name
 
 
+def _distinct(names: Iterable[str], taken: Iterable[str] = ()) -> list[str]:
+    """Attributes for these names. One that Python refuses or has for itself gets a `_`, a private one
+    a letter before it, so that no description keeps a client from a network."""
+    used = set(taken)
+    found = []
+    for name in names:
+        free = attribute(f"n{name}" if name.startswith("_") else name)
+        while free in used:
+            free += "_"
+        used.add(free)
+        found.append(free)
+    return found
+
+
 def snake_case(name: str) -> str:
     """`getLaserData` as `get_laser_data`."""
     text = re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name)
     text = re.sub(r"([A-Z]+)([A-Z][a-z])", r"\1_\2", text)
     return attribute(text.lower())
+
+
+_OF_EXCEPTIONS = ("add_note", "args", "with_traceback")
 
 
 def _exception(name: str, members: list[str]) -> type:
@@ -39,12 +56,14 @@ def _exception(name: str, members: list[str]) -> type:
 
 def _class(name: str, described: Mapping[str, Any]) -> type | None:
     if "enum" in described:
-        values = [(attribute(key), number) for key, number in described["enum"]]
-        return IntEnum(name, values)  # type: ignore[return-value]
+        keys = _distinct((key for key, _ in described["enum"]), ["mro"])
+        numbers = (number for _, number in described["enum"])
+        return IntEnum(name, list(zip(keys, numbers, strict=True)))  # type: ignore[return-value]
     if "exception" in described:
-        return _exception(name, [attribute(m["name"]) for m in described["exception"]])
+        members = [member["name"] for member in described["exception"]]
+        return _exception(name, _distinct(members, _OF_EXCEPTIONS))
     if "struct" in described:
-        members = [attribute(member["name"]) for member in described["struct"]]
+        members = _distinct(member["name"] for member in described["struct"])
         return make_dataclass(name, [(member, Any) for member in members], slots=True)
     return None
 
@@ -61,8 +80,10 @@ def classes(modules: Iterable[Mapping[str, Any]]) -> dict[str, type]:
                 found[f"{prefix}::{described['name']}"] = made
         for interface in module.get("interfaces", []):
             for operation in interface.get("operations", []):
-                parts = [attribute(part["name"]) for part in operation.get("outputs", [])]
-                if operation.get("result"):
+                has_result = bool(operation.get("result"))
+                outputs = (part["name"] for part in operation.get("outputs", []))
+                parts = _distinct(outputs, ["result"] if has_result else [])
+                if has_result:
                     parts.append("result")
                 if len(parts) > 1:
                     name = f"{prefix}::{interface['name']}.{operation['name']}"

@@ -1,6 +1,7 @@
 //! Documentation as docstrings, with units and ranges.
 
 use super::names;
+use crate::view::documentation;
 use crate::view::library::Operation;
 use crate::view::members::Member;
 
@@ -68,35 +69,12 @@ fn trimmed(lines: &[String]) -> &[String] {
 
 /// The documentation of a member with its unit and its range.
 pub(super) fn of_member(member: &Member) -> String {
-    let unit = member.unit.iter().map(|unit| format!("Unit: {unit}."));
-    let range = member.range.iter().map(|range| format!("Range: {range}."));
-    let facts: Vec<String> = unit.chain(range).collect();
-    let mut doc = member.doc.clone();
-    if !facts.is_empty() {
-        if !doc.is_empty() {
-            doc.push(String::new());
-        }
-        doc.push(facts.join(" "));
-    }
-    docstring(4, &doc)
+    docstring(4, &documentation::of_member(member))
 }
 
 /// The documentation of an operation with the units and ranges of its parameters.
 pub(super) fn of_operation(operation: &Operation) -> String {
-    let mut doc = operation.doc.clone();
-    let mut facts = Vec::new();
-    for member in operation.inputs.iter().chain(&operation.outputs) {
-        let unit = member.unit.iter().map(|unit| format!("in {unit}"));
-        let about: Vec<String> = unit.chain(member.range.clone()).collect();
-        if !about.is_empty() {
-            let name = names::parameter(&member.name);
-            facts.push(format!("- `{name}`: {}", about.join(", ")));
-        }
-    }
-    if !facts.is_empty() && !doc.is_empty() {
-        doc.push(String::new());
-    }
-    doc.extend(facts);
+    let doc = documentation::of_operation(operation, names::parameter);
     docstring_or(8, &doc, format!("The operation `{}`.", operation.name))
 }
 

@@ -4,7 +4,8 @@
 //! `snake_case`. Keywords of Python and names that generated code uses itself get a `_` at the end.
 //! The wire keeps the names of the IDSL.
 
-use heck::{ToShoutySnakeCase, ToSnakeCase, ToUpperCamelCase};
+use crate::type_names;
+use heck::{ToShoutySnakeCase, ToSnakeCase};
 
 /// Keywords of Python 3.11 to 3.14.
 const KEYWORDS: [&str; 35] = [
@@ -159,19 +160,7 @@ pub(crate) fn module(name: &str) -> String {
 
 /// A class. A name that could be one already stays as it is.
 pub(crate) fn class(name: &str) -> String {
-    let is_camel = name.starts_with(|c: char| c.is_ascii_uppercase()) && !name.contains('_');
-    let shouts = name.len() > 1 && name.chars().all(|c| !c.is_ascii_lowercase());
-    let camel = if is_camel && !shouts {
-        name.to_owned()
-    } else {
-        name.to_upper_camel_case()
-    };
-    let camel = if camel.starts_with(|c: char| c.is_ascii_digit()) || camel.is_empty() {
-        format!("N{camel}")
-    } else {
-        camel
-    };
-    clear(camel, &[])
+    clear(type_names::camel(name), &[])
 }
 
 /// A constant or an enumerator.

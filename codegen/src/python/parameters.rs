@@ -1,8 +1,8 @@
 //! Classes of Python for the parameters of a component.
 
 use super::{documentation, names};
+use crate::type_names;
 use crate::view;
-use heck::ToUpperCamelCase;
 use serde::Serialize;
 use std::collections::HashSet;
 
@@ -40,7 +40,7 @@ pub(crate) fn of(parameters: &view::Parameters) -> Parameters {
     } else {
         parameters.doc.clone()
     };
-    let name = classes.name("", "");
+    let name = type_names::group(&mut classes.names, "", "");
     classes.add(name, &doc, &parameters.members);
     let uses = |word: &str| {
         let mut fields = classes.done.iter().flat_map(|class| &class.fields);
@@ -61,22 +61,6 @@ struct Classes {
 }
 
 impl Classes {
-    /// `laser` becomes `LaserParams`, behind the names of the groups around it. Where two would be
-    /// one, the second gets a number.
-    fn name(&mut self, owner: &str, parameter: &str) -> String {
-        let owner = owner.strip_suffix("Params").unwrap_or(owner);
-        let mut base = format!("{owner}{}", parameter.to_upper_camel_case());
-        if base.starts_with(|c: char| c.is_ascii_digit()) {
-            base.insert(0, 'N');
-        }
-        let numbered = (2..).map(|n| format!("{base}{n}Params"));
-        let mut all = std::iter::once(format!("{base}Params")).chain(numbered);
-        let name = all.find(|name| !self.names.contains(name));
-        let name = name.unwrap_or(base);
-        self.names.insert(name.clone());
-        name
-    }
-
     fn add(&mut self, name: String, doc: &[String], parameters: &[view::Parameter]) {
         let fields = parameters.iter().map(|p| self.field(&name, p)).collect();
         self.done.push(Class {
@@ -90,7 +74,7 @@ impl Classes {
         let key = &parameter.name;
         let mut group = String::new();
         if matches!(parameter.kind, "group" | "list") {
-            group = self.name(owner, key);
+            group = type_names::group(&mut self.names, owner, key);
             let doc = match parameter.kind {
                 "list" => format!("One element of `{key}`."),
                 _ => format!("The group `{key}`."),

@@ -1,10 +1,10 @@
 //! Names and types of Rust for the handlers of a slot, in the trait and in the user's worker.
 
-use super::documentation::operation_doc;
 use super::exports::{self, Exports};
 use super::operation_names::{answer_name, error_name, operation_constant, plain};
 use super::{in_place, names, types, worker};
 use crate::view;
+use crate::view::documentation;
 use crate::view::library::{Interface, Operation};
 use crate::view::members::Member;
 use crate::view::types::Type;
@@ -221,7 +221,7 @@ impl Handlers<'_> {
         Handler {
             plain: plain(&of.name),
             constant: operation_constant(&of.name),
-            doc: operation_doc(of),
+            doc: documentation::of_operation(of, names::local),
             member,
             two_way: of.two_way,
             throws,

@@ -1,10 +1,10 @@
 //! Names and types of Rust for structures in shared memory.
 
-use super::documentation::documentation;
 use super::names::{self, IN_PLACE};
 use super::operation_names::bare;
 use super::types;
 use crate::view::checks::Check;
+use crate::view::documentation;
 use crate::view::in_place::{Item, Part, Structure};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -135,7 +135,10 @@ fn place<'a>(home: &str, of: &'a Structure) -> Place<'a> {
                 name: name.clone(),
                 ty: item.clone(),
                 public: true,
-                doc: part.member.as_ref().map_or_else(Vec::new, documentation),
+                doc: part
+                    .member
+                    .as_ref()
+                    .map_or_else(Vec::new, documentation::of_member),
             });
         }
         let mut part = part_view(home, &owner, &of.path, part, name, length, item);
@@ -219,7 +222,10 @@ fn part_view<'a>(
             (None, _) => String::new(),
         },
         item,
-        doc: member.map_or_else(|| vec!["The elements.".to_owned()], documentation),
+        doc: member.map_or_else(
+            || vec!["The elements.".to_owned()],
+            documentation::of_member,
+        ),
         checks: &part.checks,
     }
 }

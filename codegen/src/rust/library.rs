@@ -1,6 +1,5 @@
 //! Names and types of Rust for IDSL modules: what `templates/rust/module.rs.tera` prints.
 
-use super::documentation::{documentation, operation_doc};
 use super::in_place::{self, Place};
 use super::names;
 use super::operation_names::{
@@ -8,6 +7,7 @@ use super::operation_names::{
 };
 use super::types;
 use crate::view::checks::Check;
+use crate::view::documentation;
 use crate::view::library as view;
 use crate::view::members;
 use crate::view::types::Type;
@@ -222,7 +222,7 @@ fn member<'a>(of: &'a members::Member, name: String, path: types::Path) -> Membe
     };
     Member {
         idsl: &of.name,
-        doc: documentation(of),
+        doc: documentation::of_member(of),
         ty: types::member(of, path),
         default,
         optional: of.optional,
@@ -354,7 +354,7 @@ fn operation<'a>(
         read_in_place,
         plain: plain(&of.name),
         constant: operation_constant(&of.name),
-        doc: operation_doc(of),
+        doc: documentation::of_operation(of, names::local),
         id: of.id,
         type_hash: &of.type_hash,
         two_way: of.two_way,

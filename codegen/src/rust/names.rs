@@ -4,7 +4,8 @@
 //! Rust and names that generated code uses itself get a `_` at the end. The wire keeps the names of
 //! the IDSL.
 
-use heck::{ToSnakeCase, ToUpperCamelCase};
+use crate::type_names;
+use heck::ToSnakeCase;
 use std::collections::BTreeSet;
 
 const WORDS: [&str; 53] = [
@@ -73,18 +74,7 @@ pub fn local(name: &str) -> String {
 
 /// A type, a trait or an enumerator. A name that could be one already stays as it is.
 pub fn camel(name: &str) -> String {
-    let is_camel = name.starts_with(|c: char| c.is_ascii_uppercase()) && !name.contains('_');
-    let shouts = name.len() > 1 && name.chars().all(|c| !c.is_ascii_lowercase());
-    let camel = if is_camel && !shouts {
-        name.to_owned()
-    } else {
-        name.to_upper_camel_case()
-    };
-    let camel = if camel.starts_with(|c: char| c.is_ascii_digit()) || camel.is_empty() {
-        format!("N{camel}")
-    } else {
-        camel
-    };
+    let camel = type_names::camel(name);
     if WORDS.contains(&camel.as_str()) {
         camel + "_"
     } else {

@@ -1,8 +1,8 @@
 //! Structures of Rust for the parameters of a component.
 
 use super::names;
+use crate::type_names;
 use crate::view;
-use heck::ToUpperCamelCase;
 use serde::Serialize;
 use std::collections::HashSet;
 
@@ -48,7 +48,7 @@ pub(crate) fn of(parameters: &view::Parameters) -> Parameters {
     } else {
         parameters.doc.clone()
     };
-    let name = structs.name("", "");
+    let name = type_names::group(&mut structs.names, "", "");
     structs.add(name, doc, &parameters.members);
     Parameters {
         // `"#` could end a raw string. In JSON it is always part of a text, where a `#` may be
@@ -66,23 +66,6 @@ struct Structs {
 }
 
 impl Structs {
-    /// `laser` becomes `LaserParams`, so that it is not taken for the trait or the type `Laser`.
-    /// The names of the groups around it come first; where `a` in `b` and `b_a` would be one name,
-    /// the second gets a number.
-    fn name(&mut self, owner: &str, parameter: &str) -> String {
-        let owner = owner.strip_suffix("Params").unwrap_or(owner);
-        let mut base = format!("{owner}{}", parameter.to_upper_camel_case());
-        if base.starts_with(|c: char| c.is_ascii_digit()) {
-            base.insert(0, 'N');
-        }
-        let numbered = (2..).map(|n| format!("{base}{n}Params"));
-        let mut all = std::iter::once(format!("{base}Params")).chain(numbered);
-        let name = all.find(|name| !self.names.contains(name));
-        let name = name.unwrap_or(base);
-        self.names.insert(name.clone());
-        name
-    }
-
     fn add(&mut self, name: String, doc: Vec<String>, parameters: &[view::Parameter]) {
         let fields = parameters.iter().map(|p| self.field(&name, p)).collect();
         self.done.push(Struct {
@@ -97,7 +80,7 @@ impl Structs {
         let key = &parameter.name;
         let mut group = String::new();
         if !parameter.members.is_empty() || matches!(parameter.kind, "group" | "list") {
-            group = self.name(owner, key);
+            group = type_names::group(&mut self.names, owner, key);
             let doc = match parameter.kind {
                 "list" => format!("One element of `{key}`."),
                 _ => format!("The group `{key}`."),

@@ -1,12 +1,12 @@
 //! Names and types of Rust for the fakes of a component: what `templates/rust/testing.rs.tera`
 //! prints.
 
-use super::documentation::operation_doc;
 use super::exports;
 use super::names;
 use super::operation_names::{answer_name, bare, error_name, operation_constant, plain};
 use super::types;
 use crate::view;
+use crate::view::documentation;
 use crate::view::library as idsl;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -157,7 +157,7 @@ fn operation(
     };
     Operation {
         name: of.name.clone(),
-        doc: operation_doc(of),
+        doc: documentation::of_operation(of, names::local),
         variant,
         answer: format!("on_{}", bare(&names::method(&of.name))),
         plain: plain(&of.name),

@@ -9,6 +9,7 @@ import numpy as np
 import robocomp
 from build import Fixture
 from demo import MODULE
+from robocomp._classes import classes
 
 MIDDLEWARE = os.environ.get("TEST_MIDDLEWARE", "iceoryx2")
 NETWORK = f"py-client-{os.getpid()}"
@@ -145,6 +146,36 @@ class Client(unittest.TestCase):
             if len(numbers) == 3:
                 break
         self.assertEqual(numbers, sorted(set(numbers)))
+
+
+class Classes(unittest.TestCase):
+    def test_every_name_of_a_description_gives_a_class(self):
+        field = "float64"
+        module = {
+            "module": "Odd",
+            "types": [
+                {"name": "Kind", "enum": [["mro", 0], ["class", 1], ["_x_", 2]]},
+                {"name": "Pair", "struct": [{"name": "_a", "type": field}, {"name": "a", "type": field}]},
+                {"name": "Broken", "exception": [{"name": "args", "type": field}]},
+            ],
+            "interfaces": [
+                {
+                    "name": "Calls",
+                    "operations": [
+                        {
+                            "name": "ask",
+                            "outputs": [{"name": "result", "type": field}, {"name": "_b", "type": field}],
+                            "result": field,
+                        }
+                    ],
+                }
+            ],
+        }
+        made = classes([module])
+        self.assertEqual([kind.name for kind in made["Odd::Kind"]], ["mro_", "class_", "n_x_"])
+        self.assertEqual(made["Odd::Pair"](1.0, 2.0).n_a, 1.0)
+        self.assertEqual(made["Odd::Broken"](5.0).args_, 5.0)
+        self.assertEqual(made["Odd::Calls.ask"]._fields, ("result_", "n_b", "result"))
 
 
 if __name__ == "__main__":

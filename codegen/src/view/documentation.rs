@@ -1,11 +1,10 @@
-//! Documentation of members and operations, with units and ranges.
+//! Documentation of members and operations, with units and ranges, for every language.
 
-use super::names;
-use crate::view::library::Operation;
-use crate::view::members::Member;
+use super::library::Operation;
+use super::members::Member;
 
 /// The documentation of a member with its unit and its range.
-pub(super) fn documentation(member: &Member) -> Vec<String> {
+pub(crate) fn of_member(member: &Member) -> Vec<String> {
     let unit = member.unit.iter().map(|unit| format!("Unit: {unit}."));
     let range = member.range.iter().map(|range| format!("Range: {range}."));
     let facts: Vec<String> = unit.chain(range).collect();
@@ -19,15 +18,19 @@ pub(super) fn documentation(member: &Member) -> Vec<String> {
     doc
 }
 
-/// The documentation of an operation with the units and ranges of its parameters.
-pub(super) fn operation_doc(operation: &Operation) -> Vec<String> {
+/// The documentation of an operation with the units and ranges of its parameters, which the language
+/// calls `parameter`.
+pub(crate) fn of_operation(
+    operation: &Operation,
+    parameter: impl Fn(&str) -> String,
+) -> Vec<String> {
     let mut doc = operation.doc.clone();
     let mut facts = Vec::new();
     for member in operation.inputs.iter().chain(&operation.outputs) {
         let unit = member.unit.iter().map(|unit| format!("in {unit}"));
         let about: Vec<String> = unit.chain(member.range.clone()).collect();
         if !about.is_empty() {
-            let name = names::local(&member.name);
+            let name = parameter(&member.name);
             facts.push(format!("- `{name}`: {}", about.join(", ")));
         }
     }
