@@ -5,17 +5,17 @@
 //! reports a `compute()` or a handler that takes longer than the period. It never catches up on
 //! missed periods.
 
+mod commands;
 mod lifecycle;
 mod network_time;
 mod port;
 mod report;
 
-use crate::commands::{Command, CommandQueue};
+use crate::commands::CommandQueue;
 use crate::component::Component;
 use crate::ports::{Connections, Receiver};
 use crate::status::{Activity, Shared};
 use crate::time::TimeRole;
-use crate::tool_message::ToolMessage;
 use crate::worker_error::WorkerError;
 use network_time::stamp;
 use port::Port;
@@ -286,83 +286,6 @@ impl<'a> EventLoop<'a> {
             self.shared.status().overruns += missed;
         }
         true
-    }
-
-    fn execute_commands(&mut self) {
-        for command in self.commands.take() {
-            match command {
-                Command::Period(period) => self.component.core().new_period = Some(period),
-                Command::Parameters(proposal) => {
-                    let result = proposal.put_to(self.component);
-                    self.apply(result);
-                }
-                Command::Message(message) => self.handle(&message),
-                Command::Fire(fired) => {
-                    if let Some(machine) = self.component.machine() {
-                        machine.fire_from_outside(fired);
-                    }
-                }
-                Command::Emergency(true) => self.enter_emergency("asked for by management"),
-                Command::Emergency(false) => {
-                    if self.component.core().state() == State::Emergency {
-                        self.component.restore();
-                        self.enter(State::Running);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Handles a message of a tool as if a peer had sent it.
-    fn handle(&mut self, message: &ToolMessage) {
-        if !message.begin() {
-            return;
-        }
-        let (slot, body) = (message.slot, message.body.as_slice());
-        let header = Header {
-            sent: rc_middleware::now(),
-            ..Header::default()
-        };
-        let mut reply = Vec::new();
-        let idle = self.idle_state();
-        let connections = self.connections;
-        let Some(of) = connections.slots().get(slot) else {
-            return;
-        };
-        let taps = connections.taps();
-        let exact = self.component.core().exact.clone();
-        let result: Result<(), NotHandled> = match message.operation {
-            Some(operation) => {
-                let kind = (TappedKind::Sample, Some(operation));
-                taps.copy(slot, kind, header, Profile::Rpc, body);
-                let received = match idle {
-                    Some(state) => Err(HandlerError(format!("the component is {state}"))),
-                    None => exact.sample(slot, operation, header, body, || {
-                        receive(
-                            self.component,
-                            &of,
-                            operation,
-                            header,
-                            Sample::Borrowed(body),
-                        )
-                    }),
-                };
-                received.map_err(Into::into)
-            }
-            None => taps.serve(slot, header, body, &mut reply, |reply| {
-                exact.request(slot, header, body, reply, |reply| {
-                    answer(self.component, &of, idle, header, body, reply)
-                })
-            }),
-        };
-        if let Err(NotHandled::Refused(_)) = &result {
-            self.shared.status().slots[slot].refused += 1;
-        }
-        // A refused query has a reply, which says why.
-        message.end(match result {
-            Err(error) if reply.is_empty() => Err(error.to_string()),
-            _ => Ok(reply),
-        });
     }
 
     fn enter_emergency(&mut self, reason: &str) {
