@@ -365,10 +365,10 @@ impl<'a> EventLoop<'a> {
             }
         };
         match taken {
-            Ok(false) => port.rest(start),
+            Ok(false) => port.rest(Instant::now()),
             Ok(true) => {
-                port.received();
                 let now = Instant::now();
+                port.received(now);
                 port.last_sample = Some(stamp(&self.role, self.began, now));
                 let spin = port.of.qos.spin;
                 if !spin.is_zero() {

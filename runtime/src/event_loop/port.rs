@@ -11,6 +11,13 @@ use rc_middleware::{Gaps, Header, KeptSample, Reader, Reply};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+/// So many messages after one wake-up are a burst.
+const BURST: u32 = 2;
+/// After the last message of a burst, the loop looks so long for another one before it clears the
+/// wake-ups. A wake-up that is cleared costs the sender a kernel call at its next message: a fast
+/// sender would pay it for every second message.
+const BURST_WAIT: Duration = Duration::from_micros(5);
+
 /// A receiving end with what the loop knows of it.
 pub(super) struct Port {
     /// The number of its slot.
@@ -27,6 +34,10 @@ pub(super) struct Port {
     pub(super) acknowledged: bool,
     /// Whether nothing has woken the port: without a message, there is nothing to clear.
     pub(super) is_look: bool,
+    /// Messages since the port became ready.
+    pub(super) burst: u32,
+    /// Until when the loop waits for the next message of a burst.
+    pub(super) burst_until: Option<Instant>,
     /// Until when the loop looks at the port again and again, without sleeping.
     pub(super) spin_until: Option<Instant>,
     pub(super) logged: Option<Instant>,
@@ -53,6 +64,8 @@ impl Port {
             woken: false,
             acknowledged: false,
             is_look: false,
+            burst: 0,
+            burst_until: None,
             spin_until: None,
             logged: None,
             last_sample: None,
@@ -65,6 +78,8 @@ impl Port {
         self.woken = woken;
         self.acknowledged = false;
         self.is_look = false;
+        self.burst = 0;
+        self.burst_until = None;
     }
 
     /// Makes the loop look for messages that nothing has announced. Without one, no wake-up is
@@ -85,10 +100,12 @@ impl Port {
         }
     }
 
-    /// A message was taken.
-    pub(super) fn received(&mut self) {
+    /// A message was taken and handled at `now`.
+    pub(super) fn received(&mut self, now: Instant) {
         self.failures = 0;
         self.is_look = false;
+        self.burst = self.burst.saturating_add(1);
+        self.burst_until = (self.burst >= BURST).then(|| now + BURST_WAIT);
     }
 
     /// Whether there may be a message that may be handled now. `gated`: samples wait for this
@@ -112,6 +129,8 @@ impl Port {
             self.ready = false;
         } else if self.spin_until.take().is_some() {
             self.wake(false);
+        } else if self.burst_until.is_some_and(|until| now < until) {
+            // The wake-up stays set, and the loop looks again.
         } else if self.acknowledged || self.is_look {
             self.ready = false;
         } else {
@@ -237,22 +256,33 @@ mod tests {
         };
         let slots = SlotTable::replayed(&DESCRIPTION, ("n", "c"), Listed::new());
         let mut port = Port::new(0, slots.get(0).expect("a slot"), receiver);
-        let rests = |port: &mut Port| {
+        let now = Instant::now();
+        let rests = |port: &mut Port, at: Instant| {
             let mut rests = 0;
-            while port.ready {
-                port.rest(Instant::now());
+            while port.ready && rests < 10 {
+                port.rest(at);
                 rests += 1;
             }
             (rests, cleared.swap(0, Ordering::Relaxed))
         };
         // After a wake-up, the loop looks once more when it is cleared.
         port.wake(true);
-        assert_eq!(rests(&mut port), (2, 1));
+        assert_eq!(rests(&mut port, now), (2, 1));
         port.look();
-        assert_eq!(rests(&mut port), (1, 0));
+        assert_eq!(rests(&mut port, now), (1, 0));
         // A message that nothing has announced: its wake-up may be set.
         port.look();
-        port.received();
-        assert_eq!(rests(&mut port), (2, 1));
+        port.received(now);
+        assert_eq!(rests(&mut port, now), (2, 1));
+        // A burst: the wake-up stays for a while, and the loop looks on.
+        port.wake(true);
+        port.received(now);
+        port.received(now);
+        assert_eq!(rests(&mut port, now), (10, 0));
+        assert_eq!(rests(&mut port, now + BURST_WAIT), (2, 1));
+        // The next wake-up begins anew.
+        port.wake(true);
+        port.received(now);
+        assert_eq!(rests(&mut port, now), (2, 1));
     }
 }
