@@ -11,11 +11,12 @@ use rc_middleware::{Gaps, Header, KeptSample, Reader, Reply};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// So many messages after one wake-up are a burst.
+/// So many samples after one wake-up are a burst.
 const BURST: u32 = 2;
 /// After the last message of a burst, the loop looks so long for another one before it clears the
 /// wake-ups. A wake-up that is cleared costs the sender a kernel call at its next message: a fast
-/// sender would pay it for every second message.
+/// publisher would pay it for every second sample. Clients wait for replies, so that servers have
+/// no such bursts.
 const BURST_WAIT: Duration = Duration::from_micros(5);
 
 /// A receiving end with what the loop knows of it.
@@ -105,7 +106,8 @@ impl Port {
         self.failures = 0;
         self.is_look = false;
         self.burst = self.burst.saturating_add(1);
-        self.burst_until = (self.burst >= BURST).then(|| now + BURST_WAIT);
+        let is_burst = self.burst >= BURST && matches!(self.receiver, Receiver::Subscriber { .. });
+        self.burst_until = is_burst.then(|| now + BURST_WAIT);
     }
 
     /// Whether there may be a message that may be handled now. `gated`: samples wait for this
