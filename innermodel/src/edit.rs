@@ -1,6 +1,7 @@
 //! Changes, which become one new version together.
 
 use crate::error::Error;
+use crate::files;
 use crate::link::{self, Data, Link, NONE, NodeId, TOP};
 use crate::snapshot::{Key, Snapshot};
 use crate::transform::Transform;
@@ -350,6 +351,11 @@ impl Edit {
         }
         let (_, id) = self.kind(place)?;
         check_kind(&id, &kind)?;
+        let element = innermodel_language::element(&model::Node::new(&id, kind.clone()));
+        if let Some(reason) = files::problem(&element) {
+            let id = foreign::clean(&id);
+            return Err(Error::Impossible { id, reason });
+        }
         let position = within_limits(&kind, link.position);
         let pose = if kind.has_pose() {
             link.pose

@@ -62,6 +62,14 @@ pub enum Error {
     /// A value is infinite or not a number.
     #[error("a value for `{0}` is not finite")]
     NotFinite(String),
+    /// A file cannot have the node: a number is out of its range.
+    #[error("`{id}` is not possible: {reason}")]
+    Impossible {
+        /// The node.
+        id: String,
+        /// Which number, and what is allowed.
+        reason: String,
+    },
     /// A file cannot have the text.
     #[error("a text of `{0}` has a character that XML does not allow")]
     Character(String),

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use innermodel_language::{Document, Loader};
-use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use rc_diagnostics::{Diagnostics, Format, Severity, SourceMap, render};
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error as ThisError;
@@ -92,23 +92,38 @@ pub fn read_text(
     load(text, place, &Foreign(folders))
 }
 
+/// No file.
+struct Nothing;
+
+impl Loader for Nothing {
+    fn read(&self, _: &Path) -> io::Result<String> {
+        Err(io::ErrorKind::NotFound.into())
+    }
+
+    fn is_file(&self, _: &Path) -> bool {
+        false
+    }
+
+    fn search(&self) -> &[PathBuf] {
+        &[]
+    }
+}
+
 /// Reads a text that includes no file.
 pub(crate) fn parse(text: &str) -> Result<(Document, String), LoadError> {
-    struct Nothing;
-    impl Loader for Nothing {
-        fn read(&self, _: &Path) -> io::Result<String> {
-            Err(io::ErrorKind::NotFound.into())
-        }
-
-        fn is_file(&self, _: &Path) -> bool {
-            false
-        }
-
-        fn search(&self) -> &[PathBuf] {
-            &[]
-        }
-    }
     load(text, Path::new("text.xml"), &Nothing)
+}
+
+/// Why a file cannot have an element, if it cannot.
+pub(crate) fn problem(element: &str) -> Option<String> {
+    let mut sources = SourceMap::new();
+    let text = format!("<innerModel>{element}</innerModel>");
+    let source = sources.add("element.xml", text);
+    let (_, found) = innermodel_language::load(&mut sources, &Nothing, source);
+    let mut errors = found
+        .iter()
+        .filter(|found| found.severity == Severity::Error);
+    errors.next().map(|error| error.message.clone())
 }
 
 fn load(text: &str, place: &Path, loader: &dyn Loader) -> Result<(Document, String), LoadError> {

@@ -1,136 +1,22 @@
 //! The interface `Simulation`.
 
 use crate::SpecificWorker;
-use crate::elements::{self, MOST_NODES};
+use crate::elements::MOST_NODES;
 use crate::refusal::{Refusal, reply};
+use crate::requests::{LONGEST_WORK, clock, one_element, pose_in, pose_out, speed, wrong};
 use crate::worlds::{check_new, unknown};
-use innermodel::language::Document;
 use innermodel_physics::Physics;
-use innermodel_simulation::{Dynamics, Speed, World};
+use innermodel_simulation::{Dynamics, MotorGoal, Speed, World};
 use rcis_generated::interfaces::simulation as calls;
 use rcis_generated::types::rc_simulation::Reason;
 use rcis_generated::{
     Attribute, BodyJoint, Clock, Collision, Context, Direction, Names, Point, Pose, Prediction,
-    Signal, Simulation, SimulationError, Skeleton,
+    Signal, Simulation, Skeleton,
 };
-use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// The most steps of one request.
-const MOST_STEPS: i64 = 100_000;
-/// How long one request makes steps; no other one is served meanwhile.
-const LONGEST_WORK: Duration = Duration::from_secs(5);
 /// The longest prediction in seconds.
 const LONGEST: f64 = 3600.0;
-
-fn wrong(what: impl Into<String>) -> Refusal {
-    Refusal::Other(Reason::WrongValue, what.into())
-}
-
-fn pose_in(pose: &Pose) -> innermodel::Pose {
-    innermodel::Pose::new(pose.x, pose.y, pose.z, pose.rx, pose.ry, pose.rz)
-}
-
-fn pose_out(pose: &innermodel::Pose) -> Pose {
-    let ([x, y, z], [rx, ry, rz]) = (pose.translation, pose.rotation);
-    Pose {
-        x,
-        y,
-        z,
-        rx,
-        ry,
-        rz,
-    }
-}
-
-/// Reads a text with one outermost element.
-fn element(scene: &Path, text: &str) -> Result<Document, Refusal> {
-    let read = elements::read(scene, text);
-    let document = read.map_err(|refused| {
-        let reason = match refused {
-            inner_model_manager::Refusal::Path(_) => Reason::WrongValue,
-            _ => Reason::WrongText,
-        };
-        Refusal::Other(reason, refused.text())
-    })?;
-    let tops = document.nodes.iter().filter(|node| node.parent.is_none());
-    let tops = tops.count();
-    if tops != 1 {
-        let text = format!("expected one element, found {tops}");
-        return Err(Refusal::Other(Reason::WrongText, text));
-    }
-    Ok(document)
-}
-
-fn clock(world: &World, pending: u64) -> Clock {
-    let count = |number: u128| i64::try_from(number).unwrap_or(i64::MAX);
-    Clock {
-        time: count(world.time().as_nanos()),
-        steps: count(u128::from(world.steps())),
-        step: count(world.step_time().as_nanos()),
-        pending: count(u128::from(pending)),
-    }
-}
-
-fn speed(side: f64, advance: f64, turn: f64) -> Speed {
-    Speed {
-        side,
-        advance,
-        turn,
-    }
-}
-
-impl SpecificWorker {
-    /// The world of a name.
-    fn named(&mut self, name: &str) -> Result<&mut World, Refusal> {
-        if name.is_empty() {
-            return Ok(&mut self.world);
-        }
-        if !self.worlds.clones.contains_key(name) {
-            return Err(unknown(&self.worlds.clones, name, "clone"));
-        }
-        let found = self.worlds.clones.get_mut(name);
-        found.ok_or_else(|| wrong("the clone is gone"))
-    }
-
-    /// Asks or changes the world of a name.
-    fn with<T, E: From<SimulationError>>(
-        &mut self,
-        name: &str,
-        make: impl FnOnce(&mut World) -> Result<T, Refusal>,
-    ) -> Result<T, E> {
-        reply(self.named(name).and_then(make))
-    }
-
-    fn make_steps(&mut self, ctx: &mut Context, name: &str, count: i64) -> Result<Clock, Refusal> {
-        if !(0..=MOST_STEPS).contains(&count) {
-            return Err(wrong(format!(
-                "expected 0 to {MOST_STEPS} steps, found {count}"
-            )));
-        }
-        let steps = count.unsigned_abs();
-        if !name.is_empty() {
-            let world = self.named(name)?;
-            let (until, last) = (Instant::now() + LONGEST_WORK, world.steps() + steps);
-            while world.steps() < last && Instant::now() < until {
-                world.step()?;
-            }
-            return Ok(clock(world, last - world.steps()));
-        }
-        if self.pending > 0 {
-            let text = format!("{} steps are not over", self.pending);
-            return Err(Refusal::Other(Reason::Busy, text));
-        }
-        self.pending = steps;
-        let until = Instant::now() + LONGEST_WORK;
-        let waits = ctx.time.is_active() && ctx.params.wait;
-        while !waits && self.pending > 0 && Instant::now() < until {
-            self.step(ctx).map_err(|error| wrong(error.to_string()))?;
-            self.pending -= 1;
-        }
-        Ok(clock(&self.world, self.pending))
-    }
-}
 
 /// The number of worlds that the parameters allow.
 fn most(ctx: &Context) -> usize {
@@ -167,7 +53,7 @@ impl Simulation for SpecificWorker {
         parent: String,
         element: String,
     ) -> Result<(), calls::AddError> {
-        let document = self::element(&self.scene, &element);
+        let document = one_element(&self.scene, &element);
         self.with(&world, |world| {
             let document = document?;
             if world.tree().len() + document.nodes.len() > MOST_NODES {
@@ -198,7 +84,7 @@ impl Simulation for SpecificWorker {
         id: String,
         element: String,
     ) -> Result<(), calls::SetError> {
-        let document = self::element(&self.scene, &element);
+        let document = one_element(&self.scene, &element);
         self.with(&world, |world| match &document?.nodes[..] {
             [node] if node.id == id => {
                 let (kind, allowed) = (node.kind.clone(), node.allowed.clone());
@@ -404,6 +290,18 @@ impl Simulation for SpecificWorker {
         self.with(&world, |world| Ok(world.push(&id, impulse)?))
     }
 
+    fn release(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        joint: String,
+    ) -> Result<(), calls::ReleaseError> {
+        self.with(&world, |world| {
+            world.command(&[(&joint, MotorGoal::Free)])?;
+            Ok(())
+        })
+    }
+
     fn snapshot(
         &mut self,
         ctx: &mut Context,
@@ -411,7 +309,7 @@ impl Simulation for SpecificWorker {
         name: String,
     ) -> Result<(), calls::SnapshotError> {
         let free = check_new(&self.worlds.snapshots, &name, "snapshot", most(ctx));
-        let kept = free.and_then(|()| Ok(self.named(&world)?.keep_state()));
+        let kept = free.and_then(|()| Ok(self.named(&world)?.snapshot()));
         reply(kept.map(|kept| drop(self.worlds.snapshots.insert(name, kept))))
     }
 
@@ -424,7 +322,7 @@ impl Simulation for SpecificWorker {
         let kept = self.worlds.snapshots.get(&name).cloned();
         let kept = kept.ok_or_else(|| unknown(&self.worlds.snapshots, &name, "snapshot"));
         reply(kept.and_then(|kept| {
-            self.named(&world)?.set_back(&kept);
+            self.named(&world)?.restore(&kept);
             Ok(())
         }))
     }

@@ -1,12 +1,15 @@
 //! The component `rcis`.
 
+mod batteries;
 mod control;
 mod elements;
+mod imus;
 mod manager;
 mod motors;
 mod pictures;
 mod ranges;
 mod refusal;
+mod requests;
 mod robots;
 mod scene;
 mod specific_worker;

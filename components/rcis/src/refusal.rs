@@ -45,7 +45,9 @@ fn reason(error: &Error) -> Reason {
         Error::Tree(tree) => match tree {
             Tree::UnknownId { .. } | Tree::Removed => Reason::UnknownNode,
             Tree::DuplicateId(_) => Reason::DuplicateNode,
-            Tree::EmptyId | Tree::NotFinite(_) | Tree::Character(_) => Reason::WrongValue,
+            Tree::EmptyId | Tree::NotFinite(_) | Tree::Character(_) | Tree::Impossible { .. } => {
+                Reason::WrongValue
+            }
             Tree::UnknownAttribute { .. } => Reason::UnknownAttribute,
             _ => Reason::WrongKind,
         },

@@ -1,37 +1,28 @@
-//! Bases, poses, batteries and inertial sensors.
+//! Bases and their poses.
 
 use crate::SpecificWorker;
-use innermodel::{Kind, NodeRef};
-use innermodel_simulation::{Error, Inertia, Planar, Speed};
+use innermodel::NodeRef;
+use innermodel_simulation::{Error, Pose2D, Speed};
 use rcis_generated::interfaces::{
-    battery_status as battery_calls, differential_robot as base_calls,
-    generic_base as generic_calls, omni_robot as omni_calls,
+    differential_robot as base_calls, generic_base as generic_calls, omni_robot as omni_calls,
 };
 use rcis_generated::types::{
-    robo_comp_battery_status as battery, robo_comp_differential_robot as differential,
-    robo_comp_generic_base as generic, robo_comp_omni_robot as omni,
+    robo_comp_differential_robot as differential, robo_comp_generic_base as generic,
+    robo_comp_omni_robot as omni,
 };
 use rcis_generated::{
-    Acceleration, Bases, Batteries, BatteryStates, Context, DataImu, FullPoseEuler, GenericBases,
-    Imus, Magnetic, Member, OmniBases, Orientation, Poses, TBaseState, TBattery, Wgyr,
+    Bases, Context, FullPoseEuler, GenericBases, Member, OmniBases, Poses, TBaseState,
 };
-use std::f64::consts::{PI, TAU};
 
-/// The voltage of an empty battery, and what a full one has more, in V.
-const EMPTY: f64 = 22.0;
-const RISE: f64 = 4.0;
 /// A base stands if it is not faster, in mm/s and rad/s: at a wall, rounding moves it a little.
 const STANDS: f64 = 0.01;
-/// The charge of a full battery, in A s.
-const CAPACITY: f64 = 36_000.0;
-
 /// Whether a node is below another one.
 pub(crate) fn is_below(node: NodeRef<'_>, above: &str) -> bool {
     std::iter::successors(Some(node), NodeRef::parent).any(|node| node.id() == above)
 }
 
-fn place(x: f32, z: f32, alpha: f32) -> Planar {
-    Planar {
+fn place(x: f32, z: f32, alpha: f32) -> Pose2D {
+    Pose2D {
         x: f64::from(x),
         z: f64::from(z),
         alpha: f64::from(alpha),
@@ -39,8 +30,8 @@ fn place(x: f32, z: f32, alpha: f32) -> Planar {
 }
 
 /// A place as the wire has it: whole millimetres.
-fn whole(x: i32, z: i32, alpha: f32) -> Planar {
-    Planar {
+fn whole(x: i32, z: i32, alpha: f32) -> Pose2D {
+    Pose2D {
         x: f64::from(x),
         z: f64::from(z),
         alpha: f64::from(alpha),
@@ -79,7 +70,7 @@ impl SpecificWorker {
     }
 
     fn odometer(&self, id: &str) -> Result<(i32, i32, f32), Error> {
-        let Planar { x, z, alpha } = self.world.base(id)?.odometer;
+        let Pose2D { x, z, alpha } = self.world.base(id)?.odometer;
         Ok((x.round() as i32, z.round() as i32, alpha as f32))
     }
 
@@ -124,36 +115,6 @@ impl SpecificWorker {
                 // Without the robot, there is nothing to stop.
                 let _ = self.world.drive(id, Speed::default());
                 Err(error)
-            }
-        }
-    }
-
-    fn battery_of(&self, id: &str) -> Result<TBattery, Error> {
-        let state = self.world.battery(id)?;
-        let tree = self.world.tree();
-        let (endurance, charging) = match tree.node(id)?.kind() {
-            Kind::Battery(battery) => (battery.endurance, battery.charging),
-            _ => (1.0, 1.0),
-        };
-        let (states, current) = match (state.is_connected, state.level < 1.0) {
-            (true, true) => (BatteryStates::Charging, CAPACITY / charging),
-            (true, false) => (BatteryStates::Charged, 0.0),
-            (false, _) => (BatteryStates::Disconnected, -CAPACITY / endurance),
-        };
-        Ok(TBattery {
-            percentage: (100.0 * state.level) as f32,
-            state: states,
-            voltage: (EMPTY + RISE * state.level) as f32,
-            current: current as f32,
-        })
-    }
-
-    fn inertia(&mut self, member: &Member) -> Option<Inertia> {
-        match self.world.inertia(member.name()) {
-            Ok(inertia) => Some(inertia),
-            Err(error) => {
-                self.tell(error.to_string());
-                None
             }
         }
     }
@@ -225,7 +186,7 @@ impl Bases for SpecificWorker {
     }
 
     fn reset_odometer(&mut self, _ctx: &mut Context, member: &Member) {
-        let origin = Some(Planar::default());
+        let origin = Some(Pose2D::default());
         let done = self.world.set_odometer(member.name(), origin, None);
         self.or_default(done);
     }
@@ -317,7 +278,7 @@ impl OmniBases for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<(), omni_calls::ResetOdometerError> {
-        let origin = Some(Planar::default());
+        let origin = Some(Pose2D::default());
         let done = self.world.set_odometer(member.name(), origin, None);
         Ok(done.map_err(|e| omni_failed(&e))?)
     }
@@ -407,113 +368,5 @@ impl Poses for SpecificWorker {
     fn get_full_pose_euler(&mut self, _ctx: &mut Context, member: &Member) -> FullPoseEuler {
         let pose = self.full_pose(member.name());
         self.or_default(pose)
-    }
-}
-
-impl Batteries for SpecificWorker {
-    fn get_battery_state(
-        &mut self,
-        _ctx: &mut Context,
-        member: &Member,
-    ) -> Result<TBattery, battery_calls::GetBatteryStateError> {
-        let state = self.battery_of(member.name());
-        Ok(state.map_err(|error| battery::HardwareFailedException {
-            what: error.to_string(),
-        })?)
-    }
-}
-
-fn parts(vector: &innermodel::Vector) -> [f32; 3] {
-    [vector.x as f32, vector.y as f32, vector.z as f32]
-}
-
-/// The speed of turning of the interface, which about y grows to the left.
-fn turning(inertia: &Inertia) -> [f32; 3] {
-    let [x, y, z] = parts(&inertia.turning);
-    [x, -y, z]
-}
-
-impl Imus for SpecificWorker {
-    fn get_data_imu(&mut self, ctx: &mut Context, member: &Member) -> DataImu {
-        let Some(inertia) = self.inertia(member) else {
-            return DataImu::default();
-        };
-        let [x_acc, y_acc, z_acc] = parts(&inertia.acceleration);
-        let [x_gyr, y_gyr, z_gyr] = turning(&inertia);
-        let [x_mag, y_mag, z_mag] = parts(&inertia.north);
-        let Orientation { roll, pich, yaw } = self.get_orientation(ctx, member);
-        DataImu {
-            x_acc,
-            y_acc,
-            z_acc,
-            x_gyr,
-            y_gyr,
-            z_gyr,
-            x_mag,
-            y_mag,
-            z_mag,
-            roll,
-            pich,
-            yaw,
-            temperature: 25.0,
-        }
-    }
-
-    fn get_acceleration(&mut self, _ctx: &mut Context, member: &Member) -> Acceleration {
-        let Some(inertia) = self.inertia(member) else {
-            return Acceleration::default();
-        };
-        let [x_acc, y_acc, z_acc] = parts(&inertia.acceleration);
-        Acceleration {
-            x_acc,
-            y_acc,
-            z_acc,
-        }
-    }
-
-    fn get_velangular(&mut self, _ctx: &mut Context, member: &Member) -> Wgyr {
-        let Some(inertia) = self.inertia(member) else {
-            return Wgyr::default();
-        };
-        let [x_gyr, y_gyr, z_gyr] = turning(&inertia);
-        Wgyr {
-            x_gyr,
-            y_gyr,
-            z_gyr,
-        }
-    }
-
-    fn get_magneticfields(&mut self, _ctx: &mut Context, member: &Member) -> Magnetic {
-        let Some(inertia) = self.inertia(member) else {
-            return Magnetic::default();
-        };
-        let [x_mag, y_mag, z_mag] = parts(&inertia.north);
-        Magnetic {
-            x_mag,
-            y_mag,
-            z_mag,
-        }
-    }
-
-    /// Roll is about z, pitch about x of the tree. Yaw is about y, to the left.
-    fn get_orientation(&mut self, _ctx: &mut Context, member: &Member) -> Orientation {
-        let Some(inertia) = self.inertia(member) else {
-            return Orientation::default();
-        };
-        let [x, y, z] = inertia.orientation;
-        let zero = self.yaws.get(member.name()).copied().unwrap_or(0.0);
-        Orientation {
-            roll: z as f32,
-            pich: x as f32,
-            // From −π to π.
-            yaw: (zero - y + PI).rem_euclid(TAU) as f32 - std::f32::consts::PI,
-        }
-    }
-
-    fn reset_imu(&mut self, _ctx: &mut Context, member: &Member) {
-        if let Some(inertia) = self.inertia(member) {
-            let yaw = inertia.orientation[1];
-            self.yaws.insert(member.name().to_owned(), yaw);
-        }
     }
 }

@@ -1,7 +1,7 @@
 //! Snapshots and clones of the world.
 
 use crate::refusal::Refusal;
-use innermodel_simulation::{Kept, World};
+use innermodel_simulation::{World, WorldSnapshot};
 use rc_diagnostics::{foreign, nearest};
 use rcis_generated::types::rc_simulation::Reason;
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ const LONGEST: usize = 64;
 /// Snapshots and clones by their names.
 #[derive(Debug, Default)]
 pub(crate) struct Worlds {
-    pub(crate) snapshots: BTreeMap<String, Kept>,
+    pub(crate) snapshots: BTreeMap<String, WorldSnapshot>,
     pub(crate) clones: BTreeMap<String, World>,
 }
 

@@ -4,14 +4,13 @@
 
 use crate::allowed::allowed;
 use crate::bodies::{METRE, Solid, Space, pose, vector};
-use crate::rays::{distance as way, meet};
-use innermodel::{Error, Key, NodeId, Point, Vector};
+use crate::rays::{Slabs, distance as way, meet};
+use innermodel::{Error, Key, NodeId, NodeRef, Point, Vector};
 use parry3d_f64::math::Pose;
 use parry3d_f64::math::Vector as Meters;
 use parry3d_f64::query::{
     ClosestPoints, Ray, closest_points, contact, distance, intersection_test,
 };
-use std::cell::Cell;
 
 /// Two bodies that touch.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,13 +74,18 @@ impl Caster<'_> {
             self.frame.translation,
             self.frame.rotation * vector(direction),
         );
-        let first = self.space.bvh.cast_ray(&ray, range / METRE, |place, best| {
-            let solid = self.space.solids.get(place as usize)?.as_ref()?;
-            if !counts(solid.node) {
-                return None;
-            }
-            way(solid, &ray, best)
-        });
+        let slabs = Slabs::new(&ray);
+        let first = self.space.bvh.find_best(
+            range / METRE,
+            |node, best| slabs.enter(node, best),
+            |place, best| {
+                let solid = self.space.solids.get(place as usize)?.as_ref()?;
+                if !counts(solid.node) {
+                    return None;
+                }
+                way(solid, &ray, best)
+            },
+        );
         let (place, distance) = first?;
         let solid = self.space.solids.get(place as usize)?.as_ref()?;
         Some((solid.node, distance * METRE))
@@ -128,7 +132,7 @@ impl Space {
             let Some(a) = a.as_ref().filter(|solid| self.collides(solid)) else {
                 continue;
             };
-            let bounds = a.shape.compute_aabb(&a.pose);
+            let bounds = a.bounds(&a.pose);
             for other in self.bvh.intersect_aabb(&bounds) {
                 let b = self.solids.get(other as usize).and_then(Option::as_ref);
                 let b = b.filter(|b| other as usize > place && self.collides(b));
@@ -156,9 +160,9 @@ impl Space {
         let (a, b) = (self.named(a)?, self.named(b)?);
         let mut pairs: Vec<(f64, &Solid, &Solid)> = Vec::new();
         for a in &a {
-            let bounds = a.shape.compute_aabb(&a.pose);
+            let bounds = a.bounds(&a.pose);
             for b in b.iter().filter(|b| b.node != a.node) {
-                let other = b.shape.compute_aabb(&b.pose);
+                let other = b.bounds(&b.pose);
                 let apart = (bounds.mins - other.maxs).max(other.mins - bounds.maxs);
                 pairs.push((apart.max(Meters::ZERO).length(), a, b));
             }
@@ -197,18 +201,35 @@ impl Space {
         Ok(Caster { space: self, frame })
     }
 
-    /// The least of half the lengths of the boxes around the bodies below a node that collide, of
-    /// the body where it is greatest, in millimetres. 0 without such bodies. A motion in shorter
-    /// pieces jumps over no other body.
+    /// The least of half the lengths of the boxes around the bodies below a node that collide, in
+    /// millimetres. 0 without such bodies. A motion in shorter pieces jumps over no other body.
     pub fn half_thickness(&self, top: impl Key) -> Result<f64, Error> {
         let top = self.tree.node(top)?;
-        let colliding = top.subtree().filter(|node| node.kind().collides());
-        let solids = colliding.filter_map(|node| self.solid(node.node_id()));
-        let least = solids.map(|solid| {
+        let halves = self.colliding(top).map(|solid| {
             let half = solid.shape.compute_local_aabb().half_extents();
             half.x.min(half.y).min(half.z)
         });
-        Ok(least.fold(0.0, f64::max) * METRE)
+        Ok(halves.reduce(f64::min).unwrap_or(0.0) * METRE)
+    }
+
+    /// How far the bodies below a node that collide are from its y axis at most, in millimetres. 0
+    /// without such bodies.
+    pub fn reach(&self, top: impl Key) -> Result<f64, Error> {
+        let top = self.tree.node(top)?;
+        let back = pose(&top.to_root()).inverse();
+        let reaches = self.colliding(top).map(|solid| {
+            let bounds = solid.shape.compute_local_aabb();
+            let centre = back * (solid.pose * bounds.center());
+            centre.x.hypot(centre.z) + bounds.half_extents().length()
+        });
+        Ok(reaches.fold(0.0, f64::max) * METRE)
+    }
+
+    /// The bodies below a node that collide.
+    fn colliding(&self, top: NodeRef<'_>) -> impl Iterator<Item = &Solid> {
+        let colliding = top.subtree().filter(|node| node.kind().collides());
+        let ids: Vec<NodeId> = colliding.map(|node| node.node_id()).collect();
+        ids.into_iter().filter_map(|id| self.solid(id))
     }
 
     /// What a ray meets first within `range` millimetres. Start and direction are in the frame of
@@ -235,17 +256,17 @@ impl Space {
             let solid = self.solids.get(place as usize)?.as_ref()?;
             counts(solid.node).then_some(solid)
         };
-        // What the tree of boxes found is not asked again for its normal.
-        let nearest: Cell<Option<(f64, Meters, NodeId)>> = Cell::new(None);
-        self.bvh.cast_ray(&ray, range / METRE, |place, best| {
-            let solid = solid(place)?;
-            let (distance, normal) = meet(solid, &ray, best)?;
-            if nearest.get().is_none_or(|(before, ..)| distance < before) {
-                nearest.set(Some((distance, normal, solid.node)));
-            }
-            Some(distance)
-        });
-        Ok(nearest.get().map(|(distance, normal, node)| {
+        let slabs = Slabs::new(&ray);
+        let nearest = self.bvh.find_best(
+            range / METRE,
+            |node, best| slabs.enter(node, best),
+            |place, best| {
+                let solid = solid(place)?;
+                let (distance, normal) = meet(solid, &ray, best)?;
+                Some((distance, (normal, solid.node)))
+            },
+        );
+        Ok(nearest.map(|(_, (distance, (normal, node)))| {
             let normal = to_root.rotation.inverse() * normal;
             Hit {
                 node,
@@ -258,7 +279,7 @@ impl Space {
 }
 
 fn touch(a: &Solid, b: &Solid) -> bool {
-    let bounds = (a.shape.compute_aabb(&a.pose), b.shape.compute_aabb(&b.pose));
+    let bounds = (a.bounds(&a.pose), b.bounds(&b.pose));
     if bounds.0.mins.cmpgt(bounds.1.maxs).any() || bounds.1.mins.cmpgt(bounds.0.maxs).any() {
         return false;
     }

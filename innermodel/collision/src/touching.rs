@@ -37,7 +37,7 @@ impl Space {
         let colliding = top.subtree().filter(|node| node.kind().collides());
         for solid in colliding.filter_map(|node| self.solid(node.node_id())) {
             let there = motion * solid.pose;
-            for other in self.bvh.intersect_aabb(&solid.shape.compute_aabb(&there)) {
+            for other in self.bvh.intersect_aabb(&solid.bounds(&there)) {
                 let other = self.solids.get(other as usize).and_then(Option::as_ref);
                 let Some(other) = other.filter(|other| !inside.contains(&other.node)) else {
                     continue;

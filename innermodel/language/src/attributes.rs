@@ -172,6 +172,12 @@ impl<'a, 'd> Attributes<'a, 'd> {
         self.checked(name, default, |n| n > 0.0, "must be greater than 0")
     }
 
+    /// A number of pixels, 0 if it is missing.
+    pub(crate) fn pixels(&mut self, name: &str) -> f64 {
+        let is_whole = |n: f64| n >= 1.0 && n.fract() == 0.0;
+        self.checked(name, 0.0, is_whole, "must be a whole number from 1")
+    }
+
     /// A number from 0 to 1.
     pub(crate) fn part(&mut self, name: &str, default: f64) -> f64 {
         let is_part = |n| (0.0..=1.0).contains(&n);

@@ -4,10 +4,25 @@ use innermodel::kinds::Engine;
 use innermodel::{Kind, NodeId, NodeRef, Snapshot, Transform};
 use innermodel_collision::Space;
 use innermodel_collision::parry::math::{Mat3, Pose, Rotation, Vector};
-use rapier3d_f64::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};
+use rapier3d_f64::prelude::{
+    ColliderBuilder, ColliderHandle, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle,
+};
 
 /// Millimetres in a metre.
 pub(crate) const METRE: f64 = 1000.0;
+
+/// A frame that differs by more, in m or in parts of a rotation, was set by others.
+const MOVED: f64 = 1e-9;
+
+/// Whether two frames differ by rounding only.
+pub(crate) fn near(a: &Pose, b: &Pose) -> bool {
+    let (a_turn, b_turn) = (a.rotation.to_array(), b.rotation.to_array());
+    let apart = a_turn.iter().zip(b_turn).map(|(a, b)| (a - b).abs());
+    // A quaternion and its negative are the same rotation.
+    let other = a_turn.iter().zip(b_turn).map(|(a, b)| (a + b).abs());
+    (a.translation - b.translation).length() <= MOVED
+        && apart.fold(0.0, f64::max).min(other.fold(0.0, f64::max)) <= MOVED
+}
 
 /// The mass in kg of a node that forces move.
 pub(crate) fn mass(node: &NodeRef<'_>) -> Option<f64> {
@@ -54,19 +69,55 @@ pub(crate) fn transform(pose: &Pose) -> Transform {
     }
 }
 
-/// Adds a body that forces move.
+/// A shape of a body that forces move.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part {
+    handle: ColliderHandle,
+    node: NodeId,
+    body: NodeId,
+}
+
+impl Part {
+    /// Takes over where others have put the part in its body.
+    pub(crate) fn place(&self, world: &mut PhysicsWorld, space: &Space) {
+        let (Ok(body), Some((_, there))) =
+            (space.tree().node(self.body), space.shape_of(self.node))
+        else {
+            return;
+        };
+        let inner = pose(&body.to_root()).inverse() * *there;
+        if let Some(collider) = world.colliders.get_mut(self.handle)
+            && let Some(known) = collider.position_wrt_parent()
+            && !near(known, &inner)
+        {
+            collider.set_position_wrt_parent(inner);
+        }
+    }
+}
+
+/// Whether a change of a node, or of another node that becomes it, makes other bodies or joints.
+pub(crate) fn counts(node: &NodeRef<'_>) -> bool {
+    let moves = |node: NodeRef<'_>| mass(&node).is_some();
+    match node.kind() {
+        Kind::Joint(_) | Kind::Prismatic(_) => node.children().any(moves),
+        kind => kind.collides() || moves(*node),
+    }
+}
+
+/// Adds a body that forces move, and its parts to `parts`.
 pub(crate) fn add_moving(
     world: &mut PhysicsWorld,
     space: &Space,
     node: &NodeRef<'_>,
     mass: f64,
+    parts: &mut Vec<Part>,
 ) -> RigidBodyHandle {
     let here = pose(&node.to_root());
     let shapes: Vec<_> = node
         .subtree()
         .filter(|part| part.kind().collides())
         .filter(|part| mover(*part).map(|m| m.node_id()) == Some(node.node_id()))
-        .filter_map(|part| space.shape_of(part.node_id()))
+        .filter_map(|part| Some((part.node_id(), space.shape_of(part.node_id())?)))
         .collect();
     // A body at rest stays awake: what others move under it moves it again.
     let mut body = RigidBodyBuilder::dynamic().pose(here).can_sleep(false);
@@ -75,12 +126,16 @@ pub(crate) fn add_moving(
     }
     let handle = world.insert_body(body);
     let part = mass / shapes.len().max(1) as f64;
-    for (shape, place) in shapes {
+    for (id, (shape, place)) in shapes {
         let inner = here.inverse() * *place;
         let collider = ColliderBuilder::new(shape.clone())
             .position(inner)
             .mass(part);
-        world.insert_collider(collider, Some(handle));
+        parts.push(Part {
+            handle: world.insert_collider(collider, Some(handle)),
+            node: id,
+            body: node.node_id(),
+        });
     }
     handle
 }

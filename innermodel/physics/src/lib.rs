@@ -26,6 +26,7 @@
 
 mod bodies;
 mod joints;
+mod motors;
 mod physics;
 
 pub use physics::Physics;

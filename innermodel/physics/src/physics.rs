@@ -1,8 +1,11 @@
 //! The forces of one world.
 
-use crate::bodies::{add_moving, add_obstacle, mass, mover, obstacles, pose, transform};
+use crate::bodies::{
+    Part, add_moving, add_obstacle, counts, mass, mover, obstacles, pose, transform,
+};
 use crate::joints::{Joint, above};
-use innermodel::{Change, NodeId, Snapshot, Transform};
+use crate::motors::Motor;
+use innermodel::{Change, Kind, NodeId, Snapshot, Transform};
 use innermodel_collision::Space;
 use innermodel_collision::parry::math::{Pose, Vector};
 use innermodel_simulation::{Dynamics, GRAVITY, MotorState, Moved, NotPushed};
@@ -10,6 +13,7 @@ use rapier3d_f64::prelude::{PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// The longest step of the solver in seconds.
@@ -35,13 +39,17 @@ pub struct Physics {
     world: PhysicsWorld,
     tree: Option<Snapshot>,
     bodies: BTreeMap<NodeId, Body>,
+    /// The shapes of bodies.
+    parts: Vec<Part>,
     obstacles: BTreeMap<NodeId, RigidBodyHandle>,
+    /// What the nodes are that bodies, obstacles and joints were made of.
+    known: BTreeMap<NodeId, Arc<Kind>>,
     /// Nodes that carry joints and that forces do not move.
     carriers: BTreeMap<NodeId, RigidBodyHandle>,
     /// Obstacles and carriers that move in this step: from where to where.
     moving: Vec<(RigidBodyHandle, Pose, Pose)>,
     joints: Vec<Joint>,
-    jointed: BTreeSet<NodeId>,
+    motors: BTreeMap<NodeId, Motor>,
     /// Speeds that bodies have when they are made: along and about.
     speeds: BTreeMap<NodeId, (Vector, Vector)>,
 }
@@ -84,14 +92,18 @@ impl Physics {
             .contact_softness
             .natural_frequency = CONTACTS;
         self.bodies.clear();
+        self.parts.clear();
         self.carriers.clear();
         self.joints.clear();
-        self.jointed.clear();
+        let counting = tree.nodes().filter(counts);
+        self.known = counting
+            .map(|node| (node.node_id(), Arc::clone(node.shared_kind())))
+            .collect();
         for node in tree.nodes() {
             let Some(mass) = mass(&node) else {
                 continue;
             };
-            let handle = add_moving(&mut world, space, &node, mass);
+            let handle = add_moving(&mut world, space, &node, mass, &mut self.parts);
             if let (Some((along, about)), Some(body)) =
                 (speeds.get(&node.node_id()), world.bodies.get_mut(handle))
             {
@@ -102,28 +114,30 @@ impl Physics {
                 let outer = joint.parent()?;
                 let moved = mover(outer).and_then(|mover| {
                     let body = self.bodies.get(&mover.node_id())?;
-                    Some((body.handle, mover.to_root()))
+                    Some((mover, body.handle))
                 });
-                let carrier = moved.unwrap_or_else(|| {
-                    let there = outer.to_root();
+                let (carrier, handle_of_carrier) = moved.unwrap_or_else(|| {
                     let new = || {
                         let builder = RigidBodyBuilder::kinematic_position_based();
-                        world.insert_body(builder.pose(pose(&there)))
+                        world.insert_body(builder.pose(pose(&outer.to_root())))
                     };
                     let carriers = self.carriers.entry(outer.node_id());
-                    (*carriers.or_insert_with(new), there)
+                    (outer, *carriers.or_insert_with(new))
                 });
-                Joint::add(&mut world, &joint, &node, handle, carrier)
+                let carrier = (&carrier, handle_of_carrier);
+                let added = Joint::add(&mut world, &joint, (&node, handle), carrier)?;
+                let motor = self.motors.entry(added.node);
+                motor.or_insert_with(|| {
+                    Motor::at(joint.position().unwrap_or_default() / added.scale())
+                });
+                Some(added)
             });
             let body = Body {
                 handle,
                 place: node.to_root(),
                 is_jointed: joint.is_some(),
             };
-            if let Some(joint) = joint {
-                self.jointed.insert(joint.node);
-                self.joints.push(joint);
-            }
+            self.joints.extend(joint);
             self.bodies.insert(node.node_id(), body);
         }
         let obstacles = obstacles(tree).filter_map(|node| {
@@ -133,16 +147,30 @@ impl Physics {
         self.obstacles = obstacles.collect();
         self.world = world;
         self.speeds.clear();
+        let joints: BTreeSet<NodeId> = self.joints.iter().map(|joint| joint.node).collect();
+        self.motors.retain(|joint, _| joints.contains(joint));
     }
 
-    /// Makes all bodies anew if more has changed in the tree than places. Returns whether it did.
+    /// Makes all bodies anew if others have changed which ones there are. Returns whether it did.
     fn rebuilt(&mut self, space: &Space) -> bool {
         let tree = space.tree();
         let changes = self.tree.as_ref().map(|known| tree.since(known));
-        let is_new = changes.as_ref().is_none_or(|changes| {
-            let mut changes = changes.iter();
-            changes.any(|change| !matches!(change, Change::Moved(_)))
-        });
+        let counts_in = |node: &NodeId| tree.node(*node).is_ok_and(|node| counts(&node));
+        let other = |change: &Change| match change {
+            Change::Moved(_) => false,
+            Change::Removed { node, .. } => self.known.contains_key(node),
+            Change::Added(node) => counts_in(node),
+            Change::Parent(node) => tree
+                .node(*node)
+                .is_ok_and(|node| node.subtree().any(|node| counts(&node))),
+            // An attribute makes no other body.
+            Change::Data(node) => match (self.known.get(node), tree.node(*node)) {
+                (Some(known), Ok(node)) => !Arc::ptr_eq(known, node.shared_kind()),
+                (None, Ok(node)) => counts(&node),
+                _ => true,
+            },
+        };
+        let is_new = changes.is_none_or(|changes| changes.iter().any(other));
         if is_new {
             self.build(space);
         }
@@ -199,7 +227,16 @@ impl Dynamics for Physics {
                 own.set_linvel(Vector::ZERO, true);
                 own.set_angvel(Vector::ZERO, true);
                 body.place = there;
+                if let Some(joint) = self.joints.iter().find(|joint| joint.own == node.node_id())
+                    && let Ok(there) = space.tree().node(joint.node)
+                    && let Some(motor) = self.motors.get_mut(&joint.node)
+                {
+                    motor.put(there.position().unwrap_or_default() / joint.scale());
+                }
             }
+        }
+        for joint in &mut self.joints {
+            joint.place(&mut self.world, space.tree());
         }
     }
 
@@ -211,12 +248,18 @@ impl Dynamics for Physics {
     ) -> Moved {
         self.rebuilt(space);
         self.moving = self.elsewhere(space);
-        for joint in &mut self.joints {
-            joint.drive(&mut self.world, motors.get(&joint.node));
+        for part in &self.parts {
+            part.place(&mut self.world, space);
+        }
+        for joint in &self.joints {
+            if let Some(motor) = self.motors.get_mut(&joint.node) {
+                motor.set_goal(motors.get(&joint.node), joint.scale());
+            }
         }
         let seconds = step.as_secs_f64();
         let count = (seconds / LONGEST).ceil().max(1.0);
-        self.world.integration_parameters.dt = seconds / count;
+        let dt = seconds / count;
+        self.world.integration_parameters.dt = dt;
         for part in 1..=count as u32 {
             let part = f64::from(part) / count;
             for (handle, from, to) in &self.moving {
@@ -224,7 +267,18 @@ impl Dynamics for Physics {
                     body.set_next_kinematic_position(between(from, to, part));
                 }
             }
+            for joint in &self.joints {
+                if let Some(motor) = self.motors.get_mut(&joint.node) {
+                    joint.drive(&mut self.world, motor, dt);
+                }
+            }
             self.world.step();
+            for joint in &self.joints {
+                if let Some(motor) = self.motors.get_mut(&joint.node) {
+                    let there = joint.position(&self.world, motor.position);
+                    motor.position = there.unwrap_or(motor.position);
+                }
+            }
         }
         let mut moved = Moved::default();
         for (node, body) in &self.bodies {
@@ -235,13 +289,20 @@ impl Dynamics for Physics {
             }
         }
         let joints = self.joints.iter();
-        let positions = joints.filter_map(|joint| Some((joint.node, joint.position(&self.world)?)));
+        let positions = joints.filter_map(|joint| {
+            let motor = self.motors.get(&joint.node)?;
+            Some((joint.node, motor.position * joint.scale()))
+        });
         moved.joints = positions.collect();
         moved
     }
 
     fn moves_joint(&self, joint: NodeId) -> bool {
-        self.jointed.contains(&joint)
+        self.motors.contains_key(&joint)
+    }
+
+    fn moves(&self, body: NodeId) -> bool {
+        self.known.contains_key(&body) && !self.obstacles.contains_key(&body)
     }
 
     fn applied(&mut self, space: &Space) {
@@ -281,12 +342,15 @@ impl Dynamics for Physics {
             let numbers = [along.x, along.y, along.z, about.x, about.y, about.z];
             (node, numbers.map(f64::to_bits)).hash(&mut hasher);
         }
+        // All digits of numbers are printed.
+        format!("{:?}", self.motors).hash(&mut hasher);
         hasher.finish()
     }
 
     fn duplicate(&self) -> Box<dyn Dynamics> {
         Box::new(Self {
             speeds: self.speeds(),
+            motors: self.motors.clone(),
             ..Self::default()
         })
     }

@@ -1,83 +1,12 @@
 //! Bases that drive.
 
 use crate::error::Error;
-use crate::planar::{Motion, Planar};
+use crate::pose2d::{Motion, Pose2D, Speed};
 use crate::random::Random;
+use crate::state::BaseState;
 use crate::world::World;
 use innermodel::kinds::{Drive, Robot};
-use innermodel::{Kind, NodeId, NodeRef, Pose, Transform};
-use innermodel_collision::Touching;
-use std::collections::BTreeMap;
-
-/// How often the last piece of a way to an obstacle is halved: the base stops within a micrometre.
-const HALVINGS: u32 = 24;
-/// How deep bodies are in each other before they stop a base, in millimetres. A wheel that stands
-/// on a floor touches it by rounding errors.
-const TOLERANCE: f64 = 0.01;
-/// How much deeper than at the start of a step two bodies may get that were deeper in each other
-/// than [`TOLERANCE`], in millimetres: more than the errors of rounding.
-const ROUNDING: f64 = 1e-6;
-/// The greatest speed of a base or of a motor whose own limit is greater or missing, in mm/s or
-/// rad/s. No place gets infinite by it.
-pub(crate) const FASTEST: f64 = 1e6;
-/// The most pieces into which a motion of one step is cut.
-const MOST_PIECES: f64 = 1000.0;
-
-/// How a base moves, in its own frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Speed {
-    /// To the right, in mm/s. 0 for a differential base.
-    pub side: f64,
-    /// Forwards, in mm/s.
-    pub advance: f64,
-    /// Counter-clockwise seen from above, in rad/s.
-    pub turn: f64,
-}
-
-impl Speed {
-    fn scaled(&self, factor: f64) -> Self {
-        Self {
-            side: self.side * factor,
-            advance: self.advance * factor,
-            turn: self.turn * factor,
-        }
-    }
-
-    /// The nearest speed that a robot can have.
-    fn limited(&self, robot: &Robot) -> Self {
-        let (fastest, turn) = (robot.max_speed.min(FASTEST), robot.max_turn.min(FASTEST));
-        // The greatest numbers would make an infinite length.
-        let greatest = self.side.abs().max(self.advance.abs());
-        let unit = if greatest > fastest { greatest } else { 1.0 };
-        let (side, advance) = (self.side / unit, self.advance / unit);
-        let way = side.hypot(advance) * unit;
-        let factor = if way > fastest {
-            fastest / side.hypot(advance)
-        } else {
-            unit
-        };
-        Self {
-            side: side * factor,
-            advance: advance * factor,
-            turn: self.turn.max(-turn).min(turn),
-        }
-    }
-}
-
-/// What a base knows of itself.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct BaseState {
-    /// The commanded speed, within the limits.
-    pub wanted: Speed,
-    /// The speed of the last step.
-    pub actual: Speed,
-    /// The place by the wheels.
-    pub odometer: Planar,
-    /// The place by the wheels, since it was corrected.
-    pub corrected: Planar,
-    /// What stopped the base in the last step: a body of the robot, and the obstacle.
-    pub stopped_by: Option<(NodeId, NodeId)>,
-}
+use innermodel::{Kind, NodeId, Pose, Transform};
 
 impl World {
     /// Commands a speed, which holds until the next command. Returns the speed that the base takes:
@@ -112,18 +41,18 @@ impl World {
     }
 
     /// Where a base is, whatever its odometry says.
-    pub fn place(&self, id: &str) -> Result<Planar, Error> {
+    pub fn place(&self, id: &str) -> Result<Pose2D, Error> {
         let (node, _) = self.robot(id)?;
         let place = self.tree().between(NodeId::ROOT, node)?;
-        Ok(Planar::of(&place))
+        Ok(Pose2D::of(&place))
     }
 
     /// Sets the place by the wheels, the corrected one, or both.
     pub fn set_odometer(
         &mut self,
         id: &str,
-        odometer: Option<Planar>,
-        corrected: Option<Planar>,
+        odometer: Option<Pose2D>,
+        corrected: Option<Pose2D>,
     ) -> Result<(), Error> {
         let (node, _) = self.robot(id)?;
         let mut both = odometer.iter().chain(&corrected);
@@ -154,13 +83,14 @@ impl World {
     /// Moves all bases by one step.
     pub(crate) fn move_bases(&mut self) -> Result<(), Error> {
         let bases: Vec<NodeId> = self.state.bases.keys().copied().collect();
+        let without_power = self.without_power();
         for node in bases {
-            self.move_base(node)?;
+            self.move_base(node, !without_power.contains(&node))?;
         }
         Ok(())
     }
 
-    fn move_base(&mut self, node: NodeId) -> Result<(), Error> {
+    fn move_base(&mut self, node: NodeId, is_powered: bool) -> Result<(), Error> {
         let tree = self.tree();
         let here = tree.node(node)?;
         let Kind::Robot(robot) = here.kind() else {
@@ -168,7 +98,7 @@ impl World {
         };
         let mut base = self.state.bases.get(&node).cloned().unwrap_or_default();
         let seconds = self.step.as_secs_f64();
-        let wanted = if self.is_powered(node) {
+        let wanted = if is_powered {
             base.wanted
         } else {
             Speed::default()
@@ -179,7 +109,8 @@ impl World {
             // Wheels that slip move the base less than themselves.
             let true_speed = wanted.scaled(1.0 - robot.slip);
             let (free, stopped_by) = if robot.collide {
-                self.free_part(node, &here.to_root(), &true_speed)?
+                let here = here.to_root();
+                self.free_fraction(node, &here, &here, &true_speed)?
             } else {
                 (1.0, None)
             };
@@ -194,7 +125,7 @@ impl World {
             };
             if free < 1.0 && rest.turn != 0.0 {
                 let there = here.to_root() * motions[0].transform();
-                let (part, _) = self.free_part_from(node, &here.to_root(), &there, &rest)?;
+                let (part, _) = self.free_fraction(node, &here.to_root(), &there, &rest)?;
                 motions.push(Motion::arc(&rest.scaled(part), seconds));
                 let wheel_rest = Speed {
                     turn: wanted.turn * (1.0 - free) * part,
@@ -209,23 +140,14 @@ impl World {
             };
             let mut random = Random::new(self.seed, here.id(), self.state.steps);
             for wheel in &wheels {
-                let mut measured = |way: f64| way * (1.0 + robot.noise * random.normal());
-                let wheel = if robot.noise > 0.0 {
-                    Motion {
-                        right: measured(wheel.right),
-                        front: measured(wheel.front),
-                        turn: measured(wheel.turn),
-                    }
-                } else {
-                    *wheel
-                };
+                let wheel = counted(wheel, robot.noise, &mut random);
                 base.odometer = base.odometer.after(&wheel);
                 base.corrected = base.corrected.after(&wheel);
             }
             let pose = moved(here.pose(), &motions);
             if let Err(error) = self.change(|edit| edit.set_pose(node, pose)) {
                 // The base stays where it is, and the world goes on.
-                self.tell(format!("`{}` cannot move: {error}", here.id()));
+                self.report(format!("`{}` cannot move: {error}", here.id()));
                 return Ok(());
             }
             self.follow();
@@ -233,87 +155,28 @@ impl World {
         self.state.bases.insert(node, base);
         Ok(())
     }
+}
 
-    /// Which part of a motion, from 0 to 1, is possible before the robot touches an obstacle, or
-    /// gets deeper into one that it touches now, and what stops it.
-    fn free_part(
-        &self,
-        node: NodeId,
-        here: &Transform,
-        speed: &Speed,
-    ) -> Result<(f64, Option<(NodeId, NodeId)>), Error> {
-        self.free_part_from(node, here, here, speed)
+/// What wheels count of a motion. The variance grows with the way, so that the length of a step
+/// does not matter: after 1 m or 1 rad, the standard deviation is `noise` m or rad.
+fn counted(wheel: &Motion, noise: f64, random: &mut Random) -> Motion {
+    if noise <= 0.0 {
+        return *wheel;
     }
-
-    /// The same for a robot that is at `here` and starts at `from`.
-    fn free_part_from(
-        &self,
-        node: NodeId,
-        here: &Transform,
-        from: &Transform,
-        speed: &Speed,
-    ) -> Result<(f64, Option<(NodeId, NodeId)>), Error> {
-        let space = self.space();
-        let seconds = self.step.as_secs_f64();
-        let back = here.inverse();
-        let tree = self.tree();
-        // A bumper gives way.
-        let counts = |body: NodeId, _| {
-            let body = tree.node(body).ok();
-            let mut above = std::iter::successors(body, NodeRef::parent);
-            !above.any(|node| matches!(node.kind(), Kind::TouchSensor(_)))
-        };
-        let touching = |motion: &Transform| space.touching(node, motion, &counts);
-        let touched = |part: f64| {
-            let motion = Motion::arc(&speed.scaled(part), seconds);
-            touching(&(*from * motion.transform() * back))
-        };
-        // How deep a pair may get. A depth that cannot be computed stops nothing at the start, and
-        // everything on the way.
-        let known: BTreeMap<(NodeId, NodeId), f64> = touching(&(*from * back))?
-            .into_iter()
-            .map(|t| {
-                let most = t
-                    .depth
-                    .map_or(f64::INFINITY, |d| TOLERANCE.max(d + ROUNDING));
-                ((t.body, t.other), most)
-            })
-            .collect();
-        let new = |part: f64| -> Result<Option<(NodeId, NodeId)>, Error> {
-            let stops = |t: &Touching| {
-                let most = known.get(&(t.body, t.other)).unwrap_or(&TOLERANCE);
-                t.depth.unwrap_or(f64::MAX) > *most
-            };
-            let stopping = touched(part)?.into_iter().find(stops);
-            Ok(stopping.map(|t| (t.body, t.other)))
-        };
-        let way = speed.side.hypot(speed.advance) * seconds;
-        let thickness = space.half_thickness(node)?;
-        let pieces = if thickness > 0.0 {
-            let straight = (way / thickness).ceil();
-            // Of a turn, a piece is at most a tenth of a radian.
-            let turning = (speed.turn.abs() * seconds * 10.0).ceil();
-            straight.max(turning).clamp(1.0, MOST_PIECES)
+    let mut factor = |way: f64, unit: f64| {
+        let error = noise * random.normal();
+        if way > 0.0 {
+            1.0 + error * (unit / way).sqrt()
         } else {
             1.0
-        };
-        let mut reached = 0.0;
-        for piece in 1..=pieces as u32 {
-            let next = f64::from(piece) / pieces;
-            if let Some(mut pair) = new(next)? {
-                let (mut free, mut blocked) = (reached, next);
-                for _ in 0..HALVINGS {
-                    let middle = f64::midpoint(free, blocked);
-                    match new(middle)? {
-                        Some(nearer) => (blocked, pair) = (middle, nearer),
-                        None => free = middle,
-                    }
-                }
-                return Ok((free, Some(pair)));
-            }
-            reached = next;
         }
-        Ok((1.0, None))
+    };
+    let along = factor(wheel.right.hypot(wheel.front), 1000.0);
+    let about = factor(wheel.turn.abs(), 1.0);
+    Motion {
+        right: wheel.right * along,
+        front: wheel.front * along,
+        turn: wheel.turn * about,
     }
 }
 
@@ -328,7 +191,7 @@ fn moved(pose: Pose, motions: &[Motion]) -> Pose {
                 translation: there.translation.into(),
                 rotation: [
                     0.0,
-                    crate::planar::wrapped(pose.rotation[1] - motion.turn),
+                    crate::pose2d::wrapped(pose.rotation[1] - motion.turn),
                     0.0,
                 ],
             }

@@ -1,18 +1,11 @@
 //! Batteries of robots.
 
-use crate::base::Speed;
 use crate::error::Error;
+use crate::pose2d::Speed;
+use crate::state::BatteryState;
 use crate::world::World;
 use innermodel::{Kind, NodeId, NodeRef};
-
-/// A battery.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BatteryState {
-    /// From 0 to 1.
-    pub level: f64,
-    /// Whether its robot stands, which connects it to the charger.
-    pub is_connected: bool,
-}
+use std::collections::BTreeSet;
 
 /// The robot that a node is below.
 pub(crate) fn robot_of(node: NodeRef<'_>) -> Option<NodeId> {
@@ -35,13 +28,14 @@ impl World {
             .ok_or_else(|| Error::unknown(id, "battery"))
     }
 
-    /// Whether no battery of a robot is empty.
-    pub(crate) fn is_powered(&self, robot: NodeId) -> bool {
+    /// The robots with an empty battery.
+    pub(crate) fn without_power(&self) -> BTreeSet<NodeId> {
         let tree = self.tree();
-        self.state.batteries.iter().all(|(node, battery)| {
-            let here = tree.node(*node).ok().and_then(robot_of);
-            here != Some(robot) || battery.level > 0.0
-        })
+        let empty = self.state.batteries.iter();
+        let empty = empty.filter(|(_, battery)| battery.level <= 0.0);
+        empty
+            .filter_map(|(node, _)| robot_of(tree.node(*node).ok()?))
+            .collect()
     }
 
     /// Lets the batteries of robots that move discharge, and those of others charge.

@@ -1,18 +1,10 @@
 //! What a scene has to serve.
 
-use crate::base::BaseState;
-use crate::battery::BatteryState;
 use crate::error::Error;
-use crate::imu::Track;
-use crate::motor::MotorState;
-use crate::planar::Planar;
-use crate::schedule::Sensor;
 use crate::world::World;
+use innermodel::Kind;
 use innermodel::kinds::Signal;
 use innermodel::slots::owner;
-use innermodel::{Kind, NodeId, Vector};
-use std::collections::BTreeSet;
-use std::sync::Arc;
 
 /// A sensor, an actuator or another device of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -107,66 +99,5 @@ impl World {
             *known = signal;
         }
         self.edit(|edit| edit.set_kind(id, kind))
-    }
-
-    /// Makes the state of devices that are new, and drops that of devices that are gone.
-    pub(crate) fn find_devices(&mut self) {
-        let tree = self.tree();
-        let mut there: BTreeSet<NodeId> = BTreeSet::new();
-        let mut problems: Vec<String> = Vec::new();
-        for node in tree.nodes() {
-            let id = node.node_id();
-            let kind = node.kind();
-            if let Some(signal) = kind.signal() {
-                let (time, tree) = (self.state.time, Arc::clone(&tree));
-                // At the start, all stands.
-                let speed = (self.state.steps == 0).then(Vector::zeros);
-                let track = || Track::new(node.to_root(), speed);
-                let track = matches!(kind, Kind::Imu(_)).then(track);
-                let sensor = self.sensors.entry(id);
-                let sensor = sensor.or_insert_with(|| Sensor::new(signal, time, tree, track));
-                let found = sensor.check(signal, self.step);
-                problems.extend(
-                    found
-                        .into_iter()
-                        .map(|text| format!("`{}`: {text}", node.id())),
-                );
-                there.insert(id);
-            }
-            match kind {
-                Kind::Robot(_) => {
-                    let place = Planar::of(&node.to_root());
-                    self.state.bases.entry(id).or_insert_with(|| BaseState {
-                        odometer: place,
-                        corrected: place,
-                        ..BaseState::default()
-                    });
-                }
-                Kind::Joint(_) | Kind::Prismatic(_) => {
-                    self.state.motors.entry(id).or_insert_with(|| MotorState {
-                        position: node.position().unwrap_or_default(),
-                        ..MotorState::default()
-                    });
-                }
-                Kind::Battery(battery) => {
-                    let full = BatteryState {
-                        level: battery.level,
-                        is_connected: true,
-                    };
-                    self.state.batteries.entry(id).or_insert(full);
-                }
-                Kind::Human(_) => {
-                    self.state.people.entry(id).or_default();
-                }
-                _ => continue,
-            }
-            there.insert(id);
-        }
-        problems.into_iter().for_each(|problem| self.tell(problem));
-        self.sensors.retain(|node, _| there.contains(node));
-        self.state.bases.retain(|node, _| there.contains(node));
-        self.state.motors.retain(|node, _| there.contains(node));
-        self.state.batteries.retain(|node, _| there.contains(node));
-        self.state.people.retain(|node, _| there.contains(node));
     }
 }

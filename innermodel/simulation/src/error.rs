@@ -52,6 +52,9 @@ pub enum Error {
     /// The caller has ended a prediction.
     #[error("the prediction was interrupted")]
     Interrupted,
+    /// A camera without pixels or without a focal length.
+    #[error("`{0}` has no pictures: its width, its height and its focal length must be set")]
+    NoPicture(String),
     /// A sensor has more values than a simulation measures.
     #[error("`{id}` would measure {values} values; at most {most} are possible")]
     TooManyValues {

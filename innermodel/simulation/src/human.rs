@@ -1,10 +1,8 @@
-//! People who walk.
+//! People: their skeletons, and how they walk.
 
-use crate::error::Error;
-use crate::planar::wrapped;
-use crate::world::World;
+use crate::pose2d::{FASTEST, wrapped};
 use innermodel::kinds::{Human, Shape, Solid};
-use innermodel::{Edit, Kind, NewNode, NodeId, Point, Pose};
+use innermodel::{Edit, Kind, NewNode, Pose};
 use std::f64::consts::TAU;
 
 /// At this distance in mm a person sees a robot ahead and begins to walk around it.
@@ -14,25 +12,33 @@ const ROOM: f64 = 900.0;
 /// A person does not walk towards a robot that is nearer, in mm.
 const STOPS: f64 = 700.0;
 /// How far a person swings arms and legs, in radians.
-const SWING: f64 = 0.45;
+pub(crate) const SWING: f64 = 0.45;
 /// The way of two steps, as a part of the height.
 const STRIDE: f64 = 0.85;
+
+/// How fast a person turns, in radians a second.
+const TURN: f64 = 4.0;
+/// A person does not walk in a direction that is farther from where it looks, in radians: round a
+/// corner it walks on.
+const TURNS_ROUND: f64 = 2.0;
 
 /// How a person walks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Walk {
     /// The way along the path in mm.
     pub(crate) way: f64,
-    /// How far to the right of the path, in mm.
-    pub(crate) aside: f64,
+    /// How far beside the path, in mm along x and z.
+    pub(crate) aside: [f64; 2],
+    /// The angle about y of the direction that the person faces. `None`: as the path.
+    facing: Option<f64>,
     /// Of arms and legs, in radians.
-    phase: f64,
+    pub(crate) phase: f64,
 }
 
 /// A part of the skeleton: its name, what it is below, its place as parts of the height, and the
 /// radius and the length of its body, which hangs down (length above 0) or stands up.
-struct Part {
-    name: &'static str,
+pub(crate) struct Part {
+    pub(crate) name: &'static str,
     above: &'static str,
     place: [f64; 2],
     body: Option<(f64, f64)>,
@@ -53,7 +59,7 @@ const fn limb(mut of: Part, radius: f64, length: f64) -> Part {
 }
 
 /// The joints of a person, those above before those below.
-const SKELETON: [Part; 16] = [
+pub(crate) const SKELETON: [Part; 16] = [
     limb(part("hips", "", 0.0, 0.53), 0.085, -0.29),
     part("neck", "hips", 0.0, 0.32),
     part("head", "neck", 0.0, 0.08),
@@ -176,109 +182,58 @@ fn on_path(path: &[[f64; 2]], way: f64) -> ([f64; 2], [f64; 2]) {
 
 impl Walk {
     /// One step of a person. `robots` are places in the frame of the path.
-    fn step(&mut self, human: &Human, robots: &[[f64; 2]], seconds: f64) {
+    pub(crate) fn step(&mut self, human: &Human, robots: &[[f64; 2]], seconds: f64) {
         let (at, to) = on_path(&human.path, self.way);
         let right = [to[1], -to[0]];
-        let here = [at[0] + right[0] * self.aside, at[1] + right[1] * self.aside];
+        let along =
+            |way: [f64; 2], direction: [f64; 2]| way[0] * direction[0] + way[1] * direction[1];
+        let here = [at[0] + self.aside[0], at[1] + self.aside[1]];
+        let aside = along(self.aside, right);
         let (mut wanted, mut nearest) = (0.0, f64::INFINITY);
         for robot in robots {
-            let ahead = (robot[0] - here[0]) * to[0] + (robot[1] - here[1]) * to[1];
+            let ahead = along([robot[0] - here[0], robot[1] - here[1]], to);
             // To the right of the path.
-            let across = (robot[0] - at[0]) * right[0] + (robot[1] - at[1]) * right[1];
+            let across = along([robot[0] - at[0], robot[1] - at[1]], right);
             if ahead > -STOPS && ahead < SEES && across.abs() < ROOM {
                 let side = if across > 0.0 { -1.0 } else { 1.0 };
                 wanted = across + side * ROOM;
             }
             let apart = (robot[0] - here[0]).hypot(robot[1] - here[1]);
-            if ahead > 0.0 && (across - self.aside).abs() < STOPS {
+            if ahead > 0.0 && (across - aside).abs() < STOPS {
                 nearest = f64::min(nearest, apart);
             }
         }
-        let way = human.speed * seconds;
-        let aside = (wanted - self.aside).max(-way).min(way);
-        self.aside += aside;
-        let advance = if nearest < STOPS { 0.0 } else { way };
+        let way = human.speed.min(FASTEST) * seconds;
+        // At a corner, the path goes on elsewhere; the person gets beside it step by step.
+        let rest = [
+            right[0] * wanted - self.aside[0],
+            right[1] * wanted - self.aside[1],
+        ];
+        let far = rest[0].hypot(rest[1]);
+        let part = if far > way { way / far } else { 1.0 };
+        self.aside = [
+            self.aside[0] + rest[0] * part,
+            self.aside[1] + rest[1] * part,
+        ];
+        let path = to[0].atan2(to[1]);
+        let turn = wrapped(path - self.facing.unwrap_or(path));
+        let most = TURN * seconds;
+        let facing = path - turn + turn.clamp(-most, most);
+        self.facing = Some(wrapped(facing));
+        // A person who turns round stands meanwhile.
+        let turns_round = wrapped(path - facing).abs() > TURNS_ROUND;
+        let stands = nearest < STOPS || turns_round;
+        let advance = if stands { 0.0 } else { way };
         self.way += advance;
         let stride = (STRIDE * human.height).max(1.0);
-        self.phase = wrapped(self.phase + TAU * advance.max(aside.abs()) / stride);
+        self.phase = wrapped(self.phase + TAU * advance.max(far.min(way)) / stride);
     }
 
     /// Where the person is in its parent, at the height `y`.
-    fn pose(&self, human: &Human, y: f64) -> Pose {
+    pub(crate) fn pose(&self, human: &Human, y: f64) -> Pose {
         let (at, to) = on_path(&human.path, self.way);
-        let (x, z) = (at[0] + to[1] * self.aside, at[1] - to[0] * self.aside);
-        Pose::new(x, y, z, 0.0, to[0].atan2(to[1]), 0.0)
-    }
-}
-
-impl World {
-    /// The joints of a person by their names, such as `head` and `left_knee`, in the root: the
-    /// ground truth for those who track people.
-    pub fn skeleton(&self, id: &str) -> Result<Vec<(&'static str, Point)>, Error> {
-        let tree = self.tree();
-        let node = tree.node(id)?;
-        if !matches!(node.kind(), Kind::Human(_)) {
-            return Err(Error::other_kind(id, node.kind(), "human"));
-        }
-        let joint = |part: &Part| {
-            let name = format!("{id}_{}", part.name);
-            let point = tree.transform("root", Point::origin(), &name)?;
-            Ok((part.name, point))
-        };
-        SKELETON.iter().map(joint).collect()
-    }
-
-    /// Moves all people by one step.
-    pub(crate) fn walk(&mut self) {
-        if self.state.people.is_empty() {
-            return;
-        }
-        let tree = self.tree();
-        let seconds = self.step.as_secs_f64();
-        let mut moves: Vec<(NodeId, Pose)> = Vec::new();
-        for (person, walk) in &mut self.state.people {
-            let Ok(node) = tree.node(*person) else {
-                continue;
-            };
-            let (Kind::Human(human), Some(parent)) = (node.kind(), node.parent()) else {
-                continue;
-            };
-            if human.path.len() < 2 {
-                continue;
-            }
-            let bases = self.state.bases.keys();
-            let places = bases.filter_map(|base| tree.between(parent, *base).ok());
-            let robots: Vec<_> = places.map(|p| [p.translation.x, p.translation.z]).collect();
-            walk.step(human, &robots, seconds);
-            moves.push((*person, walk.pose(human, node.pose().translation[1])));
-            let swing = SWING * walk.phase.sin();
-            let bend = |leg: f64| (SWING * (walk.phase.cos() * leg).max(0.0)) + 0.05;
-            let angles = [
-                ("left_shoulder", swing),
-                ("right_shoulder", -swing),
-                ("left_elbow", -0.3),
-                ("right_elbow", -0.3),
-                ("left_hip", -swing),
-                ("right_hip", swing),
-                ("left_knee", bend(1.0)),
-                ("right_knee", bend(-1.0)),
-            ];
-            for (joint, angle) in angles {
-                if let Ok(joint) = tree.node(&format!("{}_{joint}", node.id())) {
-                    let mut pose = joint.pose();
-                    pose.rotation = [angle, 0.0, 0.0];
-                    moves.push((joint.node_id(), pose));
-                }
-            }
-        }
-        let moved = self.change(|edit| {
-            for (node, pose) in &moves {
-                edit.set_pose(*node, *pose)?;
-            }
-            Ok(())
-        });
-        if let Err(error) = moved {
-            self.tell(format!("the people cannot walk: {error}"));
-        }
+        let facing = self.facing.unwrap_or_else(|| to[0].atan2(to[1]));
+        let (x, z) = (at[0] + self.aside[0], at[1] + self.aside[1]);
+        Pose::new(x, y, z, 0.0, facing, 0.0)
     }
 }

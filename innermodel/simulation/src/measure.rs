@@ -36,7 +36,7 @@ impl World {
     pub(crate) fn space_at(&mut self, tree: &Snapshot) -> &Space {
         Arc::make_mut(&mut self.space).update(tree);
         self.is_space_present = false;
-        self.tell_bodies();
+        self.report_bodies();
         &self.space
     }
 }

@@ -1,45 +1,13 @@
 //! Motors of joints.
 
-use crate::base::FASTEST;
 use crate::error::Error;
+use crate::pose2d::FASTEST;
+use crate::state::{MotorGoal, MotorState};
 use crate::world::World;
 use innermodel::{Kind, NodeId, NodeRef};
 
 /// The greatest position of a joint without a limit, in rad or mm.
 const FARTHEST: f64 = 1e9;
-
-/// What a motor shall do.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum MotorGoal {
-    /// It stays where it is.
-    #[default]
-    Hold,
-    /// It goes to a position, in rad or mm.
-    Position {
-        /// Within the limits of the joint.
-        target: f64,
-        /// At most at this speed; 0: as fast as it can.
-        speed: f64,
-    },
-    /// It moves at a speed until it is at a limit.
-    Velocity {
-        /// In rad/s or mm/s.
-        velocity: f64,
-        /// At most with this acceleration; 0: at once.
-        acceleration: f64,
-    },
-}
-
-/// What a motor does.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MotorState {
-    /// What it shall do.
-    pub goal: MotorGoal,
-    /// In rad or mm.
-    pub position: f64,
-    /// In the last step, in rad/s or mm/s.
-    pub velocity: f64,
-}
 
 /// Limits of a joint: least and greatest position, greatest speed.
 pub(crate) fn limits(kind: &Kind) -> Option<(f64, f64, f64)> {
@@ -67,7 +35,7 @@ impl World {
                 return Err(Error::other_kind(id, node.kind(), "joint"));
             };
             let numbers = match *goal {
-                MotorGoal::Hold => [0.0; 2],
+                MotorGoal::Hold | MotorGoal::Free => [0.0; 2],
                 MotorGoal::Position { target, speed } => [target, speed],
                 MotorGoal::Velocity {
                     velocity,
@@ -78,7 +46,7 @@ impl World {
                 return Err(Error::not_finite("a goal", id));
             }
             let allowed = match *goal {
-                MotorGoal::Hold => MotorGoal::Hold,
+                MotorGoal::Hold | MotorGoal::Free => *goal,
                 MotorGoal::Position { target, speed } => MotorGoal::Position {
                     target: target.max(min).min(max),
                     speed: speed.abs().min(fastest),
@@ -134,15 +102,9 @@ impl World {
         if moves.is_empty() {
             return;
         }
-        let moved = self.change(|edit| {
-            for (node, position) in &moves {
-                edit.set_joint(*node, *position)?;
-            }
-            Ok(())
+        self.change_each(&moves, |edit, (node, position)| {
+            edit.set_joint(*node, *position).map(drop)
         });
-        if let Err(error) = moved {
-            self.tell(format!("the joints cannot move: {error}"));
-        }
     }
 }
 
@@ -152,7 +114,7 @@ impl MotorState {
         let (min, max, fastest) = limits(joint.kind())?;
         let position = joint.position()?;
         let next = match self.goal {
-            MotorGoal::Hold => position,
+            MotorGoal::Hold | MotorGoal::Free => position,
             MotorGoal::Position { target, speed } => {
                 let speed = if speed > 0.0 { speed } else { fastest };
                 let way = speed * seconds;

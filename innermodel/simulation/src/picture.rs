@@ -1,46 +1,16 @@
 //! Pictures of cameras.
 
 use crate::error::Error;
+use crate::frames::Picture;
 use crate::schedule::Measured;
-use crate::signal::Errors;
+use crate::sensor_noise::SensorNoise;
 use crate::world::World;
-use innermodel::kinds::Camera;
-use innermodel::{Kind, Point, Snapshot, sensors};
-use innermodel_render::Image;
+use innermodel::Kind;
+use rc_diagnostics::foreign;
 use std::sync::Arc;
-use std::time::Duration;
 
-/// One frame of a camera.
-#[derive(Clone, Debug)]
-pub struct Picture {
-    /// Counts the frames of the sensor from 0.
-    pub number: u64,
-    /// When it was taken.
-    pub time: Duration,
-    /// How the camera is built.
-    pub camera: Camera,
-    /// Colours, depths and nodes of the pixels. A depth that was lost is infinite.
-    pub image: Image,
-    /// The tree that it shows.
-    pub tree: Arc<Snapshot>,
-}
-
-impl Picture {
-    /// The points that the pixels show, in the frame of the camera, row by row. `None` where
-    /// nothing is seen.
-    pub fn points(&self) -> impl Iterator<Item = Option<Point>> + '_ {
-        let width = self.image.width.max(1);
-        self.image
-            .depths
-            .iter()
-            .enumerate()
-            .map(move |(at, depth)| {
-                let (u, v) = ((at % width) as f64 + 0.5, (at / width) as f64 + 0.5);
-                let point = Point::from(sensors::ray(&self.camera, u, v) * *depth);
-                depth.is_finite().then_some(point)
-            })
-    }
-}
+/// The most pixels of a picture: as many as those of 2560 × 1600.
+const MOST_PIXELS: u64 = 4_096_000;
 
 impl World {
     /// The last frame of a `camera` or an `rgbd`.
@@ -53,14 +23,23 @@ impl World {
         let here = tree.node(node)?;
         let view = innermodel_render::camera(&tree, node)?;
         let view = view.ok_or_else(|| Error::other_kind(id, here.kind(), "camera"))?;
+        let pixels = view.camera.width * view.camera.height;
+        if pixels.is_nan() || pixels < 1.0 || view.camera.focal <= 0.0 {
+            return Err(Error::NoPicture(foreign::clean(id)));
+        }
+        let too_many = || Error::TooManyValues {
+            id: foreign::clean(id),
+            values: pixels as u64,
+            most: MOST_PIXELS,
+        };
+        // A picture takes 27 bytes a pixel; it is refused before they are taken.
+        if pixels > MOST_PIXELS as f64 {
+            return Err(too_many());
+        }
         let drawn = self.scene.draw(&tree, &view);
-        let mut image = drawn.map_err(|_| Error::TooManyValues {
-            id: rc_diagnostics::foreign::clean(id),
-            values: (view.camera.width * view.camera.height) as u64,
-            most: innermodel_render::MOST_PIXELS as u64,
-        })?;
+        let mut image = drawn.map_err(|_| too_many())?;
         for problem in self.scene.problems() {
-            self.tell(format!(
+            self.report(format!(
                 "`{}` is not in the pictures as it should be: {}",
                 problem.id, problem.error
             ));
@@ -68,7 +47,7 @@ impl World {
         let random = self.random(id, frame.number);
         match here.kind() {
             Kind::Camera(camera) => {
-                let mut errors = Errors::new(&camera.signal, random, frame.bias[0]);
+                let mut errors = SensorNoise::new(&camera.signal, random, frame.bias[0]);
                 if !errors.is_exact() {
                     for part in image.colours.as_flattened_mut() {
                         let measured = errors.measure(f64::from(*part));
@@ -77,7 +56,7 @@ impl World {
                 }
             }
             Kind::Rgbd(rgbd) => {
-                let mut errors = Errors::new(&rgbd.signal, random, frame.bias[0]);
+                let mut errors = SensorNoise::new(&rgbd.signal, random, frame.bias[0]);
                 if !errors.is_exact() {
                     for depth in &mut image.depths {
                         // Where nothing is seen, infinity stays.

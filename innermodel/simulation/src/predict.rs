@@ -1,8 +1,7 @@
 //! What would happen.
 
-use crate::base::Speed;
 use crate::error::Error;
-use crate::planar::Planar;
+use crate::pose2d::{Pose2D, Speed};
 use crate::world::World;
 use innermodel::Pose;
 use std::time::Duration;
@@ -24,7 +23,7 @@ pub struct Prediction {
     /// In the root.
     pub pose: Pose,
     /// On the floor.
-    pub place: Planar,
+    pub place: Pose2D,
     /// What would stop the base first.
     pub collision: Option<Collision>,
 }

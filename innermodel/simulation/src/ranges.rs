@@ -2,15 +2,15 @@
 
 use crate::battery::robot_of;
 use crate::error::Error;
+use crate::frames::{Cloud, CloudPoint, Range, Scan};
 use crate::schedule::{Frame, Measured};
-use crate::signal::Errors;
+use crate::sensor_noise::SensorNoise;
 use crate::world::World;
 use innermodel::kinds::{Laser, Lidar, Ultrasound};
 use innermodel::{Kind, NodeId, NodeRef, Point, Vector};
-use std::collections::HashSet;
+use innermodel_collision::Space;
 use std::f64::consts::TAU;
 use std::sync::Arc;
-use std::time::Duration;
 
 /// The most points of one frame.
 const MOST_POINTS: u64 = 4_000_000;
@@ -23,61 +23,27 @@ const FINEST: f64 = 2e-4;
 /// The most steps of the search.
 const MOST_MOVES: u32 = 200;
 
-/// One measure of a laser.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Range {
-    /// In radians from z, towards x, as `InnerModel` has it: positive to the right.
-    pub angle: f64,
-    /// In millimetres; the greatest range where nothing is met.
-    pub distance: f64,
-}
+/// The bodies of the robot that a sensor is below. The sensor looks through them.
+#[derive(Debug)]
+pub(crate) struct OwnBodies(Vec<NodeId>);
 
-/// One frame of a laser or of an ultrasound sensor.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Scan {
-    /// Counts the frames of the sensor from 0.
-    pub number: u64,
-    /// When it was measured.
-    pub time: Duration,
-    /// From right to left. An ultrasound sensor has one.
-    pub ranges: Vec<Range>,
-}
+impl OwnBodies {
+    pub(crate) fn of(node: NodeRef<'_>, space: &Space) -> Self {
+        let mut above = std::iter::successors(Some(node), NodeRef::parent);
+        let robot = robot_of(node);
+        let robot = above.find(|node| Some(node.node_id()) == robot);
+        let below = robot.iter().flat_map(NodeRef::subtree);
+        let bodies = below.map(|node| node.node_id());
+        let mut bodies: Vec<NodeId> = bodies.filter(|id| space.shape_of(*id).is_some()).collect();
+        bodies.sort_unstable();
+        Self(bodies)
+    }
 
-/// A point of a lidar.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CloudPoint {
-    /// In the frame of the sensor.
-    pub point: Point,
-    /// In radians from z, towards x.
-    pub azimuth: f64,
-    /// In radians from the plane of x and z, upwards.
-    pub elevation: f64,
-    /// In millimetres.
-    pub distance: f64,
-    /// The node that was met.
-    pub node: NodeId,
-    /// The ring, from 0 for the lowest one.
-    pub ring: u32,
-}
-
-/// One frame of a lidar. Rays that meet nothing have no point.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Cloud {
-    /// Counts the frames of the sensor from 0.
-    pub number: u64,
-    /// When it was measured.
-    pub time: Duration,
-    /// Ring by ring, from right to left.
-    pub points: Vec<CloudPoint>,
-}
-
-/// The bodies of the robot that a node is below. Its sensors look through them.
-pub(crate) fn own_bodies(node: NodeRef<'_>) -> HashSet<NodeId> {
-    let mut above = std::iter::successors(Some(node), NodeRef::parent);
-    let robot = robot_of(node);
-    let robot = above.find(|node| Some(node.node_id()) == robot);
-    let below = robot.iter().flat_map(NodeRef::subtree);
-    below.map(|node| node.node_id()).collect()
+    /// Whether a body belongs to the robot. Each ray asks for each body near it.
+    #[inline]
+    pub(crate) fn contains(&self, node: NodeId) -> bool {
+        self.0.binary_search(&node).is_ok()
+    }
 }
 
 fn direction(azimuth: f64, elevation: f64) -> Vector {
@@ -148,14 +114,14 @@ impl World {
     ) -> Result<Vec<Range>, Error> {
         check(node.id(), u64::from(laser.measures))?;
         let random = self.random(node.id(), frame.number);
-        let own = own_bodies(*node);
         let space = self.space_at(&frame.tree);
+        let own = OwnBodies::of(*node, space);
         let caster = space.caster(node.node_id())?;
-        let mut errors = Errors::new(&laser.signal, random, frame.bias[0]);
+        let mut errors = SensorNoise::new(&laser.signal, random, frame.bias[0]);
         let angles = innermodel::sensors::laser_angles(laser);
         Ok(angles
             .map(|angle| {
-                let hit = caster.cast(&direction(angle, 0.0), laser.max, &|b| !own.contains(&b));
+                let hit = caster.cast(&direction(angle, 0.0), laser.max, &|b| !own.contains(b));
                 // A ray without an echo takes random numbers, too: what it meets changes no other
                 // ray.
                 let measured = errors.measure(hit.map_or(laser.max, |(_, distance)| distance));
@@ -174,18 +140,18 @@ impl World {
         frame: &Frame,
     ) -> Result<Vec<Range>, Error> {
         let random = self.random(node.id(), frame.number);
-        let own = own_bodies(*node);
         let space = self.space_at(&frame.tree);
+        let own = OwnBodies::of(*node, space);
         let caster = space.caster(node.node_id())?;
         let cast = |turn: [f64; 2]| {
             let (sin, cos) = turn[0].hypot(turn[1]).sin_cos();
             let (up, right) = turn[1].atan2(turn[0]).sin_cos();
             let ray = Vector::new(sin * right, sin * up, cos);
-            let hit = caster.cast(&ray, sonar.max, &|b| !own.contains(&b));
+            let hit = caster.cast(&ray, sonar.max, &|b| !own.contains(b));
             hit.map(|(_, distance)| distance)
         };
         let nearest = nearest_in_cone(sonar.angle / 2.0, cast);
-        let mut errors = Errors::new(&sonar.signal, random, frame.bias[0]);
+        let mut errors = SensorNoise::new(&sonar.signal, random, frame.bias[0]);
         let measured = nearest.and_then(|distance| errors.measure(distance));
         let distance = measured.map_or(sonar.max, |d| d.max(sonar.min).min(sonar.max));
         Ok(vec![Range {
@@ -206,17 +172,17 @@ impl World {
         let values = u64::from(lidar.measures) * u64::from(lidar.rings);
         check(node.id(), values)?;
         let random = self.random(node.id(), frame.number);
-        let own = own_bodies(*node);
         let space = self.space_at(&frame.tree);
+        let own = OwnBodies::of(*node, space);
         let caster = space.caster(node.node_id())?;
-        let mut errors = Errors::new(&lidar.signal, random, frame.bias[0]);
+        let mut errors = SensorNoise::new(&lidar.signal, random, frame.bias[0]);
         let mut points = Vec::new();
         for ring in 0..lidar.rings {
             let part = f64::from(ring) / f64::from(lidar.rings.saturating_sub(1).max(1));
             let elevation = lidar.low + (lidar.high - lidar.low) * part;
             for azimuth in ring_angles(lidar) {
                 let way = direction(azimuth, elevation);
-                let hit = caster.cast(&way, lidar.max, &|b| !own.contains(&b));
+                let hit = caster.cast(&way, lidar.max, &|b| !own.contains(b));
                 // A ray without an echo takes random numbers, too.
                 let measured = errors.measure(hit.map_or(lidar.max, |(_, distance)| distance));
                 let (Some((met, _)), Some(distance)) = (hit, measured) else {

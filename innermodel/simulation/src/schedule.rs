@@ -1,10 +1,8 @@
 //! When sensors measure, and when their values can be read.
 
-use crate::imu::{Inertia, Track};
-use crate::picture::Picture;
+use crate::frames::{Cloud, ImuSample, Picture, Scan, Touch};
+use crate::imu_integrator::ImuIntegrator;
 use crate::random::Random;
-use crate::ranges::{Cloud, Scan};
-use crate::touch::Touch;
 use innermodel::kinds::Signal;
 use innermodel::{Snapshot, Transform};
 use std::collections::VecDeque;
@@ -26,7 +24,7 @@ pub(crate) struct Frame {
     /// The drift at that time, in units of the sensor. Only an inertial sensor has three.
     pub(crate) bias: [f64; 3],
     /// What an inertial sensor measures, which depends on earlier places.
-    pub(crate) inertia: Option<Inertia>,
+    pub(crate) inertia: Option<ImuSample>,
 }
 
 /// What was measured.
@@ -36,7 +34,7 @@ pub(crate) enum Measured {
     Cloud(Arc<Cloud>),
     Picture(Arc<Picture>),
     Touch(Touch),
-    Inertia(Inertia),
+    ImuSample(ImuSample),
 }
 
 /// How many frames are over at a time, after the first one. Rounding is no reason to wait.
@@ -57,7 +55,7 @@ pub(crate) struct Sensor {
     /// The values of `shown`, once they were computed.
     pub(crate) measured: Option<Measured>,
     /// The way of an inertial sensor.
-    track: Option<Track>,
+    track: Option<ImuIntegrator>,
     /// The rate and the latency of which was told whether they are possible.
     told: Option<(f64, f64)>,
 }
@@ -68,7 +66,7 @@ impl Sensor {
         signal: &Signal,
         time: Duration,
         tree: Arc<Snapshot>,
-        track: Option<Track>,
+        track: Option<ImuIntegrator>,
     ) -> Self {
         Self {
             due: due(signal.rate, time),
@@ -146,7 +144,9 @@ impl Sensor {
     /// Moves an inertial sensor by a step.
     pub(crate) fn move_to(&mut self, here: &Transform, step: Duration) {
         // The node was another sensor before.
-        let track = self.track.get_or_insert_with(|| Track::new(*here, None));
+        let track = self
+            .track
+            .get_or_insert_with(|| ImuIntegrator::new(*here, None));
         track.move_to(here, step.as_secs_f64());
     }
 

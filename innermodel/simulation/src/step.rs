@@ -33,7 +33,7 @@ impl World {
         self.move_bases()?;
         self.move_joints();
         self.walk();
-        self.apply_forces()?;
+        self.apply_forces();
         self.charge();
         self.follow();
         self.sense();
@@ -57,33 +57,10 @@ impl World {
         }
     }
 
-    /// Moves the bodies to where the present version has them.
-    pub(crate) fn follow(&mut self) {
-        let tree = self.tree();
-        if !self.is_space_present || self.space.tree().version() != tree.version() {
-            std::sync::Arc::make_mut(&mut self.space).update(&tree);
-            self.is_space_present = true;
-            self.tell_bodies();
-        }
-    }
-
-    /// Tells which meshes have given no body.
-    pub(crate) fn tell_bodies(&mut self) {
-        let space = std::sync::Arc::make_mut(&mut self.space);
-        for problem in space.problems() {
-            self.tell(format!("`{}` has no body: {}", problem.id, problem.error));
-        }
-    }
-
     /// Whether a body below one node touches one below another node.
     pub fn collide(&mut self, a: &str, b: &str) -> Result<bool, Error> {
         self.follow();
         Ok(self.space.collide(a, b)?)
-    }
-
-    /// The bodies at present.
-    pub(crate) fn space(&self) -> &innermodel_collision::Space {
-        &self.space
     }
 
     /// The id of a node that is there.

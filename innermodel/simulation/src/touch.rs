@@ -1,23 +1,12 @@
 //! Sensors that feel contacts.
 
 use crate::error::Error;
-use crate::ranges::own_bodies;
+use crate::frames::Touch;
+use crate::ranges::OwnBodies;
 use crate::schedule::Measured;
-use crate::signal::Errors;
+use crate::sensor_noise::SensorNoise;
 use crate::world::World;
-use innermodel::{Kind, NodeId, Transform};
-use std::time::Duration;
-
-/// What a touch sensor feels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch {
-    /// Counts the frames of the sensor from 0.
-    pub number: u64,
-    /// When it was measured.
-    pub time: Duration,
-    /// What a body below the sensor touches.
-    pub node: Option<NodeId>,
-}
+use innermodel::{Kind, Transform};
 
 impl World {
     /// The last frame of a `touchsensor`: whether one of its bodies overlaps another body with
@@ -33,10 +22,10 @@ impl World {
             return Err(Error::other_kind(id, here.kind(), "touchsensor"));
         };
         let random = self.random(id, frame.number);
-        let is_lost = Errors::new(&sensor.signal, random, 0.0).is_lost();
-        let own = own_bodies(here);
-        let counts = |_, other| !own.contains(&other);
+        let is_lost = SensorNoise::new(&sensor.signal, random, 0.0).is_lost();
         let space = self.space_at(&tree);
+        let own = OwnBodies::of(here, space);
+        let counts = |_, other| !own.contains(other);
         let touched = space.touching(node, &Transform::identity(), &counts)?;
         let touch = Touch {
             number: frame.number,

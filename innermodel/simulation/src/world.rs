@@ -1,17 +1,16 @@
 //! The world: a tree, what moves in it, and what measures.
 
-use crate::base::BaseState;
-use crate::battery::BatteryState;
 use crate::dynamics::Dynamics;
 use crate::error::Error;
-use crate::human::{self, Walk};
-use crate::motor::MotorState;
+use crate::human;
+use crate::imu_integrator::ImuIntegrator;
+use crate::pose2d::Pose2D;
 use crate::schedule::Sensor;
-use innermodel::{Edit, InnerModel, Keep, NodeId, Pose, Snapshot, Vector};
+use crate::state::{BaseState, BatteryState, MotorState, State};
+use innermodel::{Edit, InnerModel, Keep, Kind, NodeId, Snapshot, Vector};
 use innermodel_collision::Space;
 use innermodel_render::Scene;
-use std::collections::BTreeMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -30,35 +29,6 @@ const NO_PAST: Keep = Keep {
 /// The most problems that wait for [`World::problems`].
 const MOST_PROBLEMS: usize = 100;
 
-/// What changes with time, besides the tree.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct State {
-    pub(crate) time: Duration,
-    pub(crate) steps: u64,
-    pub(crate) bases: BTreeMap<NodeId, BaseState>,
-    pub(crate) motors: BTreeMap<NodeId, MotorState>,
-    pub(crate) batteries: BTreeMap<NodeId, BatteryState>,
-    pub(crate) people: BTreeMap<NodeId, Walk>,
-}
-
-/// A world at one time, to which it can be set back.
-#[derive(Debug)]
-pub struct Kept {
-    tree: Arc<Snapshot>,
-    state: State,
-    dynamics: Option<Box<dyn Dynamics>>,
-}
-
-impl Clone for Kept {
-    fn clone(&self) -> Self {
-        Self {
-            tree: Arc::clone(&self.tree),
-            state: self.state.clone(),
-            dynamics: self.dynamics.as_ref().map(|dynamics| dynamics.duplicate()),
-        }
-    }
-}
-
 /// A world that moves by fixed steps of simulated time.
 ///
 /// A clone is a world of its own, with the same future if it gets the same commands. It shares with
@@ -66,7 +36,7 @@ impl Clone for Kept {
 /// the states of devices, and at its first step that of the list of bodies.
 #[derive(Debug)]
 pub struct World {
-    model: Arc<InnerModel>,
+    pub(crate) model: Arc<InnerModel>,
     pub(crate) space: Arc<Space>,
     /// Whether `space` has the bodies where they are at present.
     pub(crate) is_space_present: bool,
@@ -131,7 +101,7 @@ impl World {
             dynamics: None,
             problems: Vec::new(),
         };
-        world.tell_bodies();
+        world.report_bodies();
         world.find_devices();
         Ok(world)
     }
@@ -168,33 +138,30 @@ impl World {
     }
 
     /// Adds a problem, if it does not wait already.
-    pub(crate) fn tell(&mut self, problem: String) {
+    pub(crate) fn report(&mut self, problem: String) {
         if self.problems.len() < MOST_PROBLEMS && !self.problems.contains(&problem) {
             self.problems.push(problem);
         }
     }
 
-    /// Changes the scene: all of it, or nothing if one change is refused. Sensors show it in their
-    /// next frame.
-    pub fn edit<T>(
+    /// Changes of many nodes by the world itself: one that is refused, such as a place that would
+    /// be infinite, is reported, and the others are made.
+    pub(crate) fn change_each<T>(
         &mut self,
-        make: impl FnOnce(&mut Edit) -> Result<T, innermodel::Error>,
-    ) -> Result<T, Error> {
-        let before = self.tree();
-        let result = self.change(|edit| {
-            let result = make(edit)?;
-            human::add_skeletons(edit)?;
-            Ok(result)
-        })?;
-        self.find_devices();
-        self.jump(&before);
-        self.follow();
-        Ok(result)
-    }
-
-    /// Puts a node to a place at once, whatever is in between. Odometry does not notice.
-    pub fn teleport(&mut self, id: &str, base: &str, pose: Pose) -> Result<(), Error> {
-        self.edit(|edit| edit.set_pose_in(id, base, pose))
+        all: &[T],
+        make: impl Fn(&mut Edit, &T) -> Result<(), innermodel::Error>,
+    ) {
+        if self
+            .change(|edit| all.iter().try_for_each(|one| make(edit, one)))
+            .is_ok()
+        {
+            return;
+        }
+        for one in all {
+            if let Err(error) = self.change(|edit| make(edit, one)) {
+                self.report(format!("something cannot move: {error}"));
+            }
+        }
     }
 
     /// A change by the world itself.
@@ -205,65 +172,89 @@ impl World {
         Ok(self.model.change(self.state.time, make)?)
     }
 
-    /// The world as it is, to set it back later.
-    pub fn keep_state(&self) -> Kept {
-        Kept {
-            tree: self.tree(),
-            state: self.state.clone(),
-            dynamics: self.dynamics.as_ref().map(|dynamics| dynamics.duplicate()),
-        }
-    }
-
-    /// Sets the scene with all bases, joints, batteries and speeds back. Time goes on.
-    pub fn set_back(&mut self, to: &Kept) {
-        let before = self.tree();
-        self.model.restore(self.state.time, &to.tree);
-        self.state = State {
-            time: self.state.time,
-            steps: self.state.steps,
-            ..to.state.clone()
-        };
-        self.is_space_present = false;
-        self.follow();
-        self.find_devices();
-        self.jump(&before);
-        // Forces stay as they are switched; bodies get their speeds back.
-        if let (Some(own), Some(kept)) = (&mut self.dynamics, &to.dynamics) {
-            *own = kept.duplicate();
-        }
-    }
-
-    /// Tells inertial sensors that a change has put them elsewhere: a place that jumps is no
-    /// acceleration.
-    fn jump(&mut self, before: &Snapshot) {
+    /// Moves the bodies to where the present version has them.
+    pub(crate) fn follow(&mut self) {
         let tree = self.tree();
-        for (node, sensor) in &mut self.sensors {
-            let there = tree.node(*node).map(|node| node.to_root());
-            let was = before.node(*node).map(|node| node.to_root());
-            if let (Ok(there), Ok(was)) = (there, was)
-                && there != was
-            {
-                sensor.jump_to(&there);
-            }
+        if !self.is_space_present || self.space.tree().version() != tree.version() {
+            std::sync::Arc::make_mut(&mut self.space).update(&tree);
+            self.is_space_present = true;
+            self.report_bodies();
         }
     }
 
-    /// A number that differs, but for chance, where anything differs that later steps depend on.
-    pub fn digest(&self) -> u64 {
+    /// Tells which meshes have given no body.
+    pub(crate) fn report_bodies(&mut self) {
+        let space = std::sync::Arc::make_mut(&mut self.space);
+        for problem in space.problems() {
+            self.report(format!("`{}` has no body: {}", problem.id, problem.error));
+        }
+    }
+
+    /// The bodies at present.
+    pub(crate) fn space(&self) -> &innermodel_collision::Space {
+        &self.space
+    }
+
+    /// Makes the state of devices that are new, and drops that of devices that are gone.
+    pub(crate) fn find_devices(&mut self) {
         let tree = self.tree();
-        let mut hasher = DefaultHasher::new();
-        tree.print().hash(&mut hasher);
+        let mut there: BTreeSet<NodeId> = BTreeSet::new();
+        let mut problems: Vec<String> = Vec::new();
         for node in tree.nodes() {
-            node.position().map(f64::to_bits).hash(&mut hasher);
+            let id = node.node_id();
+            let kind = node.kind();
+            if let Some(signal) = kind.signal() {
+                let (time, tree) = (self.state.time, Arc::clone(&tree));
+                // At the start, all stands.
+                let speed = (self.state.steps == 0).then(Vector::zeros);
+                let track = || ImuIntegrator::new(node.to_root(), speed);
+                let track = matches!(kind, Kind::Imu(_)).then(track);
+                let sensor = self.sensors.entry(id);
+                let sensor = sensor.or_insert_with(|| Sensor::new(signal, time, tree, track));
+                let found = sensor.check(signal, self.step);
+                problems.extend(
+                    found
+                        .into_iter()
+                        .map(|text| format!("`{}`: {text}", node.id())),
+                );
+                there.insert(id);
+            }
+            match kind {
+                Kind::Robot(_) => {
+                    let place = Pose2D::of(&node.to_root());
+                    self.state.bases.entry(id).or_insert_with(|| BaseState {
+                        odometer: place,
+                        corrected: place,
+                        ..BaseState::default()
+                    });
+                }
+                Kind::Joint(_) | Kind::Prismatic(_) => {
+                    self.state.motors.entry(id).or_insert_with(|| MotorState {
+                        position: node.position().unwrap_or_default(),
+                        ..MotorState::default()
+                    });
+                }
+                Kind::Battery(battery) => {
+                    let full = BatteryState {
+                        level: battery.level,
+                        is_connected: true,
+                    };
+                    self.state.batteries.entry(id).or_insert(full);
+                }
+                Kind::Human(_) => {
+                    self.state.people.entry(id).or_default();
+                }
+                _ => continue,
+            }
+            there.insert(id);
         }
-        // All digits of numbers are printed.
-        format!("{:?}", self.state).hash(&mut hasher);
-        (self.step, self.seed).hash(&mut hasher);
-        for (node, sensor) in &self.sensors {
-            (node, sensor.digest()).hash(&mut hasher);
-        }
-        let speeds = self.dynamics.as_ref().map(|dynamics| dynamics.digest());
-        speeds.hash(&mut hasher);
-        hasher.finish()
+        problems
+            .into_iter()
+            .for_each(|problem| self.report(problem));
+        self.sensors.retain(|node, _| there.contains(node));
+        self.state.bases.retain(|node, _| there.contains(node));
+        self.state.motors.retain(|node, _| there.contains(node));
+        self.state.batteries.retain(|node, _| there.contains(node));
+        self.state.people.retain(|node, _| there.contains(node));
     }
 }

@@ -446,3 +446,63 @@ fn a_new_joint_is_within_its_limits() {
     let added = change(&model, |edit| edit.add("root", frame("d\u{1}", 0.0)));
     assert_eq!(added, Err(Error::Character("d\\u{1}".to_owned())));
 }
+
+/// A kind is refused with the words that a file gets.
+#[test]
+fn the_numbers_of_a_kind_are_checked() {
+    use innermodel::kinds::Shape;
+    let model = InnerModel::parse(
+        r#"<innerModel><sphere id="ball" radius="1"/><camera id="eye" width="8" height="6" focal="5"/>
+           <transform id="box"/><differentialrobot id="base"/></innerModel>"#,
+    )
+    .expect("a model");
+    let ball = |radius| {
+        Kind::Solid(Solid {
+            shape: Shape::Sphere { radius },
+            texture: String::new(),
+            collide: true,
+        })
+    };
+    let of = |id: &str| model.snapshot().node(id).expect("a node").kind().clone();
+    let (Kind::Camera(mut eye), Kind::Transform(mut heavy)) = (of("eye"), of("box")) else {
+        panic!("a camera and a transform");
+    };
+    eye.camera.width = 8.5;
+    heavy.mass = f64::NAN;
+    let Kind::Robot(mut robot) = of("base") else {
+        panic!("a robot");
+    };
+    robot.slip = 2.0;
+    let cases = [
+        (
+            "ball",
+            ball(-1.0),
+            "`ball` is not possible: `radius` must be greater than 0, found `-1`",
+        ),
+        (
+            "ball",
+            ball(f64::INFINITY),
+            "`ball` is not possible: expected a number for `radius`, found `inf`",
+        ),
+        (
+            "eye",
+            Kind::Camera(eye),
+            "`eye` is not possible: `width` must be a whole number from 1, found `8.5`",
+        ),
+        (
+            "box",
+            Kind::Transform(heavy),
+            "`box` is not possible: expected a number for `mass`, found `NaN`",
+        ),
+        (
+            "base",
+            Kind::Robot(robot),
+            "`base` is not possible: `slip` must be from 0 to 1, found `2`",
+        ),
+    ];
+    for (id, kind, expected) in cases {
+        let error = change(&model, |edit| edit.set_kind(id, kind)).expect_err(expected);
+        assert_eq!(error.to_string(), expected);
+    }
+    change(&model, |edit| edit.set_kind("ball", ball(2.0))).expect("a ball");
+}

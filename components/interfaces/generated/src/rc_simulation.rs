@@ -36,6 +36,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RcSimulation","types":[
 {"name":"getSkeleton","id":1406619736,"hash":"98459db3cb2121a5","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"id","type":"string"}],"result":"sequence<RcSimulation::BodyJoint>","throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"setPhysics","id":-1185477340,"hash":"cb8619d51acd6c6c","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"active","type":"bool"}],"throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"push","id":-647912671,"hash":"af562263ef568c14","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"id","type":"string"},{"name":"impulse","type":"RcInnerModel::Direction"}],"throws":[["RcSimulation::SimulationError",-1798164732]]},
+{"name":"release","id":-706068718,"hash":"44774d6a3e5fb498","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"joint","type":"string"}],"throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"snapshot","id":-556588349,"hash":"867747938d3abba5","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"name","type":"string"}],"throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"restore","id":-1195365701,"hash":"818f2edca219557c","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"name","type":"string"}],"throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"forgetSnapshot","id":-478557991,"hash":"8d2146a92504830a","pattern":"query","inputs":[{"name":"name","type":"string"}],"throws":[["RcSimulation::SimulationError",-1798164732]]},
@@ -652,6 +653,15 @@ pub mod simulation {
         replies: &[ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
     };
 
+    /// `release`
+    pub const RELEASE: Operation = Operation {
+        name: "release",
+        id: -706068718,
+        type_hash: 0x44774d6a3e5fb498,
+        two_way: true,
+        replies: &[ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+    };
+
     /// `snapshot`
     pub const SNAPSHOT: Operation = Operation {
         name: "snapshot",
@@ -761,6 +771,7 @@ pub mod simulation {
         GET_SKELETON,
         SET_PHYSICS,
         PUSH,
+        RELEASE,
         SNAPSHOT,
         RESTORE,
         FORGET_SNAPSHOT,
@@ -2157,6 +2168,77 @@ pub mod simulation {
             )
     }
 
+    /// The errors of `release`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub enum ReleaseError {
+        /// The server threw the exception `SimulationError`.
+        SimulationError(super::SimulationError),
+        /// The call brought no reply.
+        Call(CallError),
+    }
+
+    impl std::fmt::Display for ReleaseError {
+        fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            match self {
+                Self::SimulationError(error) => error.fmt(f),
+                Self::Call(error) => error.fmt(f),
+            }
+        }
+    }
+
+    impl std::error::Error for ReleaseError {}
+
+    impl From<CallError> for ReleaseError {
+        fn from(error: CallError) -> Self {
+            Self::Call(error)
+        }
+    }
+
+    impl From<super::SimulationError> for ReleaseError {
+        fn from(error: super::SimulationError) -> Self {
+            Self::SimulationError(error)
+        }
+    }
+
+    impl From<DecodeError> for ReleaseError {
+        fn from(error: DecodeError) -> Self {
+            Self::Call(error.into())
+        }
+    }
+
+    /// Reads the parameters of `release`.
+    pub fn read_release(
+        reader: &mut Reader<'_>,
+    ) -> Result<(String, String), DecodeError> {
+        let world: String = reader.get()?;
+        let joint: String = reader.get()?;
+        Ok((world, joint))
+    }
+
+    /// Replies to `release` with an error.
+    pub fn refuse_release(
+        request: &mut Request<'_>,
+        error: ReleaseError,
+    ) -> Result<(), HandlerError> {
+        match error {
+            ReleaseError::SimulationError(error) => {
+                request.reply_with(SIMULATION_ERROR, |writer| writer.put(&error))
+            }
+            ReleaseError::Call(error) => request.fail(&error),
+        }
+    }
+
+    /// Replies to `release`.
+    pub fn reply_release(request: &mut Request<'_>) -> Result<(), HandlerError> {
+        request
+            .reply_with(
+                0,
+                |writer| {
+                    writer.put(&0_u8);
+                },
+            )
+    }
+
     /// The errors of `snapshot`.
     #[derive(Clone, Debug, PartialEq)]
     pub enum SnapshotError {
@@ -3186,6 +3268,26 @@ pub mod simulation {
                         rc_middleware::cdr::text(world, writer);
                         rc_middleware::cdr::text(id, writer);
                         writer.put(impulse);
+                    },
+                    |case, reader| {
+                        if case == SIMULATION_ERROR {
+                            let error: super::SimulationError = reader.get()?;
+                            return Err(error.into());
+                        }
+                        rc_middleware::typed::expect_result(case)?;
+                        Ok(())
+                    },
+                )
+        }
+
+        /// Switches the motor of a joint off: forces alone move the joint, until JointMotor has another goal for it.
+        pub fn release(&mut self, world: &str, joint: &str) -> Result<(), ReleaseError> {
+            self.client
+                .call_with(
+                    &RELEASE,
+                    |writer| {
+                        rc_middleware::cdr::text(world, writer);
+                        rc_middleware::cdr::text(joint, writer);
                     },
                     |case, reader| {
                         if case == SIMULATION_ERROR {

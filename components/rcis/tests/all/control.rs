@@ -392,6 +392,27 @@ fn forces_are_switched_and_push() {
         .push(ctx, world(), "box".into(), push)
         .expect("a body");
     assert!(height(&mut worker, ctx).x > 1550.0);
+    // A motor holds its joint until it is switched off.
+    let arm = r#"<transform id="stand" tx="-1500" ty="1500"><joint id="hinge" axis="z" max="2">
+        <transform id="rod" engine="bullet"><plane id="bar" px="300" size="600,50,50" collide="1"/></transform>
+    </joint></transform>"#;
+    worker
+        .add(ctx, world(), "root".into(), arm.into())
+        .expect("an element");
+    let hangs = |worker: &mut rcis::SpecificWorker, ctx: &mut Context| {
+        Simulation::step(worker, ctx, world(), 25).expect("steps");
+        let there = Simulation::get_pose(worker, ctx, world(), "rod".into(), "stand".into());
+        there.expect("a pose").rz
+    };
+    let held = hangs(&mut worker, ctx);
+    assert!(held.abs() < 0.01, "{held}");
+    worker
+        .release(ctx, world(), "hinge".into())
+        .expect("a joint");
+    let free = hangs(&mut worker, ctx);
+    assert!(free.abs() > 0.3, "{free}");
+    let refused = worker.release(ctx, world(), "box".into());
+    assert_eq!(reason!(refused, ReleaseError), Reason::WrongKind);
     worker.set_physics(ctx, world(), false).expect("no forces");
     let gone = worker.set_physics(ctx, "dream".into(), true);
     assert_eq!(reason!(gone, SetPhysicsError), Reason::UnknownName);

@@ -113,8 +113,8 @@ fn signal(from: &mut Attributes<'_, '_>, lengths: bool) -> Signal {
 
 fn camera(from: &mut Attributes<'_, '_>) -> Camera {
     Camera {
-        width: from.at_least_0("width", 0.0),
-        height: from.at_least_0("height", 0.0),
-        focal: from.at_least_0("focal", 0.0),
+        width: from.pixels("width"),
+        height: from.pixels("height"),
+        focal: from.positive("focal", 0.0),
     }
 }

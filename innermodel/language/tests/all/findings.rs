@@ -40,7 +40,7 @@ fn a_bad_number_is_no_zero() {
             <mesh id="m" file="m.obj" scale="1,x"/>
             <translation id="t" tx="inf" mass="1e999"/>
             <joint id="k" min="1" max="0"/>
-            <rgbd id="r" noise="-1" width="-640"/>
+            <rgbd id="r" noise="-1" width="-640" height="320.5" focal="0"/>
             <sphere id="s"/>
             <cone id="c" radius="0" length="-1"/>
             <laser id="l" rate="-1" dropout="1.5" latency="x"/>
@@ -61,7 +61,9 @@ fn a_bad_number_is_no_zero() {
             world.xml:6:48: error[bad-number]: expected a number for `mass`, found `1e999`
             world.xml:7:32: error[bad-value]: `min` is greater than `max`
             world.xml:8:33: error[bad-value]: `noise` cannot be negative, found `-1`
-            world.xml:8:44: error[bad-value]: `width` cannot be negative, found `-640`
+            world.xml:8:44: error[bad-value]: `width` must be a whole number from 1, found `-640`
+            world.xml:8:58: error[bad-value]: `height` must be a whole number from 1, found `320.5`
+            world.xml:8:72: error[bad-value]: `focal` must be greater than 0, found `0`
             world.xml:9:14: error[missing-attribute]: the attribute `radius` is missing
             world.xml:10:34: error[bad-value]: `radius` must be greater than 0, found `0`
             world.xml:10:45: error[bad-value]: `length` must be greater than 0, found `-1`

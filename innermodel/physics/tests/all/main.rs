@@ -111,7 +111,7 @@ fn a_robot_pushes_what_is_in_its_way() {
 }
 
 #[test]
-fn a_pendulum_swings_and_its_motor_lifts_it() {
+fn a_motor_lifts_a_pendulum() {
     let text = r#"<transform id="top" ty="2000"><joint id="hinge" axis="z" min="-2" max="2">
         <transform id="rod" engine="bullet" mass="1">
             <plane id="bar" py="-500" size="60,1000,60" collide="1"/><transform id="weight" ty="-1000"/>
@@ -301,7 +301,7 @@ fn a_body_below_a_base_that_drives_falls_freely() {
 fn a_world_that_is_set_back_falls_with_its_old_speed() {
     let mut world = world(&block("stone", 0.0, 9000.0, 1.0));
     world.run(30).expect("steps");
-    let kept = world.keep_state();
+    let kept = world.snapshot();
     let digest = world.digest();
     world.run(1).expect("a step");
     let next = place(&world, "stone")[1];
@@ -309,7 +309,7 @@ fn a_world_that_is_set_back_falls_with_its_old_speed() {
         .push("stone", Vector::new(0.0, 9.0, 0.0))
         .expect("a body");
     assert_ne!(world.digest(), digest);
-    world.set_back(&kept);
+    world.restore(&kept);
     world.run(1).expect("a step");
     let again = place(&world, "stone")[1];
     assert!((again - next).abs() < 0.1, "{next} {again}");
@@ -333,4 +333,212 @@ fn a_joint_may_have_one_limit() {
     world.run(200).expect("steps");
     let motor = world.motor("hinge").expect("a joint");
     assert!((motor.position + 1.0).abs() < 0.05, "{motor:?}");
+}
+
+fn speed_of(world: &mut World, joint: &str) -> f64 {
+    world.motor(joint).expect("a joint").velocity
+}
+
+/// A rod of 1 m below a hinge about z, 60 mm thick.
+fn rod(inner: &str) -> String {
+    format!(
+        r#"<transform id="top" ty="2000"><joint id="hinge" axis="z">
+        <transform id="rod" engine="bullet" mass="1">
+            <plane id="bar" py="-500" size="60,1000,60" collide="1"/>{inner}
+        </transform></joint></transform>"#
+    )
+}
+
+#[test]
+fn a_free_pendulum_keeps_its_energy() {
+    let mut world = world(&rod(""));
+    world
+        .edit(|edit| edit.set_joint("hinge", 1.0).map(drop))
+        .expect("a joint");
+    world
+        .command(&[("hinge", MotorGoal::Free)])
+        .expect("a joint");
+    // A rod: its moment is m (L² + b²) / 12 about its middle, and m L² / 4 more about the hinge.
+    let moment = (1.0 + 0.06_f64.powi(2)) / 12.0 + 0.25;
+    let energy = |world: &mut World| {
+        let motor = world.motor("hinge").expect("a joint");
+        let (angle, speed) = (motor.position, motor.velocity);
+        9.81 * 0.5 * (1.0 - angle.cos()) + 0.5 * moment * speed * speed
+    };
+    let start = energy(&mut world);
+    let (mut least, mut lowest) = (f64::INFINITY, f64::INFINITY);
+    let mut fastest = 0.0_f64;
+    for _ in 0..200 {
+        world.step().expect("a step");
+        let now = energy(&mut world);
+        assert!((now / start - 1.0).abs() < 0.05, "{now} {start}");
+        let motor = world.motor("hinge").expect("a joint");
+        lowest = lowest.min(motor.position);
+        least = least.min(motor.position.abs());
+        fastest = fastest.max(motor.velocity.abs());
+    }
+    // It swings through, and as far to the other side.
+    assert!(least < 0.05 && (lowest + 1.0).abs() < 0.05, "{lowest}");
+    let expected = (2.0 * start / moment).sqrt();
+    assert!((fastest / expected - 1.0).abs() < 0.03, "{fastest}");
+}
+
+#[test]
+fn a_wheel_turns_on_and_on() {
+    let mut world = world(&rod(""));
+    let turn = MotorGoal::Velocity {
+        velocity: 5.0,
+        acceleration: 10.0,
+    };
+    world.command(&[("hinge", turn)]).expect("a joint");
+    world.run(25).expect("steps");
+    let half = speed_of(&mut world, "hinge");
+    assert!((half - 2.5).abs() < 0.3, "{half}");
+    world.run(75).expect("steps");
+    for _ in 0..200 {
+        world.step().expect("a step");
+        let speed = speed_of(&mut world, "hinge");
+        assert!((speed - 5.0).abs() < 0.3, "{speed}");
+    }
+    let position = world.motor("hinge").expect("a joint").position;
+    assert!((position - (15.0 - 1.25)).abs() < 0.3, "{position}");
+    // Back by more than a turn, at a speed.
+    let back = MotorGoal::Position {
+        target: position - 8.0,
+        speed: 4.0,
+    };
+    world.command(&[("hinge", back)]).expect("a joint");
+    world.run(100).expect("steps");
+    let speed = speed_of(&mut world, "hinge");
+    assert!((speed + 4.0).abs() < 0.2, "{speed}");
+    world.run(200).expect("steps");
+    let there = world.motor("hinge").expect("a joint").position;
+    assert!((there - position + 8.0).abs() < 0.02, "{there} {position}");
+}
+
+#[test]
+fn changes_of_other_nodes_disturb_nothing() {
+    let stack: String = (0..4)
+        .map(|at| {
+            block(
+                &format!("b{at}"),
+                3000.0,
+                100.0 + 200.0 * f64::from(at),
+                1.0,
+            )
+        })
+        .collect();
+    let text = format!(
+        r#"{FLOOR}{stack}{}<laser id="eye" max="1000"/>"#,
+        rod("").replace(
+            "<transform id=\"top\"",
+            "<transform id=\"top\" tx=\"-3000\""
+        )
+    );
+    let out = MotorGoal::Position {
+        target: 1.5,
+        speed: 0.0,
+    };
+    let run = |edits: bool| {
+        let mut world = world(&text);
+        world.command(&[("hinge", out)]).expect("a joint");
+        for step in 0..200 {
+            if edits {
+                let (mut signal, id) = (world.signal("eye").expect("a sensor"), "eye");
+                signal.noise = f64::from(step);
+                world.set_signal(id, signal).expect("a sensor");
+                let lamp = format!("lamp{step}");
+                let lamp = innermodel::NewNode::transform(lamp, Pose::default());
+                world.edit(|edit| edit.add("root", lamp)).expect("a node");
+            }
+            world.step().expect("a step");
+        }
+        ["b0", "b1", "b2", "b3", "rod"].map(|id| world.tree().pose("root", id).expect("a body"))
+    };
+    assert_eq!(run(true), run(false));
+}
+
+#[test]
+fn a_part_of_a_body_is_moved() {
+    let text = format!(
+        r#"{FLOOR}<transform id="box" ty="1000" engine="bullet">
+            <plane id="side" size="200,200,200" collide="1"/></transform>"#
+    );
+    let mut world = world(&text);
+    world.run(1).expect("a step");
+    let lower = Pose::new(0.0, -300.0, 0.0, 0.0, 0.0, 0.0);
+    world
+        .edit(|edit| {
+            let kind = edit.snapshot().node("side")?.kind().clone();
+            let innermodel::Kind::Plane(mut plane) = kind else {
+                panic!("a plane");
+            };
+            plane.point = lower.translation;
+            edit.set_kind("side", innermodel::Kind::Plane(plane))
+        })
+        .expect("a change");
+    world.run(200).expect("steps");
+    let y = place(&world, "box")[1];
+    assert!((y - 400.0).abs() < 5.0, "{y}");
+    // Below a node that is moved.
+    let text = format!(
+        r#"{FLOOR}<transform id="box" ty="1000" engine="bullet"><transform id="inner">
+            <plane id="side" size="200,200,200" collide="1"/></transform></transform>"#
+    );
+    let mut world = self::world(&text);
+    world.run(1).expect("a step");
+    world
+        .edit(|edit| edit.set_pose("inner", lower))
+        .expect("a change");
+    world.run(200).expect("steps");
+    let y = place(&world, "box")[1];
+    assert!((y - 400.0).abs() < 5.0, "{y}");
+}
+
+#[test]
+fn a_robot_that_collides_pushes_what_can_give_way() {
+    let wall = r#"<plane id="wall" pz="2050" py="500" size="4000,1000,100" collide="1"/>"#;
+    for (speed, at_wall) in [(300.0, 500), (1000.0, 200)] {
+        let text = format!(
+            r#"{FLOOR}{wall}{}<differentialrobot id="base" collide="1"><plane id="plate" py="100" size="300,150,300" collide="1"/></differentialrobot>"#,
+            block("crate", 0.0, 100.0, 1.0).replace(r#"ty="100""#, r#"ty="100" tz="600""#)
+        );
+        let mut world = world(&text);
+        let speed = Speed {
+            advance: speed,
+            ..Speed::default()
+        };
+        world.drive("base", speed).expect("a robot");
+        world.run(90_000 / speed.advance as u64).expect("steps");
+        // 900 mm, 150 mm of the robot and 100 mm of the crate.
+        let z = place(&world, "crate")[2];
+        assert!((z - 1150.0).abs() < 25.0, "{z}");
+        // The wall is at 2000 mm: there, crate and robot stop.
+        world.run(at_wall).expect("steps");
+        let (z, robot) = (place(&world, "crate")[2], place(&world, "base")[2]);
+        assert!((z - 1900.0).abs() < 25.0, "{z} {robot}");
+        assert!((robot - 1650.0).abs() < 45.0, "{z} {robot}");
+        let stopped_by = world.base("base").expect("a robot").stopped_by;
+        let by = stopped_by.and_then(|(_, other)| world.id_of(other));
+        assert_eq!(by.as_deref(), Some("crate_body"));
+    }
+}
+
+#[test]
+fn the_body_of_an_arm_that_jumps_is_put_there() {
+    let mut world = world(&rod(""));
+    world.run(10).expect("steps");
+    world
+        .edit(|edit| edit.set_joint("hinge", 2.0).map(drop))
+        .expect("a joint");
+    world.run(100).expect("steps");
+    let position = world.motor("hinge").expect("a joint").position;
+    assert!((position - 2.0).abs() < 0.01, "{position}");
+    // The joint is moved in what carries it.
+    world
+        .edit(|edit| edit.set_pose("hinge", Pose::new(500.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
+        .expect("a joint");
+    world.run(100).expect("steps");
+    let [x, y, _] = world.tree().pose("top", "rod").expect("a body").translation;
+    assert!((x - 500.0).abs() < 1.0 && y.abs() < 1.0, "{x} {y}");
 }

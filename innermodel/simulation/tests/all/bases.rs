@@ -1,7 +1,8 @@
 //! Bases, joints and batteries.
 
 use crate::{room, world};
-use innermodel_simulation::{MotorGoal, Planar, Speed, World};
+use innermodel::InnerModel;
+use innermodel_simulation::{MotorGoal, Pose2D, Speed, World};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 fn robot(tag: &str, attributes: &str) -> World {
@@ -11,7 +12,7 @@ fn robot(tag: &str, attributes: &str) -> World {
 }
 
 /// Where a constant speed in the frame of a base leads: the motion about its fixed point.
-fn closed_form(start: Planar, speed: Speed, time: f64) -> Planar {
+fn closed_form(start: Pose2D, speed: Speed, time: f64) -> Pose2D {
     let (v, s, w) = (speed.advance, speed.side, speed.turn);
     // The fixed point c: c = p + R(alpha)·(forwards, to the left) with v = w·left, −s =
     // −w·forwards.
@@ -23,14 +24,14 @@ fn closed_form(start: Planar, speed: Speed, time: f64) -> Planar {
     );
     let alpha = start.alpha + w * time;
     let (sin, cos) = alpha.sin_cos();
-    Planar {
+    Pose2D {
         x: centre.0 - forwards * cos + left * sin,
         z: centre.1 - forwards * sin - left * cos,
         alpha,
     }
 }
 
-fn assert_near(found: Planar, expected: Planar, error: f64) {
+fn assert_near(found: Pose2D, expected: Pose2D, error: f64) {
     let turn = (found.alpha - expected.alpha + PI).rem_euclid(2.0 * PI) - PI;
     let apart = (found.x - expected.x).hypot(found.z - expected.z);
     assert!(
@@ -121,20 +122,20 @@ fn odometry_is_set_and_slips_and_errs() {
         advance: 1000.0,
         ..Speed::default()
     };
-    let home = Planar {
+    let home = Pose2D {
         x: 5.0,
         z: 6.0,
         alpha: 0.0,
     };
     world
-        .set_odometer("base", Some(Planar::default()), Some(home))
+        .set_odometer("base", Some(Pose2D::default()), Some(home))
         .expect("a robot");
     world.drive("base", straight).expect("a robot");
     world.run(100).expect("steps");
     let base = world.base("base").expect("a robot").clone();
     assert_near(
         base.odometer,
-        Planar {
+        Pose2D {
             x: 1000.0,
             z: 0.0,
             alpha: 0.0,
@@ -143,7 +144,7 @@ fn odometry_is_set_and_slips_and_errs() {
     );
     assert_near(
         base.corrected,
-        Planar {
+        Pose2D {
             x: 1005.0,
             z: 6.0,
             alpha: 0.0,
@@ -153,23 +154,49 @@ fn odometry_is_set_and_slips_and_errs() {
     let place = world.place("base").expect("a robot");
     assert_near(
         place,
-        Planar {
+        Pose2D {
             x: 100.0,
             z: 1100.0,
             alpha: FRAC_PI_2,
         },
         1e-6,
     );
-    let mut noisy = robot("differentialrobot", r#"noise="0.1""#);
-    noisy.drive("base", straight).expect("a robot");
-    noisy.run(10_000).expect("steps");
-    let (odometer, place) = (
-        noisy.base("base").expect("a robot").odometer,
-        noisy.place("base").expect("a robot"),
-    );
-    // 10,000 errors of 1 mm each.
-    let error = (odometer.z - place.z).abs();
-    assert!(error > 1.0 && error < 500.0, "{error}");
+}
+
+/// After 1 m, the odometer errs by a part of the way, whatever the length of a step.
+#[test]
+fn odometry_errs_as_its_noise_says() {
+    let text = r#"<innerModel><differentialrobot id="base" noise="0.05"/></innerModel>"#;
+    for (step, steps) in [(10, 100), (100, 10)] {
+        let errors = (0..1000).map(|seed| {
+            let step = std::time::Duration::from_millis(step);
+            let model = InnerModel::parse(text).expect("a text");
+            let mut world = World::new(model, step, seed).expect("a world");
+            let arc = Speed {
+                advance: 1000.0,
+                turn: 0.5,
+                ..Speed::default()
+            };
+            world.drive("base", arc).expect("a robot");
+            world.run(steps).expect("steps");
+            let odometer = world.base("base").expect("a robot").odometer;
+            let place = world.place("base").expect("a robot");
+            // The length of the way and the turn: the arc of the odometer has both.
+            let turn = odometer.alpha - place.alpha;
+            let (true_chord, chord) = (place.x.hypot(place.z), odometer.x.hypot(odometer.z));
+            [chord - true_chord, turn]
+        });
+        let errors: Vec<[f64; 2]> = errors.collect();
+        let deviation = |at: usize| {
+            let squares: f64 = errors.iter().map(|error| error[at].powi(2)).sum();
+            (squares / errors.len() as f64).sqrt()
+        };
+        // 5 % of 1 m, and of the root of 0.5 rad.
+        let (along, about) = (deviation(0), deviation(1));
+        assert!((along / 50.0 - 1.0).abs() < 0.1, "{step} ms: {along}");
+        let expected = 0.05 * 0.5_f64.sqrt();
+        assert!((about / expected - 1.0).abs() < 0.1, "{step} ms: {about}");
+    }
 }
 
 const RUNNER: &str = r#"<differentialrobot id="base" ty="160" collide="1">

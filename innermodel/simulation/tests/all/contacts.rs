@@ -104,3 +104,43 @@ fn a_base_that_is_pressed_against_a_wall_for_long_does_not_pass() {
     }
     assert!(z(&world) > 1799.9);
 }
+
+/// A base that drives fast, with a thin mast, jumps over no post, and over no wall.
+#[test]
+fn a_fast_base_jumps_over_nothing() {
+    let mast = r#"<differentialrobot id="base" ty="160" maxspeed="1000000" collide="1">
+        <cylinder id="hull" radius="200" length="300" collide="1"/>
+        <cylinder id="mast" ty="700" radius="2" length="1000" collide="1"/>
+    </differentialrobot>"#;
+    // Over the hull, in the way of the mast only.
+    let bar = r#"<cylinder id="bar" tz="1500" ty="1000" rz="1.5707963267948966" radius="2" length="2000" collide="1"/>"#;
+    for speed in [500.0, 20_000.0, 900_000.0] {
+        let mut world = world(&room(&format!("{mast}{bar}")));
+        drive(&mut world, speed, 0.0);
+        world.run(400).expect("steps");
+        let there = z(&world);
+        assert!((there - 1496.0).abs() < 0.1, "{speed}: {there}");
+        let problems = world.problems();
+        let is_too_fast = problems.iter().any(|text| {
+            text == "`base` is too fast for steps of 10ms: its bodies move by at most 2000 mm in one"
+        });
+        assert_eq!(is_too_fast, speed > 200_000.0, "{problems:?}");
+    }
+}
+
+/// An arm that a robot turns sweeps over no post.
+#[test]
+fn a_fast_turn_sweeps_over_nothing() {
+    let arm = r#"<differentialrobot id="base" ty="160" maxturn="1000" collide="1">
+        <cylinder id="hull" radius="100" length="300" collide="1"/>
+        <plane id="arm" pz="900" py="300" size="20,20,1700" collide="1"/>
+    </differentialrobot>"#;
+    let post = r#"<cylinder id="post" tx="1200" ty="500" radius="5" length="1000" collide="1"/>"#;
+    let mut world = world(&room(&format!("{arm}{post}")));
+    // Clockwise, to x.
+    drive(&mut world, 0.0, -100.0);
+    world.run(100).expect("steps");
+    let turned = world.place("base").expect("a robot").alpha;
+    // The side of the arm is at the post: a quarter turn less 15 mm of 1200 mm.
+    assert!((turned - 0.0125).abs() < 1e-3, "{turned}");
+}

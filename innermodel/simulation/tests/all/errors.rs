@@ -3,7 +3,7 @@
 use crate::{STEP, room, world};
 use innermodel::InnerModel;
 use innermodel::kinds::Signal;
-use innermodel_simulation::{Errors, Random, World};
+use innermodel_simulation::{Random, SensorNoise, World};
 
 #[test]
 fn noise_has_its_deviation_and_no_mean() {
@@ -11,7 +11,7 @@ fn noise_has_its_deviation_and_no_mean() {
         noise: 12.0,
         ..Signal::default()
     };
-    let mut errors = Errors::new(&signal, Random::new(1, "a", 0), 0.0);
+    let mut errors = SensorNoise::new(&signal, Random::new(1, "a", 0), 0.0);
     let count = 100_000;
     let values: Vec<f64> = (0..count)
         .map(|_| errors.measure(1000.0).expect("no dropout") - 1000.0)
@@ -31,7 +31,7 @@ fn values_are_rounded_and_lost() {
         dropout: 0.2,
         ..Signal::default()
     };
-    let mut errors = Errors::new(&signal, Random::new(1, "a", 0), 0.0);
+    let mut errors = SensorNoise::new(&signal, Random::new(1, "a", 0), 0.0);
     let values: Vec<Option<f64>> = (0..100_000)
         .map(|at| errors.measure(f64::from(at)))
         .collect();
@@ -81,7 +81,7 @@ fn a_seed_makes_runs_equal_bit_for_bit() {
         world.drive("base", speed).expect("a robot");
         world.run(200).expect("steps");
         let scan = world.scan("scanner").expect("a scan");
-        let inertia = world.inertia("imu").expect("values");
+        let inertia = world.imu("imu").expect("values");
         let picture = world.picture("eye").expect("a picture");
         let text = format!(
             "{scan:?} {inertia:?} {:?} {:?}",

@@ -10,7 +10,7 @@ fn at_rest_the_acceleration_is_upwards() {
         r#"<innerModel><transform id="a" rx="0.3" ry="1" rz="-0.8"><imu id="imu"/></transform></innerModel>"#,
     );
     for _ in 0..3 {
-        let inertia = world.inertia("imu").expect("values");
+        let inertia = world.imu("imu").expect("values");
         let place = world.tree().between("root", "imu").expect("a node");
         let up = place.vector(&inertia.acceleration);
         assert!((up - Vector::new(0.0, 9.81, 0.0)).norm() < 1e-9, "{up}");
@@ -33,7 +33,7 @@ fn on_an_arc_it_has_what_the_motion_has() {
     };
     world.drive("base", speed).expect("a robot");
     world.run(50).expect("steps");
-    let inertia = world.inertia("imu").expect("values");
+    let inertia = world.imu("imu").expect("values");
     // The base turns to the left about a point 400 mm to its left; the sensor is 900 mm from it.
     let expected = Vector::new(-1.5 * 1.5 * 0.9, 9.81, 0.0);
     assert!(
@@ -57,12 +57,12 @@ fn a_joint_that_accelerates_and_a_jump() {
     };
     world.command(&[("slide", goal)]).expect("a joint");
     world.run(20).expect("steps");
-    let inertia = world.inertia("imu").expect("values");
+    let inertia = world.imu("imu").expect("values");
     assert!((inertia.acceleration - Vector::new(2.0, 9.81, 0.0)).norm() < 1e-9);
     let far = Pose::new(9000.0, 0.0, 0.0, 0.0, 1.0, 0.0);
     world.teleport("free", "root", far).expect("a place");
     world.step().expect("a step");
-    let jumped = world.inertia("jumper").expect("values");
+    let jumped = world.imu("jumper").expect("values");
     assert!((jumped.acceleration - Vector::new(0.0, 9.81, 0.0)).norm() < 1e-9);
 }
 
@@ -71,7 +71,7 @@ fn next_accelerations(world: &mut innermodel_simulation::World) -> Vec<f64> {
     (0..4)
         .map(|_| {
             world.step().expect("a step");
-            world.inertia("imu").expect("values").acceleration.z
+            world.imu("imu").expect("values").acceleration.z
         })
         .collect()
 }
@@ -89,13 +89,13 @@ fn a_change_of_the_scene_is_no_jolt_for_a_sensor_that_drives() {
     world.drive("base", speed).expect("a robot");
     world.run(20).expect("steps");
     let is_calm = |values: Vec<f64>| values.iter().all(|a| a.abs() < 1e-6);
-    let kept = world.keep_state();
+    let kept = world.snapshot();
     world.edit(|edit| edit.remove("cup")).expect("a change");
     assert!(is_calm(next_accelerations(&mut world)), "after an edit");
     let far = Pose::new(0.0, 0.0, 9000.0, 0.0, 1.0, 0.0);
     world.teleport("base", "root", far).expect("a place");
     assert!(is_calm(next_accelerations(&mut world)), "after a jump");
-    world.set_back(&kept);
+    world.restore(&kept);
     assert!(is_calm(next_accelerations(&mut world)), "after a way back");
     // What the base does after an edit is felt.
     world
@@ -125,7 +125,7 @@ fn slow_turns_are_right() {
         world.command(&[("yaw", goal)]).expect("a joint");
         for _ in 0..2000 {
             world.step().expect("a step");
-            let turning = world.inertia("imu").expect("values").turning.norm();
+            let turning = world.imu("imu").expect("values").turning.norm();
             let error = (turning - turn.abs()).abs();
             assert!(error < 1e-6 * turn.abs() + 1e-12, "{turn}: {turning}");
         }
@@ -144,7 +144,7 @@ fn values_of_one_frame_belong_together() {
     };
     world.command(&[("tilt", goal)]).expect("a joint");
     world.run(30).expect("steps");
-    let inertia = world.inertia("imu").expect("values");
+    let inertia = world.imu("imu").expect("values");
     let [rx, ry, rz] = inertia.orientation;
     let to_root = innermodel::Transform::of(&Pose::new(0.0, 0.0, 0.0, rx, ry, rz));
     let up = to_root.vector(&inertia.acceleration);
@@ -167,7 +167,7 @@ fn the_sum_of_the_readings_is_the_speed_whatever_the_rate() {
         let (mut last, mut sum) = (0, 0.0);
         for _ in 0..20 {
             world.step().expect("a step");
-            let inertia = world.inertia("imu").expect("values");
+            let inertia = world.imu("imu").expect("values");
             if inertia.number != last {
                 last = inertia.number;
                 sum += inertia.acceleration.z * 0.05;
@@ -183,13 +183,13 @@ fn errors_of_an_inertial_sensor() {
         |attributes: &str| format!(r#"<innerModel><imu id="imu" {attributes}/></innerModel>"#);
     let mut drifting = world(&imu(r#"drift="1""#));
     drifting.run(100).expect("steps");
-    let a = drifting.inertia("imu").expect("values").acceleration - Vector::new(0.0, 9.81, 0.0);
+    let a = drifting.imu("imu").expect("values").acceleration - Vector::new(0.0, 9.81, 0.0);
     assert!(a.x != a.y && a.y != a.z && a.x != a.z, "{a}");
     let mut lossy = world(&imu(r#"dropout="0.3" noise="0.1" gyronoise="0.1""#));
     let mut lost = 0;
     for _ in 0..1000 {
         lossy.step().expect("a step");
-        let inertia = lossy.inertia("imu").expect("values");
+        let inertia = lossy.imu("imu").expect("values");
         let values = inertia.acceleration.iter().chain(&inertia.turning);
         let zeros = values.filter(|value| **value == 0.0).count();
         assert!(zeros == 0 || zeros == 6, "{inertia:?}");

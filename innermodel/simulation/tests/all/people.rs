@@ -43,6 +43,46 @@ fn a_person_walks_the_path_again_and_again() {
     assert!(most - least > 300.0, "the feet move: {least} {most}");
 }
 
+/// No part of a body moves by more than a person can walk, aside and on; nor does the person turn
+/// at once.
+#[test]
+fn a_person_goes_and_turns_without_jumps() {
+    let line = r#"<human id="ann" path="-1500,-1200 1500,-1200"/>"#;
+    for path in [ANN, line] {
+        // A robot that is in the way at each end keeps the person beside the path.
+        let robots: String = ["-1300", "1300"]
+            .map(|x| format!(r#"<omnirobot id="r{x}" tx="{x}" tz="-1000"/>"#))
+            .concat();
+        let mut world = world(&room(&format!("{path}{robots}")));
+        // The first step is to the path.
+        world.step().expect("a step");
+        let pose = |world: &World| world.tree().pose("root", "ann").expect("a person");
+        let mut before = pose(&world);
+        let (mut walked, mut turned) = (0.0, 0.0);
+        for _ in 0..3000 {
+            world.step().expect("a step");
+            let now = pose(&world);
+            let [x, _, z] = [0, 1, 2].map(|at| now.translation[at] - before.translation[at]);
+            let way = x.hypot(z);
+            assert!(way < 20.0 + 1e-9, "{way}: {before:?} {now:?}");
+            let turn = (now.rotation[1] - before.rotation[1]).abs();
+            let turn = turn.min(std::f64::consts::TAU - turn);
+            assert!(turn < 0.04 + 1e-9, "{turn}: {before:?} {now:?}");
+            (walked, turned) = (walked + way, turned + turn);
+            before = now;
+        }
+        assert!(walked > 15_000.0 && turned > 6.0, "{walked} {turned}");
+    }
+}
+
+#[test]
+fn one_impossible_person_does_not_stop_the_others() {
+    let fast = r#"<human id="bob" path="0,0 1e308,1e308" speed="1e308"/>"#;
+    let mut world = world(&room(&format!("{ANN}{fast}")));
+    world.run(300).expect("steps");
+    assert!((head(&world) - Point::new(1500.0, 0.93 * 1700.0, -1200.0)).norm() < 1.0);
+}
+
 #[test]
 fn a_person_walks_around_a_robot_and_is_seen() {
     let inside = format!(

@@ -145,3 +145,18 @@ fn a_change_is_in_the_next_picture() {
     world.step().expect("a step");
     assert_eq!(sees(&mut world), 0);
 }
+
+#[test]
+fn a_picture_has_a_size_and_a_bound() {
+    let inside = r#"<camera id="large" width="4096" height="4096" focal="100"/>
+        <rgbd id="flat" width="64" height="48"/><camera id="none" focal="5"/>"#;
+    let mut world = world(&room(inside));
+    let mut text = |id| world.picture(id).expect_err("no picture").to_string();
+    assert_eq!(
+        text("large"),
+        "`large` would measure 16777216 values; at most 4096000 are possible"
+    );
+    let unset = "has no pictures: its width, its height and its focal length must be set";
+    assert_eq!(text("flat"), format!("`flat` {unset}"));
+    assert_eq!(text("none"), format!("`none` {unset}"));
+}

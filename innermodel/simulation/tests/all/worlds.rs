@@ -2,7 +2,7 @@
 
 use crate::{STEP, room, world};
 use innermodel::{InnerModel, NewNode, Pose};
-use innermodel_simulation::{Error, MotorGoal, Planar, Speed, World};
+use innermodel_simulation::{Error, MotorGoal, Pose2D, Speed, World};
 use std::time::Duration;
 
 const INSIDE: &str = r#"<differentialrobot id="base" ty="160" collide="1">
@@ -150,7 +150,7 @@ fn a_world_is_set_back_while_time_goes_on() {
     let mut world = world(&room(INSIDE));
     world.drive("base", ahead(300.0)).expect("a robot");
     world.run(50).expect("steps");
-    let kept = world.keep_state();
+    let kept = world.snapshot();
     let (place, level) = (
         world.place("base").expect("a robot"),
         world.battery("battery").expect("a battery").level,
@@ -158,7 +158,7 @@ fn a_world_is_set_back_while_time_goes_on() {
     world.run(50).expect("steps");
     world.edit(|edit| edit.remove("arm")).expect("a change");
     assert_ne!(world.place("base").expect("a robot"), place);
-    world.set_back(&kept);
+    world.restore(&kept);
     assert_eq!(world.place("base").expect("a robot"), place);
     assert_eq!(world.battery("battery").expect("a battery").level, level);
     assert!(world.motor("elbow").is_ok());
@@ -248,7 +248,7 @@ fn the_best_of_many_plans_is_found_faster_than_it_is_driven() {
         let found = world
             .predict("base", speed, Duration::from_secs(3))
             .expect("a robot");
-        let Planar { x, z, .. } = found.place;
+        let Pose2D { x, z, .. } = found.place;
         let hit = if found.collision.is_some() { 1e6 } else { 0.0 };
         (turn, hit + (x - goal.0).hypot(z - goal.1), found)
     });

@@ -171,6 +171,14 @@ pub trait Simulation {
         impulse: rc_inner_model::Direction,
     ) -> Result<(), simulation::PushError>;
 
+    /// Switches the motor of a joint off: forces alone move the joint, until JointMotor has another goal for it.
+    fn release(
+        &mut self,
+        ctx: &mut Context,
+        world: String,
+        joint: String,
+    ) -> Result<(), simulation::ReleaseError>;
+
     /// Keeps the world as it is, under a name.
     fn snapshot(
         &mut self,
@@ -311,6 +319,9 @@ pub(crate) fn serve<W: Simulation>(
     }
     if request.operation == simulation::PUSH.id {
         return answer_push(worker, ctx, request);
+    }
+    if request.operation == simulation::RELEASE.id {
+        return answer_release(worker, ctx, request);
     }
     if request.operation == simulation::SNAPSHOT.id {
         return answer_snapshot(worker, ctx, request);
@@ -592,6 +603,19 @@ fn answer_push<W: Simulation>(
     match worker.push(ctx, world, id, impulse) {
         Ok(()) => simulation::reply_push(request),
         Err(error) => simulation::refuse_push(request, error),
+    }
+}
+
+fn answer_release<W: Simulation>(
+    worker: &mut W,
+    ctx: &mut Context,
+    request: &mut Request<'_>,
+) -> Result<(), HandlerError> {
+    let (world, joint) = request
+        .arguments(&simulation::RELEASE, simulation::read_release)?;
+    match worker.release(ctx, world, joint) {
+        Ok(()) => simulation::reply_release(request),
+        Err(error) => simulation::refuse_release(request, error),
     }
 }
 

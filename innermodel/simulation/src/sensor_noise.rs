@@ -1,11 +1,11 @@
-//! The errors of a sensor.
+//! The noise of a sensor.
 
 use crate::random::Random;
 use innermodel::kinds::Signal;
 
 /// The errors of one frame of a sensor.
 #[derive(Clone, Debug)]
-pub struct Errors<'s> {
+pub struct SensorNoise<'s> {
     signal: &'s Signal,
     random: Random,
     /// Which values are lost does not depend on whether there is noise, and the other way round.
@@ -14,7 +14,7 @@ pub struct Errors<'s> {
     bias: f64,
 }
 
-impl<'s> Errors<'s> {
+impl<'s> SensorNoise<'s> {
     /// The errors of a frame. `bias` is how far the sensor has drifted.
     pub fn new(signal: &'s Signal, random: Random, bias: f64) -> Self {
         Self {

@@ -1,14 +1,17 @@
-//! Motion on a floor.
+//! Poses, speeds and motions on a floor.
 
-use crate::base::Speed;
+use innermodel::kinds::Robot;
 use innermodel::{Transform, Vector};
 use nalgebra::Matrix3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+/// The greatest speed of a base or of a motor whose own limit is greater or missing, in mm/s or
+/// rad/s. No place gets infinite by it.
+pub(crate) const FASTEST: f64 = 1e6;
 /// A place on the floor, as `GenericBase` has it: x and z of the root, and a heading that is 0
 /// along x and grows towards z, counter-clockwise seen from above.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Planar {
+pub struct Pose2D {
     /// In millimetres.
     pub x: f64,
     /// In millimetres.
@@ -17,7 +20,7 @@ pub struct Planar {
     pub alpha: f64,
 }
 
-impl Planar {
+impl Pose2D {
     /// Where a frame stands on the floor. Its heading is that of its z axis.
     pub fn of(place: &Transform) -> Self {
         let front = place.rotation.column(2);
@@ -52,6 +55,47 @@ pub(crate) fn wrapped(angle: f64) -> f64 {
     }
     let turned = angle.rem_euclid(TAU);
     if turned > PI { turned - TAU } else { turned }
+}
+
+/// How a base moves, in its own frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Speed {
+    /// To the right, in mm/s. 0 for a differential base.
+    pub side: f64,
+    /// Forwards, in mm/s.
+    pub advance: f64,
+    /// Counter-clockwise seen from above, in rad/s.
+    pub turn: f64,
+}
+
+impl Speed {
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        Self {
+            side: self.side * factor,
+            advance: self.advance * factor,
+            turn: self.turn * factor,
+        }
+    }
+
+    /// The nearest speed that a robot can have.
+    pub(crate) fn limited(&self, robot: &Robot) -> Self {
+        let (fastest, turn) = (robot.max_speed.min(FASTEST), robot.max_turn.min(FASTEST));
+        // The greatest numbers would make an infinite length.
+        let greatest = self.side.abs().max(self.advance.abs());
+        let unit = if greatest > fastest { greatest } else { 1.0 };
+        let (side, advance) = (self.side / unit, self.advance / unit);
+        let way = side.hypot(advance) * unit;
+        let factor = if way > fastest {
+            fastest / side.hypot(advance)
+        } else {
+            unit
+        };
+        Self {
+            side: side * factor,
+            advance: advance * factor,
+            turn: self.turn.max(-turn).min(turn),
+        }
+    }
 }
 
 /// Where a base is after a motion, in its own frame before.

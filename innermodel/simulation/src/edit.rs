@@ -1,0 +1,115 @@
+//! Changes of the scene, and snapshots of the world.
+
+use crate::dynamics::Dynamics;
+use crate::error::Error;
+use crate::human;
+use crate::state::State;
+use crate::world::World;
+use innermodel::{Edit, Pose, Snapshot};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
+
+/// A world at one time, to which it can be set back.
+#[derive(Debug)]
+pub struct WorldSnapshot {
+    tree: Arc<Snapshot>,
+    state: State,
+    dynamics: Option<Box<dyn Dynamics>>,
+}
+
+impl Clone for WorldSnapshot {
+    fn clone(&self) -> Self {
+        Self {
+            tree: Arc::clone(&self.tree),
+            state: self.state.clone(),
+            dynamics: self.dynamics.as_ref().map(|dynamics| dynamics.duplicate()),
+        }
+    }
+}
+
+impl World {
+    /// Changes the scene: all of it, or nothing if one change is refused. Sensors show it in their
+    /// next frame.
+    pub fn edit<T>(
+        &mut self,
+        make: impl FnOnce(&mut Edit) -> Result<T, innermodel::Error>,
+    ) -> Result<T, Error> {
+        let before = self.tree();
+        let result = self.change(|edit| {
+            let result = make(edit)?;
+            human::add_skeletons(edit)?;
+            Ok(result)
+        })?;
+        self.find_devices();
+        self.jump(&before);
+        self.follow();
+        Ok(result)
+    }
+
+    /// Puts a node to a place at once, whatever is in between. Odometry does not notice.
+    pub fn teleport(&mut self, id: &str, base: &str, pose: Pose) -> Result<(), Error> {
+        self.edit(|edit| edit.set_pose_in(id, base, pose))
+    }
+
+    /// The world as it is, to set it back later.
+    pub fn snapshot(&self) -> WorldSnapshot {
+        WorldSnapshot {
+            tree: self.tree(),
+            state: self.state.clone(),
+            dynamics: self.dynamics.as_ref().map(|dynamics| dynamics.duplicate()),
+        }
+    }
+
+    /// Sets the scene with all bases, joints, batteries and speeds back. Time goes on.
+    pub fn restore(&mut self, to: &WorldSnapshot) {
+        let before = self.tree();
+        self.model.restore(self.state.time, &to.tree);
+        self.state = State {
+            time: self.state.time,
+            steps: self.state.steps,
+            ..to.state.clone()
+        };
+        self.is_space_present = false;
+        self.follow();
+        self.find_devices();
+        self.jump(&before);
+        // Forces stay as they are switched; bodies get their speeds back.
+        if let (Some(own), Some(kept)) = (&mut self.dynamics, &to.dynamics) {
+            *own = kept.duplicate();
+        }
+    }
+
+    /// Tells inertial sensors that a change has put them elsewhere: a place that jumps is no
+    /// acceleration.
+    fn jump(&mut self, before: &Snapshot) {
+        let tree = self.tree();
+        for (node, sensor) in &mut self.sensors {
+            let there = tree.node(*node).map(|node| node.to_root());
+            let was = before.node(*node).map(|node| node.to_root());
+            if let (Ok(there), Ok(was)) = (there, was)
+                && there != was
+            {
+                sensor.jump_to(&there);
+            }
+        }
+    }
+
+    /// A number that differs, but for chance, where anything differs that later steps depend on.
+    pub fn digest(&self) -> u64 {
+        let tree = self.tree();
+        let mut hasher = DefaultHasher::new();
+        tree.print().hash(&mut hasher);
+        for node in tree.nodes() {
+            node.position().map(f64::to_bits).hash(&mut hasher);
+        }
+        // All digits of numbers are printed.
+        format!("{:?}", self.state).hash(&mut hasher);
+        (self.step, self.seed).hash(&mut hasher);
+        for (node, sensor) in &self.sensors {
+            (node, sensor.digest()).hash(&mut hasher);
+        }
+        let speeds = self.dynamics.as_ref().map(|dynamics| dynamics.digest());
+        speeds.hash(&mut hasher);
+        hasher.finish()
+    }
+}
