@@ -12,6 +12,7 @@ mod ground;
 mod hostile;
 mod minutes;
 mod mounts;
+mod shim;
 mod supervised;
 mod trouble;
 

@@ -1,6 +1,7 @@
 //! The place of a run: a folder with networks of its own, and what an outside observer sees of
 //! them.
 
+use super::shim::Shim;
 use crate::programs::{Failure, root, target};
 use rc_management::{Client, component};
 use rc_middleware::RunDirectory;
@@ -16,6 +17,8 @@ use tempfile::TempDir;
 pub(super) const NETWORK: &str = "chaos";
 /// The components, in the order of their start.
 pub(super) const NAMES: [&str; 3] = ["simulator", "monitor", "avoider"];
+/// The source of simulated time of a network under load.
+pub(super) const CLOCK: &str = "clock";
 /// The programs of the components.
 pub(super) const PROGRAMS: [&str; 3] = ["simulator", "pose_monitor", "avoider"];
 
@@ -37,6 +40,8 @@ pub(super) struct Ground {
     folder: TempDir,
     /// A disk for logs, if they are not in the folder.
     logs: Option<&'static Path>,
+    /// What moves the clock and slows the disk of all programs.
+    shim: Option<Shim>,
 }
 
 impl Ground {
@@ -50,7 +55,11 @@ impl Ground {
         let folder = tempfile::Builder::new()
             .prefix("rc-chaos-")
             .tempdir_in(base)?;
-        let ground = Self { folder, logs };
+        let ground = Self {
+            folder,
+            logs,
+            shim: None,
+        };
         for name in ["run", "state", "work"] {
             std::fs::create_dir(ground.path(name))?;
         }
@@ -59,6 +68,17 @@ impl Ground {
         std::os::unix::fs::symlink(components.join("maps"), ground.path("maps"))?;
         std::fs::write(ground.deployment(), deployment(&components))?;
         Ok(ground)
+    }
+
+    /// Gives the programs a clock that can be moved and a disk that can be slowed down, or says why
+    /// they have none.
+    pub(super) fn add_shim(&mut self) -> Result<(), String> {
+        self.shim = Some(Shim::compile(self.folder.path())?);
+        Ok(())
+    }
+
+    pub(super) fn shim(&self) -> Option<&Shim> {
+        self.shim.as_ref()
     }
 
     /// A file or a folder in this one.
@@ -87,6 +107,9 @@ impl Ground {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(log);
+        if let Some(shim) = &self.shim {
+            shim.load_into(&mut command);
+        }
         Ok(command)
     }
 

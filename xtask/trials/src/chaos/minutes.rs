@@ -4,10 +4,10 @@
 //! measure. Seconds in which the network starts do not count, so a run on a slow machine makes as
 //! many troubles as one on a quick machine.
 
-use super::ground::{Ground, NETWORK, Text};
+use super::ground::{CLOCK, Ground, NETWORK, Text};
 use super::hostile::{self, Hostile};
 use super::supervised::{Supervisor, kill_one, pid};
-use super::trouble::{NO_DESCRIPTOR, Troubles};
+use super::trouble::{After, NO_DESCRIPTOR, Troubles};
 use super::{Dice, Tally, mounts};
 use crate::figure::{Figure, table};
 use crate::pair::quantile;
@@ -25,8 +25,6 @@ use std::time::{Duration, Instant};
 /// Robots of three components each; beside them are a camera and its viewer, the source of the time
 /// of the first robot, and a component over DDS.
 const ROBOTS: usize = 6;
-/// The source of time.
-pub(super) const CLOCK: &str = "clock";
 /// The pause between two kills of components.
 const BEAT: Duration = Duration::from_secs(1);
 /// The lifetime of one `rcdeploy` process, in beats; at most a third of the run.
@@ -77,7 +75,10 @@ pub(super) fn run(time: Duration, seed: u64) -> Result<(), Failure> {
     println!("chaos: {time:?}, seed {seed}");
     let disk = DISKS.map(Path::new).into_iter().find(|disk| disk.is_dir());
     let disk = disk.ok_or("there is no folder for temporary files")?;
-    let ground = Ground::below(disk, mounts::logs())?;
+    let mut ground = Ground::below(disk, mounts::logs())?;
+    if let Err(why) = ground.add_shim() {
+        println!("skipped: a clock of the system that jumps and a slow disk: {why}");
+    }
     describe(&ground)?;
     let mut seen = Seen::default();
     let hostile = Hostile::start(seed)?;
@@ -222,8 +223,8 @@ struct Network<'g> {
     guarded: Instant,
     /// Started components, with the start in milliseconds of the day.
     starting: BTreeMap<String, (i64, Instant)>,
-    /// Whether components may fail, because the shared memory is full or was full a moment ago.
-    forgives: bool,
+    /// What the trouble is that is there, or was a moment ago.
+    after: After,
 }
 
 impl<'g> Network<'g> {
@@ -249,7 +250,7 @@ impl<'g> Network<'g> {
             is_up: false,
             guarded: Instant::now(),
             starting: BTreeMap::new(),
-            forgives: false,
+            after: After::Nothing,
         })
     }
 
@@ -301,7 +302,7 @@ impl<'g> Network<'g> {
             "ready" => {
                 if let Some((start, _)) = self.starting.remove(name)
                     && self.is_up
-                    && !self.forgives
+                    && self.after == After::Nothing
                 {
                     const DAY: i64 = 24 * 60 * 60 * 1000;
                     let took = (milliseconds(text("time"))? - start).rem_euclid(DAY);
@@ -317,7 +318,7 @@ impl<'g> Network<'g> {
             "exited" if message.contains("SIGKILL") => {
                 self.starting.remove(name);
             }
-            "exited" | "start-failed" | "not-ready" if self.forgives => {
+            "exited" | "start-failed" | "not-ready" if self.after == After::Failures => {
                 self.starting.remove(name);
                 seen.troubles.fell();
             }
@@ -347,12 +348,14 @@ impl<'g> Network<'g> {
         let names = names();
         // The times that clients have measured so far.
         self.look_at_clients(&names, seen);
-        if dice.falls(TROUBLED) && seen.troubles.make(self.ground, dice)? {
-            self.forgives = true;
-            self.await_all(seen)?;
-            // The thread that reads events may be behind.
-            self.listen_for(BEAT, seen)?;
-            self.forgives = false;
+        if dice.falls(TROUBLED) {
+            self.after = seen.troubles.make(self.ground, dice)?;
+            if self.after != After::Nothing {
+                self.await_all(seen)?;
+                // The thread that reads events may be behind.
+                self.listen_for(BEAT, seen)?;
+                self.after = After::Nothing;
+            }
         }
         let name = &names[dice.below(names.len())];
         let mut last = None;

@@ -1,14 +1,10 @@
 //! Troubles of a network under load that are no kill of a single process: many deaths at once, a
 //! supervisor or a guard that is stopped for a while, a supervisor without a free descriptor, a
-//! full shared memory, a full and a busy disk, a clock that jumps.
-//!
-//! A busy disk is one to which another program writes without end and waits for the medium: it
-//! stands for a slow one. The clock is the source of time of some components, since nobody without
-//! privileges sets that of the system: it runs an hour ahead in each tick, and begins anew.
+//! full shared memory, a full and a slow disk, clocks that jump: that of the system, and the source
+//! of time of some components, which runs an hour ahead in each tick and begins anew.
 
 use super::Dice;
-use super::ground::Ground;
-use super::minutes::CLOCK;
+use super::ground::{CLOCK, Ground};
 use super::mounts::{self, MEMORY};
 use super::supervised::pid;
 use crate::programs::Failure;
@@ -16,9 +12,9 @@ use rc_management::component::Request;
 use rustix::process::{Pid, Resource, Rlimit, Signal, getrlimit, kill_process, prlimit};
 use serde_json::{Value, json};
 use std::fs::File;
-use std::io::{ErrorKind, Seek as _, Write as _};
+use std::io::{ErrorKind, Write as _};
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The longest time of a trouble that ends by itself.
 const LONGEST: Duration = Duration::from_secs(1);
@@ -26,9 +22,12 @@ const LONGEST: Duration = Duration::from_secs(1);
 pub(super) const NO_DESCRIPTOR: &str = "Too many open files";
 /// The file of a trouble that writes.
 const FILLER: &str = "rc-chaos-filler";
-/// How much is written at once, and how much a busy disk has to keep.
+/// How much is written at once.
 const BLOCK: usize = 1 << 20;
-const BLOCKS: u32 = 16;
+/// How much longer a slow disk takes for each write.
+const SLOW: Duration = Duration::from_millis(30);
+/// How far the clock of the system is set ahead or back, in seconds.
+const FAR: usize = 3 * 60 * 60;
 
 /// The kinds of troubles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,18 +38,30 @@ enum Kind {
     NoDescriptor,
     FullMemory,
     FullDisk,
-    BusyDisk,
+    SlowDisk,
+    SystemClock,
     Clock,
 }
 
-const KINDS: [(Kind, &str); 8] = [
+/// What a trouble leaves behind, until all components are ready.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum After {
+    Nothing,
+    /// Times of events do not measure: the clock was set, or the disk was slow.
+    WrongTimes,
+    /// Components may have failed.
+    Failures,
+}
+
+const KINDS: [(Kind, &str); 9] = [
     (Kind::MassKill, "half of the components were killed at once"),
     (Kind::StoppedSupervisor, "rcdeploy was stopped"),
     (Kind::StoppedGuard, "its guard was stopped"),
     (Kind::NoDescriptor, "rcdeploy had no free descriptor"),
     (Kind::FullMemory, "the shared memory was full"),
     (Kind::FullDisk, "the disk of the logs was full"),
-    (Kind::BusyDisk, "the disk of the network was busy"),
+    (Kind::SlowDisk, "the disk was slow"),
+    (Kind::SystemClock, "the clock of the system was set"),
     (Kind::Clock, "the source of time jumped"),
 ];
 
@@ -65,38 +76,47 @@ pub(super) struct Troubles {
 }
 
 impl Troubles {
-    /// Makes one trouble, and waits until it is over. Returns whether components may have failed
-    /// for it.
-    pub(super) fn make(&mut self, ground: &Ground, dice: &mut Dice) -> Result<bool, Failure> {
+    /// Makes one trouble, and waits until it is over.
+    pub(super) fn make(&mut self, ground: &Ground, dice: &mut Dice) -> Result<After, Failure> {
         let status = ground.status("rcdeploy").unwrap_or_default();
         let (supervisor, guard) = (process(&status["pid"]), process(&status["guard"]));
         let at = dice.below(KINDS.len());
         let (kind, time) = (KINDS[at].0, dice.time(LONGEST));
         let (Some(supervisor), Some(guard)) = (supervisor, guard) else {
-            return Ok(false);
+            return Ok(After::Nothing);
         };
+        let mut after = After::Nothing;
         match (kind, mounts::logs()) {
-            (Kind::MassKill, _) => {
-                let components = status["components"].as_array();
-                let pids = components.into_iter().flatten().map(|c| &c["pid"]);
-                for pid in pids.filter_map(pid) {
-                    if dice.falls(50) {
-                        self.killed += u32::from(ground.kill(pid));
-                    }
-                }
-            }
+            (Kind::MassKill, _) => self.killed += kill(ground, &status, 50, dice),
             (Kind::StoppedSupervisor, _) => stop(supervisor, time)?,
             (Kind::StoppedGuard, _) => stop(guard, time)?,
             (Kind::NoDescriptor, _) => without_descriptors(supervisor, time)?,
-            (Kind::FullMemory, Some(_)) => full(Path::new(MEMORY), time)?,
+            (Kind::FullMemory, Some(_)) => {
+                full(Path::new(MEMORY), time)?;
+                after = After::Failures;
+            }
             (Kind::FullDisk, Some(logs)) => full(logs, time)?,
             // The memory and the disk of others.
-            (Kind::FullMemory | Kind::FullDisk, None) => return Ok(false),
-            (Kind::BusyDisk, _) => busy(&ground.path("work"), time)?,
+            (Kind::FullMemory | Kind::FullDisk, None) => return Ok(After::Nothing),
+            (Kind::SlowDisk | Kind::SystemClock, _) => {
+                let Some(shim) = ground.shim() else {
+                    return Ok(After::Nothing);
+                };
+                if kind == Kind::SystemClock {
+                    shim.set_clock(dice.below(2 * FAR) as i64 - FAR as i64)?;
+                } else {
+                    shim.slow_disk(SLOW)?;
+                }
+                // What starts meanwhile writes most.
+                kill(ground, &status, 20, dice);
+                std::thread::sleep(time);
+                shim.slow_disk(Duration::ZERO)?;
+                after = After::WrongTimes;
+            }
             (Kind::Clock, _) => jump(ground, &status, time),
         }
         self.made[at] += 1;
-        Ok(kind == Kind::FullMemory)
+        Ok(after)
     }
 
     /// Notes that a component has failed because of a trouble.
@@ -120,6 +140,19 @@ impl std::fmt::Display for Troubles {
         }
         Ok(())
     }
+}
+
+/// Kills so many of a hundred components at once; returns how many were killed.
+fn kill(ground: &Ground, status: &Value, part: usize, dice: &mut Dice) -> u32 {
+    let components = status["components"].as_array();
+    let pids = components.into_iter().flatten().map(|c| &c["pid"]);
+    let mut killed = 0;
+    for pid in pids.filter_map(pid) {
+        if dice.falls(part) {
+            killed += u32::from(ground.kill(pid));
+        }
+    }
+    killed
 }
 
 fn process(value: &Value) -> Option<Pid> {
@@ -163,27 +196,6 @@ fn full(folder: &Path, time: Duration) -> Result<(), Failure> {
     if written.is_ok() {
         std::thread::sleep(time);
     }
-    std::fs::remove_file(path)?;
-    Ok(written?)
-}
-
-/// Writes to the disk of a folder for a time, and waits for each write.
-fn busy(folder: &Path, time: Duration) -> Result<(), Failure> {
-    let end = Instant::now() + time;
-    let path = folder.join(FILLER);
-    let mut file = File::create(&path)?;
-    let block = vec![1; BLOCK];
-    let mut write = || {
-        while Instant::now() < end {
-            file.rewind()?;
-            for _ in 0..BLOCKS {
-                file.write_all(&block)?;
-            }
-            file.sync_all()?;
-        }
-        Ok(())
-    };
-    let written: std::io::Result<()> = write();
     std::fs::remove_file(path)?;
     Ok(written?)
 }

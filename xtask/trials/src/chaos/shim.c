@@ -1,0 +1,90 @@
+/* Loaded before the C library into rcdeploy and its components (`LD_PRELOAD`): moves the clock of
+   the system and slows the disk, for these processes alone. The file that `RC_CHAOS_SHIM` names
+   holds two numbers of eight bytes in the order of the machine: the seconds by which the clock is
+   wrong, and the microseconds that a write to a file takes longer. They change while the processes
+   run. Times of files stay those of the kernel, as on a disk of another machine. */
+#define _GNU_SOURCE
+#include <errno.h>
+#include <fcntl.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <sys/time.h>
+#include <sys/uio.h>
+#include <time.h>
+#include <unistd.h>
+
+static const int64_t right[2];
+static const volatile int64_t *numbers = right;
+
+__attribute__((constructor)) static void map_numbers(void) {
+    const char *path = getenv("RC_CHAOS_SHIM");
+    int file = path ? open(path, O_RDONLY | O_CLOEXEC) : -1;
+    if (file < 0)
+        return;
+    void *mapped = mmap(NULL, sizeof right, PROT_READ, MAP_SHARED, file, 0);
+    close(file);
+    if (mapped != MAP_FAILED)
+        numbers = mapped;
+}
+
+int clock_gettime(clockid_t clock, struct timespec *time) {
+    long result = syscall(SYS_clock_gettime, clock, time);
+    if (result == 0 && (clock == CLOCK_REALTIME || clock == CLOCK_REALTIME_COARSE))
+        time->tv_sec += numbers[0];
+    return (int)result;
+}
+
+int gettimeofday(struct timeval *restrict time, void *restrict zone) {
+    long result = syscall(SYS_gettimeofday, time, zone);
+    if (result == 0)
+        time->tv_sec += numbers[0];
+    return (int)result;
+}
+
+time_t time(time_t *result) {
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    if (result)
+        *result = now.tv_sec;
+    return now.tv_sec;
+}
+
+/* Waits if the descriptor is that of a file; pipes and sockets are as quick as ever. */
+static void wait_for_disk(int descriptor) {
+    int64_t more = numbers[1];
+    int before = errno;
+    struct stat file;
+    if (more > 0 && fstat(descriptor, &file) == 0 && S_ISREG(file.st_mode)) {
+        struct timespec pause = {more / 1000000, more % 1000000 * 1000};
+        nanosleep(&pause, NULL);
+    }
+    errno = before;
+}
+
+ssize_t write(int descriptor, const void *data, size_t size) {
+    wait_for_disk(descriptor);
+    return syscall(SYS_write, descriptor, data, size);
+}
+
+ssize_t writev(int descriptor, const struct iovec *parts, int count) {
+    wait_for_disk(descriptor);
+    return syscall(SYS_writev, descriptor, parts, count);
+}
+
+ssize_t pwrite64(int descriptor, const void *data, size_t size, off64_t at) {
+    wait_for_disk(descriptor);
+    return syscall(SYS_pwrite64, descriptor, data, size, at);
+}
+
+int fsync(int descriptor) {
+    wait_for_disk(descriptor);
+    return (int)syscall(SYS_fsync, descriptor);
+}
+
+int fdatasync(int descriptor) {
+    wait_for_disk(descriptor);
+    return (int)syscall(SYS_fdatasync, descriptor);
+}
