@@ -9,6 +9,8 @@ use std::time::Duration;
 
 /// The period of ticks.
 pub const TICK: Duration = Duration::from_millis(1);
+/// The data of a tick: with its number and the length, a sample has 64 bytes.
+pub const TICK_BYTES: usize = 48;
 /// The number of ticks between two queries.
 pub const TICKS_A_QUERY: u64 = 5;
 /// Images a second.

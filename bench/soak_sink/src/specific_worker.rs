@@ -64,7 +64,7 @@ impl Echo for SpecificWorker {
 }
 
 impl Ticks for SpecificWorker {
-    fn tick(&mut self, _ctx: &mut Context, number: i64) {
+    fn tick(&mut self, _ctx: &mut Context, number: i64, _data: Vec<u8>) {
         self.ticks.note(number.unsigned_abs(), WARM_UP_TICKS);
         if !self.stalled && number.unsigned_abs() >= STALL_AT {
             self.stalled = true;

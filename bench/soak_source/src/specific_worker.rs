@@ -3,7 +3,7 @@
 
 use bench_protocol::now;
 use bench_protocol::soak::{
-    HALF, TICK, TICKS_A_QUERY, TICKS_A_SECOND, WARM_UP_TICKS, WITHOUT_IMAGES, image, is_image_due,
+    HALF, TICK, TICK_BYTES, TICKS_A_QUERY, TICKS_A_SECOND, WARM_UP_TICKS, WITHOUT_IMAGES, image, is_image_due,
     pattern, print,
 };
 use soak_source_generated::tracing::warn;
@@ -92,7 +92,7 @@ impl Worker for SpecificWorker {
 
 impl SpecificWorker {
     fn turn(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
-        ctx.ticks.tick(self.ticks as i64)?;
+        ctx.ticks.tick(self.ticks as i64, &self.pattern[..TICK_BYTES])?;
         self.ticks += 1;
         if self.sends_images && is_image_due(self.ticks) {
             self.publish_image(ctx)?;

@@ -27,7 +27,7 @@ const SLOT_TICKS: Slot = Slot {
     role: Role::SubscribesTo,
     interface: "Ticks",
     type_name: "RcSoak::Ticks",
-    type_hash: 0xf1c309a1cab5850b,
+    type_hash: 0xc24a10651648a7dc,
     backend: backend::MIDDLEWARE,
     qos: Qos {
         reliability: Reliability::Reliable,
@@ -58,7 +58,7 @@ const SLOT_IMAGES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "soak_sink",
-    model_hash: 0x02d31a7b35d36201,
+    model_hash: 0xa27d59024a0b932a,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: None,

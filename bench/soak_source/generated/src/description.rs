@@ -26,7 +26,7 @@ const SLOT_TICKS: Slot = Slot {
     role: Role::Publishes,
     interface: "Ticks",
     type_name: "RcSoak::Ticks",
-    type_hash: 0xf1c309a1cab5850b,
+    type_hash: 0xc24a10651648a7dc,
     backend: backend::MIDDLEWARE,
     qos: Qos {
         depth: 100,
@@ -53,7 +53,7 @@ const SLOT_IMAGES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "soak_source",
-    model_hash: 0x5574f712c7b52f7a,
+    model_hash: 0x6dde74fa39d6619e,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 1000000),
     parameters: None,

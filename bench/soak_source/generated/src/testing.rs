@@ -205,7 +205,7 @@ impl Deref for EchoFake {
 #[derive(Clone, Debug, PartialEq)]
 pub enum TicksSample {
     /// `tick`
-    Tick { number: i64 },
+    Tick { number: i64, data: Vec<u8> },
 }
 
 fn read_ticks(
@@ -215,7 +215,7 @@ fn read_ticks(
     match operation {
         0 => {
             interfaces::ticks::read_tick(reader)
-                .map(|number| TicksSample::Tick { number })
+                .map(|(number, data)| TicksSample::Tick { number, data })
         }
         _ => Err(DecodeError::Unknown("operation")),
     }

@@ -8,7 +8,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RcSoak","types":[
 {"name":"Image","struct":[{"name":"number","type":"int64"},{"name":"width","type":"int32"},{"name":"height","type":"int32"},{"name":"data","type":"sequence<uint8,2100000>"}]}
 ],"interfaces":[
 {"name":"Ticks","operations":[
-{"name":"tick","id":1975576037,"hash":"f1c309a1cab5850b","pattern":"command","inputs":[{"name":"number","type":"int64"}]}
+{"name":"tick","id":1975576037,"hash":"c24a10651648a7dc","pattern":"command","inputs":[{"name":"number","type":"int64"},{"name":"data","type":"sequence<uint8,48>"}]}
 ]},
 {"name":"Images","operations":[
 {"name":"image","id":576356472,"hash":"7e671b9871fa7944","pattern":"command","inputs":[{"name":"image","type":"RcSoak::Image"}]}
@@ -129,7 +129,7 @@ pub mod ticks {
     pub const TICK: Operation = Operation {
         name: "tick",
         id: 1975576037,
-        type_hash: 0xf1c309a1cab5850b,
+        type_hash: 0xc24a10651648a7dc,
         two_way: false,
         replies: &[],
     };
@@ -138,9 +138,11 @@ pub mod ticks {
     pub const OPERATIONS: &[Operation] = &[TICK];
 
     /// Reads the parameters of `tick`.
-    pub fn read_tick(reader: &mut Reader<'_>) -> Result<i64, DecodeError> {
+    pub fn read_tick(reader: &mut Reader<'_>) -> Result<(i64, Vec<u8>), DecodeError> {
         let number: i64 = reader.get()?;
-        Ok(number)
+        let data: Vec<u8> = reader.get()?;
+        reader.bound("Ticks.tick.data", data.len(), 48)?;
+        Ok((number, data))
     }
 
     /// A client of `Ticks`.
@@ -164,13 +166,15 @@ pub mod ticks {
             self.client.peers() > 0
         }
 
-        /// `number` counts from 0.
-        pub fn tick(&mut self, number: i64) -> Result<(), CallError> {
+        /// `number` counts from 0; a sample has 64 bytes.
+        pub fn tick(&mut self, number: i64, data: &[u8]) -> Result<(), CallError> {
             self.client
                 .send_with(
                     &TICK,
                     |writer| {
                         writer.put(&number);
+                        writer.bound("Ticks.tick.data", data.len(), 48);
+                        rc_middleware::cdr::sequence(data, writer);
                     },
                 )
         }
@@ -196,11 +200,13 @@ pub mod ticks {
             [self.tick.peers()].into_iter().max().unwrap_or(0)
         }
 
-        /// `number` counts from 0.
-        pub fn tick(&mut self, number: i64) -> Result<(), SendError> {
+        /// `number` counts from 0; a sample has 64 bytes.
+        pub fn tick(&mut self, number: i64, data: &[u8]) -> Result<(), SendError> {
             self.tick
                 .publish_with(|writer| {
                     writer.put(&number);
+                    writer.bound("Ticks.tick.data", data.len(), 48);
+                    rc_middleware::cdr::sequence(data, writer);
                 })
         }
     }

@@ -8,8 +8,8 @@ use rc_runtime::middleware::typed::HandlerError;
 
 /// Small values in quick succession.
 pub trait Ticks {
-    /// `number` counts from 0.
-    fn tick(&mut self, ctx: &mut Context, number: i64);
+    /// `number` counts from 0; a sample has 64 bytes.
+    fn tick(&mut self, ctx: &mut Context, number: i64, data: Vec<u8>);
 }
 
 /// Takes one sample of a topic.
@@ -21,8 +21,8 @@ pub(crate) fn receive<W: Ticks>(
 ) -> Result<(), HandlerError> {
     match operation {
         0 => {
-            let number = ticks::read_tick(reader)?;
-            worker.tick(ctx, number);
+            let (number, data) = ticks::read_tick(reader)?;
+            worker.tick(ctx, number, data);
             Ok(())
         }
         _ => Err(HandlerError("the slot has no such topic".to_owned())),
