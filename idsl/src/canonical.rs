@@ -5,9 +5,7 @@
 //! ranges and defaults do not affect the bytes on the wire, so they are left out. The first
 //! occurrence of a named type includes its members; later ones are only its name.
 
-use crate::model::{
-    InterfaceId, Library, Member, Operation, Primitive, Type, TypeDeclKind, TypeId,
-};
+use crate::model::{InterfaceId, Library, Member, Operation, Type, TypeDeclKind, TypeId};
 use sha2::{Digest, Sha256};
 use std::collections::HashSet;
 
@@ -82,7 +80,7 @@ impl Text<'_> {
         let library = self.library;
         let bound = |bound: &Option<u32>| bound.map_or(String::new(), |n| format!(",{n}"));
         match library.resolved(used) {
-            Type::Primitive(primitive) => self.out.push_str(primitive_word(*primitive)),
+            Type::Primitive(primitive) => self.out.push_str(primitive.word()),
             Type::String(limit) => self.out.push_str(&format!("string<{}>", bound(limit))),
             Type::Sequence(element, limit) => {
                 self.out.push_str("sequence<");
@@ -123,21 +121,5 @@ impl Text<'_> {
             TypeDeclKind::Alias(_) => {}
         }
         self.out.push('}');
-    }
-}
-
-fn primitive_word(primitive: Primitive) -> &'static str {
-    match primitive {
-        Primitive::Bool => "bool",
-        Primitive::I8 => "int8",
-        Primitive::U8 => "uint8",
-        Primitive::I16 => "int16",
-        Primitive::U16 => "uint16",
-        Primitive::I32 => "int32",
-        Primitive::U32 => "uint32",
-        Primitive::I64 => "int64",
-        Primitive::U64 => "uint64",
-        Primitive::F32 => "float32",
-        Primitive::F64 => "float64",
     }
 }

@@ -209,6 +209,23 @@ impl Primitive {
             .map(|(_, primitive)| *primitive)
     }
 
+    /// Its name with its size, which the canonical form has. ROS uses the same names.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Bool => "bool",
+            Self::I8 => "int8",
+            Self::U8 => "uint8",
+            Self::I16 => "int16",
+            Self::U16 => "uint16",
+            Self::I32 => "int32",
+            Self::U32 => "uint32",
+            Self::I64 => "int64",
+            Self::U64 => "uint64",
+            Self::F32 => "float32",
+            Self::F64 => "float64",
+        }
+    }
+
     /// The size on the wire and in memory, in bytes.
     pub fn size(self) -> u32 {
         match self {

@@ -60,25 +60,8 @@ impl FieldType {
 }
 
 impl Element {
-    /// The type of a primitive.
+    /// The type of a primitive. `byte` and `char` are not used: they are aliases of `uint8`.
     pub(super) fn primitive(primitive: Primitive) -> Self {
-        Self::Word(word(primitive))
-    }
-}
-
-/// The name of a primitive type. `byte` and `char` are not used: they are aliases of `uint8`.
-fn word(primitive: Primitive) -> &'static str {
-    match primitive {
-        Primitive::Bool => "bool",
-        Primitive::I8 => "int8",
-        Primitive::U8 => "uint8",
-        Primitive::I16 => "int16",
-        Primitive::U16 => "uint16",
-        Primitive::I32 => "int32",
-        Primitive::U32 => "uint32",
-        Primitive::I64 => "int64",
-        Primitive::U64 => "uint64",
-        Primitive::F32 => "float32",
-        Primitive::F64 => "float64",
+        Self::Word(primitive.word())
     }
 }

@@ -1,6 +1,5 @@
 //! Bounds and ranges that are checked where values are written and read.
 
-use super::types::primitive_word;
 use rc_idsl::Library;
 use rc_idsl::model::{Member, Type};
 use rc_syntax::{Literal, LiteralKind};
@@ -56,7 +55,7 @@ pub(super) fn range(library: &Library, member: &Member) -> Vec<Check> {
         range_text(member),
     ) {
         (Type::Primitive(primitive), Some(range), Some(text)) => vec![Check::Range {
-            primitive: primitive_word(*primitive),
+            primitive: primitive.word(),
             min: end(&range.min),
             max: end(&range.max),
             text,

@@ -1,7 +1,6 @@
 //! The description of an IDSL module, which tools read from running components.
 
 use super::rpc_hash;
-use super::types::primitive_word;
 use rc_idsl::Library;
 use rc_idsl::model::{self, InterfaceId, ModuleId, Type, TypeDeclKind, TypeId};
 use rc_syntax::{Literal, LiteralKind};
@@ -96,7 +95,7 @@ fn interface(library: &Library, id: InterfaceId) -> Interface {
 fn text(library: &Library, ty: &Type) -> String {
     let bound = |bound: &Option<u32>| bound.map_or(String::new(), |bound| format!(",{bound}"));
     match library.resolved(ty) {
-        Type::Primitive(primitive) => primitive_word(*primitive).to_owned(),
+        Type::Primitive(primitive) => primitive.word().to_owned(),
         Type::String(None) => "string".to_owned(),
         Type::String(Some(bound)) => format!("string<{bound}>"),
         Type::Sequence(element, most) => {

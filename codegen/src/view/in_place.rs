@@ -3,7 +3,7 @@
 
 use super::checks::{self, Check};
 use super::members::{self, member};
-use super::types::{Type, of_type, primitive_word};
+use super::types::{Type, of_type};
 use rc_idsl::Library;
 use rc_idsl::image::{self, Image};
 use rc_idsl::in_place::LARGEST;
@@ -225,7 +225,7 @@ fn item(
     match library.resolved(ty) {
         model::Type::Primitive(model::Primitive::Bool) => Item::Bool,
         model::Type::Primitive(primitive) => Item::Number {
-            name: primitive_word(*primitive),
+            name: primitive.word(),
         },
         model::Type::Array(element, length) => Item::Array {
             element: Box::new(item(library, path, element, done, known)),

@@ -1,7 +1,7 @@
 //! Types where they are used, neutral of the language that they are printed in.
 
 use rc_idsl::Library;
-use rc_idsl::model::{self, Primitive, TypeDeclKind, TypeId};
+use rc_idsl::model::{self, TypeDeclKind, TypeId};
 use serde::Serialize;
 
 /// A type where it is used.
@@ -80,7 +80,7 @@ pub(super) fn of_type(library: &Library, ty: &model::Type) -> Type {
     let boxed = |ty: &model::Type| Box::new(of_type(library, ty));
     match ty {
         model::Type::Primitive(primitive) => Type::Primitive {
-            name: primitive_word(*primitive),
+            name: primitive.word(),
         },
         model::Type::String(bound) => Type::Text { bound: *bound },
         model::Type::Sequence(element, bound) => Type::Sequence {
@@ -112,22 +112,5 @@ pub(super) fn named(library: &Library, id: TypeId) -> Type {
         name: decl.name.text.clone(),
         of,
         target,
-    }
-}
-
-/// The word of a primitive type.
-pub(super) fn primitive_word(primitive: Primitive) -> &'static str {
-    match primitive {
-        Primitive::Bool => "bool",
-        Primitive::I8 => "int8",
-        Primitive::U8 => "uint8",
-        Primitive::I16 => "int16",
-        Primitive::U16 => "uint16",
-        Primitive::I32 => "int32",
-        Primitive::U32 => "uint32",
-        Primitive::I64 => "int64",
-        Primitive::U64 => "uint64",
-        Primitive::F32 => "float32",
-        Primitive::F64 => "float64",
     }
 }
