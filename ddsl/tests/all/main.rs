@@ -4,4 +4,5 @@ mod language;
 mod members;
 mod network;
 mod page;
+mod settings;
 mod size;

@@ -4,6 +4,7 @@ mod life;
 mod lifecycle;
 mod log;
 mod machine;
+mod parameter_requests;
 mod parameters;
 mod process;
 mod ros_arguments;

@@ -9,14 +9,13 @@ use rc_runtime::{
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
-use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixStream;
 use std::sync::{Condvar, Mutex};
 use std::time::{Duration, Instant};
 
 const LIMIT: Duration = Duration::from_secs(15);
 
-static DESCRIPTION: Description = Description {
+pub(crate) static DESCRIPTION: Description = Description {
     name: "tuned",
     model_hash: 1,
     middleware: "none",
@@ -84,7 +83,7 @@ fn hang(name: &str) {
     note(name, |seen| seen.hangs = false);
 }
 
-struct Worker {
+pub(crate) struct Worker {
     core: Core,
     speed: f64,
     hung: bool,
@@ -95,7 +94,7 @@ impl Worker {
         clippy::unnecessary_wraps,
         reason = "the signature that the runtime requires"
     )]
-    fn start(core: Core, _: &Ports, values: &Values) -> Result<Self, StartError> {
+    pub(crate) fn start(core: Core, _: &Ports, values: &Values) -> Result<Self, StartError> {
         if core.name() == "begins" {
             hang("begins");
         }
@@ -170,21 +169,21 @@ fn network(name: &str) -> String {
     format!("parameters_{name}_{}", std::process::id())
 }
 
-fn run(name: &str, config: &[&str]) -> Embedded {
+pub(crate) fn run(name: &str, config: &[&str]) -> Embedded {
     let network = network(name);
     let mut args = vec!["--network", &network, "--name", name];
     args.extend(config);
     embed(&DESCRIPTION, Worker::start, &args).expect("to run")
 }
 
-fn connect(name: &str) -> BufReader<UnixStream> {
+pub(crate) fn connect(name: &str) -> BufReader<UnixStream> {
     let socket = RunDirectory::of(&network(name)).socket(name);
     let stream = UnixStream::connect(socket).expect("its socket");
     stream.set_read_timeout(Some(LIMIT)).expect("a limit");
     BufReader::new(stream)
 }
 
-fn send(stream: &mut BufReader<UnixStream>, id: u32, method: &str, params: &Value) {
+pub(crate) fn send(stream: &mut BufReader<UnixStream>, id: u32, method: &str, params: &Value) {
     let request = json!({ "jsonrpc": "2.0", "id": id, "method": method, "params": params });
     let line = format!("{request}\n");
     stream
@@ -193,13 +192,13 @@ fn send(stream: &mut BufReader<UnixStream>, id: u32, method: &str, params: &Valu
         .expect("a request");
 }
 
-fn receive_reply(stream: &mut BufReader<UnixStream>) -> Value {
+pub(crate) fn receive_reply(stream: &mut BufReader<UnixStream>) -> Value {
     let mut line = String::new();
     stream.read_line(&mut line).expect("a reply");
     serde_json::from_str(&line).expect("JSON")
 }
 
-fn ask(name: &str, method: &str, params: &Value) -> Value {
+pub(crate) fn ask(name: &str, method: &str, params: &Value) -> Value {
     let mut stream = connect(name);
     send(&mut stream, 7, method, params);
     let reply = receive_reply(&mut stream);
@@ -207,16 +206,16 @@ fn ask(name: &str, method: &str, params: &Value) -> Value {
     reply
 }
 
-fn set(name: &str, changes: &Value) -> Value {
+pub(crate) fn set(name: &str, changes: &Value) -> Value {
     ask(name, "parameters_set", &json!({ "changes": changes }))
 }
 
-fn get(name: &str, path: &str) -> Value {
+pub(crate) fn get(name: &str, path: &str) -> Value {
     let reply = ask(name, "parameters", &json!({ "paths": [path] }));
     reply["result"]["parameters"][0].clone()
 }
 
-fn end(component: Embedded) {
+pub(crate) fn end(component: Embedded) {
     component.stop();
     component.join().expect("an orderly end");
 }
@@ -434,168 +433,4 @@ fn a_change_during_initialize_is_rejected_with_that_reason() {
     assert!(message.contains("initialize() has not ended"), "{message}");
     note("begins", |seen| seen.free = true);
     end(starting.join().expect("to run"));
-}
-
-#[test]
-fn an_overlong_request_is_rejected_and_the_next_one_is_served() {
-    let component = run("long", &[]);
-    let mut stream = connect("long");
-    let changes = json!({ "changes": { "token": "x".repeat(1 << 20) } });
-    send(&mut stream, 1, "parameters_set", &changes);
-    let reply = receive_reply(&mut stream);
-    assert_eq!(
-        (&reply["id"], &reply["error"]["code"]),
-        (&Value::Null, &json!(-32602))
-    );
-    let message = reply["error"]["message"].as_str().expect("a text");
-    assert!(message.contains("64 KiB"), "{message}");
-    send(&mut stream, 2, "status", &Value::Null);
-    assert_eq!(receive_reply(&mut stream)["id"], 2);
-    end(component);
-}
-
-#[test]
-fn requests_of_one_connection_are_served_in_order() {
-    let file = tempfile::NamedTempFile::new().expect("a file");
-    let config = file.path().to_str().expect("a path");
-    let component = run("in_order", &["--config", config]);
-    let mut stream = connect("in_order");
-    for (id, speed) in [(1, 2.0), (2, 3.0)] {
-        let changes = json!({ "changes": { "speed": speed } });
-        send(&mut stream, id, "parameters_set", &changes);
-    }
-    send(&mut stream, 3, "parameters_save", &json!({}));
-    for id in [1, 2] {
-        assert_eq!(receive_reply(&mut stream)["id"], id);
-    }
-    let saved = receive_reply(&mut stream);
-    let expected = json!([{ "path": "speed", "old": 1.0, "new": 3.0 }]);
-    assert_eq!(
-        (&saved["id"], &saved["result"]["saved"]),
-        (&json!(3), &expected)
-    );
-    assert!(
-        std::fs::read_to_string(file.path())
-            .expect("the file")
-            .contains("speed = 3.0")
-    );
-    end(component);
-}
-
-#[test]
-fn a_component_replies_to_pending_requests_before_it_ends() {
-    let component = run("ends", &[]);
-    let mut streams: Vec<_> = (0..8).map(|_| connect("ends")).collect();
-    for (id, stream) in (0..).zip(&mut streams) {
-        let changes = json!({ "changes": { "speed": f64::from(id) / 2.0 } });
-        send(stream, id, "parameters_set", &changes);
-    }
-    send(&mut streams[7], 99, "stop", &Value::Null);
-    component.join().expect("an orderly end");
-    for stream in &mut streams {
-        let reply = receive_reply(stream);
-        assert!(
-            reply["result"].is_object() || reply["error"].is_object(),
-            "{reply}"
-        );
-    }
-}
-
-#[test]
-fn saving_writes_changed_values_and_keeps_the_rest_of_the_file() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let file = folder.path().join("tuned.toml");
-    let text = "# Tuned.\n[component]\nlog = \"error\"\n\n[parameters]\nspeed = 1.5   # slow\n# device = \"/dev/x\"\n";
-    std::fs::write(&file, text).expect("to write");
-    let mode = std::fs::Permissions::from_mode(0o640);
-    std::fs::set_permissions(&file, mode).expect("to set");
-    let link = folder.path().join("link.toml");
-    std::os::unix::fs::symlink(&file, &link).expect("a link");
-    let component = run("saves", &["--config", link.to_str().expect("a path")]);
-
-    let nothing = ask("saves", "parameters_save", &json!({}));
-    assert_eq!(nothing["result"]["saved"], json!([]), "{nothing}");
-    set(
-        "saves",
-        &json!({ "speed": 2.5, "device": "/dev/b", "token": "n3w" }),
-    );
-    let saved = ask("saves", "parameters_save", &json!({}));
-    assert_eq!(
-        saved["result"]["saved"].as_array().map(Vec::len),
-        Some(3),
-        "{saved}"
-    );
-    assert!(!saved.to_string().contains("n3w"));
-    let expected = text.replace("1.5 ", "2.5 ");
-    let expected = expected.replace("# device", "device = \"/dev/b\"\ntoken = \"n3w\"\n# device");
-    assert_eq!(std::fs::read_to_string(&file).expect("the file"), expected);
-    let metadata = std::fs::metadata(&file).expect("the file");
-    // It has a secret now, which is its owner's alone.
-    assert_eq!(metadata.permissions().mode() & 0o777, 0o600);
-    assert!(link.is_symlink());
-    assert_eq!(
-        std::fs::read_dir(folder.path()).expect("a folder").count(),
-        2
-    );
-
-    // Another program edits the same line, then another line.
-    set("saves", &json!({ "speed": 3 }));
-    std::fs::write(&file, expected.replace("2.5 ", "2.0 ")).expect("to write");
-    let conflict = ask("saves", "parameters_save", &json!({}));
-    assert_eq!(conflict["error"]["code"], -32003, "{conflict}");
-    let message = conflict["error"]["message"].as_str().expect("a text");
-    assert!(message.contains("is 2.0 in the file now"), "{message}");
-    std::fs::write(&file, expected.replace("# Tuned", "# Fine-tuned")).expect("to write");
-    let saved = ask("saves", "parameters_save", &json!({}));
-    assert!(saved["result"].is_object(), "{saved}");
-    let text = std::fs::read_to_string(&file).expect("the file");
-    assert!(
-        text.starts_with("# Fine-tuned") && text.contains("speed = 3.0   # slow"),
-        "{text}"
-    );
-    std::fs::remove_file(&file).expect("to remove");
-    set("saves", &json!({ "speed": 1 }));
-    let gone = ask("saves", "parameters_save", &json!({}));
-    assert_eq!(gone["error"]["code"], -32004, "{gone}");
-    end(component);
-}
-
-#[test]
-fn a_configuration_that_is_no_longer_a_writable_file_is_not_saved() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let file = folder.path().join("tuned.toml");
-    let text = "[parameters]\nspeed = 1.5\n";
-    std::fs::write(&file, text).expect("to write");
-    let component = run("odd", &["--config", file.to_str().expect("a path")]);
-    set("odd", &json!({ "speed": 2 }));
-    let refused = |why: &str| {
-        let reply = ask("odd", "parameters_save", &json!({}));
-        assert_eq!(reply["error"]["code"], -32004, "{reply}");
-        let message = reply["error"]["message"].as_str().expect("a text");
-        assert!(message.contains(why), "{message}");
-    };
-    let mode = |mode| std::fs::Permissions::from_mode(mode);
-    std::fs::set_permissions(&file, mode(0o444)).expect("to set");
-    refused("the file is read-only");
-    assert_eq!(std::fs::read_to_string(&file).expect("the file"), text);
-    std::fs::set_permissions(&file, mode(0o600)).expect("to set");
-    let hollow = std::fs::File::options().write(true).open(&file);
-    hollow
-        .expect("the file")
-        .set_len(65 << 20)
-        .expect("to grow");
-    refused("64 MB");
-    std::fs::remove_file(&file).expect("to remove");
-    // Nothing ever writes into this pipe.
-    let mode = rustix::fs::Mode::from_raw_mode(0o600);
-    rustix::fs::mknodat(rustix::fs::CWD, &file, rustix::fs::FileType::Fifo, mode, 0)
-        .expect("a pipe");
-    refused("not a regular file");
-    // A start does not wait for it either.
-    let arguments = ["--config", file.to_str().expect("a path")];
-    let error = embed(&DESCRIPTION, Worker::start, &arguments).expect_err("no configuration");
-    assert!(error.to_string().contains("not a regular file"), "{error}");
-    // Management still replies, and the component can be stopped.
-    assert_eq!(get("odd", "speed")["value"], json!(2.0));
-    end(component);
 }

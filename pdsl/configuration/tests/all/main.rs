@@ -3,4 +3,7 @@
 mod check;
 mod live;
 mod random;
+mod removal;
+mod saving;
+mod template;
 mod update;

@@ -1,8 +1,5 @@
 //! The parameter services of a running component, called as from another node.
 
-#[path = "../../../deploy/tests/all/python.rs"]
-mod python;
-
 use rc_middleware::rpc::{self, ENVELOPE, RequestId};
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{
@@ -16,7 +13,7 @@ use rc_settings::Value;
 use rc_settings::ros::Remapping;
 use std::time::Duration;
 
-const LIMIT: Duration = Duration::from_secs(15);
+const LIMIT: Duration = Duration::from_secs(30);
 
 static NODE: Description = Description {
     name: "tuned",
@@ -347,7 +344,7 @@ fn a_component_receives_parameter_events() {
 #[test]
 fn a_node_on_cyclone_lists_describes_gets_and_sets_parameters() {
     let test = "a_node_on_cyclone_lists_describes_gets_and_sets_parameters";
-    let Some(python) = python::interpreter("cyclonedds==11.0.1", test) else {
+    let Some(python) = crate::python::interpreter("cyclonedds==11.0.1", test) else {
         return;
     };
     let network = format!("rosparam_stranger_{}", std::process::id());

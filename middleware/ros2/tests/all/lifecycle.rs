@@ -1,8 +1,5 @@
 //! A managed component is a managed node for rclpy of ROS 2 Jazzy.
 
-#[path = "../../../deploy/tests/all/python.rs"]
-mod python;
-
 use rc_runtime::lifecycle::{Hook, Transition};
 use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError, embed};
 use std::path::PathBuf;
@@ -65,7 +62,7 @@ impl Component for Worker {
 
 #[test]
 fn rclpy_manages_a_component_as_a_node_of_its_own() {
-    let Some(python) = python::ros("rclpy_manages_a_component_as_a_node_of_its_own") else {
+    let Some(python) = crate::python::ros("rclpy_manages_a_component_as_a_node_of_its_own") else {
         return;
     };
     let network = format!("lifecycle_{}", std::process::id());

@@ -1,0 +1,12 @@
+//! All integration tests of the backend in one program, except those of a short lease, which other
+//! participants of the same process would let expire.
+
+#[path = "../../../../deploy/tests/all/python.rs"]
+mod python;
+
+mod attacker;
+mod clock;
+mod conformance;
+mod lifecycle;
+mod mismatch;
+mod parameters;

@@ -1,0 +1,118 @@
+//! Requests and texts from outside, as they are decoded.
+
+use super::golden::text;
+use rc_management::{agent, component, link, rpc};
+use serde_json::json;
+
+#[test]
+fn an_invalid_request_is_rejected_with_the_allowed_form() {
+    let error = |line: &str| {
+        let call = rpc::Call::parse(line.as_bytes());
+        let error = call.and_then(component::Request::decode).expect_err(line);
+        (error.code, error.message)
+    };
+    assert_eq!(error("hello"), (-32700, text("this is not JSON")));
+    let unknown = "unknown method `dance`; there are `status`, `parameters`, `parameters_set`, `parameters_save`, `period`, `emergency`, `fire`, `lifecycle`, `stop`, `describe`, `tap`, `call`, `sample`";
+    assert_eq!(error(r#"{"method":"dance"}"#), (-32601, text(unknown)));
+    assert_eq!(error("[]").0, -32601);
+    for (line, message) in [
+        (
+            r#"{"method":"emergency"}"#,
+            r#"`emergency` takes {"active": true|false}"#,
+        ),
+        (
+            r#"{"method":"period","params":{"ms":0.01}}"#,
+            r#"`period` takes {"ms": 0.1 … 3600000}"#,
+        ),
+        (
+            r#"{"method":"parameters","params":{"paths":[7]}}"#,
+            r#"`parameters` takes {} or {"paths": ["motors[0].max", …]}"#,
+        ),
+        (
+            r#"{"method":"parameters_set","params":{"changes":{}}}"#,
+            r#"`parameters_set` takes {"changes": {"motors[0].max": 1.5, …}}"#,
+        ),
+    ] {
+        assert_eq!(error(line), (-32602, text(message)));
+    }
+}
+
+#[test]
+fn optional_and_unknown_parameters_are_accepted() {
+    use component::Request;
+    let request = |line: &str| {
+        let call = rpc::Call::parse(line.as_bytes());
+        call.and_then(Request::decode).expect(line)
+    };
+    assert_eq!(request(r#"{"method":"status"}"#), Request::Status);
+    assert_eq!(
+        request(r#"{"method":"status","params":{"x":1}}"#),
+        Request::Status
+    );
+    let all = Request::Parameters { paths: None };
+    assert_eq!(request(r#"{"method":"parameters"}"#), all);
+    assert_eq!(
+        request(r#"{"method":"parameters","params":{"paths":null}}"#),
+        all
+    );
+}
+
+/// What other processes say reaches messages, terminals and JSON of tools.
+#[test]
+fn foreign_texts_are_cleaned_where_they_enter() {
+    let long = format!("a\nforged: \u{1b}[2J{}", "x".repeat(100_000));
+    let clean = |text: &str| {
+        assert!(text.starts_with("a\\nforged: \\u{1b}[2Jxxx"), "{text}");
+        assert_eq!(text.chars().count(), 257);
+    };
+    let line = json!({"id": 1, "error": {"code": -32001, "message": long, "data": {"findings": [
+        {"code": "x", "help": long, "message": long}]}}});
+    let error: rc_management::rpc::Error =
+        serde_json::from_value(line["error"].clone()).expect("an error");
+    // A reason may have lines, but no more than a reader needs.
+    assert!(error.message.starts_with("a\nforged: \\u{1b}[2J"));
+    assert!(error.message.chars().count() < 10_000);
+    let finding = &error.data.as_ref().expect("its data").findings[0];
+    clean(&finding.message);
+    clean(finding.help.as_deref().expect("a help"));
+    let heartbeat = json!({"method": "heartbeat", "params": {"age_ms": 1, "mismatches": [long],
+        "silent": {(long.clone()): 7}, "overruns": {"what": long, "ms": 1.0, "period_ms": 1.0}}});
+    let message = link::ComponentMessage::decode(heartbeat.to_string().as_bytes());
+    let Ok(link::ComponentMessage::Heartbeat(heartbeat)) = message else {
+        panic!("{message:?}");
+    };
+    clean(&heartbeat.mismatches[0]);
+    heartbeat.silent.keys().for_each(|key| clean(key));
+    clean(&heartbeat.overruns.expect("an overrun").what);
+    let note = json!({"note": long});
+    let note: agent::AgentMessage = serde_json::from_value(note).expect("a note");
+    assert!(matches!(note, agent::AgentMessage::Note(text) if !text.contains('\u{1b}')));
+}
+
+#[test]
+fn a_process_ends_well_with_code_zero_or_when_it_was_asked() {
+    let exit = |success, signal| agent::Exit {
+        success,
+        signal,
+        text: String::new(),
+    };
+    assert!(exit(true, None).is_done(false) && exit(true, None).is_done(true));
+    assert!(!exit(false, None).is_done(false) && !exit(false, None).is_done(true));
+    // SIGTERM counts only if it was asked for, and SIGKILL never does.
+    assert!(exit(false, Some(15)).is_done(true) && !exit(false, Some(15)).is_done(false));
+    assert!(!exit(false, Some(9)).is_done(true));
+}
+
+#[test]
+fn only_texts_are_given_without_quotes() {
+    let is_text = |path: &str, allowed: &str| {
+        let status = json!({ "path": path, "value": null, "allowed": allowed,
+            "editable": true, "restart": false, "secret": false });
+        serde_json::from_value::<component::ParameterStatus>(status)
+            .expect("a parameter")
+            .is_text()
+    };
+    assert!(is_text("mode", "string, one of slow, fast") && is_text("device", "path"));
+    assert!(is_text("tags[2]", "string[] of any length") && !is_text("tags", "string[]"));
+    assert!(!is_text("gain", "float, from 0 to 1") && !is_text("gains[0]", "float[3]"));
+}

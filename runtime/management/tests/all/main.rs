@@ -1,0 +1,7 @@
+//! All integration tests of the line protocol in one program.
+
+mod components;
+mod decoding;
+mod golden;
+mod messages;
+mod server;

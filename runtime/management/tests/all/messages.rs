@@ -1,0 +1,262 @@
+//! The JSON of every message. Any change of a key, code or word is a difference to `messages.txt`.
+
+use super::components::{changes, clock, machine, of_components};
+use super::golden::{Golden, text};
+use expect_test::expect_file;
+use rc_lifecycle::{LifecycleState, Transition};
+use rc_management::{agent, component, link, supervisor};
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::{Duration, UNIX_EPOCH};
+
+fn of_links(golden: &mut Golden) {
+    use component::State;
+    use link::{
+        ComponentMessage, Heartbeat, LifecycleReport, Overruns, SupervisorMessage,
+        UnsavedParameters,
+    };
+    golden.title("messages of a component to its supervisor");
+    let states = [
+        State::Starting,
+        State::Running,
+        State::Emergency,
+        State::Stopping,
+    ];
+    golden.message(states.map(|state| ComponentMessage::State { state }));
+    golden.message([
+        ComponentMessage::Ready,
+        ComponentMessage::Parameters(UnsavedParameters {
+            changed: changes(),
+            unkept: vec![text("token")],
+        }),
+        ComponentMessage::Restored { refused: None },
+        ComponentMessage::Restored {
+            refused: Some(text("too much")),
+        },
+        ComponentMessage::Lifecycle(LifecycleReport {
+            state: LifecycleState::Activating,
+            done: 0,
+            error: None,
+        }),
+        ComponentMessage::Lifecycle(LifecycleReport {
+            state: LifecycleState::Inactive,
+            done: 2,
+            error: Some(text("activate: no motor answers")),
+        }),
+        ComponentMessage::Heartbeat(Heartbeat::default()),
+        ComponentMessage::Heartbeat(Heartbeat {
+            age_ms: 7,
+            lost: BTreeMap::from([(text("pose"), 3)]),
+            peers: BTreeMap::from([(text("laser"), 1)]),
+            overruns: Some(Overruns {
+                count: 2,
+                what: text("compute()"),
+                ms: 7.5,
+                period_ms: 5.0,
+            }),
+            silent: BTreeMap::from([(text("pose"), 80)]),
+            mismatches: vec![text("another type")],
+            ..Heartbeat::default()
+        }),
+        ComponentMessage::Heartbeat(Heartbeat {
+            clock: Some(Box::new(clock(component::ClockKind::Source))),
+            machine: Some(Box::new(machine())),
+            jumps: vec![link::TimeJump {
+                from_s: 2.5,
+                to_s: 0.0,
+            }],
+            ..Heartbeat::default()
+        }),
+    ]);
+    golden.title("messages of a supervisor to a component");
+    golden.message([
+        SupervisorMessage::Restore { changes: changes() },
+        SupervisorMessage::Lifecycle {
+            number: 2,
+            goal: LifecycleState::Active,
+        },
+    ]);
+}
+
+fn of_supervisors(golden: &mut Golden) {
+    use supervisor::{ComponentState, Event, Notification, Request, Severity};
+    golden.title("requests to a supervisor");
+    let names = || vec![text("left.arm")];
+    golden.message([
+        Request::Status,
+        Request::Events,
+        Request::Down,
+        Request::Ring,
+        Request::Start { names: names() },
+        Request::Stop { names: names() },
+        Request::Restart { names: names() },
+        Request::Lifecycle {
+            transition: Transition::Activate,
+            names: names(),
+        },
+    ]);
+    golden.title("answers of a supervisor");
+    let component = |state| supervisor::ComponentStatus {
+        by_hand: false,
+        name: text("lidar"),
+        host: Some(text("base")),
+        state,
+        lifecycle: Some(LifecycleState::Active),
+        pid: Some(43),
+        uptime_s: Some(2.5),
+        ready: true,
+        middleware: text("dds"),
+        cpu: vec![2],
+        priority: Some(50),
+        executable: PathBuf::from("/robot/lidar"),
+        log: PathBuf::from("/logs/lidar.log"),
+        restarts: 1,
+        ready_ms: 10_000,
+        stop_ms: 3000,
+        lost: BTreeMap::from([(text("pose"), 3)]),
+        troubles: vec![supervisor::Trouble {
+            code: text("hung"),
+            message: text("its loop does not turn"),
+            since: text("2026-11-21T13:56:04.123Z"),
+        }],
+        clock: Some(clock(component::ClockKind::Simulated)),
+        machine: Some(machine()),
+        exit: None,
+    };
+    golden.result(&supervisor::NetworkStatus {
+        network: text("patrol"),
+        pid: 41,
+        guard: Some(40),
+        ddsl: PathBuf::from("/robot/patrol.ddsl"),
+        digest: Some(text("00000000000000ff")),
+        changed: false,
+        components: vec![component(ComponentState::Running)],
+    });
+    for state in [
+        ComponentState::Waiting,
+        ComponentState::Starting,
+        ComponentState::Running,
+        ComponentState::Emergency,
+        ComponentState::Stopping,
+        ComponentState::Done,
+        ComponentState::Failed,
+        ComponentState::Hung,
+        ComponentState::Stopped,
+    ] {
+        assert_eq!(json!(state), state.to_string());
+    }
+    golden.result(&supervisor::KeptEvents { kept: 12 });
+    golden.result(&supervisor::Stopping { stopping: true });
+    golden.result(&supervisor::CommandResult {
+        done: vec![text("lidar")],
+        failed: vec![supervisor::FailedCommand {
+            name: text("arm"),
+            reason: text("was not ready in time"),
+        }],
+    });
+    golden.title("notifications of a supervisor");
+    let time = UNIX_EPOCH + Duration::from_millis(951_827_696_005);
+    let event = |severity, component: Option<&str>| Event {
+        time,
+        component: component.map(str::to_owned),
+        code: "hung".into(),
+        message: text("its loop does not turn"),
+        severity,
+    };
+    golden.message([
+        Notification::Event(event(Severity::Info, None)),
+        Notification::Event(event(Severity::Warning, Some("lidar"))),
+        Notification::Event(event(Severity::Error, Some("lidar"))),
+        Notification::Missed { events: 5 },
+    ]);
+}
+
+fn of_agents(golden: &mut Golden) {
+    use agent::{AgentMessage, Exit, File, SupervisorMessage};
+    golden.title("messages of a supervisor to an agent");
+    let name = || text("lidar");
+    golden.object([
+        SupervisorMessage::Network {
+            name: text("patrol"),
+            files: vec![File {
+                path: PathBuf::from("/robot/lidar"),
+                hash: text("00ff"),
+                size: 5,
+                executable: true,
+            }],
+            services: text("[]"),
+        },
+        SupervisorMessage::Start {
+            component: Box::new(json!({"name": "lidar"})),
+            run: text("lidar/1"),
+            greeting: None,
+        },
+        SupervisorMessage::Stop(name()),
+        SupervisorMessage::Kill(name()),
+        SupervisorMessage::Connect {
+            wire: 1,
+            name: name(),
+        },
+        SupervisorMessage::Data {
+            wire: 1,
+            text: text("{}\n"),
+        },
+        SupervisorMessage::Close(1),
+        SupervisorMessage::Heartbeat,
+        SupervisorMessage::Farewell,
+    ]);
+    golden.title("messages of an agent to its supervisor");
+    golden.object([
+        AgentMessage::Missing(vec![0, 2]),
+        AgentMessage::Ready {
+            root: PathBuf::from("/cache"),
+            recovered: Some(3),
+        },
+        AgentMessage::Refused(text("no room")),
+        AgentMessage::Started {
+            name: name(),
+            pid: 44,
+        },
+        AgentMessage::NotStarted {
+            name: name(),
+            reason: text("there is no such file"),
+        },
+        AgentMessage::LinkLine {
+            name: name(),
+            line: None,
+        },
+        AgentMessage::LinkClosed(name()),
+        AgentMessage::Printed {
+            name: name(),
+            text: text("hello\n"),
+        },
+        AgentMessage::Data {
+            wire: 1,
+            text: text("{}\n"),
+        },
+        AgentMessage::Close(1),
+        AgentMessage::Ended {
+            name: name(),
+            exit: Exit {
+                success: false,
+                signal: Some(11),
+                text: text("signal 11 (SIGSEGV)"),
+            },
+            left: 0,
+        },
+        AgentMessage::Note(text("the clock jumped")),
+        AgentMessage::Heartbeat,
+        AgentMessage::Finished { left: 1 },
+    ]);
+}
+
+#[test]
+fn messages_equal_the_golden_file() {
+    let mut golden = Golden::default();
+    of_components(&mut golden);
+    of_links(&mut golden);
+    of_supervisors(&mut golden);
+    of_agents(&mut golden);
+    expect_file!["messages.txt"].assert_eq(&golden.0);
+}
