@@ -3,8 +3,8 @@
 
 use bench_protocol::now;
 use bench_protocol::soak::{
-    HALF, TICK, TICK_BYTES, TICKS_A_QUERY, TICKS_A_SECOND, WARM_UP_TICKS, WITHOUT_IMAGES, image, is_image_due,
-    pattern, print,
+    HALF, TICK, TICK_BYTES, TICKS_A_QUERY, TICKS_A_SECOND, WARM_UP_TICKS, WITHOUT_IMAGES, image,
+    is_image_due, pattern, print,
 };
 use soak_source_generated::tracing::warn;
 use soak_source_generated::{CallError, Context, Image, Worker, WorkerError};
@@ -92,7 +92,8 @@ impl Worker for SpecificWorker {
 
 impl SpecificWorker {
     fn turn(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
-        ctx.ticks.tick(self.ticks as i64, &self.pattern[..TICK_BYTES])?;
+        ctx.ticks
+            .tick(self.ticks as i64, &self.pattern[..TICK_BYTES])?;
         self.ticks += 1;
         if self.sends_images && is_image_due(self.ticks) {
             self.publish_image(ctx)?;
