@@ -3,13 +3,14 @@
 use crate::description::{Operation, Program};
 use crate::errors;
 use crate::from_python::Misfit;
-use crate::link::{Link, read, write};
+use crate::link::Link;
 use crate::parameters;
 use crate::replies::undecodable;
 use crate::sample::Sample;
 use crate::session::{self, Number, Session};
 use crate::types::Types;
 use crate::view::View;
+use crate::wire::{read, write};
 use crate::worker::Worker;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -173,7 +174,7 @@ impl Joint {
                 .and_then(|arguments| joint.worker.handle(py, &operation.handler, arguments));
             handled.map(drop).map_err(|error| {
                 let text = errors::one_line(py, &error);
-                errors::of_handler(py, &error);
+                session::note_failure(py, &error);
                 HandlerError(format!("{}(): {text}", operation.handler))
             })
         })
@@ -198,7 +199,7 @@ impl Joint {
                 Some(Err(misfit)) => failed(misfit.to_string()),
                 None => {
                     let text = errors::one_line(py, &error);
-                    errors::of_handler(py, &error);
+                    session::note_failure(py, &error);
                     failed(text)
                 }
             },

@@ -1,6 +1,5 @@
 //! The errors of the runtime as exceptions of the package `robocomp`, and the other way.
 
-use crate::session::with_core;
 use pyo3::prelude::*;
 use rc_middleware::{CallError, SendError};
 use rc_runtime::WorkerError;
@@ -68,16 +67,6 @@ pub(crate) fn of_sending(py: Python<'_>, error: &SendError) -> PyErr {
         _ => "NotSent",
     };
     raise(py, name, &error.to_string())
-}
-
-/// Logs the exception of a handler. A fatal one ends the component after the handler.
-pub(crate) fn of_handler(py: Python<'_>, error: &PyErr) {
-    if let WorkerError::Fatal(reason) = of_worker(py, error)
-        // The handler runs, so the core is there.
-        && let Err(error) = with_core(|core| core.fail(&reason))
-    {
-        rc_runtime::tracing::error!("{reason}: {error}");
-    }
 }
 
 /// An exception of a function of the worker as the runtime's error. The log gets the traceback of

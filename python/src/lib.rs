@@ -12,6 +12,7 @@ mod description;
 mod errors;
 mod from_python;
 mod hooks;
+mod keeping;
 mod link;
 mod log;
 mod machine_runner;
@@ -24,6 +25,7 @@ mod session;
 mod to_python;
 mod types;
 mod view;
+mod wire;
 mod worker;
 
 use pyo3::prelude::*;

@@ -9,12 +9,13 @@ use crate::sample::copied;
 use crate::session::{Number, with, with_core, with_machine};
 use crate::types::Types;
 use crate::view::{Loan, View};
+use crate::wire::{read, write};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rc_middleware::typed::{TypedClient, expect_result};
-use rc_middleware::{CallError, DecodeError, EncodeError, Encoding, Reader, Writer};
-use rc_values::{Member, Struct, Type, Value, ValueError, decode, decode_from, encode};
+use rc_middleware::{CallError, DecodeError, Reader};
+use rc_values::{Member, Type, Value};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -41,21 +42,6 @@ impl Link {
     fn operation(&self, slot: usize, operation: usize) -> PyResult<&Operation> {
         let found = self.program.operation(slot, operation);
         found.ok_or_else(|| errors::no_such("operation", slot))
-    }
-}
-
-/// Writes a value that was checked against its type.
-pub(crate) fn write(value: &Value, writer: &mut Writer<'_>) {
-    if let Err(error) = encode(value, writer) {
-        writer.fail(EncodeError::NoValue(error.to_string()));
-    }
-}
-
-/// Reads a structure in either encoding.
-pub(crate) fn read(ty: &Arc<Struct>, reader: &mut Reader<'_>) -> Result<Value, ValueError> {
-    match reader.image() {
-        Some(image) => decode(ty, Encoding::Image, image),
-        None => decode_from(ty, reader),
     }
 }
 

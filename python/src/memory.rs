@@ -8,7 +8,7 @@
     reason = "the buffer protocol hands out addresses; each block has its argument"
 )]
 
-use crate::sample::Keeping;
+use crate::keeping::Keeping;
 use pyo3::exceptions::PyBufferError;
 use pyo3::ffi;
 use pyo3::prelude::*;

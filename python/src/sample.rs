@@ -1,14 +1,14 @@
 //! Received samples and replies: values, or images that a view reads in place.
 
 use crate::description::Operation;
-use crate::link::read;
+use crate::keeping::Keeping;
 use crate::memory::Memory;
 use crate::replies::undecodable;
+use crate::wire::read;
 use rc_middleware::typed::HandlerError;
 use rc_middleware::{DecodeError, Encoding, KEPT_SAMPLES, KeptSample, Reader};
 use rc_values::{Struct, Value, decode_from, encode_image};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A received sample.
 pub(crate) enum Sample {
@@ -49,27 +49,6 @@ impl Sample {
                 operation.name, operation.handler
             ))),
         }
-    }
-}
-
-/// One of the samples of a topic that the worker keeps.
-pub(crate) struct Keeping(Arc<AtomicUsize>);
-
-impl Keeping {
-    /// Counts one more, up to the limit: the one that is handled, and those of earlier calls.
-    fn one(count: &Arc<AtomicUsize>) -> Option<Self> {
-        // Only the thread of the worker adds; all threads subtract.
-        if count.load(Ordering::Acquire) >= KEPT_SAMPLES {
-            return None;
-        }
-        count.fetch_add(1, Ordering::AcqRel);
-        Some(Self(Arc::clone(count)))
-    }
-}
-
-impl Drop for Keeping {
-    fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::AcqRel);
     }
 }
 

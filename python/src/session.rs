@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use rc_middleware::OpenError;
 use rc_middleware::typed::{TypedClient, TypedPublisher};
 use rc_runtime::machine::{Machine, Numbered};
-use rc_runtime::{Core, Ports, Role};
+use rc_runtime::{Core, Ports, Role, WorkerError};
 use std::cell::RefCell;
 
 /// A state or an event by its number.
@@ -143,4 +143,14 @@ pub(crate) fn lend<T>(
     let result = run();
     swap();
     result
+}
+
+/// Logs the exception of a handler. A fatal one ends the component after the handler.
+pub(crate) fn note_failure(py: Python<'_>, error: &PyErr) {
+    if let WorkerError::Fatal(reason) = errors::of_worker(py, error)
+        // The handler runs, so the core is there.
+        && let Err(error) = with_core(|core| core.fail(&reason))
+    {
+        rc_runtime::tracing::error!("{reason}: {error}");
+    }
 }

@@ -5,6 +5,7 @@ use crate::memory::Memory;
 use crate::session::with;
 use crate::to_python::dtype;
 use crate::types::Types;
+use crate::wire::write;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyAttributeError, PyTypeError};
 use pyo3::prelude::*;
@@ -358,7 +359,7 @@ impl Loan {
         let sent = py.detach(|| {
             with(|session| {
                 let publisher = session.publisher(loan.slot, loan.operation)?;
-                Ok(publisher.publish_with(|writer| crate::link::write(&value, writer)))
+                Ok(publisher.publish_with(|writer| write(&value, writer)))
             })
         })?;
         sent.map_err(|error| errors::of_sending(py, &error))

@@ -1,0 +1,26 @@
+//! How many samples of a topic the worker keeps.
+
+use rc_middleware::KEPT_SAMPLES;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// One of the samples of a topic that the worker keeps.
+pub(crate) struct Keeping(Arc<AtomicUsize>);
+
+impl Keeping {
+    /// Counts one more, up to the limit: the one that is handled, and those of earlier calls.
+    pub(crate) fn one(count: &Arc<AtomicUsize>) -> Option<Self> {
+        // Only the thread of the worker adds; all threads subtract.
+        if count.load(Ordering::Acquire) >= KEPT_SAMPLES {
+            return None;
+        }
+        count.fetch_add(1, Ordering::AcqRel);
+        Some(Self(Arc::clone(count)))
+    }
+}
+
+impl Drop for Keeping {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::AcqRel);
+    }
+}
