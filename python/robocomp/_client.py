@@ -66,8 +66,10 @@ class Network:
     """A running network: its components are attributes, those of groups items."""
 
     def __init__(self, name: str, timeout: timedelta) -> None:
-        self._native = _native.Network(name)
         self.timeout = timeout
+        """The longest time of a call."""
+        _seconds(timeout)
+        self._native = _native.Network(name)
         modules = {module["module"]: module for module in map(json.loads, self._native.modules())}
         self.types = classes(modules.values())
         """The classes of all types by their names, `Module::Name`."""
@@ -114,12 +116,17 @@ class Network:
     def topic(self, name: str, timeout: timedelta | None = None) -> Iterator[Any]:
         """The samples of a topic from now on: `COMPONENT.SLOT.OPERATION`, or an end of it. With a
         `timeout` it ends when no sample comes for as long."""
-        samples = self._native.listen(name)
-        limit = None if timeout is None else timeout.total_seconds()
-        return _samples(samples, limit)
+        limit = None if timeout is None else _seconds(timeout)
+        return _samples(self._native.listen(name), limit)
 
     def _call(self, operation: str, arguments: tuple[Any, ...]) -> Any:
-        return self._native.call(operation, arguments, self.timeout.total_seconds())
+        return self._native.call(operation, arguments, _seconds(self.timeout))
+
+
+def _seconds(time: timedelta) -> float:
+    if time < timedelta(0):
+        raise ValueError(f"a timeout of {time} is negative")
+    return time.total_seconds()
 
 
 def _samples(samples: _native.Samples, limit: float | None) -> Iterator[Any]:

@@ -1,5 +1,6 @@
 """The start of a component: its worker is imported, checked and run."""
 
+import atexit
 import importlib
 import inspect
 import json
@@ -102,11 +103,11 @@ def main(component: Component, worker: str | type, args: Sequence[str] | None = 
 
 def embed(component: Component, worker: type, args: Sequence[str] = ()) -> _native.Embedded:
     """Runs a component on a thread of this process, with a command line as for its program: for
-    tests."""
+    tests. It runs until `stop`, at the latest until the interpreter ends."""
     findings = check_worker(component, worker)
     if findings:
         raise StartError("; ".join(findings))
-    return _native.embed(
+    running = _native.embed(
         component.description,
         dict(component.types),
         component.context,
@@ -114,6 +115,8 @@ def embed(component: Component, worker: type, args: Sequence[str] = ()) -> _nati
         component.folder,
         list(args),
     )
+    atexit.register(running.end)
+    return running
 
 
 _NEVER_RUN = (

@@ -175,10 +175,18 @@ fn of_call(py: Python<'_>, error: &rc_observe::Error) -> PyErr {
     let name = match error {
         rc_observe::Error::Refused { .. } => "Refused",
         rc_observe::Error::Deadline { .. } => "Deadline",
+        rc_observe::Error::Unavailable { .. } => "Unavailable",
+        rc_observe::Error::NoServer { .. } => "NoServer",
+        rc_observe::Error::ServerDied { .. } => "ServerDied",
         rc_observe::Error::Value(_) => "MalformedReply",
         _ => "CallError",
     };
-    errors::raise(py, name, &error.to_string())
+    let raised = errors::raise(py, name, &error.to_string());
+    if let rc_observe::Error::Unavailable { state, .. } = error {
+        // Without the attribute, the message still has the state.
+        let _ = raised.value(py).setattr("state", state);
+    }
+    raised
 }
 
 type Sample = Result<Value, String>;

@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 use rc_middleware::{CallError, SendError};
 use rc_runtime::WorkerError;
+use std::collections::VecDeque;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -106,28 +107,40 @@ pub(crate) fn one_line(py: Python<'_>, error: &PyErr) -> String {
     }
 }
 
-/// Where the traceback began that was logged last, and when.
-static LOGGED: Mutex<Option<(String, Instant)>> = Mutex::new(None);
+/// Where tracebacks began that were logged, the last ones at the end, and when.
+static LOGGED: Mutex<VecDeque<(String, Instant)>> = Mutex::new(VecDeque::new());
 
 /// The least time between two tracebacks of one place.
 const PAUSE: Duration = Duration::from_secs(5);
+/// The number of places that are known.
+const PLACES: usize = 32;
 
 /// Logs the traceback of an exception, that of one type from one place once in five seconds,
 /// whatever its message is.
 pub(crate) fn log_traceback(py: Python<'_>, error: &PyErr) {
     let origin = origin(py, error);
-    if let Ok(mut logged) = LOGGED.lock() {
-        let again = logged
-            .as_ref()
-            .is_some_and(|(last, at)| *last == origin && at.elapsed() < PAUSE);
-        if again {
-            return;
-        }
-        *logged = Some((origin, Instant::now()));
+    if let Ok(mut logged) = LOGGED.lock()
+        && is_again(&mut logged, origin, Instant::now())
+    {
+        return;
     }
     if let Some(text) = traceback(py, error) {
-        rc_runtime::tracing::error!("{}", text.trim_end());
+        // The log may be a pipe that is full.
+        py.detach(|| rc_runtime::tracing::error!("{}", text.trim_end()));
     }
+}
+
+/// Whether a traceback of this place was logged a moment ago. If not, notes it.
+fn is_again(logged: &mut VecDeque<(String, Instant)>, origin: String, now: Instant) -> bool {
+    logged.retain(|(_, at)| now.saturating_duration_since(*at) < PAUSE);
+    if logged.iter().any(|(known, _)| *known == origin) {
+        return true;
+    }
+    if logged.len() == PLACES {
+        logged.pop_front();
+    }
+    logged.push_back((origin, now));
+    false
 }
 
 /// The type of an exception, and the code and line that raised it.
@@ -157,4 +170,25 @@ pub(crate) fn traceback(py: Python<'_>, error: &PyErr) -> Option<String> {
     let lines = module.call_method1("format_exception", arguments).ok()?;
     let lines: Vec<String> = lines.extract().ok()?;
     Some(lines.concat())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_traceback_of_each_place_is_logged_once_in_a_while() {
+        let (mut logged, now) = (VecDeque::new(), Instant::now());
+        let mut is_again = |place: usize, at| is_again(&mut logged, place.to_string(), at);
+        // Two places that fail in turn.
+        assert_eq!(
+            [1, 2, 1, 2].map(|place| is_again(place, now)),
+            [false, false, true, true]
+        );
+        assert!(!is_again(1, now + PAUSE));
+        // Many places: the oldest one is forgotten.
+        assert!((10..10 + PLACES).all(|place| !is_again(place, now + PAUSE)));
+        assert!(is_again(11, now + PAUSE));
+        assert!(!is_again(1, now + PAUSE));
+    }
 }

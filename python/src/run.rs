@@ -8,6 +8,12 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// How long a component that nobody stopped may take to end.
+const ENDING: Duration = Duration::from_secs(5);
+/// The pause between two looks.
+const LOOK: Duration = Duration::from_millis(1);
 
 /// Reads what the generated package hands over.
 fn read(
@@ -104,6 +110,21 @@ impl Embedded {
         self.lock()
             .as_ref()
             .is_none_or(rc_runtime::Embedded::has_ended)
+    }
+
+    /// Stops the component and waits for its end for a while: before the interpreter ends, as no
+    /// thread may run Python code then.
+    fn end(&self, py: Python<'_>) {
+        let Some(component) = self.lock().take() else {
+            return;
+        };
+        component.stop();
+        let end = Instant::now() + ENDING;
+        py.detach(|| {
+            while !component.has_ended() && Instant::now() < end {
+                std::thread::sleep(LOOK);
+            }
+        });
     }
 
     /// Waits until the component ends, after `stop` or by itself.

@@ -2,6 +2,7 @@
 
 use crate::description::Program;
 use crate::errors;
+use crate::memory::drop_abandoned;
 use pyo3::prelude::*;
 use rc_middleware::OpenError;
 use rc_middleware::typed::{TypedClient, TypedPublisher};
@@ -64,6 +65,7 @@ impl Session {
 
     /// Closes the session of this thread.
     pub(crate) fn end() {
+        drop_abandoned();
         drop(SESSION.take());
     }
 
@@ -131,18 +133,34 @@ pub(crate) fn lend<T>(
     machine: &mut Option<Machine<Number, Number>>,
     run: impl FnOnce() -> T,
 ) -> T {
-    let mut swap = || {
-        SESSION.with_borrow_mut(|session| {
-            if let Some(session) = session {
-                std::mem::swap(&mut session.core, core);
-                std::mem::swap(&mut session.machine, machine);
-            }
-        });
-    };
-    swap();
-    let result = run();
-    swap();
-    result
+    /// Takes them back, also from a panic.
+    struct Lending<'a>(
+        &'a mut Option<Core>,
+        &'a mut Option<Machine<Number, Number>>,
+    );
+
+    impl Lending<'_> {
+        fn swap(&mut self) {
+            SESSION.with_borrow_mut(|session| {
+                if let Some(session) = session {
+                    std::mem::swap(&mut session.core, self.0);
+                    std::mem::swap(&mut session.machine, self.1);
+                }
+            });
+        }
+    }
+
+    impl Drop for Lending<'_> {
+        fn drop(&mut self) {
+            self.swap();
+        }
+    }
+
+    // Samples whose last view ended on another thread since the last function.
+    drop_abandoned();
+    let mut lending = Lending(core, machine);
+    lending.swap();
+    run()
 }
 
 /// Logs the exception of a handler. A fatal one ends the component after the handler.

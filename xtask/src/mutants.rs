@@ -22,8 +22,12 @@ const FILES: [&str; 5] = [
 ];
 /// The default number of changes in a run.
 const COUNT: usize = 60;
-/// Tests that run whole networks: they take minutes, and need programs of other packages.
-const SKIPPED: [&str; 9] = [
+/// Tests that run whole networks or other tools: they take minutes, or need programs of other
+/// packages.
+const SKIPPED: [&str; 12] = [
+    "every_command_runs",
+    "the_page_of_commands_is_up_to_date",
+    "the_picture_of_the_machine_is_up_to_date",
     "each_command_has_a_man_page_and_both_list_the_exit_codes",
     "files_equal_their_goldens",
     "network::",

@@ -47,7 +47,10 @@ pub fn call(
         body,
         timeout_ms: timeout_ms.clamp(1, 600_000),
     };
-    let mut client = connect(network, component, MARGIN)?;
+    let mut client = connect(network, component, MARGIN).map_err(|error| match error {
+        Error::Component { component, reason } => Error::NoServer { component, reason },
+        error => error,
+    })?;
     let called: Called = client
         .call(&request, limit.saturating_add(MARGIN))
         .map_err(|error| match error {
@@ -63,6 +66,9 @@ pub fn call(
                     reason: refusal.message,
                 }
             }
+            CallError::Closed => Error::ServerDied {
+                component: component.clone(),
+            },
             error => failed(component, &error),
         })?;
     if called.body.is_empty() {
@@ -92,9 +98,9 @@ pub fn call(
             operation: operation.name(),
             reason,
         }),
-        ReplyKind::Unavailable(state) => Err(Error::Refused {
+        ReplyKind::Unavailable(state) => Err(Error::Unavailable {
             operation: operation.name(),
-            reason: rpc::not_served_in(&state),
+            state,
         }),
     }
 }

@@ -74,6 +74,28 @@ pub enum Error {
         /// Why.
         reason: String,
     },
+    /// The component does not serve the operation in its present state.
+    #[error("{operation} refuses: {}", rc_middleware::rpc::not_served_in(.state))]
+    Unavailable {
+        /// The operation.
+        operation: String,
+        /// The active states of the component, or the state of its life cycle.
+        state: String,
+    },
+    /// The component does not run.
+    #[error("{component}: {reason}")]
+    NoServer {
+        /// The component.
+        component: String,
+        /// What the system says.
+        reason: String,
+    },
+    /// The component ended before it replied.
+    #[error("{component} ended before it replied")]
+    ServerDied {
+        /// The component.
+        component: String,
+    },
     /// The component did not reply in time.
     #[error("{operation}: {reason}")]
     Deadline {
@@ -97,7 +119,11 @@ impl Error {
     pub fn is_input(&self) -> bool {
         matches!(
             self,
-            Self::Unknown { .. } | Self::Ambiguous { .. } | Self::Value(_) | Self::Refused { .. }
+            Self::Unknown { .. }
+                | Self::Ambiguous { .. }
+                | Self::Value(_)
+                | Self::Refused { .. }
+                | Self::Unavailable { .. }
         )
     }
 

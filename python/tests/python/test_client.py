@@ -73,10 +73,15 @@ class Client(unittest.TestCase):
 
         component = fixture.component(SpecificWorker)
         cls.refused = lambda: robocomp.embed(component, Async)
-        args = ["--network", NETWORK]
+        args = []
         if MIDDLEWARE in ("dds", "ros2"):
             args += ["--set-middleware", f"{MIDDLEWARE}.domain={os.environ['TEST_DOMAIN']}"]
-        cls.running = robocomp.embed(component, SpecificWorker, args)
+
+        def start(network):
+            return robocomp.embed(component, SpecificWorker, ["--network", network, *args])
+
+        cls.start = staticmethod(start)
+        cls.running = start(NETWORK)
         cls.net = robocomp.connect(NETWORK, timeout=LIMIT)
 
     @classmethod
@@ -127,6 +132,22 @@ class Client(unittest.TestCase):
             self.assertIsInstance(caught.exception, robocomp.CallError)
         finally:
             self.gate.set()
+
+    def test_a_component_that_has_ended_is_no_server(self):
+        network = f"{NETWORK}-ended"
+        running = self.start(network)
+        net = robocomp.connect(network, timeout=LIMIT)
+        running.stop()
+        running.join()
+        with self.assertRaises(robocomp.NoServer):
+            net.server.echo.nothing()
+
+    def test_a_negative_timeout_is_an_error(self):
+        negative = timedelta(seconds=-1)
+        with self.assertRaises(ValueError):
+            robocomp.connect(NETWORK, timeout=negative)
+        with self.assertRaises(ValueError):
+            self.net.topic("image", timeout=negative)
 
     def test_a_worker_is_checked_before_it_starts(self):
         with self.assertRaises(robocomp.StartError) as caught:
