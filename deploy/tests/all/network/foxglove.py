@@ -1,16 +1,19 @@
 """Looks at a network as Foxglove does: over the WebSocket of rcfoxglove, by schemas alone.
 
-Arguments: the port, what to do (`look` or `attack`), and a command that restarts the simulator. While it looks,
-somebody sends poses with the source `sent`.
+Arguments: the port, what to do (`look`, `shapes` or `attack`), and a command that restarts the simulator. While it
+looks, somebody sends poses with the source `sent`; for `shapes`, pictures that say `sent` is their frame, too.
 """
 
+import itertools
 import json
+import math
 import socket
 import struct
 import subprocess
 import sys
 import time
 
+import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus
 from websockets.sync.client import connect
@@ -33,6 +36,7 @@ class Client:
         self.channels, self.services, self.graph, self.said = {}, {}, {}, []
         self.parameters = {}
         self.wanted = {}
+        self.numbers = itertools.count(1000)
         self.messages = []
         self.replies = {}
         self.info = None
@@ -87,7 +91,7 @@ class Client:
     def subscribe(self, end):
         """Subscribes to the topic with this end. Returns how its messages are read."""
         channel = self.topic(end)
-        number = len(self.wanted) + 1000
+        number = next(self.numbers)
         store = message_types(channel["schema"], channel["schemaName"])
         self.wanted[end] = number
         self.send("subscribe", subscriptions=[{"id": number, "channelId": channel["id"]}])
@@ -175,6 +179,61 @@ def look():
     print(json.dumps(found))
 
 
+def plain(value):
+    """A value of rosbags as JSON has it, without the name of its type."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, list):
+        return [plain(one) for one in value]
+    if not hasattr(value, "__dataclass_fields__"):
+        return value
+    names = [name for name in value.__dataclass_fields__ if name != "__msgtype__"]
+    return {name: plain(getattr(value, name)) for name in names}
+
+
+def both(client, *ends):
+    """One message of a topic, with what another one shows of it: they have the same time."""
+    reads = [client.subscribe(end) for end in ends]
+    numbers = [client.wanted[end] for end in ends]
+
+    def found():
+        pairs = {}
+        for number, stamp, raw in client.messages:
+            if number in numbers:
+                pairs.setdefault(stamp, {})[number] = raw
+        return [(stamp, pair) for stamp, pair in pairs.items() if len(pair) == 2]
+
+    stamp, pair = client.until(found, f"a message of {ends[1]}")[0]
+    client.send("unsubscribe", subscriptionIds=numbers)
+    client.messages = [one for one in client.messages if one[0] not in numbers]
+    value, shown = (plain(read(pair[number])) for read, number in zip(reads, numbers))
+    return {"schema": client.topic(ends[1])["schemaName"], "stamp": stamp, "value": value, "shown": shown}
+
+
+def shapes():
+    client = Client()
+    found = {
+        "image": both(client, "/newImage", "/newImage/_image"),
+        "cloud": both(client, "/newCloud", "/newCloud/_points"),
+        "scan": both(client, "/getLaserData/_reply", "/getLaserData/_scan"),
+        "pose": both(client, "/newFullPose", "/newFullPose/_pose"),
+        "transform": both(client, "/newFullPose", "/newFullPose/_transform"),
+    }
+    sent = client.subscribe("/newImage/_image")
+    _, value = client.message("/newImage/_image", sent, lambda value: value.frame_id == "sent")
+    found["sent"] = plain(value)
+    # NaN and infinity are no JSON; a scan has an infinity where nothing was measured.
+    print(json.dumps(finite(found), allow_nan=False))
+
+
+def finite(value):
+    if isinstance(value, dict):
+        return {name: finite(one) for name, one in value.items()}
+    if isinstance(value, list):
+        return [finite(one) for one in value]
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+
+
 def refused(**options):
     try:
         Client(**options)
@@ -254,4 +313,4 @@ def attack():
     print(json.dumps(found))
 
 
-{"look": look, "attack": attack}[sys.argv[2]]()
+{"look": look, "shapes": shapes, "attack": attack}[sys.argv[2]]()

@@ -1,8 +1,8 @@
 //! `rcdeploy foxglove`: clients see and touch a network, and hostile ones stop nothing.
 
-use super::foxglove::{client, look, rcdeploy, serve};
-use super::site::Site;
-use serde_json::json;
+use super::foxglove::{Tool, client, look, rcdeploy, serve};
+use super::site::{PATROL, Site};
+use serde_json::{Value, json};
 
 fn patrol(name: &str) -> Site {
     let site = Site::new(name);
@@ -17,6 +17,179 @@ fn foxglove_sees_and_touches_a_patrol() {
     look(&site, "foxglove_sees_and_touches_a_patrol");
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
+}
+
+/// A camera, and who looks at it, beside the patrol. Its pictures are in grey.
+const CAMERA: &str = r#"
+    Component camera
+    {
+        cdsl "../camera/camera.cdsl";
+        config "camera.toml";
+    };
+
+    Component viewer
+    {
+        cdsl "../image_monitor/image_monitor.cdsl";
+    };
+
+    bind avoider.Laser"#;
+const SMALL: &str = "[parameters]\nwidth = 8\nheight = 4\npoints = 103\n";
+
+/// Numbers by their names, in this order.
+fn numbers<const N: usize>(of: &Value, names: [&str; N]) -> [f64; N] {
+    names.map(|name| {
+        let number = of[name].as_f64();
+        number.unwrap_or_else(|| panic!("no number `{name}` in {of}"))
+    })
+}
+
+fn list(of: &Value) -> &[Value] {
+    of.as_array().expect("a list")
+}
+
+/// The components publish, and a client compares what is shown with what was sent.
+#[test]
+fn foxglove_shows_pictures_clouds_scans_and_poses() {
+    let site = Site::new("shapes");
+    site.write_ddsl(&PATROL.replacen("\n    bind avoider.Laser", CAMERA, 1));
+    site.write("camera.toml", SMALL);
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let (_tool, port) = serve(&site, &[]);
+    let picture = r#"{"image": {"width": 2, "height": 1, "format": "Rgb", "frame": "sent", "data": [9, 8, 7, 6, 5, 4]}}"#;
+    let send = ["send", &site.network, "newImage", picture, "--rate", "20"];
+    let _sender = Tool(rcdeploy(&site, &send).spawn().expect("rcdeploy"));
+    let test = "foxglove_shows_pictures_clouds_scans_and_poses";
+    if let Some(found) = client(&site, port, "shapes", test) {
+        picture_is_right(&found);
+        cloud_is_right(&found["cloud"]);
+        scan_is_right(&found["scan"]);
+        pose_is_right(&found);
+    }
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+}
+
+/// The schema is Foxglove's, and the message says when it was sent.
+fn assert_shown(found: &Value, schema: &str, shown: &Value) {
+    assert_eq!(found["schema"], format!("foxglove_msgs/msg/{schema}"));
+    let [seconds, nanoseconds] = numbers(&shown["timestamp"], ["sec", "nanosec"]);
+    let age = found["stamp"].as_f64().expect("a time") / 1e9 - seconds - nanoseconds / 1e9;
+    // Floats keep the times of today to less than a microsecond.
+    assert!((-1e-3..60.0).contains(&age), "{age} s, {found}");
+}
+
+fn picture_is_right(found: &Value) {
+    let (whole, shown) = (&found["image"]["value"], &found["image"]["shown"]);
+    assert_shown(&found["image"], "RawImage", shown);
+    let size = |of: &Value| numbers(of, ["width", "height"]);
+    assert_eq!(size(shown), size(whole));
+    assert_eq!(shown["frame_id"], whole["frame"]);
+    assert_eq!(shown["data"], whole["data"]);
+    // It comes from the camera, or from the sender.
+    if whole["frame"] == "camera" {
+        assert_eq!(size(shown), [8.0, 4.0]);
+        assert_eq!(
+            (&shown["encoding"], &shown["step"]),
+            (&json!("mono8"), &json!(8))
+        );
+        let number = whole["number"].as_u64().expect("a number");
+        let pixels = (0..4).flat_map(|row| (0..8).map(move |column| row + column));
+        let pixels: Vec<u8> = pixels.map(|place| (number + place) as u8).collect();
+        assert_eq!(shown["data"], json!(pixels), "{found}");
+    }
+    let mut sent = found["sent"].clone();
+    sent.as_object_mut().expect("a picture").remove("timestamp");
+    let wanted = json!({
+        "frame_id": "sent", "width": 2, "height": 1, "encoding": "rgb8", "step": 6,
+        "data": [9, 8, 7, 6, 5, 4],
+    });
+    assert_eq!(sent, wanted);
+}
+
+fn cloud_is_right(found: &Value) {
+    let (whole, shown) = (&found["value"], &found["shown"]);
+    assert_shown(found, "PointCloud", shown);
+    assert_eq!(
+        (&shown["frame_id"], &shown["point_stride"]),
+        (&json!("camera"), &json!(12))
+    );
+    let field = |name: &str, offset: u32| json!({"name": name, "offset": offset, "type": 7});
+    let fields = json!([field("x", 0), field("y", 4), field("z", 8)]);
+    assert_eq!(shown["fields"], fields);
+    let bytes: Vec<u8> = serde_json::from_value(shown["data"].clone()).expect("bytes");
+    let points: Vec<f64> = bytes
+        .as_chunks()
+        .0
+        .iter()
+        .map(|four| f64::from(f32::from_le_bytes(*four)))
+        .collect();
+    let sent = list(&whole["points"]).iter();
+    let sent: Vec<f64> = sent
+        .flat_map(|point| numbers(point, ["x", "y", "z"]))
+        .collect();
+    assert_eq!((points.len(), sent.len()), (309, 309));
+    for (point, sent) in points.iter().zip(&sent) {
+        assert!((point - sent / 1000.0).abs() < 1e-6, "{point} for {sent}");
+    }
+    // The wall that the camera writes, two metres ahead: the last point is the third of row two.
+    assert!((points[306] + 0.48).abs() < 1e-6 && (points[307] + 0.49).abs() < 1e-6);
+    assert!((1.95 - 1e-6..=2.05 + 1e-6).contains(&points[308]));
+    let turn = numbers(&shown["pose"]["orientation"], ["x", "y", "z", "w"]);
+    assert_eq!(turn, [-0.5, 0.5, -0.5, 0.5]);
+}
+
+fn scan_is_right(found: &Value) {
+    let (measures, shown) = (list(&found["value"]["result"]), &found["shown"]);
+    assert_shown(found, "LaserScan", shown);
+    assert_eq!(shown["frame_id"], "simulator");
+    let measures: Vec<[f64; 2]> = measures
+        .iter()
+        .map(|one| numbers(one, ["angle", "dist"]))
+        .collect();
+    let angles = numbers(shown, ["start_angle", "end_angle"]);
+    assert!(measures.len() > 10, "{found}");
+    assert_eq!(angles, [measures[0][0], measures[measures.len() - 1][0]]);
+    let ranges = list(&shown["ranges"]);
+    assert_eq!(ranges.len(), measures.len());
+    for (range, [_, distance]) in ranges.iter().zip(&measures) {
+        let range = range.as_f64().expect("a distance");
+        assert!((range - distance / 1000.0).abs() < 1e-6, "{found}");
+    }
+}
+
+fn pose_is_right(found: &Value) {
+    let (pose, transform) = (&found["pose"], &found["transform"]);
+    assert_shown(pose, "PoseInFrame", &pose["shown"]);
+    assert_shown(transform, "FrameTransform", &transform["shown"]);
+    assert_eq!(pose["shown"]["frame_id"], "world");
+    let frames = (
+        &transform["shown"]["parent_frame_id"],
+        &transform["shown"]["child_frame_id"],
+    );
+    assert_eq!(frames, (&json!("world"), &json!("simulator")));
+    let shown = &pose["shown"]["pose"];
+    let transform_of = &transform["shown"];
+    for (value, place, turn) in [
+        (&pose["value"], &shown["position"], &shown["orientation"]),
+        (
+            &transform["value"],
+            &transform_of["translation"],
+            &transform_of["rotation"],
+        ),
+    ] {
+        let [x, y, z, rz] = numbers(value, ["x", "y", "z", "rz"]);
+        let place = numbers(place, ["x", "y", "z"]);
+        for (at, sent) in place.iter().zip([x, y, z]) {
+            assert!((at - sent / 1000.0).abs() < 1e-9, "{found}");
+        }
+        // The robot turns about the vertical only.
+        let (sin, cos) = (rz / 2.0).sin_cos();
+        let turn = numbers(turn, ["x", "y", "z", "w"]);
+        for (at, wanted) in turn.iter().zip([0.0, 0.0, sin, cos]) {
+            assert!((at - wanted).abs() < 1e-9, "{found}");
+        }
+        assert!(place[0] != 0.0 || place[1] != 0.0, "{found}");
+    }
 }
 
 #[test]
