@@ -7,6 +7,8 @@ mod bridge;
 mod client;
 mod command_line;
 mod delivery;
+mod frames;
+mod graph;
 mod jobs;
 mod message;
 mod offers;

@@ -1,0 +1,155 @@
+//! From the network to the clients: what it offers now, and the messages that they have subscribed to.
+
+use super::Bridge;
+use crate::delivery::deliver;
+use crate::offers::{Change, Reading, Source};
+use crate::poll::Snapshot;
+use crate::protocol;
+use rc_observe::{FeedId, Observer};
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+/// After how long a source that could not be opened is tried again.
+const RETRY: Duration = Duration::from_secs(30);
+
+impl Bridge {
+    pub(super) fn update(&mut self, snapshot: &Snapshot) {
+        let processes = snapshot.network.components.iter().map(|c| c.described.pid);
+        let processes: BTreeSet<u32> = processes.collect();
+        if self.processes.is_disjoint(&processes) && !processes.is_empty() {
+            // All components are new: also the shared memory is another one.
+            match Observer::new(&snapshot.network) {
+                Ok(observer) => {
+                    self.feeds.clear();
+                    self.opened.clear();
+                    self.refused.clear();
+                    (self.time, self.now) = (None, None);
+                    self.observer = observer;
+                }
+                Err(error) => {
+                    // The next poll tries again; until then, the old network stays.
+                    self.tell(&error.to_string());
+                    return;
+                }
+            }
+        }
+        self.processes = processes;
+        let change: Change =
+            self.offers
+                .update(snapshot, &self.options.frames, self.options.read_only);
+        for client in self.clients.values_mut().filter(|client| client.is_open()) {
+            change.documents.iter().for_each(|d| client.send(d));
+            if client.watches_graph {
+                change.graph.iter().for_each(|d| client.send(d));
+            }
+            let channels = &self.offers.channels;
+            client
+                .subscriptions
+                .retain(|channel| channels.contains_key(&channel));
+        }
+        self.tell_parameters(&change.parameters, None);
+        if self.time.is_none()
+            && let Some(time) = snapshot.network.time()
+            && let Ok(feed) = self.observer.open(time.topic())
+        {
+            self.time = Some((feed, time));
+        }
+        self.follow();
+        let feeds: Vec<FeedId> = self.feeds.keys().copied().collect();
+        for feed in feeds {
+            for report in self.observer.errors(feed) {
+                self.tell(&report);
+            }
+        }
+    }
+
+    /// Opens what clients have subscribed to, and closes what they want no longer.
+    pub(super) fn follow(&mut self) {
+        let subscribed = self.clients.values();
+        let subscribed = subscribed.flat_map(|client| client.subscriptions.channels());
+        let wanted = subscribed.filter_map(|channel| self.offers.channels.get(channel));
+        let wanted = wanted.flat_map(|channel| channel.sources.iter().cloned());
+        let wanted: BTreeSet<Source> = wanted.collect();
+        self.opened.retain(|source, feed| {
+            let stays = wanted.contains(source);
+            if !stays {
+                self.observer.close(*feed);
+                self.feeds.remove(feed);
+            }
+            stays
+        });
+        self.refused.retain(|_, since| since.elapsed() < RETRY);
+        for source in wanted {
+            if self.opened.contains_key(&source) || self.refused.contains_key(&source) {
+                continue;
+            }
+            let opened = match (self.offers.readings.get(&source), &source) {
+                (Some(Reading::Topic(topic)), _) => self.observer.open(topic),
+                (
+                    Some(Reading::Calls { .. }),
+                    Source::Calls {
+                        component, slot, ..
+                    },
+                ) => self.observer.tap(component, slot),
+                _ => continue,
+            };
+            match opened {
+                Ok(feed) => {
+                    self.feeds.insert(feed, source.clone());
+                    self.opened.insert(source, feed);
+                }
+                Err(error) => {
+                    self.refused.insert(source, Instant::now());
+                    self.tell(&error.to_string());
+                }
+            }
+        }
+    }
+
+    pub(super) fn take_messages(&mut self) {
+        let Self {
+            observer,
+            feeds,
+            offers,
+            clients,
+            time,
+            now,
+            ..
+        } = self;
+        let mut problems = Vec::new();
+        observer.take(&mut |feed, observed| {
+            if let Some((of_time, topic)) = time
+                && *of_time == feed
+            {
+                if let Some(time) = topic.read(&observed) {
+                    *now = Some(time);
+                    let open = clients.values_mut().filter(|client| client.is_open());
+                    open.for_each(|client| client.publish(protocol::time(time)));
+                }
+                return;
+            }
+            let Some(source) = feeds.get(&feed) else {
+                return;
+            };
+            let Some(reading) = offers.readings.get(source) else {
+                return;
+            };
+            let channels = offers.channels.iter();
+            let channels = channels.filter(|(_, channel)| channel.sources.contains(source));
+            let clients = clients.values_mut();
+            let fits = deliver(reading, &observed, channels, clients, *now);
+            if !fits && problems.len() < 8 {
+                problems.push(source.clone());
+            }
+        });
+        for source in problems {
+            let what = match source {
+                Source::Topic { address, .. } => address,
+                Source::Calls {
+                    component, slot, ..
+                } => format!("{component}.{slot}"),
+            };
+            self.tell(&format!("a message of {what} does not fit its description"));
+        }
+    }
+}
