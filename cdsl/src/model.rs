@@ -44,7 +44,7 @@ pub struct Dependency {
     pub version: Option<Name>,
     /// The path from the folder of the `.cdsl`, if one is given.
     pub path: Option<Name>,
-    /// Its features.
+    /// Cargo features that the component turns on.
     pub features: Vec<Name>,
     /// Whether its default features are on.
     pub default_features: bool,

@@ -20,7 +20,7 @@ const ENDINGS: [&str; 8] = [
     "cdsl", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "xml", "toml",
 ];
 
-/// What a command line names: files as they are, and of folders what there is to check in them,
+/// Files to check: those of the command line as they are, and the description files of its folders,
 /// components first.
 pub fn files(
     paths: &[PathBuf],

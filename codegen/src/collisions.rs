@@ -6,7 +6,7 @@ use rc_idsl::Library;
 use rc_idsl::model::{Interface, TypeDeclKind, TypeId};
 use rc_syntax::Name;
 
-/// What a language calls the things of the IDSL.
+/// How a language names the declarations of the IDSL.
 pub(crate) struct Naming {
     /// The language, for people.
     pub(crate) language: &'static str,
@@ -48,7 +48,7 @@ pub(crate) fn check(library: &Library, names: &Naming, found: &mut Diagnostics) 
     }
 }
 
-/// What is declared in a type.
+/// Finds collisions among the names that a type declares.
 fn inside(library: &Library, id: TypeId, names: &Naming, found: &mut Diagnostics) {
     let decl = library.ty(id);
     match &decl.kind {

@@ -1,4 +1,4 @@
-//! The configuration of a component: which component it belongs to, what is wrong with it, and how
+//! The configuration of a component: its component, its mistakes, and how
 //! it follows a `.pdsl` that has changed.
 
 use crate::load;
@@ -129,9 +129,9 @@ pub fn unknown_slots(configuration: &Configuration, component: &Component) -> Ve
 /// A configuration, and what is to become of it.
 #[derive(Debug)]
 pub struct Updated {
-    /// Its file.
+    /// File of the configuration.
     pub path: PathBuf,
-    /// What changes, and the whole new text.
+    /// Changes, and the whole new text.
     pub update: Update,
     text: String,
     /// Whether the component has secret parameters.

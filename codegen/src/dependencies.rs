@@ -156,7 +156,7 @@ pub(crate) fn compare<'a>(
     (missing, found)
 }
 
-/// Whether the user's manifest has what the description asks for. What it takes from its workspace
+/// Whether the user's manifest has the dependencies of the description. One from its workspace
 /// or from elsewhere is the user's choice.
 fn fits(dependency: &Dependency, item: &Item) -> bool {
     let text = |wanted: &Option<rc_syntax::Name>, there: Option<&str>| match (wanted, there) {

@@ -7,7 +7,7 @@ use std::io::{self, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
-/// Who owns a file.
+/// Owner of a file: rcgen, which rewrites it, or the user.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Owner {
     /// The generator: rewritten at every generation.
@@ -20,7 +20,7 @@ pub enum Owner {
     Edited,
 }
 
-/// What a generation would do with a file.
+/// Effect of a generation on a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
     /// It does not exist yet.
@@ -50,9 +50,9 @@ impl Change {
 pub struct Step {
     /// The file, relative to the component's folder.
     pub path: PathBuf,
-    /// Who owns it.
+    /// Owner of the file.
     pub owner: Owner,
-    /// What happens.
+    /// Effect on the file.
     pub change: Change,
 }
 
@@ -60,7 +60,7 @@ pub struct Step {
 #[derive(Clone, Debug, Default)]
 pub struct Files {
     all: BTreeMap<PathBuf, (Owner, String)>,
-    /// What the edited files held before.
+    /// Texts of the edited files before the edit.
     before: BTreeMap<PathBuf, String>,
     /// The files that only their user may read.
     hidden: BTreeSet<PathBuf>,
@@ -115,7 +115,7 @@ impl Files {
             .map(|(path, (owner, text))| (path.as_path(), *owner, text.as_str()))
     }
 
-    /// What writing into `folder` would do; files under `generated/` that are none of ours go.
+    /// Steps of writing into `folder`, which also remove foreign files below `generated/`.
     pub fn plan(&self, folder: &Path) -> io::Result<Vec<Step>> {
         let mut steps = Vec::new();
         for (path, owner, text) in self.iter() {

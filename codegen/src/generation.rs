@@ -162,7 +162,7 @@ pub fn parts(
     Ok(Some(parts))
 }
 
-/// What writing would do, in the order of `parts`.
+/// Steps of writing, in the order of `parts`.
 pub fn plan(parts: &[Part]) -> io::Result<Vec<Vec<Step>>> {
     parts
         .iter()

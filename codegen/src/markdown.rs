@@ -96,7 +96,7 @@ fn signature(operation: &Operation) -> String {
     format!("{}({}){result}", operation.name, parameters.join(", "))
 }
 
-/// What the signature does not say.
+/// Facts about an operation that its signature does not show.
 fn facts(operation: &Operation) -> Vec<String> {
     let mut facts = Vec::new();
     for member in operation.inputs.iter().chain(&operation.outputs) {

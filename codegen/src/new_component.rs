@@ -16,11 +16,11 @@ use std::time::Duration;
 /// A component to be made.
 #[derive(Clone, Debug, Default)]
 pub struct NewComponent {
-    /// Its name.
+    /// Name of the component.
     pub name: String,
     /// Interfaces by their roles.
     pub slots: Vec<(Role, Vec<String>)>,
-    /// Its period.
+    /// Period of `compute()`; without one, that of new components.
     pub period: Option<Duration>,
     /// The language of its worker.
     pub language: WorkerLanguage,

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// The file of a module.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
-    /// Its path.
+    /// Path of the `.idsl` file.
     pub path: PathBuf,
     /// The hash of its text without comments and white space.
     pub hash: String,

@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-/// What `work` makes of each job, in their order.
+/// Runs `work` on all jobs by several threads. Returns the results in the order of the jobs.
 pub fn map<J: Send, T: Send>(jobs: &mut [J], work: impl Fn(&mut J) -> T + Sync) -> Vec<T> {
     let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let others = processors.min(jobs.len()).saturating_sub(1);
@@ -32,7 +32,7 @@ pub fn map<J: Send, T: Send>(jobs: &mut [J], work: impl Fn(&mut J) -> T + Sync) 
     done.into_iter().map(|(_, made)| made).collect()
 }
 
-/// What both make, side by side.
+/// Runs two closures by two threads and returns both results.
 pub fn both<A: Send, B>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B) -> (A, B) {
     std::thread::scope(|scope| {
         let a = scope.spawn(a);

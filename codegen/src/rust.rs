@@ -1,4 +1,4 @@
-//! What Rust calls the things of a view, and how its code is laid out. A view says what there is;
+//! Names and types of a view in Rust, and the layout of its code. A view lists what there is;
 //! the templates in `templates/rust` hold the code.
 
 pub(crate) mod component;

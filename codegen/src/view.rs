@@ -1,4 +1,4 @@
-//! What a generation says, neutral of the language that it is printed in: names of the description
+//! The content of a generation, neutral of the language of its output: names of the description
 //! languages, types, operations, facts. [`crate::rust`] adds the names of Rust; templates hold all
 //! code.
 

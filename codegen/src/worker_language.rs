@@ -15,7 +15,7 @@ pub enum WorkerLanguage {
 }
 
 impl WorkerLanguage {
-    /// What the clause `language` of a `.cdsl` names.
+    /// Parses the word of the clause `language` of a `.cdsl`.
     pub fn of(word: &str) -> Self {
         match word {
             "python" => Self::Python,

@@ -18,7 +18,7 @@ pub struct Deployment {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its declarations.
+    /// Declarations in the network, in the order of the file.
     pub decls: Vec<Decl>,
 }
 
@@ -144,7 +144,7 @@ pub struct Group {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its declarations.
+    /// Declarations in the group, in the order of the file.
     pub decls: Vec<Decl>,
     /// Its `export` clauses: keyword and slots.
     pub exports: Vec<(Name, Vec<Name>)>,

@@ -38,7 +38,7 @@ pub(crate) struct BlockContext<'a> {
 /// The unresolved names in a component.
 #[derive(Debug, Default)]
 pub(crate) struct References {
-    /// Its host.
+    /// Name of the host.
     pub(crate) host: Option<Name>,
     /// The names after `after`.
     pub(crate) after: Vec<Name>,

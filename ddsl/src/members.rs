@@ -160,13 +160,13 @@ impl Instance {
     }
 }
 
-/// What a path of a member names: the array, and the whole name of its slot.
+/// The whole name of the slot that a path of a member denotes: `ARRAY.MEMBER`.
 pub(crate) fn member_slot(array: &Name, tree: &ast::SlotPath) -> Name {
     let name = member::path(&array.text, &tree.slot.text);
     Name::new(name, array.span.to(tree.slot.span))
 }
 
-/// What is wrong with the path of a member that is not listed, or with that of a whole array.
+/// Describes the mistake in the path of a member that is not listed, or of a whole array.
 pub(crate) fn wrong_member(instance: &Instance, slot: &Name) -> Option<Diagnostic> {
     let path = &instance.path;
     let (array, wanted) = match member::split(&slot.text) {

@@ -417,7 +417,8 @@ impl<'a> Resolver<'a> {
         place
     }
 
-    /// Resolves the component that publishes the time. What a group exports does not matter here.
+    /// Resolves the component that publishes the time. It may be inside a group that does not
+    /// export it.
     fn source_of_time(&mut self, path: &[Name]) -> Option<(usize, Span)> {
         let (first, rest) = path.split_first()?;
         let mut place = self.first(first, None)?;

@@ -21,7 +21,7 @@ pub struct Module {
     pub doc: Vec<String>,
     /// Its annotations, `@…`.
     pub annotations: Vec<Annotation>,
-    /// Its declarations.
+    /// Declarations in the module, in the order of the file.
     pub decls: Vec<Decl>,
 }
 
@@ -96,7 +96,7 @@ pub struct Operation {
     pub pattern: Option<Name>,
     /// Its return type, which may be `void`. Optional after a pattern.
     pub result: Option<Type>,
-    /// Its parameters.
+    /// Parameters, in their order.
     pub params: Vec<Param>,
     /// `throws A, B`
     pub throws: Vec<Scoped>,
@@ -111,7 +111,7 @@ pub struct Param {
     pub annotations: Vec<Annotation>,
     /// `out`
     pub out: bool,
-    /// Its type.
+    /// Type of the parameter.
     pub ty: Type,
 }
 

@@ -60,7 +60,7 @@ pub struct Const {
     pub doc: Vec<String>,
     /// Its type, a primitive or a string.
     pub ty: Type,
-    /// Its value.
+    /// Value of the constant.
     pub value: Literal,
 }
 
@@ -69,7 +69,7 @@ pub struct Const {
 pub struct TypeDecl {
     /// The name as declared.
     pub name: Name,
-    /// Its module.
+    /// Module of the declaration.
     pub module: ModuleId,
     /// The lines of its documentation.
     pub doc: Vec<String>,
@@ -114,7 +114,7 @@ pub struct Member {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its type.
+    /// Type of the member or parameter.
     pub ty: Type,
     /// `@optional`
     pub optional: bool,
@@ -284,7 +284,7 @@ impl Pattern {
 pub struct Interface {
     /// The name as declared.
     pub name: Name,
-    /// Its module.
+    /// Module of the declaration.
     pub module: ModuleId,
     /// The lines of its documentation.
     pub doc: Vec<String>,

@@ -293,7 +293,7 @@ fn sequence(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> TypeKind {
     TypeKind::Sequence(Box::new(element), bound)
 }
 
-/// Reports `vector<T>`, `map<K, V>` and the like. What follows from them is no further error.
+/// Reports `vector<T>`, `map<K, V>` and the like. Errors that follow from them are not reported.
 fn foreign(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> TypeKind {
     let written: String = pair.as_str().split_whitespace().collect();
     let span = r.span(&pair);

@@ -205,7 +205,7 @@ pub trait Subscriber {
     /// The number of publishers.
     fn peers(&self) -> usize;
 
-    /// What waits in its queue; `None` where the middleware reserves the memory of the queue at the
+    /// Gauge of the receive queue; `None` if the middleware reserves the memory of the queue at the
     /// start.
     fn queue(&self) -> Option<QueueGauge> {
         None
@@ -245,7 +245,7 @@ pub trait Client {
     /// The number of servers, 0 or 1.
     fn peers(&self) -> usize;
 
-    /// What waits in the queue of its replies; `None` where the middleware reserves the memory of
+    /// Gauge of the queue of replies; `None` if the middleware reserves the memory of
     /// the queue at the start.
     fn queue(&self) -> Option<QueueGauge> {
         None
@@ -270,7 +270,7 @@ pub trait Server {
     /// The number of clients.
     fn peers(&self) -> usize;
 
-    /// What waits in its queue; `None` where the middleware reserves the memory of the queue at the
+    /// Gauge of the receive queue; `None` if the middleware reserves the memory of the queue at the
     /// start.
     fn queue(&self) -> Option<QueueGauge> {
         None

@@ -6,7 +6,7 @@ use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
-/// What a backend has to know of its process.
+/// Environment of a backend: names, run directory and settings of its process.
 #[derive(Clone, Debug)]
 pub struct Environment {
     /// The name of the network; `default` if nothing else is configured.

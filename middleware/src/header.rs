@@ -1,4 +1,4 @@
-//! What travels beside the body of a message.
+//! The header of a message.
 
 /// The header of a message.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

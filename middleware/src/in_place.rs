@@ -281,7 +281,7 @@ pub(crate) enum Memory<'a, T> {
     Copied(Box<T>, &'a mut dyn crate::backend::Publisher),
 }
 
-/// What sending it needs.
+/// Parts that are needed to send a loan.
 pub(crate) struct Sending<'a> {
     pub(crate) type_hash: u64,
     pub(crate) sent: &'a Counter,

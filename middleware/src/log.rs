@@ -15,7 +15,7 @@ const LONGEST: usize = 1 << 14;
 pub enum LogLevel {
     /// Details for developers.
     Debug,
-    /// What happens.
+    /// Normal operation.
     Info,
     /// Something does not work as it should.
     Warn,
@@ -28,9 +28,9 @@ pub enum LogLevel {
 pub struct LogLine {
     /// When it was logged.
     pub time: SystemTime,
-    /// Its level.
+    /// Severity.
     pub level: LogLevel,
-    /// Its text.
+    /// Message, without time and level.
     pub text: String,
     /// The source file; empty if unknown.
     pub file: &'static str,
@@ -55,7 +55,7 @@ struct State {
     size: usize,
     lost: u64,
     is_closed: bool,
-    /// The thread that publishes. What it logs is not published: that could go on without end.
+    /// The thread that publishes. Its own log lines are not published: that could go on without end.
     publisher: Option<ThreadId>,
 }
 

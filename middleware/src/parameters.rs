@@ -28,9 +28,9 @@ pub enum ParameterValue {
 pub struct Parameter {
     /// Its path, as in `motors[2].max`.
     pub path: String,
-    /// Its value.
+    /// Current value.
     pub value: ParameterValue,
-    /// Its documentation.
+    /// Documentation from the `.pdsl`.
     pub doc: String,
     /// Its type and its limits, in words.
     pub allowed: String,

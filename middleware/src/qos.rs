@@ -25,7 +25,7 @@ pub enum Durability {
 pub struct Qos {
     /// Whether unread samples are kept or replaced.
     pub reliability: Reliability,
-    /// What late subscribers get.
+    /// Samples for subscribers that join late.
     pub durability: Durability,
     /// Number of samples that are kept.
     pub depth: u32,

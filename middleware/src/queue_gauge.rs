@@ -1,4 +1,4 @@
-//! What a receive queue holds, for the status of its component.
+//! Level of a receive queue, for the status of its component.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -70,7 +70,7 @@ impl RequestBody for Vec<u8> {
 
 /// A request whose large arrays are not in the buffer yet.
 pub(crate) struct Written<'a, F> {
-    /// What the first pass wrote: the envelope, and the parameters without large arrays.
+    /// Output of the first pass: the envelope, and the parameters without large arrays.
     pub(crate) begin: &'a [u8],
     pub(crate) length: usize,
     /// Writes the whole request.

@@ -129,7 +129,7 @@ pub fn read_reason(reader: &mut Reader<'_>) -> (Option<String>, Option<String>) 
     (next(), next())
 }
 
-/// What a reply holds.
+/// Content of a reply.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ReplyKind {
     /// 0 for a result, else the hash of an exception.

@@ -11,7 +11,7 @@ use rc_settings::qos::Policy;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// What a component runs with.
+/// Arguments of a component that runs.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Arguments {
     pub(crate) network: String,
@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
     pub(crate) settings: Settings,
     /// Parameters of this run (`--set`), each with its text.
     pub(crate) parameters: Vec<(String, String)>,
-    /// What follows `--ros-args`.
+    /// Arguments after `--ros-args`.
     pub(crate) ros: RosArguments,
     /// Where time comes from.
     pub(crate) clock: ClockChoice,

@@ -17,7 +17,7 @@ use std::time::Duration;
 /// The longest time that `--wait` takes, in seconds.
 const LONGEST_WAIT: u64 = 24 * 60 * 60;
 
-/// What the command line asks for.
+/// Action that the command line requests.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Task {
     Run(Arguments),

@@ -1,4 +1,4 @@
-//! What the runtime asks of a generated component.
+//! Interface of the runtime to a generated component.
 
 use crate::context::Core;
 use crate::lifecycle::Hook;

@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// What does not change while the component runs.
+/// Facts that do not change while the component runs.
 pub(crate) struct ComponentInfo {
     description: &'static Description,
     pub(crate) name: String,

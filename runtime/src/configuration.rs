@@ -21,7 +21,7 @@ pub(crate) struct LoadedConfiguration {
     pub(crate) configuration: Configuration,
     /// The absolute path of the file.
     pub(crate) file: Option<PathBuf>,
-    /// What the command line of ROS 2 sets.
+    /// Values from the command line of ROS 2.
     pub(crate) ros: RosOverrides,
 }
 

@@ -38,7 +38,7 @@ pub struct Description {
     pub simulates_time: bool,
     /// Whether it has the life cycle of a managed component.
     pub managed: bool,
-    /// What tools find in the executable, see `rc_codegen::note`.
+    /// Note for tools in the executable, see `rc_codegen::note`.
     pub note: &'static [u8],
 }
 

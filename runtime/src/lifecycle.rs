@@ -22,7 +22,7 @@ pub(crate) const LIMIT: Duration = Duration::from_mins(1);
 /// The most requests that wait.
 const MOST_WAITING: usize = 16;
 
-/// What the runtime asks of the worker: a function of its trait `Worker`.
+/// Hook of the worker: a function of its trait `Worker`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hook<'a> {
     /// The function that has the name of the transition.
@@ -90,7 +90,7 @@ pub(crate) struct Goal {
     pub(crate) number: Option<u64>,
 }
 
-/// What waits for the thread of the worker.
+/// Task that waits for the thread of the worker.
 pub(crate) enum Task {
     Transition(Request),
     Goal(Goal),
@@ -143,7 +143,7 @@ impl Lifecycle {
         let _ = self.management.set(management);
     }
 
-    /// What the publishers of the component pass.
+    /// Gate of the component's publishers.
     pub(crate) fn gate(&self) -> Gate {
         self.gate.clone()
     }

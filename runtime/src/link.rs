@@ -49,7 +49,7 @@ pub(crate) struct Link {
     unsaved: UnsavedParameters,
 }
 
-/// What the supervisor does not know yet.
+/// Changes that the supervisor does not know yet.
 #[derive(Debug, Default)]
 struct Levels {
     state: Option<State>,
@@ -80,7 +80,7 @@ impl Levels {
     }
 }
 
-/// What has come from the supervisor.
+/// Messages of the supervisor since the last look.
 #[derive(Debug, Default)]
 pub(crate) struct LinkInput {
     /// The supervisor has ended.
@@ -238,8 +238,8 @@ impl AsFd for Link {
     }
 }
 
-/// The line of a heartbeat. What grows with the number of slots is left out of one that no
-/// supervisor would read, and said.
+/// The line of a heartbeat. If it would be too long for a supervisor, it lacks the fields that grow
+/// with the number of slots, and says so.
 fn heartbeat_line(mut heartbeat: Heartbeat) -> Vec<u8> {
     let line = rpc::notification(&ComponentMessage::Heartbeat(heartbeat.clone()));
     if line.len() <= LIMIT {

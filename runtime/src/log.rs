@@ -91,7 +91,7 @@ fn parse(level: &str) -> Result<Level, StartError> {
     })
 }
 
-/// What `RUST_LOG` sets: a level, or one for each of some modules. An invalid text is reported, and
+/// Levels from `RUST_LOG`: one, or one for each of some modules. An invalid text is reported, and
 /// `info` holds.
 fn environment() -> Targets {
     let default = Targets::new().with_default(Level::INFO);

@@ -129,7 +129,7 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
         Some(active.join(", "))
     }
 
-    /// What the generated code needs.
+    /// Interpreter and queue, for generated code.
     #[doc(hidden)]
     pub fn parts(&mut self) -> &mut Parts {
         &mut self.parts

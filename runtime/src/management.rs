@@ -179,7 +179,7 @@ struct Server {
     signalled: Option<Instant>,
 }
 
-/// What the thread waits for.
+/// Event source of the thread.
 #[derive(Clone, Copy, Debug)]
 enum Source {
     Wakeups,

@@ -49,7 +49,7 @@ pub enum MemberError {
         array: String,
         /// The name that was given.
         name: String,
-        /// What is allowed.
+        /// Rule that the name breaks.
         reason: String,
     },
     /// The array has such a member, perhaps in other letters: `Front` and `front`.

@@ -9,7 +9,8 @@ use crate::slots::{OpenSlot, SlotTable};
 use crate::tap::{TappedClient, TappedPublisher, Taps};
 use crate::testing::defaults::{DefaultReply, DefaultingClient};
 use crate::time::follower::Follower;
-use crate::time::source::{Source, State as SourceState};
+use crate::time::lockstep::State as SourceState;
+use crate::time::source::Source;
 use crate::time::{TimeRole, TimeSource};
 use rc_management::component::{ClockKind, Role};
 use rc_middleware::lifecycle::LifecycleService;
@@ -48,7 +49,7 @@ pub struct Connections {
     sent: RefCell<Vec<(usize, Counter)>>,
     /// The counters of samples that were not published, each with the index of its slot.
     withheld: RefCell<Vec<(usize, Counter)>>,
-    /// What all publishers pass.
+    /// Gate of all publishers.
     gate: Gate,
     /// The receive queues, each with the index of its slot.
     queues: RefCell<Vec<(usize, QueueGauge)>>,

@@ -214,7 +214,7 @@ pub fn embed_with_defaults<C: Component + 'static>(
     }
 }
 
-/// What a component runs in.
+/// Host of a component: a process, or a thread of another one.
 enum Hosting {
     /// In a process of its own, which takes signals and has a link to the supervisor.
     Process,

@@ -19,7 +19,7 @@ use rc_configuration::Given;
 use rc_settings::{Scalar, Value, ros};
 use std::ffi::OsString;
 
-/// What follows `--ros-args`, for messages.
+/// Usage of `--ros-args`, for messages.
 const OPTIONS: &str = "-r FROM:=TO, -p NAME:=VALUE, --params-file FILE, --log-level LEVEL, --enable-rosout-logs, --disable-rosout-logs, --enable-stdout-logs, --disable-stdout-logs, --enable-external-lib-logs, --disable-external-lib-logs and --enclave NAME";
 
 /// Splits the command line into the arguments outside and inside `--ros-args … --`.

@@ -225,7 +225,7 @@ impl SlotTable {
         }
     }
 
-    /// What the default addresses of the members of an array begin with.
+    /// Prefix of the default addresses of the members of an array.
     pub(crate) fn array_address(&self, array: &str) -> String {
         format!("{}/{array}", self.own)
     }
@@ -305,7 +305,7 @@ impl SlotTable {
         Err(StartError::Configuration(lines.collect()))
     }
 
-    /// What to say of bound members of an array that the worker has not opened.
+    /// Error text for bound members of an array that the worker has not opened.
     fn unopened(&self, array: &str, opened: &[&str]) -> Option<String> {
         let bound = self.bindings.keys().filter_map(|slot| member::split(slot));
         let bound = bound.filter(|(of, member)| *of == array && !opened.contains(member));
@@ -320,7 +320,7 @@ impl SlotTable {
     }
 }
 
-/// What differs between the members that are open and those that the network lists.
+/// Difference between the open members and those that the network lists.
 fn difference(array: &str, opened: &[&str], listed: &[String]) -> Option<String> {
     let listed: BTreeSet<&str> = listed.iter().map(String::as_str).collect();
     let missing = listed.iter().filter(|name| !opened.contains(name));

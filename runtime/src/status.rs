@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What the worker thread and the management thread share.
+/// State that the worker thread and the management thread share.
 #[derive(Debug)]
 pub(crate) struct Shared {
     pub(crate) wake_event: WakeEvent,
@@ -97,7 +97,7 @@ pub(crate) struct Status {
     pub(crate) overruns: u64,
     pub(crate) slots: Vec<SlotCounters>,
     pub(crate) last_error: Option<String>,
-    /// What the state machine did last.
+    /// Last steps of the state machine.
     pub(crate) machine: Option<MachineRecord>,
     /// Of a source of time: the components that follow it, and those that it waits for beyond its
     /// limit.
@@ -109,16 +109,16 @@ pub(crate) struct Status {
     pub(crate) withheld: Vec<(usize, Counter)>,
     /// The receive queues, each with the index of its slot.
     pub(crate) queues: Vec<(usize, QueueGauge)>,
-    /// What the next heartbeat reports.
+    /// Content of the next heartbeat.
     pub(crate) delta: HeartbeatDelta,
 }
 
-/// What was noticed since the last heartbeat.
+/// Observations since the last heartbeat.
 #[derive(Debug, Default)]
 pub(crate) struct HeartbeatDelta {
     /// How often the worker took longer than its period.
     overruns: u64,
-    /// What took longest.
+    /// Slowest activity.
     slowest: Option<(Activity, Duration)>,
     /// Topics that exceeded their deadline, by slot and operation, and how long they were silent.
     silent: BTreeMap<(usize, usize), Duration>,
@@ -136,7 +136,7 @@ const MISMATCHES: usize = 16;
 /// How many jumps of time a heartbeat reports.
 const JUMPS: usize = 8;
 
-/// What the worker was doing.
+/// Activity of the worker.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Activity {
     Compute,

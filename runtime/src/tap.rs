@@ -13,7 +13,7 @@ use std::time::Duration;
 
 /// The most bytes that wait for the management thread.
 const MOST: usize = 8 << 20;
-/// What a copy takes besides its body, about.
+/// Approximate memory of a copy in addition to its body.
 const OVERHEAD: usize = 128;
 
 /// The taps of a component. Worker and management share them.

@@ -1,4 +1,4 @@
-//! What tools ask of the connections of a component: their description, copies of their messages,
+//! Requests of tools about the connections of a component: their description, copies of messages,
 //! and messages of tools, which the worker handles as if a peer had sent them.
 
 use crate::commands::{Command, CommandQueue};
@@ -28,7 +28,7 @@ const SAMPLE_LIMIT: Duration = Duration::from_secs(3);
 /// The slots that a client taps.
 pub(crate) type Tapping = BTreeMap<usize, Losses>;
 
-/// What a client lost of a slot that it taps.
+/// Messages that a client lost of a tapped slot.
 #[derive(Debug)]
 pub(crate) struct Losses {
     /// The messages of the slot that were not copied for any client, before this one tapped it.

@@ -1,4 +1,4 @@
-//! What values a key takes, and how a scalar or a text becomes one.
+//! Values that a key takes, and their parsing from a scalar or a text.
 
 use crate::duration;
 use crate::qos;

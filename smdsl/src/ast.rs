@@ -22,7 +22,7 @@ pub struct Block {
     pub doc: Vec<String>,
     /// The keyword `parallel`, if present.
     pub parallel: Option<Name>,
-    /// Its clauses.
+    /// Clauses, in the order of the file.
     pub clauses: Vec<Clause>,
     /// Whether no clause was skipped.
     pub complete: bool,
@@ -31,9 +31,9 @@ pub struct Block {
 /// One clause of a block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clause {
-    /// Its keyword.
+    /// Keyword of the clause.
     pub keyword: Name,
-    /// Its content.
+    /// Parsed content.
     pub kind: ClauseKind,
 }
 

@@ -88,7 +88,7 @@ pub struct State {
     pub kind: StateKind,
     /// The state that contains it.
     pub parent: Option<StateId>,
-    /// Its substates.
+    /// Substates; `None` for an atomic state.
     pub region: Option<Region>,
     /// The blocks of actions on entry. Only SCXML has them.
     pub on_entry: Vec<Vec<Action>>,

@@ -12,7 +12,7 @@ pub trait Language: RuleType {
     type Grammar: Parser<Self>;
     /// The rule for a whole file.
     const FILE: Self;
-    /// What a file contains, for messages: `` `module NAME { … };` ``.
+    /// Content of a file, for messages: `` `module NAME { … };` ``.
     const FILE_CONTENT: &'static str;
     /// The terminal that this rule matches, if it is one.
     fn terminal(self) -> Option<Terminal>;
@@ -82,7 +82,7 @@ pub struct ParseContext<'a> {
     pub source: SourceId,
     /// The text.
     pub text: &'a str,
-    /// Its comments.
+    /// Comments of the file.
     pub trivia: Trivia<'a>,
     /// The diagnostics so far.
     pub found: Diagnostics,

@@ -190,7 +190,7 @@ fn remove(root: &Path) -> Result<Vec<PathBuf>, String> {
     Ok(removed)
 }
 
-/// What an earlier installation wrote, relative to `root`.
+/// Files of an earlier installation, relative to `root`.
 fn listed(root: &Path) -> Result<BTreeSet<PathBuf>, String> {
     let list = root.join(LIST);
     match fs::read_to_string(&list) {

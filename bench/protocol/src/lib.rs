@@ -33,7 +33,7 @@ pub const LARGEST: usize = 1024 * 1024;
 /// The command for one block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command {
-    /// What is measured.
+    /// Kind of the measurement.
     pub kind: Kind,
     /// The size of the data, in bytes.
     pub size: usize,

@@ -1,4 +1,4 @@
-//! What a simulated world costs: sensors, robots, bodies. Argument: a folder for meshes and scenes,
+//! Cost of a simulated world: sensors, robots, bodies. Argument: a folder for meshes and scenes,
 //! in which `ball.obj` is left with 20,000 triangles, for peers.
 
 use innermodel::{Folders, InnerModel};

@@ -1,10 +1,10 @@
-//! What `ping` and `pong` do, written by hand on ros2-client: the yardstick for generated
+//! `ping` and `pong`, written by hand on ros2-client: the reference for generated
 //! components over ROS 2.
 //!
 //! `bench_ros_peer ping|pong DOMAIN`. The ends have the quality of service of our backend and the
-//! messages those of generated code; octets are written and read in one piece. What comes wakes the
-//! main thread by `mio`, and is handled there. What only our backend does is not here: who is there
-//! and lives, type hashes, what was lost, a limit for each call, the loop of a component.
+//! messages those of generated code; octets are written and read in one piece. Each message wakes
+//! the main thread by `mio`, which handles it. It lacks the additions of our backend: liveliness,
+//! type hashes, counts of lost samples, a limit for each call, the loop of a component.
 
 use bench_protocol::{Kind, LARGEST, next_command, now, pause, ready, report};
 use ros2_client::qos::{Durability, History, Reliability, WhenFull};
@@ -93,7 +93,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What our ends offer and ask for.
+/// Quality of service of the endpoints of our components.
 fn qos(reliability: Reliability, history: History) -> QosProfile {
     QosProfile {
         reliability,

@@ -194,7 +194,7 @@ fn call<R: Message + 'static>(
     None
 }
 
-/// What the component has logged.
+/// Log of the component.
 #[derive(Clone, Default)]
 struct Log(Arc<Mutex<Vec<u8>>>);
 

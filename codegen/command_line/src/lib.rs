@@ -1,4 +1,4 @@
-//! What the command lines of `rcgen` and `rcdeploy` share: completion in shells, man pages, and the
+//! Shared parts of the command lines of `rcgen` and `rcdeploy`: completion, man pages, and the
 //! exit codes, which the help and the man pages list.
 
 mod completion;

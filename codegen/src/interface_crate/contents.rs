@@ -1,4 +1,4 @@
-//! What the crate `interfaces` holds: its modules, and its manifest, which records where each one
+//! Contents of the crate `interfaces`: modules, and the manifest, which records where each one
 //! is defined.
 
 use super::Error;
@@ -26,7 +26,7 @@ doctest = false
 rc-middleware.workspace = true
 ";
 
-/// What the crate holds of a module.
+/// A module in the crate.
 pub(super) struct Entry {
     pub(super) name: String,
     pub(super) file: String,
@@ -36,7 +36,7 @@ pub(super) struct Entry {
     pub(super) text: String,
 }
 
-/// What the crate in `folder` holds, by the names of the modules in Rust.
+/// Reads the modules of the crate in `folder`, by their names in Rust.
 pub(super) fn read(folder: &Path) -> Result<BTreeMap<String, Entry>, Error> {
     let path = folder.join("Cargo.toml");
     let text = match rc_files::read(&path) {

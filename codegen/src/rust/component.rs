@@ -14,7 +14,7 @@ use rc_diagnostics::{Diagnostic, Diagnostics};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
-/// What a new component's worker is called.
+/// Name of a new component's worker.
 pub(crate) const WORKER: &str = "SpecificWorker";
 
 /// A component as its templates see it.
@@ -47,7 +47,7 @@ pub(crate) struct Component<'a> {
     /// The functions that the state machine needs, as those of a slot: one or none.
     pub(crate) machine_functions: Vec<Slot<'a>>,
     reexports: Vec<String>,
-    /// What the user's worker file imports.
+    /// Imports of the user's worker file.
     pub(crate) imports: Vec<String>,
     worker: &'static str,
     testing: testing::Testing,
@@ -123,7 +123,7 @@ pub(crate) struct Slot<'a> {
 }
 
 impl<'a> Component<'a> {
-    /// What the worker implements: the slots that receive, and the state machine.
+    /// Slots whose trait the worker implements: those that receive, and the state machine.
     pub(crate) fn implemented(&self) -> impl Iterator<Item = &Slot<'a>> {
         let slots = self.slots.iter().filter(|slot| slot.receives);
         slots.chain(&self.machine_functions)
@@ -378,7 +378,7 @@ fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
     paths
 }
 
-/// What `specific_worker.rs` imports from the generated crate: the traits, and the types that its
+/// Imports of `specific_worker.rs` from the generated crate: the traits, and the types that its
 /// handlers mention.
 fn imports(view: &view::Component, slots: &[Slot], traits: &[String]) -> Vec<String> {
     let mut names: Vec<String> = ["Context", "Worker", "WorkerError"]

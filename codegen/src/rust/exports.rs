@@ -7,7 +7,7 @@ use super::operation_names::{answer_name, error_name};
 use crate::view;
 use std::collections::BTreeSet;
 
-/// What every generated crate exports by name.
+/// Names that every generated crate exports.
 const OWN: [&str; 10] = [
     "CallError",
     "Context",
@@ -21,10 +21,10 @@ const OWN: [&str; 10] = [
     "WorkerError",
 ];
 
-/// What the generated crate of a component with slot arrays exports besides.
+/// Names that the generated crate of a component with slot arrays exports in addition.
 const OF_ARRAYS: [&str; 3] = ["Member", "MemberError", "SlotArray"];
 
-/// What the generated crate exports by name, whatever the description files declare.
+/// Names that the generated crate exports for every description.
 fn own(component: &view::Component) -> impl Iterator<Item = &'static str> {
     let of_arrays = OF_ARRAYS.into_iter().filter(|_| component.has_arrays());
     OWN.into_iter().chain(of_arrays)

@@ -36,7 +36,7 @@ pub(crate) struct Handler {
     pub(crate) user_signature: String,
     /// The same on lines as rustfmt breaks them, with its brace.
     user_head: String,
-    /// What an unwritten handler leaves unused, in tuples of one line each.
+    /// Unused parameters of an unwritten handler, in tuples of one line each.
     unused: Vec<Vec<String>>,
     /// `Ok(())`, `Default::default()` …: what an unwritten handler returns; else empty.
     placeholder: &'static str,

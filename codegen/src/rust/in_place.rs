@@ -22,7 +22,7 @@ pub(crate) struct Place<'a> {
     parts: Vec<PartView<'a>>,
     /// Whether a reader checks something.
     checked: bool,
-    /// Whether a check needs a reader, which names what is wrong.
+    /// Whether a check needs a reader, which names the wrong member.
     ranged: bool,
 }
 

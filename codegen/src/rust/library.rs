@@ -107,7 +107,7 @@ struct Operation<'a> {
     type_hash: &'a str,
     two_way: bool,
     inputs: Vec<Member<'a>>,
-    /// What the reply holds, in the order of the wire.
+    /// Members of the reply, in the order of the wire.
     replies: Vec<Member<'a>>,
     /// The same variables in the order of the returned tuple, whose first is the value of the
     /// operation.

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 
 #[derive(Debug, Serialize)]
 pub(crate) struct Parameters {
-    /// What the checker of configurations reads, as the content of a raw string.
+    /// Parameter model for the checker of configurations, as the content of a raw string.
     json: String,
     /// The structures, the outermost last.
     structs: Vec<Struct>,

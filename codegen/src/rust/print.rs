@@ -150,7 +150,7 @@ impl<'a> Printer<'a> {
         })
     }
 
-    /// What is missing in `files` of a worker of this name; `library` has the paths of `src/lib.rs`
+    /// Code that `files` of a worker of this name lack. `library` has the paths of `src/lib.rs`
     /// and `src/main.rs` if the component is no library yet, `manifest` the path of its manifest
     /// and the dependencies that it lacks.
     pub(crate) fn stubs(

@@ -39,7 +39,7 @@ pub(crate) struct Fake {
     read: String,
     /// The function that replies with default values.
     default: String,
-    /// What the fake keeps: a call or a sample.
+    /// Type that the fake keeps: a call or a sample.
     kept: String,
     /// The module of the interface below `interfaces`.
     module: String,
@@ -59,7 +59,7 @@ struct Operation {
     throws: bool,
     /// How many values a reply has.
     results: usize,
-    /// What an answer returns, behind its parameters; empty where it returns nothing.
+    /// Return type of an answer, with its arrow; empty if it returns nothing.
     returns: String,
 }
 

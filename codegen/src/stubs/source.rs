@@ -29,7 +29,7 @@ pub(super) struct Block {
     pub(super) span: Span,
     /// Its scope, an index of [`Code::scopes`].
     pub(super) scope: usize,
-    /// Its functions.
+    /// Functions of the block.
     pub(super) methods: Vec<Method>,
 }
 
@@ -38,7 +38,7 @@ pub(super) struct Method {
     pub(super) name: String,
     /// The place of its name.
     pub(super) span: Span,
-    /// Its signature.
+    /// Parsed signature.
     pub(super) signature: syn::Signature,
 }
 

@@ -27,7 +27,7 @@ pub struct Component {
     pub middleware: String,
     /// All middlewares of the component, this one first.
     pub middlewares: Vec<String>,
-    /// What tools find in the executable, as the content of a string of bytes.
+    /// Note for tools in the executable, as the content of a string of bytes.
     pub note: String,
     /// The default period.
     pub period: Time,
@@ -57,13 +57,13 @@ pub struct Component {
 /// A package from outside the framework.
 #[derive(Debug, Serialize)]
 pub struct Dependency {
-    /// Its name.
+    /// Name of the package.
     pub package: String,
     /// Its version, if one is given.
     pub version: Option<String>,
     /// Its path from the folder of the `.cdsl`, if one is given.
     pub path: Option<String>,
-    /// Its features.
+    /// Cargo features.
     pub features: Vec<String>,
     /// Whether its default features are on.
     pub default_features: bool,

@@ -36,9 +36,9 @@ pub struct Part {
     pub gap: u64,
     /// For a sequence, a text and an optional member, which begin with their length as a uint32.
     pub room: Option<Room>,
-    /// What an element is, or the only one.
+    /// Type of the elements, or of the only one.
     pub item: Item,
-    /// What a reader checks.
+    /// Checks of a reader.
     pub checks: Vec<Check>,
     /// Whether elements hold lengths, which must not survive in a slot that is used again.
     pub has_lengths: bool,
@@ -55,7 +55,7 @@ pub struct Room {
     pub bound: u32,
 }
 
-/// What lies in a part.
+/// Content of a part.
 #[derive(Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Item {
@@ -70,7 +70,7 @@ pub enum Item {
     Bytes,
     /// A fixed number of items.
     Array {
-        /// What they are.
+        /// Type of the elements.
         element: Box<Item>,
         /// How many.
         length: u32,
@@ -84,15 +84,15 @@ pub enum Item {
     },
     /// A structure without a name of its own.
     Unnamed {
-        /// Its path.
+        /// Members that lead to the structure.
         path: Vec<String>,
     },
 }
 
-/// What is in the values of the types that were looked at.
+/// Contents of the types examined so far.
 pub(crate) type Known = HashMap<TypeId, Inside>;
 
-/// What is in the values of a type.
+/// Contents of the values of a type.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Inside {
     /// Lengths, of sequences, texts and optional members.

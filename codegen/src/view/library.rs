@@ -22,7 +22,7 @@ pub struct Module {
     pub types: Vec<TypeDecl>,
     /// The interfaces, in the order of the text.
     pub interfaces: Vec<Interface>,
-    /// What tools read from a running component: `rc_values::description` as JSON.
+    /// Description for tools of a running component: `rc_values::description` as JSON.
     pub description: String,
 }
 
@@ -47,7 +47,7 @@ pub struct TypeDecl {
     pub name: String,
     /// Lines of documentation.
     pub doc: Vec<String>,
-    /// What the type is.
+    /// Kind of the type, with its content.
     #[serde(flatten)]
     pub kind: Kind,
     /// The structures that hold values of this type in shared memory, each after those that it
@@ -97,7 +97,7 @@ pub struct Enumerator {
 pub struct Interface {
     /// The name in the IDSL.
     pub name: String,
-    /// Its module.
+    /// Module that declares the interface.
     pub module: String,
     /// Lines of documentation.
     pub doc: Vec<String>,
@@ -128,7 +128,7 @@ pub struct Operation {
     pub outputs: Vec<Member>,
     /// The type of the returned value.
     pub result: Option<Type>,
-    /// What a writer and a reader of this value check.
+    /// Checks of writers and readers of the returned value.
     pub result_checks: Vec<Check>,
     /// The exceptions that a reply may hold.
     pub throws: Vec<Exception>,
@@ -141,7 +141,7 @@ pub struct Operation {
 /// An exception of an operation.
 #[derive(Debug, Serialize)]
 pub struct Exception {
-    /// Its type.
+    /// Structure of the exception.
     #[serde(rename = "type")]
     pub ty: Type,
     /// The hash of its name, which is the discriminator in the envelope of a reply.

@@ -8,7 +8,7 @@ use serde::Serialize;
 /// A state machine.
 #[derive(Debug, Serialize)]
 pub struct Machine {
-    /// Its name.
+    /// Name of the machine in the `.smdsl`.
     pub name: String,
     /// Lines of documentation.
     pub doc: Vec<String>,

@@ -25,7 +25,7 @@ pub struct Member {
     pub range: Option<String>,
     /// The default value.
     pub default: Option<Value>,
-    /// What a writer and a reader check.
+    /// Checks of writers and readers.
     pub checks: Vec<Check>,
 }
 

@@ -10,7 +10,7 @@ pub struct Parameters {
     pub name: String,
     /// Lines of documentation.
     pub doc: Vec<String>,
-    /// What the checker of configurations reads, as JSON.
+    /// Parameter model for the checker of configurations, as JSON.
     #[serde(skip)]
     pub json: String,
     /// The parameters, in the order of the text.

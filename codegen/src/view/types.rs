@@ -41,7 +41,7 @@ pub enum Type {
     },
     /// A type with a name.
     Named {
-        /// Its module.
+        /// Module that declares the type.
         module: String,
         /// Its name in the IDSL.
         name: String,

@@ -1,4 +1,4 @@
-//! Components in Python: what is generated, and what is said about their workers.
+//! Components in Python: generated files, and findings about their workers.
 
 use crate::folders::{changed, files, rcgen};
 use crate::python;

@@ -122,7 +122,7 @@ pub enum Error {
     /// The system refused something.
     #[error("cannot {action}: {source}{}", advice(.source))]
     System {
-        /// What was tried, as in "cannot …".
+        /// Failed action, a verb phrase after "cannot".
         action: String,
         /// The reason.
         source: io::Error,
@@ -140,7 +140,7 @@ impl Error {
     }
 }
 
-/// What to do about a clean-up that does not end.
+/// Advice for a clean-up that does not end.
 fn unfinished(guard: Option<i32>, is_stopped: bool) -> String {
     match guard {
         Some(pid) if is_stopped => format!(

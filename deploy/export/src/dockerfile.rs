@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 pub(super) struct Image {
     /// `FROM …`
     pub(super) text: String,
-    /// What docker sends: everything is excluded but the copied files.
+    /// The `.dockerignore`, which excludes everything but the copied files.
     pub(super) ignore: String,
     /// The command that builds it, run in any folder. `FOLDER` stands for that of the Dockerfile.
     pub(super) command: String,

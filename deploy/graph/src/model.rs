@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// A network as a picture.
 #[derive(Clone, Debug, Serialize)]
 pub struct Graph {
-    /// Its name.
+    /// Name of the network.
     pub network: String,
     /// The file that describes it.
     pub ddsl: PathBuf,
@@ -57,7 +57,7 @@ pub struct Component {
     /// Whether it is a peer that is not part of the network. Its name is its address.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub external: bool,
-    /// What it does now, in the picture of a running network.
+    /// Present state of the component, in the picture of a running network.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub live: Option<Live>,
     /// Its state machine.
@@ -67,7 +67,7 @@ pub struct Component {
     pub slots: Vec<Slot>,
 }
 
-/// What a component does now.
+/// State of a running component.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Live {
     /// `running`, or another state of its process.
@@ -89,13 +89,13 @@ impl Live {
 /// A slot.
 #[derive(Clone, Debug, Serialize)]
 pub struct Slot {
-    /// Its name.
+    /// Name of the slot, unique in the component.
     pub name: String,
     /// The interface: `Module::Interface`.
     pub interface: String,
     /// `implements`, `requires`, `publishes` or `subscribesTo`.
     pub role: &'static str,
-    /// Its middleware.
+    /// Middleware of the slot.
     pub middleware: &'static str,
     /// Whether it needs no peer.
     #[serde(skip_serializing_if = "std::ops::Not::not")]

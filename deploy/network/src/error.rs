@@ -12,7 +12,7 @@ pub enum Error {
     /// The system refused something.
     #[error("cannot {action}: {source}")]
     System {
-        /// What was tried, as in "cannot …".
+        /// Failed action, a verb phrase after "cannot".
         action: String,
         /// The reason.
         source: io::Error,

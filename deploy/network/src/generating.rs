@@ -14,12 +14,12 @@ use rc_diagnostics::{Diagnostics, SourceMap};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// What was generated.
+/// Result of a generation.
 #[derive(Debug, Default)]
 pub struct Generated {
     /// The `.cdsl` files of the components.
     pub components: Vec<PathBuf>,
-    /// What is wrong with components, and what their workers lack now.
+    /// Mistakes in components, and functions that their workers lack now.
     pub found: Diagnostics,
 }
 
@@ -119,7 +119,7 @@ impl Shared<'_> {
             generation::write(&parts).map_err(refused(action(first)))?;
         }
         for (project, _) in &self.stale {
-            // The compiler reports what is wrong with a worker that cannot be read; one in Python
+            // The compiler reports the mistakes of a worker that cannot be parsed; one in Python
             // is checked when it starts.
             if project.language() == WorkerLanguage::Rust
                 && let Ok((Some(missing), found)) = stubs::of(project, project.code(), sources)

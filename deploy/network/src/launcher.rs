@@ -21,7 +21,7 @@ const CRATE: &str = "rc-python";
 const FOLDER: &str = "python";
 const LIBRARY: &str = "librobocomp_python.so";
 
-/// What is not the variant's own, of a component's folder.
+/// Parts of a component's folder that its variant shares.
 const SHARED: [&str; 2] = ["etc", "src"];
 
 /// The package of a component, which is also the name of its launcher.

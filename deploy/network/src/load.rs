@@ -15,7 +15,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// What takes precedence over the files of a network.
+/// Values that take precedence over the files of a network.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Overrides<'a> {
     /// All components are variants for this middleware.

@@ -61,7 +61,7 @@ impl Network {
             && self.middlewares(at).contains(&Backend::Ros2)
     }
 
-    /// Finds the source of time and its followers, and what is wrong with them.
+    /// Finds the source of time and its followers, and reports mistakes.
     pub(crate) fn check_time(&mut self, found: &mut Diagnostics) {
         self.warn_of_unused_sources(found);
         self.check_ros_clocks(found);

@@ -1,4 +1,4 @@
-//! What is to run, as plain data.
+//! The plan of a network, as plain data.
 
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -11,7 +11,7 @@ pub const LONGEST_PAUSE: Duration = Duration::from_secs(30);
 /// The plan of a network.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Plan {
-    /// Its name.
+    /// Name of the network.
     pub network: String,
     /// The file that describes it, for people.
     pub ddsl: PathBuf,
@@ -29,7 +29,7 @@ pub struct Component {
     pub name: String,
     /// The executable.
     pub executable: PathBuf,
-    /// Its arguments.
+    /// Command-line arguments.
     #[serde(default)]
     pub args: Vec<String>,
     /// Its environment, in addition to that of rcdeploy.

@@ -1,4 +1,4 @@
-//! What `rcdeploy plan` prints: everything that `rcdeploy up` would do.
+//! The output of `rcdeploy plan`: everything that `rcdeploy up` would do.
 
 use crate::error::{Error, refused};
 use crate::model::{Network, Profile};
@@ -51,7 +51,7 @@ pub struct Process {
     pub host: String,
     /// The middleware of its slots that name none.
     pub middleware: String,
-    /// Its clock.
+    /// Clock of the component.
     pub clock: ClockPlan,
     /// Its number in `waves`, from 1.
     pub wave: usize,

@@ -28,7 +28,7 @@ struct Node<'a> {
     at: usize,
     instance: &'a Instance,
     project: &'a Project,
-    /// What the files say of its domain.
+    /// Domain that the files set.
     domain: Option<i64>,
     /// Its name in full.
     name: String,
@@ -201,7 +201,7 @@ impl Network {
     }
 }
 
-/// What is reported already.
+/// Conflicts that are reported already.
 #[derive(Default)]
 struct Merged {
     /// The slots of ends that are one, and were renamed.
@@ -217,7 +217,7 @@ fn check_that_no_others_meet(ends: &[End<'_>], found: &mut Diagnostics) -> Merge
         let key = (end.node.domain, end.slot.role.is_topic(), &end.name);
         named.entry(key).or_default().push(end);
     }
-    // What is said of one operation holds for the others of a slot, and what is said of the name of
+    // A finding about one operation holds for the others of a slot, and a finding about the name of
     // a component for all of its slots.
     let (mut reported, mut merged) = (BTreeSet::new(), Merged::default());
     for (one, other) in named.values().filter_map(|ends| pair(ends)) {
@@ -269,7 +269,7 @@ impl End<'_> {
         }
     }
 
-    /// What people call it.
+    /// The name for messages.
     fn text(&self) -> String {
         let (instance, slot) = (&self.node.instance.path, &self.slot.name);
         format!("`{instance}.{slot}/{}`", self.operation.name.text)

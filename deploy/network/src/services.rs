@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 /// One service.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Service {
-    /// Its address.
+    /// Address of the service.
     pub address: String,
     /// The name of its types.
     pub types: String,

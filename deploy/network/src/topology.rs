@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A machine.
 #[derive(Clone, Debug, Serialize)]
 pub struct Host {
-    /// Its name.
+    /// Name of the host, unique in the network.
     pub name: String,
     /// Its host name or IP address.
     pub address: String,
@@ -17,7 +17,7 @@ pub struct Host {
     pub user: Option<String>,
 }
 
-/// What travels over a connection.
+/// Calls or samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -45,11 +45,11 @@ pub struct End {
 /// A peer that is not part of the network.
 #[derive(Clone, Debug)]
 pub struct External {
-    /// Its address.
+    /// Address of the external peer.
     pub address: String,
     /// The interface: `Module::Interface`.
     pub interface: String,
-    /// Its middleware.
+    /// Middleware over which it communicates.
     pub middleware: &'static str,
     /// Whether it serves or publishes.
     pub kind: Kind,
@@ -68,7 +68,7 @@ pub struct Connection {
     pub interface: String,
     /// Whether it carries calls or samples.
     pub kind: Kind,
-    /// Its middleware.
+    /// Middleware over which it communicates.
     pub middleware: &'static str,
     /// Its address. `None` if the connection is refused.
     pub address: Option<String>,

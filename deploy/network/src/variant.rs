@@ -23,9 +23,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, value};
 
-/// What the manifest of a workspace says for all that is in it.
+/// Tables of a workspace's manifest that hold for all members.
 const SHARED: [&str; 4] = ["workspace", "patch", "replace", "profile"];
-/// What of a component's folder is not the user's, or not the variant's.
+/// Entries of a component's folder that its variant has for itself.
 const OWN: [&str; 4] = ["Cargo.toml", "Cargo.lock", GENERATED, "target"];
 /// The member that chooses features. No component has this name: it is no identifier.
 const FEATURES: &str = "variant-features";
@@ -422,7 +422,7 @@ fn link(folder: &Path, staged: &Path) -> io::Result<()> {
 }
 
 /// Begins with the versions of the user's workspace, again when they or the members are others.
-/// What only the variants need is added by cargo, and stays until then.
+/// Cargo adds packages that only the variants need; they stay until then.
 fn lock(root: &Path, folder: &Path, members: &[String]) -> Result<(), Error> {
     let there = root.join("Cargo.lock");
     let text = match rc_files::read(&there) {

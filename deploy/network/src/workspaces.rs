@@ -15,7 +15,7 @@ pub(crate) struct Workspaces {
     known: RefCell<HashMap<PathBuf, Result<Known, Untold>>>,
 }
 
-/// What cargo knows of a workspace.
+/// Facts about a workspace, from `cargo metadata`.
 #[derive(Clone, Debug)]
 struct Known {
     target: PathBuf,
@@ -40,7 +40,7 @@ impl Workspaces {
         Ok(self.known(root)?.target)
     }
 
-    /// What the members of the workspace `root` depend on; nothing where cargo is not asked, or
+    /// Dependencies of the members of the workspace `root`; `None` if cargo is not asked, or
     /// cannot be started.
     pub(crate) fn dependencies(&self, root: &Path) -> io::Result<Vec<Dependency>> {
         Ok(self.known(root)?.dependencies)
@@ -65,7 +65,7 @@ struct Untold {
     reason: String,
 }
 
-/// What holds without a configuration of cargo.
+/// The defaults of cargo, without a configuration.
 fn usual(root: &Path) -> Known {
     let set = std::env::var_os("CARGO_TARGET_DIR").filter(|folder| !folder.is_empty());
     Known {

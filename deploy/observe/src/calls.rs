@@ -15,7 +15,7 @@ use std::time::Duration;
 /// The margin beyond the time of the call, for the reply of the component.
 const MARGIN: Duration = Duration::from_secs(2);
 
-/// What an operation replied.
+/// Reply of an operation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
     /// The output parameters and the returned value. Empty for a command.

@@ -17,7 +17,7 @@ pub enum Error {
         network: String,
         /// `topic`, `operation` …
         what: &'static str,
-        /// What was sought.
+        /// Name on the command line.
         name: String,
         /// The nearest name, or all names.
         help: String,
@@ -25,9 +25,9 @@ pub enum Error {
     /// There are several of this name.
     #[error("`{name}` can be {}; write more of the name", .found.join(", or "))]
     Ambiguous {
-        /// What was sought.
+        /// Name on the command line.
         name: String,
-        /// What it may mean.
+        /// Candidates for the ambiguous name.
         found: Vec<String>,
     },
     /// A component describes its types so that nobody can use them.
@@ -35,7 +35,7 @@ pub enum Error {
     Description {
         /// The component.
         component: String,
-        /// What is wrong.
+        /// Reason of the failure.
         reason: String,
     },
     /// JSON or bytes that do not fit a type.
@@ -63,7 +63,7 @@ pub enum Error {
     Component {
         /// The component.
         component: String,
-        /// What it says.
+        /// Reply of the component.
         reason: String,
     },
     /// The component refuses the request, so the handler has not run.
@@ -101,13 +101,13 @@ pub enum Error {
     Deadline {
         /// The operation.
         operation: String,
-        /// What the component says.
+        /// Reply of the component.
         reason: String,
     },
     /// The system refuses.
     #[error("{action}: {reason}")]
     System {
-        /// What was tried.
+        /// Failed action.
         action: String,
         /// Why it failed.
         reason: String,

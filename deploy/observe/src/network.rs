@@ -1,4 +1,4 @@
-//! What runs in a network, as its components describe themselves.
+//! A running network, from the descriptions of its components.
 
 use crate::error::Error;
 use crate::lookup::find;
@@ -24,7 +24,7 @@ const AT_A_TIME: usize = 16;
 /// A running network.
 #[derive(Debug)]
 pub struct Network {
-    /// Its name.
+    /// Name of the network.
     pub name: String,
     /// The components that reply, by name.
     pub components: Vec<Component>,
@@ -35,15 +35,15 @@ pub struct Network {
 /// A running component.
 #[derive(Debug)]
 pub struct Component {
-    /// Its name.
+    /// Name of the component in the network.
     pub name: String,
     /// The machine on which it runs, if that is not this one.
     pub host: Option<String>,
-    /// What it tells of its connections.
+    /// Description of the component's connections.
     pub described: Described,
     /// Its status at the same time.
     pub status: Status,
-    /// Its types.
+    /// Types of the component's messages.
     pub catalog: Arc<Catalog>,
 }
 
@@ -71,7 +71,7 @@ pub struct Topic {
     pub interface: Arc<Interface>,
     /// The operation.
     pub operation: rc_values::Operation,
-    /// What an end says of the operation: quality of service, and the type in ROS 2.
+    /// The endpoint's description of the operation: quality of service, and the type in ROS 2.
     pub description: OperationDescription,
     /// The publishers.
     pub publishers: Vec<End>,
@@ -317,7 +317,7 @@ fn hosts(network: &str) -> BTreeMap<String, String> {
     remote.collect()
 }
 
-/// What a component says: its description, nothing if no process listens, or why it has none.
+/// A component, `None` if no process listens, or the reason why it has no description.
 type Found = Result<Option<Component>, String>;
 
 /// Asks components, several at a time: one that hangs delays no other.

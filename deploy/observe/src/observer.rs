@@ -22,7 +22,7 @@ const TURN: usize = 1024;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FeedId(pub usize);
 
-/// What a message is.
+/// Kind of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MessageKind {
     /// A sample of a topic.
@@ -36,7 +36,7 @@ pub enum MessageKind {
 /// A message as it was sent.
 #[derive(Clone, Copy, Debug)]
 pub struct Observed<'m> {
-    /// What it is.
+    /// Sample, request or reply.
     pub kind: MessageKind,
     /// The operation of a sample that was tapped; none if the feed has one topic, or for calls.
     pub operation: Option<&'m str>,
@@ -153,7 +153,7 @@ impl Observer {
         feed.is_none_or(|feed| feed.ended)
     }
 
-    /// What could not be received since the last call.
+    /// Takes the errors of receiving since the last call.
     pub fn errors(&mut self, feed: FeedId) -> Vec<String> {
         let feed = self.feeds.get_mut(&feed.0);
         feed.map(|feed| std::mem::take(&mut feed.errors))

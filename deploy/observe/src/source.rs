@@ -1,4 +1,4 @@
-//! What a name of a command means: a topic, or the calls of an operation.
+//! Resolves a name of a command line to a topic, or to the calls of an operation.
 
 use crate::error::Error;
 use crate::network::{End, Network, Operation, Topic};

@@ -1,4 +1,4 @@
-//! What a recording holds, as lists, tables and shorter recordings.
+//! Contents of a recording, as lists, tables and shorter recordings.
 
 use crate::definition;
 use crate::error::RecordError;
@@ -99,7 +99,7 @@ impl Selecting {
     }
 }
 
-/// What is known of one topic.
+/// Figures of one topic.
 #[derive(Clone, Debug)]
 pub struct Topic {
     /// Its first channel.
@@ -112,16 +112,16 @@ pub struct Topic {
     pub channels: usize,
 }
 
-/// What a recording holds.
+/// Summary of a recording.
 #[derive(Clone, Debug, Default)]
 pub struct Info {
     /// The first and the last time, in nanoseconds.
     pub times: Option<(u64, u64)>,
-    /// Its topics.
+    /// Topics by name.
     pub topics: BTreeMap<String, Topic>,
     /// Its attachments: name and size.
     pub attachments: Vec<(String, usize)>,
-    /// Its tables.
+    /// Tables of texts, by name (metadata records of MCAP).
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
     /// Why it ends before its end, if it does.
     pub cut: Option<String>,

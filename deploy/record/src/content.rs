@@ -1,22 +1,22 @@
-//! What a recording gets beside messages: channels and files.
+//! Channels and files of a recording.
 
 use crate::schema::Schema;
 use crate::writer::{ChannelId, Writer};
 use std::collections::BTreeMap;
 
-/// What a message takes in memory beside its bytes.
+/// Memory of a message in addition to its bytes.
 pub(crate) const OVERHEAD: usize = 64;
 
 /// A channel.
 #[derive(Clone, Debug)]
 pub struct NewChannel {
-    /// Its topic.
+    /// Topic of the messages.
     pub topic: String,
     /// The encoding of its messages.
     pub encoding: &'static str,
-    /// Its type.
+    /// Type of the messages.
     pub schema: Option<Schema>,
-    /// What else is known of it.
+    /// Further facts, by key (metadata of MCAP).
     pub metadata: BTreeMap<String, String>,
 }
 
@@ -30,10 +30,10 @@ impl NewChannel {
 /// A file that belongs to a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AttachedFile {
-    /// Its name.
+    /// File name.
     pub name: String,
-    /// What it is.
+    /// Media type, such as `text/plain`.
     pub media_type: &'static str,
-    /// Its content.
+    /// Bytes of the file.
     pub data: Vec<u8>,
 }

@@ -11,7 +11,7 @@ pub enum RecordError {
     File {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error text of the system.
         reason: String,
     },
     /// The file is no MCAP.
@@ -19,7 +19,7 @@ pub enum RecordError {
     NoRecording {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Reason of the failure.
         reason: String,
     },
     /// The running network refuses.

@@ -17,9 +17,9 @@ const LONGEST: u64 = 1 << 30;
 /// A channel of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
-    /// Its number.
+    /// Number in the file.
     pub id: u16,
-    /// Its topic.
+    /// Topic of the messages.
     pub topic: String,
     /// The encoding of its messages.
     pub encoding: String,
@@ -29,7 +29,7 @@ pub struct Channel {
     pub schema_encoding: String,
     /// The definition of its type, shared by all its channels.
     pub schema: Arc<[u8]>,
-    /// What else is known of it.
+    /// Further facts, by key.
     pub metadata: BTreeMap<String, String>,
 }
 
@@ -43,7 +43,7 @@ impl Channel {
 /// A message.
 #[derive(Clone, Debug)]
 pub struct Message {
-    /// Its channel.
+    /// Channel of the message.
     pub channel: Arc<Channel>,
     /// Its number at its sender.
     pub sequence: u32,
@@ -51,22 +51,22 @@ pub struct Message {
     pub log_time: u64,
     /// When it was sent, in nanoseconds.
     pub publish_time: u64,
-    /// Its bytes.
+    /// Encoded message.
     pub data: Vec<u8>,
 }
 
 /// A file inside a recording.
 #[derive(Clone, Debug)]
 pub struct Attachment {
-    /// Its name.
+    /// File name.
     pub name: String,
-    /// What it is.
+    /// Media type, such as `text/plain`.
     pub media_type: String,
-    /// Its content.
+    /// Bytes of the file.
     pub data: Vec<u8>,
 }
 
-/// What a recording holds.
+/// Contents of a recording.
 #[derive(Clone, Debug)]
 pub enum Record {
     /// A message.
@@ -142,7 +142,7 @@ impl Reader {
         self.waiting.pop_front()
     }
 
-    /// Reads a record of the file. The error says what is wrong with it.
+    /// Reads a record of the file. The error describes the damage.
     fn step(&mut self) -> Result<(), String> {
         let ends = |_| "it ends in the middle of a record".to_owned();
         let mut begin = [0; PREFIX];

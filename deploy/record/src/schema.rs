@@ -24,7 +24,7 @@ pub struct Schema {
 const SEPARATOR: &str =
     "================================================================================\n";
 
-/// What ROS 2 puts into a message without fields: one byte.
+/// Field that ROS 2 adds to a message without fields: one byte.
 const NOTHING: &str = "uint8 structure_needs_at_least_one_member\n";
 
 /// The samples of a topic. `external` is the name that ROS 2 knows for it, if the component says
@@ -278,8 +278,8 @@ impl Definitions {
         }
     }
 
-    /// The type of one value. What has several gets a message with one field, which adds nothing on
-    /// the wire.
+    /// The type of one value. A collection becomes a message with one field, which adds nothing
+    /// on the wire.
     fn element(&mut self, ty: &Type, package: &str, place: &str) -> String {
         match ty {
             Type::Primitive(primitive) => primitive.word().to_owned(),

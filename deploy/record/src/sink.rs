@@ -27,7 +27,7 @@ enum Job {
 }
 
 impl Job {
-    /// What it takes in memory, about.
+    /// Approximate size in memory, in bytes.
     fn size(&self) -> usize {
         OVERHEAD
             + match self {

@@ -41,7 +41,7 @@ pub struct Writer {
     number: u32,
     part: Option<Part>,
     channels: Vec<ChannelEntry>,
-    /// What each part holds: name, media type, content.
+    /// Attachments of each part: name, media type, content.
     attachments: Vec<(String, String, Vec<u8>)>,
 }
 

@@ -1,4 +1,4 @@
-//! What the command lines have in common.
+//! Arguments that several subcommands share.
 
 use super::completion::{
     components, components_and_groups, managed_components, networks, parameters, topics,

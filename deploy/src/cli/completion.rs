@@ -1,5 +1,5 @@
-//! What completes the arguments of `rcdeploy` in a shell: names of networks, of their components
-//! and of parameters, as they are at this moment. What does not answer has no completions.
+//! Completes arguments of `rcdeploy` in a shell: names of networks, of their components
+//! and of parameters, as they are at this moment. Programs that do not answer have no completions.
 
 use super::networks::name_in;
 use super::{Cli, TOOL};

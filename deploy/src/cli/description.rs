@@ -1,4 +1,4 @@
-//! Reads the description of a network and prints what is wrong with it.
+//! Reads the description of a network and prints its mistakes.
 
 use super::arguments::Input;
 use super::output::{Failure, print_findings, print_line, print_note, system};

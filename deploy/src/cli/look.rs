@@ -175,7 +175,7 @@ fn table(listing: &Listing) -> String {
     out
 }
 
-/// What `show` can show.
+/// Subject of `show`.
 enum Shown<'n> {
     Named(&'n str, &'n Type),
     Interface(&'n Interface),

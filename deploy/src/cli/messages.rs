@@ -52,7 +52,7 @@ pub(super) fn is_interrupted(mut interrupts: &UnixStream) -> bool {
     interrupts.read(&mut [0; 16]).is_ok()
 }
 
-/// Who sends, for people.
+/// The senders of a source, for messages.
 fn senders(source: &Source) -> String {
     match source {
         Source::Topic(topic) if topic.publishers.is_empty() => {
@@ -135,7 +135,7 @@ fn watch(
     }
 }
 
-/// What `echo` prints.
+/// Output of `echo`.
 pub(super) struct Echo {
     pub(super) fields: Vec<String>,
     pub(super) count: Option<u64>,
@@ -395,7 +395,7 @@ fn ros_reply(
     Ok(("reply", decode_from(&of.reply, reader)?))
 }
 
-/// What is measured of a topic.
+/// Measured quantity of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Measure {
     Rate,

@@ -29,7 +29,7 @@ const SEEK: Duration = Duration::from_secs(5);
 /// How many messages are sent before keys and calls are looked at.
 const TURN: usize = 64;
 
-/// What is played, and how.
+/// Arguments of `play`.
 #[derive(clap::Args)]
 pub(super) struct Play {
     /// The recording.
@@ -188,7 +188,7 @@ enum Key {
 struct Keys {
     /// The settings of the terminal before.
     before: Option<Termios>,
-    /// What was read and is no whole key yet.
+    /// Bytes of an incomplete key sequence.
     typed: Vec<u8>,
 }
 

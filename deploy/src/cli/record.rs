@@ -28,7 +28,7 @@ const AGAIN: Duration = Duration::from_secs(2);
 /// The longest wait for messages.
 const TURN: Duration = Duration::from_millis(100);
 
-/// What is recorded, and where.
+/// Arguments of `record`.
 #[derive(clap::Args)]
 pub(super) struct Record {
     /// The network or its .ddsl.

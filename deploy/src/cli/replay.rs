@@ -20,7 +20,7 @@ const LONGEST_REPORT: u64 = 16 * 1024 * 1024;
 /// The most characters of a value that a line shows.
 const SHOWN: usize = 400;
 
-/// What is replayed, and how.
+/// Arguments of `replay`.
 #[derive(clap::Args)]
 pub(super) struct Replay {
     /// The recording, or the network whose last recording is meant.

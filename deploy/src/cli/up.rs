@@ -14,7 +14,7 @@ use rc_diagnostics::Diagnostics;
 use rc_middleware::RunDirectory;
 use std::process::Command as Process;
 
-/// What `up --build` does before cargo builds.
+/// Step of `up --build` before cargo builds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Build {
     /// Generates what is missing or stale.

@@ -1,4 +1,4 @@
-//! What components print, and what happens to them.
+//! Logs: output of components, and events of the network.
 
 pub(crate) mod journal;
 pub(crate) mod relay;

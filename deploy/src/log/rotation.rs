@@ -2,7 +2,7 @@
 //!
 //! Components write into their logs directly, so that a slow supervisor never blocks them; their
 //! open files cannot be replaced. Therefore the log is copied, in place of the older part, and
-//! emptied. What is printed between the copy and the emptying is lost. The first line of the older
+//! emptied. Output between the copy and the emptying is lost. The first line of the older
 //! part has its number and how many bytes were left out: if a log has grown beyond twice its limit,
 //! only its end is kept.
 //!
@@ -152,7 +152,7 @@ fn rotate(log: &Path, limit: u64, insist: bool) -> io::Result<RotationResult> {
     Ok(match kept {
         Ok(()) => RotationResult::Done,
         Err(error) => {
-            // What reads on must not take it for what has gone.
+            // A reader that continues must not mistake it for the removed file.
             let _ = std::fs::remove_file(older(log));
             RotationResult::Emptied(error)
         }

@@ -36,7 +36,7 @@ const ROOM: usize = 256 * 1024;
 /// How many bytes of output may wait in total.
 const WAITING: usize = 8 << 20;
 
-/// What the loop waits for.
+/// Event source of the loop.
 #[derive(Clone, Debug)]
 enum Source {
     Supervisor,

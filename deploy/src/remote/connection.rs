@@ -17,7 +17,7 @@ use std::sync::mpsc::{self, Receiver};
 /// How many lines a login may print before the script starts.
 const GREETING: usize = 1000;
 
-/// What an agent needs before it starts.
+/// Requirements of an agent before it starts.
 #[derive(Clone, Debug)]
 pub(crate) struct Setup {
     pub(crate) network: String,

@@ -122,7 +122,7 @@ impl RemoteProcess {
     }
 }
 
-/// What happened to a host.
+/// Event of a host.
 #[derive(Debug)]
 pub(crate) enum HostEvent {
     /// Its agent is ready.

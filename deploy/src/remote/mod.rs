@@ -27,7 +27,7 @@ pub(crate) use host::{Host, HostEvent, HostSource, Outbox, RemoteProcess};
 use rc_deploy_network::plan::Component;
 use std::time::Duration;
 
-/// What the supervisor sends to an agent.
+/// Message of the supervisor to an agent.
 pub(crate) type SupervisorMessage = rc_management::agent::SupervisorMessage<Component>;
 
 /// How long the other side may be silent before the connection is lost.

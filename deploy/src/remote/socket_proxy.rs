@@ -18,8 +18,8 @@ use std::time::Instant;
 const PIECE: usize = LIMIT / 8;
 /// How many bytes may wait for a side that does not read.
 const WAITING: usize = 4 << 20;
-/// How many bytes may wait for the other machine before callers are read on. What callers say
-/// delays its heartbeats and commands no longer than this takes.
+/// How many bytes may wait for the other machine before callers are read on. It bounds how
+/// long data of callers delay its heartbeats and commands.
 pub(crate) const ROOM: usize = 64 << 10;
 
 /// One caller of a component, at either end.
@@ -60,7 +60,7 @@ impl ProxyConnection {
     }
 }
 
-/// What was read from a connection.
+/// Result of reading from a connection.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Received {
     pub(crate) text: String,

@@ -9,7 +9,7 @@ use std::os::fd::{AsFd, BorrowedFd};
 use std::path::Path;
 use std::time::Duration;
 
-/// What a pending request is about.
+/// Subject of a pending request.
 #[derive(Debug)]
 pub(crate) enum Pending {
     Status,

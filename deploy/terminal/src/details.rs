@@ -194,7 +194,7 @@ fn parameters(model: &Model, lines: &[Rect], buf: &mut Buffer) {
     }
 }
 
-/// What is allowed for a parameter, when it changes, and its documentation.
+/// Allowed values of a parameter, when a change takes effect, and its documentation.
 fn note(parameter: &ParameterStatus) -> String {
     let mut notes = vec![match (parameter.editable, parameter.restart) {
         (_, true) => "changes at the next start",
@@ -209,7 +209,7 @@ fn note(parameter: &ParameterStatus) -> String {
     format!("{allowed}; {}. {}", notes.join(", "), plain(&doc))
 }
 
-/// What a parameter is, and what it will be.
+/// Present value of a parameter, and its value after the next start.
 fn value(parameter: &ParameterStatus) -> String {
     let now = plain(&text(&parameter.value));
     let unsaved = if parameter.unsaved { "*" } else { "" };

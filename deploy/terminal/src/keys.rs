@@ -27,7 +27,7 @@ pub(crate) const HELP: [(&str, &str); 16] = [
     ("q, ctrl+c", ""),
 ];
 
-/// What leaving means.
+/// Help text of the key that leaves the view.
 pub(crate) fn leaving(host: Host) -> &'static str {
     match host {
         Host::Up => "stops the network; a second ctrl+c kills",

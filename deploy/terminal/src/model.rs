@@ -60,7 +60,7 @@ pub(crate) enum Page {
     Table,
     /// The log of the selected component.
     Log,
-    /// Its parameters.
+    /// The parameters of the selected component.
     Parameters,
     /// Its slots and their peers.
     Connections,
@@ -202,7 +202,7 @@ impl Component {
         }
     }
 
-    /// What its row of the table shows.
+    /// Figures in the component's row of the table.
     pub(crate) fn figures(&self) -> Figures {
         let lost = self.status.lost.values().sum();
         let mut figures = Figures {

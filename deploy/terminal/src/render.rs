@@ -25,7 +25,7 @@ struct Column {
     cell: fn(&Figures) -> String,
 }
 
-/// What the table shows besides name and state, which are always there.
+/// Columns of the table in addition to name and state.
 const COLUMNS: [Column; 10] = [
     Column {
         head: "UP",

@@ -22,8 +22,8 @@ pub(crate) enum Kind {
     Group { folded: bool },
 }
 
-/// The rows of components with these names. What is in a group stands below it, where the first of
-/// it would stand.
+/// The rows of components with these names. The components of a group are below it, at
+/// the place of the first one.
 pub(crate) fn rows<'n>(
     names: impl IntoIterator<Item = &'n str>,
     folded: &BTreeSet<String>,

@@ -32,7 +32,7 @@ fn network(arm_fails: &str) -> Vec<Component> {
     ]
 }
 
-/// What the components did, without their starts.
+/// Recorded steps of the components, without their starts.
 fn steps(bench: &Bench) -> Vec<String> {
     let mut steps = bench.journal();
     steps.retain(|step| {

@@ -226,7 +226,7 @@ fn a_component_that_hangs_too_long_is_restarted() {
     bench.assert_nothing_left();
 }
 
-/// What a dead process has left would only hold the next one up.
+/// Remains of a dead process do not delay the next one.
 #[test]
 fn a_component_restarts_once_the_guard_has_cleaned_up_after_it() {
     let bench = Bench::new();

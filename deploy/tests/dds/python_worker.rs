@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 
-/// What the runtime of Python needs, in the environment of the tests of `rc-python`.
+/// Package that the Python runtime needs, as in the tests of `rc-python`.
 const NUMPY: &str = "numpy==2.3.4";
 /// The packages of the detector. This `OpenCV` accepts the `NumPy` of the other tests.
 const OPENCV: &str = include_str!("../../../components/line_camera_detector/tests/packages.txt");

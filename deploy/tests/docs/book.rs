@@ -95,7 +95,7 @@ fn write(block: &Block, home: &Path) -> Result<(), String> {
     fs::write(&path, new).map_err(|error| format!("{name}: {error}"))
 }
 
-/// What a block with the mark `module` may use.
+/// Prelude of blocks with the mark `module`.
 const PRELUDE: &str = "#![allow(dead_code, unused_imports, reason = \"parts of pages\")]\n";
 const MODULE: &str = "\nuse guard::SpecificWorker;\nuse guard_generated::network_time::Time;\nuse guard_generated::testing::*;\n\
                       use guard_generated::tracing::info;\nuse guard_generated::*;\nuse std::sync::mpsc;\nuse std::thread;\n\

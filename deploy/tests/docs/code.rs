@@ -91,7 +91,7 @@ fn rust(block: &Block) -> Result<(), String> {
     }
 }
 
-/// What is wrong with a block.
+/// Checks a block. The error names the mistake.
 fn check(block: &Block, page: &[Block]) -> Result<(), String> {
     match &*block.tag {
         "ddsl" if !block.text.contains("Deployment ") => part_of_network(block),

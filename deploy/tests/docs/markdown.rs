@@ -16,7 +16,7 @@ pub(crate) struct Block {
     /// PAGE:LINE, for messages.
     pub(crate) place: String,
     pub(crate) tag: String,
-    /// What follows the tag. Readers do not see it.
+    /// Marks after the tag. Readers do not see them.
     pub(crate) marks: Vec<String>,
     pub(crate) text: String,
 }

@@ -36,7 +36,7 @@ pub trait Subject: Sync {
     /// Joins the network of `environment`.
     fn connect(&self, environment: &Environment) -> Result<Box<dyn Backend>, OpenError>;
 
-    /// What the network has left on the system although all endpoints were closed. Anything left
+    /// Remains of the network on the system after all endpoints were closed. Anything left
     /// fails the test.
     fn leftovers(&self, _directory: &RunDirectory) -> Vec<PathBuf> {
         Vec::new()

@@ -1,6 +1,6 @@
 //! Compiles Cyclone DDS from the sources of the crate `cyclonedds-src`, with nothing but a C
-//! compiler: no cmake, no libclang. What cmake would find out about the system is written in
-//! `include/`.
+//! compiler: no cmake, no libclang. `include/` holds the facts about the system that cmake would
+//! find out.
 
 use std::fs::File;
 use std::hash::{DefaultHasher, Hash, Hasher};

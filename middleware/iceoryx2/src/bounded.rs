@@ -42,7 +42,7 @@ pub(crate) fn run<T: Send + 'static>(
     }
 }
 
-/// What the user can do about files in the way.
+/// Advice about files that block the network.
 const START_AGAIN: &str =
     "end all processes of the network (`rcdeploy down`, or by hand), then start again";
 

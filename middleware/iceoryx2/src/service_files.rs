@@ -50,7 +50,7 @@ pub fn leftovers(directory: &RunDirectory) -> Vec<PathBuf> {
     found
 }
 
-/// What other users of the machine have put in the way of this network.
+/// Files of other users of the machine that block this network.
 pub(crate) fn foreign(place: &Place) -> Vec<String> {
     let own = rustix::process::getuid().as_raw();
     with_prefix(Path::new(MEMORY), &place.prefix)

@@ -46,7 +46,7 @@ pub struct Joining {
     pub service: fn(&str) -> &str,
 }
 
-/// What a backend sets of the configuration of the library.
+/// Configuration of the library, as far as a backend sets it.
 #[derive(Clone, Debug)]
 pub struct Configuration {
     domain: u32,

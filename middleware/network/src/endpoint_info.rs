@@ -1,4 +1,4 @@
-//! What an endpoint tells others of itself: in its user data on the network, and in its
+//! Announcement of an endpoint: in its user data on the network, and in its
 //! registration on this machine.
 
 use crate::Guid;
@@ -52,7 +52,7 @@ impl Role {
 /// The owner and the types of an endpoint.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EndpointInfo {
-    /// Its purpose.
+    /// Role of the endpoint in its component.
     pub role: Role,
     /// The types of the connection.
     pub types: TypeIdentity,

@@ -7,7 +7,7 @@ use rc_middleware::WakeEvent;
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 
-/// What an endpoint received and what was not taken yet.
+/// Samples that an endpoint has received and that were not taken yet.
 pub trait Backlog: Send + Sync {
     /// Whether something in it waits for a change of the peers.
     fn awaits_peers(&self) -> bool {
@@ -20,7 +20,7 @@ impl Backlog for () {}
 
 /// The state of one endpoint. The library names peers by handles.
 pub struct EndpointState {
-    /// What it is.
+    /// Identity of the endpoint.
     pub identity: Identity,
     /// Wakes the owner of the endpoint when a sample arrives, or when peers change and the owner
     /// waits for that.
@@ -72,12 +72,12 @@ impl EndpointState {
         }
     }
 
-    /// What `read` gives for the peer `key`, whether it has gone or not.
+    /// Result of `read` for the peer `key`, also after it has left.
     pub fn with<R>(&self, key: u64, read: impl FnOnce(&Peer) -> R) -> Option<R> {
         lock(&self.table).peers.get(&key).map(read)
     }
 
-    /// What `read` gives for the usable peers.
+    /// Results of `read` for the usable peers.
     pub fn usable<R>(&self, read: impl FnMut(&Peer) -> Option<R>) -> Vec<R> {
         let table = lock(&self.table);
         let usable = table.peers.values().filter(|peer| peer.is_usable());

@@ -1,4 +1,4 @@
-//! What an endpoint of the library shares with the library's threads and with the thread of
+//! State that an endpoint shares with the library's threads and with the thread of
 //! discovery.
 
 use crate::shared_entity::SharedEntity;
@@ -26,10 +26,10 @@ pub struct Sender {
 
 /// An endpoint that the thread of discovery looks after.
 pub(crate) trait Watched: Send + Sync {
-    /// Its state.
+    /// Peers, errors and readiness of the endpoint.
     fn state(&self) -> &EndpointState;
 
-    /// What the library knows of the peer with this handle.
+    /// Looks up the peer with this handle in the library.
     fn look_up(&self, handle: u64) -> Option<End>;
 }
 
@@ -58,7 +58,7 @@ fn peer(endpoint: &dyn Watched, handle: u64) -> Option<Peer> {
 
 /// A writer.
 pub struct WriterState {
-    /// Its state.
+    /// Peers, errors and readiness of the endpoint.
     pub state: EndpointState,
     pub(crate) writer: SharedEntity<Writer>,
 }
@@ -76,7 +76,7 @@ impl Watched for WriterState {
 
 /// A reader.
 pub struct ReaderState {
-    /// Its state.
+    /// Peers, errors and readiness of the endpoint.
     pub state: EndpointState,
     pub(crate) reader: SharedEntity<Reader>,
     inbox: Arc<dyn Inbox>,

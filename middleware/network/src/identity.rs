@@ -1,4 +1,4 @@
-//! What an endpoint is, for its own component and for others.
+//! Identity of an endpoint, for its own component and for others.
 
 use crate::{EndpointInfo, QosContract};
 
@@ -22,14 +22,14 @@ impl EndpointKind {
     }
 }
 
-/// What an endpoint is.
+/// Names, kind and announcement of an endpoint.
 #[derive(Clone, Debug)]
 pub struct Identity {
     /// The name of its topic in DDS.
     pub topic: String,
     /// Writer or reader.
     pub kind: EndpointKind,
-    /// Its announcement.
+    /// Announcement in the user data of DDS.
     pub info: EndpointInfo,
     /// The quality of service that it offers or requests.
     pub contract: QosContract,

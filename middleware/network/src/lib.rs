@@ -1,4 +1,4 @@
-//! What the backends over a network have in common: one participant of a domain of DDS, over the C
+//! The shared part of backends over a network: one participant of a domain of DDS, over the C
 //! library Cyclone DDS (`rc-ddsc`).
 //!
 //! - [`Session`], [`Joining`], [`Configuration`]: the participant of a component, and its thread of

@@ -44,7 +44,7 @@ pub struct LocalRegistry {
 pub struct Registration {
     /// The identity of the endpoint.
     pub guid: Guid,
-    /// Its announcement.
+    /// Announcement, the same as in its user data.
     pub info: EndpointInfo,
     /// The quality of service that it offers or requests.
     pub contract: QosContract,

@@ -38,7 +38,7 @@ pub(crate) struct Opener {
     remote_patience: Duration,
     /// Whether it opens endpoints of a tool, for which no component waits.
     observes: Cell<bool>,
-    /// What is left of the patience with endpoints on this machine.
+    /// Remaining time to wait for endpoints on this machine.
     patience: Cell<Duration>,
 }
 

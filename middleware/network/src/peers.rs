@@ -31,7 +31,7 @@ pub enum Presence {
 /// An endpoint that this one has discovered.
 #[derive(Clone, Debug)]
 pub struct Peer {
-    /// Its identity.
+    /// GUID of the peer.
     pub guid: Guid,
     /// Its announcement; `None` for an endpoint of another program.
     pub info: Option<EndpointInfo>,

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 /// Longest wait before the client looks for a stop: another thread may have cleared the wake event.
 const CYCLE: Duration = Duration::from_millis(50);
 
-/// What a client learns when it looks for a reply.
+/// State of a call, for a client that looks for the reply.
 pub struct CallState {
     /// Whether the server is there. Determine it before the reply: a reply that a server sent
     /// before it left is there by then, or comes at once.

@@ -16,9 +16,9 @@ use std::time::{Duration, Instant};
 pub struct WriterPort {
     /// The endpoint in the library.
     pub writer: Arc<Writer>,
-    /// What it shares with the threads of the library.
+    /// State shared with the threads of the library.
     pub shared: Arc<WriterState>,
-    /// Its identity.
+    /// GUID of the endpoint.
     pub guid: Guid,
     /// The session that it belongs to.
     pub session: Rc<Session>,
@@ -27,18 +27,18 @@ pub struct WriterPort {
 /// The receiving side of a topic of DDS.
 pub struct ReaderPort {
     reader: Arc<Reader>,
-    /// What it shares with the threads of the library.
+    /// State shared with the threads of the library.
     pub shared: Arc<ReaderState>,
-    /// Its identity.
+    /// GUID of the endpoint.
     pub guid: Guid,
     session: Rc<Session>,
 }
 
-/// What an endpoint is to be.
+/// Names, role and quality of service of an endpoint to open.
 pub struct EndpointSpec<'a> {
     /// The names of the topic and of its type in DDS.
     pub names: (String, String),
-    /// Its purpose.
+    /// Role of the endpoint in its component.
     pub role: Role,
     /// The types of the connection.
     pub types: &'a TypeIdentity,
@@ -193,14 +193,14 @@ impl<'a> Opening<'a> {
 }
 
 impl WriterPort {
-    /// Its state.
+    /// Peers, errors and readiness of the endpoint.
     pub fn state(&self) -> &EndpointState {
         &self.shared.state
     }
 }
 
 impl ReaderPort {
-    /// Its state.
+    /// Peers, errors and readiness of the endpoint.
     pub fn state(&self) -> &EndpointState {
         &self.shared.state
     }

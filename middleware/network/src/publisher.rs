@@ -29,7 +29,7 @@ impl TopicPublisher {
         })
     }
 
-    /// Its endpoint.
+    /// Writer of the samples.
     pub fn port(&self) -> &WriterPort {
         &self.port
     }

@@ -27,7 +27,7 @@ pub fn call_qos() -> Qos<'static> {
     }
 }
 
-/// What peers of an endpoint with this quality of service are matched by.
+/// Contract by which an endpoint with this quality of service matches peers.
 pub(crate) fn contract(qos: &Qos<'_>) -> QosContract {
     QosContract {
         reliable: qos.reliable,

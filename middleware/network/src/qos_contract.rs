@@ -1,4 +1,4 @@
-//! What an endpoint offers or requests of quality of service, and whether two endpoints match.
+//! Quality of service that an endpoint offers or requests, and whether two endpoints match.
 
 use rc_middleware::qos;
 use std::fmt;

@@ -24,9 +24,9 @@ const CLOSING: Duration = Duration::from_secs(2);
 /// The library's numbers for further domains of this process, see `domain`.
 const FURTHER_DOMAINS: std::ops::Range<u32> = 1000..10_000;
 
-/// What the endpoints of one component share.
+/// Participant of one component, which its endpoints share.
 pub struct Session {
-    /// Its environment.
+    /// Environment of the component.
     pub environment: Environment,
     queue_limit: u64,
     pub(crate) opener: Opener,
@@ -34,7 +34,7 @@ pub struct Session {
     discovered: Arc<Discovered>,
     watcher: Option<JoinHandle<()>>,
     writers: RefCell<Vec<Weak<Writer>>>,
-    /// What is left of the time in which endpoints are closed.
+    /// Remaining time to close endpoints.
     pub(crate) patience: Cell<Duration>,
     /// Whether a thread has not let go of an endpoint in that time.
     pub(crate) is_stuck: Cell<bool>,

@@ -39,7 +39,7 @@ impl TopicSubscriber {
         })
     }
 
-    /// Its endpoint.
+    /// Reader of the samples.
     pub fn port(&self) -> &ReaderPort {
         &self.port
     }

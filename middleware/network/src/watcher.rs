@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, Weak};
 
 /// Most bytes of the endpoints of one kind that are remembered; strangers choose their texts.
 const MOST_BYTES: usize = 16 << 20;
-/// What an endpoint needs beside its texts, in bytes, counted generously.
+/// Upper bound of an endpoint's memory in addition to its texts, in bytes.
 const OVERHEAD: usize = 512;
 
 /// The endpoints of one kind that are discovered, as many as have room.
@@ -57,7 +57,7 @@ fn size(end: &End) -> usize {
     OVERHEAD + end.topic.len() + end.type_name.len() + end.user_data.len()
 }
 
-/// What discovery knows of the domain.
+/// Endpoints that discovery has found in the domain.
 pub(crate) struct Discovered {
     readers: Mutex<Ends>,
     writers: Mutex<Ends>,
@@ -138,7 +138,7 @@ impl Discovered {
     }
 }
 
-/// What the library announces, in the order in which it happened.
+/// Event of the library, in the order of occurrence.
 pub(crate) enum Message {
     /// An endpoint of this kind was discovered, or has changed or gone.
     Discovered(EndpointKind),

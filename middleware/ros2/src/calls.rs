@@ -100,7 +100,7 @@ fn vendor(guid: &Guid) -> String {
     }
 }
 
-/// What to do about a server that does not reply, if its vendor is neither that of Fast DDS nor
+/// Advice about a server that does not reply, if its vendor is neither that of Fast DDS nor
 /// that of Cyclone DDS: its mapping is unknown.
 pub(crate) fn advice_on_server(guid: &Guid) -> Option<String> {
     let is_known = [FAST, CYCLONE]

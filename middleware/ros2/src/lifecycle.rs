@@ -1,4 +1,4 @@
-//! What makes a managed component a managed node of ROS 2: the services and the topic of
+//! Makes a managed component a managed node of ROS 2, by the services and the topic of
 //! `lifecycle_msgs`. They work in every state.
 
 use crate::graph::Listed;

@@ -11,7 +11,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// What the endpoints of a node share.
+/// A node, which its endpoints share.
 pub(crate) struct Node {
     pub(crate) name: NodeName,
     /// Names that replace others (remapping).

@@ -36,7 +36,7 @@ const MOST_REFUSED: usize = 64;
 
 /// A request that was received.
 struct Received {
-    /// Its operation.
+    /// Index of the operation.
     place: usize,
     sample: Sample,
     /// The participant that sent it, as far as it was known then.

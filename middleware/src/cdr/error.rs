@@ -9,7 +9,7 @@ pub enum EncodeError {
     TooLong {
         /// The name of the member.
         what: &'static str,
-        /// Its length.
+        /// Number of elements.
         length: usize,
         /// The bound of its type.
         bound: usize,
@@ -19,7 +19,7 @@ pub enum EncodeError {
     OutOfRange {
         /// The member.
         what: &'static str,
-        /// Its value.
+        /// Rejected value.
         value: f64,
         /// The range of its annotation.
         range: &'static str,

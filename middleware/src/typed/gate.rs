@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What the publishers of a component pass. Clones are one gate.
+/// Lets the publishers of a component publish, or not. Clones are one gate.
 ///
 /// ```
 /// use rc_middleware::typed::Gate;

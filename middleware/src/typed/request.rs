@@ -7,7 +7,7 @@ use crate::header::{Encoding, Header};
 use crate::in_place::{self, BEHIND_ENVELOPE, InPlace};
 use crate::rpc::{self, Outcome, RequestId};
 
-/// What stands before the variant `case` of a reply.
+/// Prefix of a reply before the variant `case`.
 #[derive(Clone, Copy)]
 struct Beginning {
     id: RequestId,

@@ -42,7 +42,7 @@ pub struct Operation {
     pub pattern: Pattern,
     /// The parameters of a request or of a sample.
     pub request: Arc<Struct>,
-    /// What a reply holds: the output parameters, then the returned value as `return`.
+    /// Structure of a reply: the output parameters, then the returned value as `return`.
     pub reply: Arc<Struct>,
     /// The exceptions, in their order.
     pub throws: Vec<Exception>,
@@ -64,7 +64,7 @@ pub enum Pattern {
 pub struct Exception {
     /// The number that stands in the envelope of a reply.
     pub id: i32,
-    /// Its members.
+    /// Structure of the exception.
     pub ty: Arc<Struct>,
 }
 

@@ -1,4 +1,4 @@
-//! What a value must satisfy to be of its type.
+//! Checks whether a value belongs to its type.
 
 use crate::error::ValueError;
 use crate::types::Member;

@@ -1,7 +1,7 @@
 //! The description of an IDSL module, as generated code embeds it: JSON without documentation.
 //!
 //! A type is a text: `float32`, `string`, `string<8>`, `sequence<T>`, `sequence<T,16>`, `T[3]`,
-//! `dictionary<K,V>`, or `Module::Name` for a type with a name. What is missing is left out.
+//! `dictionary<K,V>`, or `Module::Name` for a type with a name. Absent parts are left out.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -24,7 +24,7 @@ pub struct Module {
 pub struct NamedType {
     /// The name, without its module.
     pub name: String,
-    /// What it is.
+    /// Kind of the type, with its content.
     #[serde(flatten)]
     pub kind: Kind,
 }

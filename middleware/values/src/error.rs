@@ -10,7 +10,7 @@ use std::fmt;
 pub struct DescriptionError {
     /// The type, the member or the operation.
     pub place: String,
-    /// What is wrong with it.
+    /// Reason for the rejection.
     pub reason: String,
 }
 
@@ -28,7 +28,7 @@ impl DescriptionError {
 pub struct ValueError {
     /// The member, as in `pose.points[3].x`; empty for the whole value.
     pub path: String,
-    /// What is wrong, and what is allowed.
+    /// The mistake, and the allowed form.
     pub reason: String,
 }
 

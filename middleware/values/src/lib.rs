@@ -5,7 +5,7 @@
 //! - [`Catalog`]: the types and interfaces of several modules, with all names resolved.
 //! - [`Value`]: a value of one of these types.
 //!
-//! Bytes, JSON and descriptions may come from anywhere: what is wrong is an error, and a value
+//! Bytes, JSON and descriptions may come from anywhere: a mistake is an error, and a value
 //! takes memory in proportion to its bytes.
 //!
 //! ```

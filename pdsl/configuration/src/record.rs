@@ -29,7 +29,7 @@ impl Values {
     }
 
     /// Reads what [`Values::to_record`] wrote. Secrets are taken from `secrets`, by their names;
-    /// without it they are empty. An error says what is wrong.
+    /// without it they are empty. An error describes the mistake.
     pub fn from_record(record: &Json, secrets: Option<&Values>) -> Result<Self, String> {
         let mut out = Self::default();
         for pair in array(record)? {
@@ -82,7 +82,7 @@ impl ParamChange {
         changes.collect()
     }
 
-    /// Reads what [`ParamChange::to_record`] wrote. An error says what is wrong.
+    /// Reads the output of [`ParamChange::to_record`]. An error describes the mistake.
     pub fn from_record(record: &Json) -> Result<Vec<Self>, String> {
         let changes = array(record)?.iter().map(|change| {
             let [path, old, new] = array(change)? else {

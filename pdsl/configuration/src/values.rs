@@ -29,7 +29,7 @@ pub struct Values {
     entries: Vec<(String, Entry)>,
 }
 
-/// What a name of a parameter stands for.
+/// Value or table that the name of a parameter denotes.
 #[derive(Clone, Copy, Debug)]
 pub enum Field<'a> {
     /// A scalar or an array.

@@ -1,4 +1,4 @@
-//! What a supervisor and its agent on another machine say to each other, over the standard streams
+//! Messages between a supervisor and its agent on another machine, over the standard streams
 //! of ssh.
 //!
 //! The supervisor starts with [`SupervisorMessage::Network`]. The agent answers
@@ -16,7 +16,7 @@ use std::path::PathBuf;
 /// much of that JSON escapes.
 pub const LONGEST: usize = 16 * LIMIT;
 
-/// What the supervisor sends. `C` describes a component.
+/// Message of the supervisor. `C` describes a component.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SupervisorMessage<C> {
@@ -76,7 +76,7 @@ pub enum SupervisorMessage<C> {
     Farewell,
 }
 
-/// What an agent sends.
+/// Message of an agent.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AgentMessage {
@@ -97,7 +97,7 @@ pub enum AgentMessage {
     Started {
         /// The component.
         name: String,
-        /// Its process.
+        /// Process ID.
         pid: i32,
     },
     /// A component could not be started.

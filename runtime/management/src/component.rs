@@ -1,4 +1,4 @@
-//! What tools ask of a component, on `NAME.sock` in the run directory of its network.
+//! Requests of tools to a component, on `NAME.sock` in the run directory of its network.
 
 use crate::rpc::{Call, Error};
 use crate::{foreign, observation};
@@ -139,7 +139,7 @@ impl Request {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Done {}
 
-/// What a fired event did.
+/// Effect of a fired event.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fired {
     /// The active states without substates afterwards, each with its ancestors.
@@ -348,7 +348,7 @@ pub struct SlotStatus {
     pub withheld: u64,
     /// Samples that never arrived because newer ones took their place.
     pub lost: u64,
-    /// What waits in its receive queues; none where the middleware reserves their memory at the
+    /// Level of its receive queues; `None` if the middleware reserves their memory at the
     /// start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub queue: Option<QueueStatus>,

@@ -6,7 +6,7 @@ use std::io::{self, Read};
 /// The default limit of a line, in bytes without its end.
 pub const LIMIT: usize = 64 * 1024;
 
-/// What [`Lines`] does with a line that exceeds its limit.
+/// Action of [`Lines`] on a line that exceeds its limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Overlong {
     /// Skip the line and report [`Line::TooLong`] in its place.

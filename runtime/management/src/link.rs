@@ -84,7 +84,7 @@ pub struct UnsavedParameters {
     pub unkept: Vec<String>,
 }
 
-/// The health of a component. What it does not report is empty.
+/// The health of a component. Fields that it does not report are empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Heartbeat {
     /// Milliseconds since the last turn of the worker's loop.
@@ -97,7 +97,7 @@ pub struct Heartbeat {
     #[serde(default)]
     #[serde(deserialize_with = "foreign::keys")]
     pub peers: BTreeMap<String, usize>,
-    /// What took longer than the period since the last heartbeat.
+    /// Activities that took longer than the period since the last heartbeat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub overruns: Option<Overruns>,
     /// Topics that exceeded their deadline since the last heartbeat, and for how many milliseconds
@@ -135,7 +135,7 @@ pub struct Overruns {
     /// How many.
     #[serde(default)]
     pub count: u64,
-    /// What took longest: `compute()`, `a handler of laser`.
+    /// Slowest activity: `compute()`, `a handler of laser`.
     #[serde(deserialize_with = "foreign::text")]
     pub what: String,
     /// How long that took, in milliseconds.
@@ -145,7 +145,7 @@ pub struct Overruns {
 }
 
 impl ComponentMessage {
-    /// Decodes a line. The error says what is wrong with it.
+    /// Decodes a line. The error describes the mistake.
     pub fn decode(line: &[u8]) -> Result<Self, String> {
         let Call { method, params, .. } = Call::parse(line).map_err(|error| error.message)?;
         rpc::message(&method, params).map_err(|error| error.to_string())

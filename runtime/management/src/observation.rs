@@ -1,4 +1,4 @@
-//! What a component tells about its connections and their types, and the copies of messages that it
+//! Description of a component's connections and their types, and the copies of messages that it
 //! makes for tools.
 
 use crate::foreign;
@@ -108,7 +108,7 @@ pub struct Tapped {
     /// The slot.
     #[serde(deserialize_with = "foreign::text")]
     pub slot: String,
-    /// What it is.
+    /// Sample, request or reply.
     pub kind: TappedKind,
     /// The operation of a sample. A request and its reply have the operation in their envelope.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -132,7 +132,7 @@ pub struct Tapped {
     pub body: Vec<u8>,
 }
 
-/// What a copied message is.
+/// Kind of a copied message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TappedKind {

@@ -45,7 +45,7 @@ pub struct Finding {
     #[serde(default)]
     #[serde(deserialize_with = "foreign::optional")]
     pub help: Option<String>,
-    /// What is wrong.
+    /// Reason, for a person to read.
     #[serde(deserialize_with = "foreign::text")]
     pub message: String,
 }

@@ -83,7 +83,7 @@ pub struct ServedClient<T> {
     has_ended: bool,
     /// When it connected, or when its last request came.
     active: Instant,
-    /// What the owner remembers of it.
+    /// State that the owner keeps for the client.
     pub state: T,
 }
 

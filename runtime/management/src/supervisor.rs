@@ -1,4 +1,4 @@
-//! What tools ask of the supervisor of a network, on `rcdeploy.sock` in its run directory.
+//! Requests of tools to the supervisor of a network, on `rcdeploy.sock` in its run directory.
 
 use crate::component::{ClockStatus, MachineStatus};
 pub use crate::event::{Event, Severity};
@@ -117,7 +117,7 @@ impl Request {
     }
 }
 
-/// What a supervisor sends to a client that follows events.
+/// Message of a supervisor to a client that follows events.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Notification {

@@ -1,4 +1,4 @@
-//! What the management thread asks of the event loop.
+//! Commands of the management thread to the event loop.
 
 use super::report::NotHandled;
 use super::{EventLoop, Sample, answer, receive};

@@ -150,7 +150,7 @@ pub(crate) enum Sample<'a> {
 }
 
 impl Sample<'_> {
-    /// Its bytes.
+    /// Encoded body.
     pub(crate) fn body(&self) -> &[u8] {
         match self {
             Self::Borrowed(body) => body,

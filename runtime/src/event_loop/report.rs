@@ -1,4 +1,4 @@
-//! What became of messages: counts for the status, and lines of the log.
+//! Results of messages: counts for the status, and lines of the log.
 
 use super::{COUNT_INTERVAL, EventLoop, LOG_PAUSE};
 use crate::status::Activity;
@@ -14,7 +14,7 @@ pub(super) struct Handled {
     pub(super) end: End,
 }
 
-/// What became of a message.
+/// Result of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum End {
     Handled,

@@ -27,7 +27,7 @@ pub(super) const TYPE_NAME: &str = "robocomp_exact_msgs/msg/Turn";
 
 macro_rules! kinds {
     ($($(#[doc = $doc:literal])+ $name:ident = $number:literal $word:literal,)*) => {
-        /// What an entry says. The numbers are part of the file.
+        /// Kind of an entry. The numbers are part of the file.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u8)]
         pub(crate) enum Kind {
@@ -89,7 +89,7 @@ kinds! {
     Opened = 21 "opened",
     /// The worker asked the source of time; the answer is in `text`.
     Time = 22 "time",
-    /// What a call returned. `operation` is the encoding of the reply or the number of an error.
+    /// Result of a call. `operation` is the encoding of the reply or the number of an error.
     Answer = 23 "answer",
     /// Sending failed; `operation` is the number of the error. Nothing is written about success.
     Failed = 24 "failed",

@@ -254,7 +254,7 @@ impl Replay {
     }
 }
 
-/// What a turn begins with, if it has changed.
+/// Setting that has changed before a turn.
 enum Setting {
     State(State),
     Period(Duration),

@@ -1,4 +1,4 @@
-//! What a repeated run reports.
+//! Report of a repeated run.
 
 use super::entry::{Entry, Kind};
 use crate::clock::Time;

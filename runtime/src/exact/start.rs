@@ -9,7 +9,7 @@ use serde_json::{Value as Json, json};
 /// The version of the entries.
 const VERSION: u64 = 1;
 
-/// What a component has at its start.
+/// State of a component at its start.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Start {
     pub(crate) component: String,

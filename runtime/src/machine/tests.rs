@@ -139,7 +139,7 @@ fn worker(chart: &'static Chart) -> Worker {
     }
 }
 
-/// What `run` logs.
+/// Log lines of `run`.
 fn logged(run: impl FnOnce()) -> String {
     let file = tempfile::NamedTempFile::new().expect("a file");
     let writer = Arc::new(file.reopen().expect("to open it"));

@@ -235,7 +235,7 @@ fn json(value: &Yaml) -> Option<Json> {
     })
 }
 
-/// What a value is, for messages.
+/// Kind of a value, for messages.
 fn kind(value: &Yaml) -> &'static str {
     match value {
         Yaml::Null => "nothing",

@@ -10,7 +10,7 @@ use rc_settings::ros::{self, Remapping};
 use rc_settings::{Kind, Value};
 use serde_json::Value as Json;
 
-/// What the arguments of ROS 2 set for this node.
+/// Values that the arguments of ROS 2 set for this node.
 #[derive(Debug, Default)]
 pub(crate) struct RosOverrides {
     /// Rules for names, which precede those of the settings.

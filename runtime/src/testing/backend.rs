@@ -15,7 +15,7 @@ pub(super) struct Hub {
     wake_event: WakeEvent,
     servers: RefCell<BTreeMap<String, Rc<RefCell<Calls>>>>,
     topics: RefCell<BTreeMap<String, Rc<RefCell<Topic>>>>,
-    /// What makes the fakes of a member, by the beginning of the addresses of its array.
+    /// Constructors of the fakes of a member, by the prefix of the addresses of its array.
     arrays: RefCell<Vec<(String, Rc<MakeMember>)>>,
 }
 

@@ -1,4 +1,4 @@
-//! What the generated context for tests stands on: fake peers, virtual time, no process and no
+//! Base of the generated context for tests: fake peers, virtual time, no process and no
 //! middleware.
 //!
 //! A worker under test has its real [`Core`], clients and publishers. Their ports end in this

@@ -37,7 +37,7 @@ pub(crate) struct Follower {
     lockstep: bool,
     /// The tick that is under way.
     turn: Option<u64>,
-    /// What was done last, and whether the source has it.
+    /// Last finished tick, and whether the source has the acknowledgement.
     done: Option<(u64, u64)>,
     unsent: bool,
     tried: Option<Instant>,
@@ -45,7 +45,7 @@ pub(crate) struct Follower {
     pub(crate) schedule: Schedule,
 }
 
-/// What ticks that came have changed.
+/// Changes by received ticks.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Moved {
     /// Time has jumped back, from the first time to the second.

@@ -12,6 +12,7 @@
 
 pub(crate) mod ends;
 pub(crate) mod follower;
+pub(crate) mod lockstep;
 pub(crate) mod protocol;
 pub(crate) mod schedule;
 pub(crate) mod source;
@@ -19,7 +20,8 @@ pub(crate) mod source;
 use follower::Follower;
 use source::Source;
 
-pub use source::{Order, TimeError, TimeSource};
+pub use lockstep::{Order, TimeError};
+pub use source::TimeSource;
 
 /// Where a component takes its time from: `--clock` of its command line.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

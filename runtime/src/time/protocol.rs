@@ -1,4 +1,4 @@
-//! What travels between a source of time and its followers.
+//! Messages between a source of time and its followers.
 
 use rc_middleware::network_time::TYPE_HASH;
 use rc_middleware::typed::Operation;

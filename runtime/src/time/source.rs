@@ -1,52 +1,20 @@
 //! The component that publishes the time of its network.
 
 use super::ends::{self, Receiving, drain};
-use super::protocol::{Done, TICK, Tick, turn_of, write_ros_clock};
-use crate::clock::{Clock, SimulatedClock, Time};
+use super::lockstep::{FollowerMessage, Order, State, TimeError};
+use super::protocol::{Done, TICK, Tick, write_ros_clock};
+use crate::clock::{Clock, Time};
 use crate::exact::{Exact, Kind};
-use rc_middleware::qos::MAX_READERS;
 use rc_middleware::typed::TypedPublisher;
 use rc_middleware::{Address, Backend, OpenError, SendError, Server};
 use std::cell::RefCell;
 use std::os::fd::BorrowedFd;
 use std::rc::Rc;
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 /// How often a source repeats its present tick.
 const REPEAT: Duration = Duration::from_millis(500);
-/// The turn of no follower.
-const NO_FOLLOWER: u64 = u64::MAX;
-
-/// In which order followers do a tick that the source waits for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Order {
-    /// One after the other, as the network lists them, then by name. A run repeats exactly.
-    #[default]
-    InTurn,
-    /// All at the same time. What they send each other may come in this tick or in the next one.
-    AtOnce,
-}
-
-/// Why time did not advance.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum TimeError {
-    /// The network has another clock.
-    #[error(
-        "this component is not the source of its network's time; start it with --clock source, or write `time simulated by NAME;` in the .ddsl"
-    )]
-    Inactive,
-    /// The tick before is not done yet.
-    #[error("tick {tick} waits for {}", waiting_for.join(", "))]
-    Waiting {
-        /// The tick.
-        tick: u64,
-        /// The followers that have not done it.
-        waiting_for: Vec<String>,
-    },
-}
-
 /// Advances the time of the network: `ctx.time` of a component whose `.cdsl` has `simulates time;`.
 ///
 /// Time advances when the present call of the worker returns: then the runtime sends the tick.
@@ -146,7 +114,8 @@ impl TimeSource {
         self.1.number(Kind::Time, tick)
     }
 
-    /// Who has not done the last tick within its limit. In turn, this is the one whose turn it is.
+    /// Followers that have not done the last tick within its limit. If followers run in turn, the
+    /// one whose turn it is.
     pub fn missing(&self) -> Vec<String> {
         self.ask(|state| state.missing.join(","))
     }
@@ -184,201 +153,6 @@ fn split(names: &str) -> Vec<String> {
     names.map(str::to_owned).collect()
 }
 
-/// What the worker and the event loop share.
-#[derive(Debug)]
-pub(crate) struct State {
-    epoch: u64,
-    number: u64,
-    clock: Arc<SimulatedClock>,
-    limit: Option<Duration>,
-    order: Order,
-    paced: bool,
-    followers: Vec<Entry>,
-    /// A tick is to be sent.
-    unsent: bool,
-    /// Whether the last `compute()` has advanced.
-    advanced: bool,
-    missing: Vec<String>,
-}
-
-#[derive(Debug)]
-struct Entry {
-    name: String,
-    /// The place in the network's list; those that it does not list come behind, by name.
-    place: usize,
-    /// Whether it has said something in this run.
-    is_here: bool,
-    /// Whether it is waited for.
-    is_awaited: bool,
-    /// The last tick that it has done.
-    done: Option<u64>,
-}
-
-impl State {
-    /// `expected` are the followers that the network lists, in their order.
-    pub(crate) fn new(clock: Arc<SimulatedClock>, expected: &[String]) -> Self {
-        let nanoseconds = SystemTime::now().duration_since(UNIX_EPOCH);
-        let epoch = nanoseconds.unwrap_or_default().as_nanos() as u64;
-        let expected = expected.iter().take(MAX_READERS).enumerate();
-        Self {
-            epoch: epoch.max(1),
-            number: 0,
-            clock,
-            limit: None,
-            order: Order::default(),
-            paced: true,
-            followers: expected
-                .map(|(place, name)| Entry {
-                    name: name.clone(),
-                    place,
-                    is_here: false,
-                    is_awaited: true,
-                    done: None,
-                })
-                .collect(),
-            unsent: true,
-            advanced: false,
-            missing: Vec::new(),
-        }
-    }
-
-    fn begin(&mut self, time: Time) -> Result<u64, TimeError> {
-        if self.limit.is_some() && self.missing.is_empty() && !self.is_complete() {
-            return Err(TimeError::Waiting {
-                tick: self.number,
-                waiting_for: self.waiting_for(),
-            });
-        }
-        self.clock.set(time);
-        self.number += 1;
-        self.unsent = true;
-        self.advanced = true;
-        self.missing.clear();
-        Ok(self.number)
-    }
-
-    fn names(&self, which: impl Fn(&Entry) -> bool) -> Vec<String> {
-        let which = self.followers.iter().filter(|entry| which(entry));
-        which.map(|entry| entry.name.clone()).collect()
-    }
-
-    fn awaits(&self, entry: &Entry) -> bool {
-        entry.is_awaited && entry.done != Some(self.number)
-    }
-
-    fn first_awaited(&self) -> Option<&Entry> {
-        self.followers.iter().find(|entry| self.awaits(entry))
-    }
-
-    /// Whether all have done the present tick. A source that waits for no follower is always
-    /// complete.
-    fn is_complete(&self) -> bool {
-        self.limit.is_none() || self.first_awaited().is_none()
-    }
-
-    /// The followers that the present tick waits for; in turn, the one whose turn it is.
-    fn waiting_for(&self) -> Vec<String> {
-        match self.order() {
-            Order::InTurn => self
-                .first_awaited()
-                .map(|e| e.name.clone())
-                .into_iter()
-                .collect(),
-            Order::AtOnce => self.names(|entry| self.awaits(entry)),
-        }
-    }
-
-    /// Before the first tick there is nothing to do in turn.
-    fn order(&self) -> Order {
-        match self.number {
-            0 => Order::AtOnce,
-            _ => self.order,
-        }
-    }
-
-    fn turn(&self) -> u64 {
-        match (self.limit, self.order()) {
-            (None, _) | (_, Order::AtOnce) => 0,
-            _ => self
-                .first_awaited()
-                .map_or(NO_FOLLOWER, |e| turn_of(&e.name)),
-        }
-    }
-
-    fn release(&mut self, name: &str) -> bool {
-        let entry = self.followers.iter_mut().find(|entry| entry.name == name);
-        if let Some(entry) = entry {
-            entry.is_awaited = false;
-            self.missing.retain(|missing| missing != name);
-            return true;
-        }
-        false
-    }
-
-    /// Takes a message of a follower.
-    fn hear(&mut self, done: Done) -> Heard {
-        let at = self.followers.iter().position(|e| e.name == done.follower);
-        if done.leaving {
-            if let Some(at) = at {
-                self.followers[at].is_here = false;
-                self.release(&done.follower);
-                if self.followers[at].place == usize::MAX {
-                    self.followers.remove(at);
-                }
-            }
-            return Heard::Nothing;
-        }
-        let at = match at {
-            Some(at) => at,
-            None if self.followers.len() >= MAX_READERS => return Heard::Nothing,
-            None => {
-                let place = usize::MAX;
-                let key = |e: &Entry| (e.place, e.name.clone());
-                let new = (place, done.follower.clone());
-                let at = self.followers.partition_point(|e| key(e) < new);
-                let entry = Entry {
-                    name: done.follower,
-                    place,
-                    is_here: false,
-                    is_awaited: true,
-                    done: None,
-                };
-                self.followers.insert(at, entry);
-                at
-            }
-        };
-        let entry = &mut self.followers[at];
-        let joins = done.epoch != self.epoch;
-        if joins || !entry.is_here {
-            tracing::info!("{} follows this component's time", entry.name);
-        }
-        entry.is_here = true;
-        entry.is_awaited = true;
-        if joins {
-            entry.done = None;
-            return Heard::Joins;
-        }
-        let before = entry.done.replace(done.number);
-        if done.number != self.number || before == entry.done {
-            return Heard::Nothing;
-        }
-        let name = entry.name.clone();
-        self.missing.retain(|missing| *missing != name);
-        Heard::Done
-    }
-}
-
-/// What a message of a follower says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Heard {
-    /// Nothing new.
-    Nothing,
-    /// It has done the present tick.
-    Done,
-    /// It wants to know the present tick.
-    Joins,
-}
-
 /// The ends of a source over one middleware.
 struct Link {
     ticks: TypedPublisher,
@@ -392,7 +166,7 @@ pub(crate) struct Source {
     links: Vec<Link>,
     /// When the present tick began, or the wait for it was renewed.
     began: Instant,
-    /// What was sent last, and when.
+    /// Last sent tick, and its time.
     sent: Option<(u64, u64, bool)>,
     sent_at: Instant,
     /// The period is over.
@@ -495,10 +269,10 @@ impl Source {
                 let server: &mut dyn Receiving = &mut link.server;
                 drain(server, woken, &mut |reader| {
                     if let Ok(message) = Done::read(reader) {
-                        match state.borrow_mut().hear(message) {
-                            Heard::Nothing => {}
-                            Heard::Done => done = true,
-                            Heard::Joins => joined = true,
+                        match state.borrow_mut().receive(message) {
+                            FollowerMessage::Nothing => {}
+                            FollowerMessage::Done => done = true,
+                            FollowerMessage::Joins => joined = true,
                         }
                     }
                 });

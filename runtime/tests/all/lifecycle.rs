@@ -36,7 +36,7 @@ const MANAGED: Description = Description {
     note: b"",
 };
 
-/// What the workers did, each line with the name of its component.
+/// Calls of the workers, each line with the name of its component.
 static CALLS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 /// Fails as the name of its component says.

@@ -1,4 +1,4 @@
-//! What decides which lines a component logs.
+//! Which lines a component logs, by level and `RUST_LOG`.
 
 use rc_management::lines::{Line, Lines, Overlong};
 use rc_management::link::ComponentMessage;
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// No test waits longer for anything.
 const LIMIT: Duration = Duration::from_secs(15);
 
-/// What a component logs from its start to its end.
+/// Log of a component from its start to its end.
 fn log(level: Option<&str>, rust_log: Option<&str>) -> String {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("log");

@@ -40,7 +40,7 @@ pub(crate) static DESCRIPTION: Description = Description {
     note: b"",
 };
 
-/// What a worker has observed, by component name.
+/// Observations of a worker.
 #[derive(Clone, Debug, Default)]
 struct Seen {
     /// The speed in the last compute, and the number of computes.

@@ -81,10 +81,10 @@ static FOLLOWER: Description = Description {
     note: b"",
 };
 
-/// What a test tells its components, and hears of them, by network.
+/// State shared by a test and its components, by network.
 #[derive(Debug, Default)]
 pub(super) struct Script {
-    /// What followers did, in order: time in ms, name, what.
+    /// Steps of followers, in order: time in ms, name, step.
     pub(super) trace: Vec<(u64, String, String)>,
     pub(super) ticks: u64,
     pub(super) last_tick: u64,

@@ -19,7 +19,7 @@ pub(crate) const DOT: i32 = 10;
 /// The most characters of a row.
 const LONGEST: usize = 60;
 
-/// What a box shows.
+/// Content of a box.
 pub(crate) enum Content {
     /// The frame of a state with substates.
     Frame(StateId),
@@ -103,7 +103,7 @@ fn action(action: &Action) -> String {
     }
 }
 
-/// What the line with the name shows.
+/// Text of the line with the name.
 pub(crate) fn name(machine: &StateMachine, state: StateId) -> String {
     let it = machine.state(state);
     match it.kind {

@@ -68,11 +68,11 @@ pub struct Chart {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
-    /// Its name.
+    /// Name of the state.
     pub name: Cow<'static, str>,
     /// The names of its ancestors and its own, joined by dots.
     pub path: Cow<'static, str>,
-    /// Its kind.
+    /// Kind of the state.
     pub kind: Kind,
     /// The state that contains it; [`NONE`] for the machine.
     pub parent: u16,
@@ -80,7 +80,7 @@ pub struct State {
     pub end: u16,
     /// The transition to its initial states, or that of a history state; else [`NONE`].
     pub initial: u16,
-    /// Its transitions.
+    /// Transitions from the state, in document order.
     pub transitions: Range,
     /// Its history states, in `lists`.
     pub histories: Range,
@@ -143,7 +143,7 @@ pub struct Transition {
     pub through_history: bool,
     /// Whether it leaves its source only if a target is outside of it.
     pub internal: bool,
-    /// Its actions.
+    /// Actions of the transition.
     pub actions: Range,
 }
 

@@ -80,7 +80,7 @@ pub trait Host {
     fn ends(&mut self) {}
 }
 
-/// What became of an event.
+/// Result of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Step {
     /// The event.

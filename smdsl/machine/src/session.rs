@@ -1,4 +1,4 @@
-//! What the worker sees of a running machine: the active states, and the queue of events.
+//! A running machine, as the worker sees it: the active states, and the queue of events.
 
 use crate::chart::{Chart, NONE};
 use crate::set::Set;

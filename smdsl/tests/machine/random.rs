@@ -265,7 +265,7 @@ impl Machine {
     }
 }
 
-/// What a run of charts reached.
+/// Coverage of a run of charts.
 #[derive(Debug, Default)]
 struct Reached {
     ended: usize,

@@ -1,4 +1,4 @@
-//! What the tables say, and the bounds of the interpreter.
+//! Contents of the tables, and the bounds of the interpreter.
 
 use crate::loading::{Run, model};
 use rc_machine::{Error, MAX_EVENTS, Refused};

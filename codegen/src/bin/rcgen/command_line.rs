@@ -222,7 +222,7 @@ pub(crate) enum Command {
 
 #[derive(Args)]
 pub(crate) struct New {
-    /// Its name.
+    /// Name of the component.
     pub(crate) name: String,
     /// Interfaces that it serves, as in `--implements Laser,Speech`.
     #[arg(long, value_name = "INTERFACE", value_delimiter = ',')]
@@ -311,7 +311,7 @@ pub(crate) fn middleware(text: &str) -> Result<Backend, String> {
     })
 }
 
-/// What files are exported to.
+/// Format of an export.
 #[derive(Clone, Copy)]
 pub(crate) enum Target {
     Dds,

@@ -24,7 +24,7 @@ pub(crate) struct Group {
     pub(crate) whole: bool,
 }
 
-/// What a generation did.
+/// Counts and findings of a generation.
 #[derive(Default)]
 struct Summary {
     components: usize,
@@ -126,7 +126,7 @@ pub(crate) fn manifest(error: std::io::Error) -> Failure {
     system(error)
 }
 
-/// What the command line names, by the root that components share.
+/// Files and folders of the command line, grouped by the root that components share.
 pub(crate) fn groups(args: &Generate) -> Result<BTreeMap<PathBuf, Group>, Failure> {
     let mut groups: BTreeMap<PathBuf, Group> = BTreeMap::new();
     let mut add = |interfaces: InterfaceCrate, files: Vec<PathBuf>, whole: bool| {

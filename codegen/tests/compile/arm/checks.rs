@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 const LIMIT: Duration = Duration::from_secs(30);
 
-/// What the handlers of the server saw.
+/// Speeds that the handlers of the server received.
 static SPEEDS: Mutex<Vec<f32>> = Mutex::new(Vec::new());
 /// The last result of the caller.
 static RESULT: Mutex<Option<Result<f32, CallError>>> = Mutex::new(None);

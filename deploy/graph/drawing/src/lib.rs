@@ -1,4 +1,4 @@
-//! What the pictures of networks and of state machines share: texts, boxes and lines as SVG.
+//! Texts, boxes and lines as SVG, for pictures of networks and of state machines.
 
 mod text;
 

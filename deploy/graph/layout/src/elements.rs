@@ -1,4 +1,4 @@
-//! What one connected part of one level consists of: items in columns, lanes, and the lines in the
+//! Elements of one connected part of one level: items in columns, lanes, and the lines in the
 //! gaps.
 
 use crate::Point;
@@ -37,7 +37,7 @@ pub(crate) struct Placed {
     pub(crate) routes: Vec<Vec<Vec<Point>>>,
 }
 
-/// What stands in a column.
+/// An item of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum What {
     /// A box.

@@ -27,11 +27,11 @@ pub use nest::layout;
 pub struct Node {
     /// The cluster that it is in: an index into the same list, smaller than its own.
     pub parent: Option<usize>,
-    /// What it is.
+    /// Node, slot or cluster.
     pub shape: Shape,
 }
 
-/// What a box is.
+/// Kind of a box.
 #[derive(Clone, Debug)]
 pub enum Shape {
     /// A box of this size.

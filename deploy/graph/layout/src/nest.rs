@@ -7,7 +7,7 @@ use crate::route::straight;
 use crate::{Layout, Net, Node, Point, Rect, Shape};
 use std::collections::HashMap;
 
-/// What is directly in one cluster, laid out.
+/// The layout of the direct content of a cluster.
 #[derive(Default)]
 struct Level {
     placed: Placed,

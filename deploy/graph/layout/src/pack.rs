@@ -1,4 +1,4 @@
-//! What is not connected to each other stands on shelves.
+//! Arranges unconnected parts on shelves.
 
 use crate::Point;
 use crate::elements::{Item, LevelNet, Placed};

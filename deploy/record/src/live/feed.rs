@@ -19,7 +19,7 @@ pub(super) struct Feed {
     channels: BTreeMap<(i32, bool, u128), usize>,
 }
 
-/// What a feed is of.
+/// Source of a feed.
 pub(super) enum What {
     Topic(Box<Topic>),
     Calls(Calls),

@@ -23,7 +23,7 @@ use std::time::Duration;
 /// After how many polls without any component the network has ended.
 const GONE: u32 = 2;
 
-/// What is recorded of a network.
+/// Selection of what is recorded of a network.
 #[derive(Clone, Debug, Default)]
 pub struct Wanted {
     /// The names of topics and of operations. Empty for all.
@@ -47,7 +47,7 @@ pub struct Recorder {
     calls: bool,
     observer: Observer,
     feeds: BTreeMap<FeedId, Feed>,
-    /// What the feeds are of, so that nothing is opened twice.
+    /// Feeds by source, so that nothing is opened twice.
     known: BTreeMap<String, FeedId>,
     time: Option<FeedId>,
     output: Output,
@@ -120,7 +120,7 @@ impl Recorder {
         &mut self.output.sink
     }
 
-    /// What could not be recorded, said once.
+    /// Takes the notes on sources that could not be recorded, each once.
     pub fn notes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notes)
     }

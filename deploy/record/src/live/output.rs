@@ -1,4 +1,4 @@
-//! What all feeds of a recording share: its channels, its counts, its times.
+//! The shared output of all feeds of a recording: channels, counts and times.
 
 use super::poll::Snapshot;
 use crate::content::{AttachedFile, NewChannel};
@@ -275,7 +275,7 @@ fn document_channel(topic: &str, kind: &str) -> NewChannel {
     }
 }
 
-/// What a component is doing: its state, its life cycle, its state machine.
+/// Activity of a component as JSON: state, life cycle and state machine.
 fn state(status: &Status) -> Json {
     let mut state = json!({ "pid": status.pid, "state": status.state });
     if let Some(lifecycle) = &status.lifecycle {

@@ -1,4 +1,4 @@
-//! What a poll of a running network finds.
+//! Polls a running network.
 
 use rc_deploy_client::connection;
 use rc_management::Client;

@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 /// The most bytes of recorded calls that are kept.
 const MOST: usize = 256 * 1024 * 1024;
-/// What a call takes in memory beside its bytes, about.
+/// Approximate memory of a call in addition to its bytes.
 const OVERHEAD: usize = 64;
 
 /// Servers that answer as they did.
@@ -28,7 +28,7 @@ pub(super) struct Answers {
     guessed: u64,
 }
 
-/// What one service answers.
+/// Recorded replies of one service.
 struct Answering {
     interface: Arc<Interface>,
     /// For each operation its calls.

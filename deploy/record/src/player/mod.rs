@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// What is played, and how.
+/// Selection of messages to play, and speed.
 #[derive(Clone, Debug)]
 pub struct Playing {
     /// The messages.
@@ -154,7 +154,7 @@ impl Player {
         self.playing.stop.load(Ordering::Relaxed)
     }
 
-    /// What there is to say since the last call. Nothing is said twice.
+    /// Takes the notes since the last call, each once.
     pub fn notes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notes)
     }

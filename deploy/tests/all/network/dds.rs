@@ -1,4 +1,4 @@
-//! What tests of DDS and of ROS 2 share: the component `interop` in a domain, and programs beside
+//! Shared by tests of DDS and of ROS 2: the component `interop` in a domain, and programs beside
 //! it.
 
 use crate::network::site::{Running, Site};

@@ -15,7 +15,7 @@ const PDSL: &str = "ComponentParams user\n{\n    speed float 400.0 0:1500 T unit
     low int 1 T;\n    high int 5 T;\n    token string \"\" secret;\n    gains float[0:3] [1.0];\n    \
     wait duration 20ms;\n    name string \"\";\n    require low < high \"low is below high\";\n};\n";
 
-/// What is found in a network with the component `user`, which requires `Laser` and has parameters.
+/// Findings in a network with the component `user`, which requires `Laser` and has parameters.
 fn load(
     folder: &Path,
     body: &str,

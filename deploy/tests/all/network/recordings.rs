@@ -1,4 +1,4 @@
-//! What tests read of recordings.
+//! Reads recordings for tests.
 
 use rc_record::bag::Info;
 

@@ -123,7 +123,7 @@ impl Domain {
 pub struct Participant(Entity);
 
 impl Participant {
-    /// Its identity.
+    /// GUID: a prefix of 12 bytes for the participant, and 4 bytes for the entity.
     pub fn guid(&self) -> Result<Guid, Error> {
         self.0.guid()
     }
@@ -274,7 +274,7 @@ impl Attached {
         Entity::guid(self.entity.as_ref().ok_or(Error::BAD_PARAMETER)?)
     }
 
-    /// What the library knows of the peer with this handle, while it is there.
+    /// Looks up the peer with this handle; `None` after it has left.
     fn matched(&self, handle: u64, kind: i32) -> Option<End> {
         let mut found = None;
         let mut take = |end: Option<End>, _: Guid| found = end;
@@ -318,7 +318,7 @@ extern "C" fn heard(argument: *mut c_void, event: i32, handle: u64, number: i32)
 pub struct Writer(Attached);
 
 impl Writer {
-    /// Its identity.
+    /// GUID: a prefix of 12 bytes for the participant, and 4 bytes for the entity.
     pub fn guid(&self) -> Result<Guid, Error> {
         self.0.guid()
     }
@@ -404,7 +404,7 @@ impl Writer {
         Ok(())
     }
 
-    /// What the library knows of the reader with this handle, while it is there.
+    /// Looks up the reader with this handle; `None` after it has left.
     pub fn matched(&self, handle: u64) -> Option<End> {
         self.0.matched(handle, raw::WRITER)
     }
@@ -415,7 +415,7 @@ impl Writer {
 pub struct Reader(Attached, bool);
 
 impl Reader {
-    /// Its identity.
+    /// GUID: a prefix of 12 bytes for the participant, and 4 bytes for the entity.
     pub fn guid(&self) -> Result<Guid, Error> {
         self.0.guid()
     }
@@ -447,7 +447,7 @@ impl Reader {
         })
     }
 
-    /// What the library knows of the writer with this handle, while it is there.
+    /// Looks up the writer with this handle; `None` after it has left.
     pub fn matched(&self, handle: u64) -> Option<End> {
         let reliable = self.1;
         self.0.matched(
@@ -461,7 +461,7 @@ impl Reader {
     }
 }
 
-/// What [`Reader::take_batch`] has taken.
+/// Result of [`Reader::take_batch`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Batch {
     /// The number of samples.
@@ -489,11 +489,11 @@ impl Discovery {
 /// An endpoint somewhere in the domain.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct End {
-    /// Its identity.
+    /// GUID: a prefix of 12 bytes for the participant, and 4 bytes for the entity.
     pub guid: Guid,
     /// The identity of its participant.
     pub participant: Guid,
-    /// Its topic.
+    /// Topic name in DDS.
     pub topic: String,
     /// The name of its type.
     pub type_name: String,

@@ -52,7 +52,7 @@ impl<K: Copy + Ord, S> ReplyQueue<K, S> {
         }
     }
 
-    /// Its use.
+    /// Gauge of the bytes and replies in the queue.
     pub fn gauge(&self) -> &QueueGauge {
         &self.gauge
     }

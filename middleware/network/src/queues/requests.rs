@@ -9,7 +9,7 @@ use std::time::Instant;
 
 /// Most requests of one client that wait here. Components stop sending long before that.
 const MOST_REQUESTS: usize = 256;
-/// What a waiting request needs beside its body, in bytes, counted generously.
+/// Upper bound of a waiting request's memory in addition to its body, in bytes.
 const OVERHEAD: usize = 512;
 
 /// Why a server refuses a request that found no room.

@@ -28,7 +28,7 @@ impl<S> SampleQueue<S> {
         }
     }
 
-    /// Its use.
+    /// Gauge of the bytes and samples in the queue.
     pub fn gauge(&self) -> &QueueGauge {
         &self.gauge
     }

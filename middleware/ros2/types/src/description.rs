@@ -29,7 +29,7 @@ pub struct IndividualType {
 /// A field, as `type_description_interfaces/msg/Field`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FieldDescription {
-    /// Its name.
+    /// Name of the field.
     pub name: String,
     /// A constant of `type_description_interfaces/msg/FieldType`.
     pub type_id: u8,
@@ -43,7 +43,7 @@ pub struct FieldDescription {
 
 /// `FIELD_TYPE_NESTED_TYPE`
 const NESTED: u8 = 1;
-/// What a kind of collection adds to the constant of its element.
+/// Offset that a kind of collection adds to the constant of its element.
 const ARRAY: u8 = 48;
 const BOUNDED_SEQUENCE: u8 = 96;
 const SEQUENCE: u8 = 144;

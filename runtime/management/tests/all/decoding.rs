@@ -57,7 +57,7 @@ fn optional_and_unknown_parameters_are_accepted() {
     );
 }
 
-/// What other processes say reaches messages, terminals and JSON of tools.
+/// Texts of other processes reach messages, terminals and JSON of tools.
 #[test]
 fn foreign_texts_are_cleaned_where_they_enter() {
     let long = format!("a\nforged: \u{1b}[2J{}", "x".repeat(100_000));
