@@ -8,7 +8,7 @@ pub struct Header {
     /// Sequence number among the messages of one sender, from 1; 0 where the sender does not count.
     pub sequence: u64,
     /// Time of sending, in nanoseconds of the monotonic clock of the system; 0 where the sender
-    /// does not say.
+    /// does not say. As far as the clock of a sender's machine is ahead, it may be in the future.
     pub sent: u64,
     /// Encoding of the body.
     pub encoding: Encoding,

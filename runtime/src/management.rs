@@ -192,7 +192,11 @@ enum Source {
 fn is_query(request: &Result<Request, Error>) -> bool {
     matches!(
         request,
-        Ok(Request::Status | Request::Parameters { .. } | Request::Describe | Request::Tap { .. })
+        Ok(Request::Status
+            | Request::Parameters { .. }
+            | Request::Describe
+            | Request::Clocks
+            | Request::Tap { .. })
             | Err(_)
     )
 }
@@ -420,6 +424,7 @@ impl Server {
                 return None;
             }
             Ok(Request::Describe) => ToolRequests::describe(&self.info),
+            Ok(Request::Clocks) => ToolRequests::clocks(),
             Ok(Request::Tap { slot, on }) => self.tools.tap(&mut self.socket, client, &slot, on),
             Ok(Request::Call {
                 slot,

@@ -11,10 +11,11 @@ use rc_diagnostics::foreign::clean;
 use rc_diagnostics::nearest;
 use rc_management::Server as Socket;
 use rc_management::component::{Done, Role};
-use rc_management::observation::{Called, Notification, Tapped};
+use rc_management::observation::{Called, Clocks, Notification, Tapped};
 use rc_management::rpc::{self, Error};
 use rc_middleware::Encoding;
 use rc_middleware::backend::Profile;
+use rustix::time::{ClockId, clock_gettime};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -68,6 +69,15 @@ impl ToolRequests {
     /// The description of the component.
     pub(crate) fn describe(info: &ComponentInfo) -> Result<Value, Error> {
         rpc::result(&info.describe())
+    }
+
+    /// The clocks of this machine, now.
+    pub(crate) fn clocks() -> Result<Value, Error> {
+        let system = clock_gettime(ClockId::Realtime);
+        rpc::result(&Clocks {
+            system_ns: system.tv_sec * 1_000_000_000 + system.tv_nsec,
+            monotonic_ns: rc_middleware::now(),
+        })
     }
 
     /// Switches the tap of a slot for a client. Counting starts anew.

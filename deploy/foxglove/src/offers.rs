@@ -141,6 +141,7 @@ impl Offers {
                     ends.insert(server.component.clone());
                     let operation = Operation {
                         server: server.clone(),
+                        clients: service.clients.clone(),
                         operation: operation.clone(),
                     };
                     if !read_only {

@@ -8,6 +8,7 @@
 //! - [`Responder`]: serves calls in place of a component, which is the one case where a tool is a
 //!   peer.
 //! - [`Poller`]: repeats a look on a thread of its own.
+//! - [`RemoteClock`]: how far the clocks of another machine are ahead.
 //! - [`TimeTopic`], [`TimeSource`]: the time of the network, heard and published.
 //!
 //! A tool is no peer: it takes no place of a component, delays no message, and no component waits
@@ -16,6 +17,7 @@
 
 mod backends;
 mod calls;
+mod clock;
 mod error;
 mod lookup;
 mod network;
@@ -27,6 +29,7 @@ mod source;
 mod time;
 
 pub use calls::{Answer, call};
+pub use clock::{MachineClock, Offset, RemoteClock};
 pub use error::Error;
 pub use lookup::nearest_of;
 pub use network::{Component, End, Network, Operation, Service, Topic};
@@ -34,5 +37,5 @@ pub use observer::{FeedId, MessageKind, Observed, Observer};
 pub use poller::Poller;
 pub use responder::Responder;
 pub use sender::Sender;
-pub use source::Source;
+pub use source::{SendingClock, Source};
 pub use time::{TimeSource, TimeTopic};

@@ -99,6 +99,8 @@ pub struct Service {
 pub struct Operation {
     /// The end that replies.
     pub server: End,
+    /// The ends that call.
+    pub clients: Vec<End>,
     /// The operation.
     pub operation: rc_values::Operation,
 }
@@ -273,6 +275,7 @@ impl Network {
                 let operations = service.interface.operations.iter();
                 operations.map(move |operation| Operation {
                     server: server.clone(),
+                    clients: service.clients.clone(),
                     operation: operation.clone(),
                 })
             })

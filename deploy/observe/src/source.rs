@@ -1,8 +1,27 @@
 //! Resolves a name of a command line to a topic, or to the calls of an operation.
 
+use crate::clock::MachineClock;
 use crate::error::Error;
 use crate::network::{End, Network, Operation, Topic};
 use crate::observer::{FeedId, Observer};
+
+/// The clock that the times of sending are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SendingClock<'s> {
+    /// The monotonic clock of this machine.
+    Here,
+    /// A clock of another machine.
+    Elsewhere {
+        /// An end of that machine: its component tells the clock.
+        end: &'s End,
+        /// The machine.
+        host: &'s str,
+        /// Which clock it is.
+        clock: MachineClock,
+    },
+    /// One of several: these two ends are on different machines.
+    Several([&'s End; 2]),
+}
 
 /// A topic, or the calls of an operation.
 #[derive(Clone, Debug)]
@@ -52,12 +71,33 @@ impl Source {
         }
     }
 
-    /// The end whose messages come from another machine, if there is one: their times of sending
-    /// are those of its clock.
-    pub fn elsewhere(&self) -> Option<&End> {
-        match self {
-            Self::Topic(topic) => topic.publishers.iter().find(|end| end.host.is_some()),
-            Self::Calls(operation) => Some(&operation.server).filter(|end| end.host.is_some()),
+    /// The clock that the times of sending are of. A message does not say from which machine it is.
+    pub fn sending_clock(&self) -> SendingClock<'_> {
+        let (ends, clock) = match self {
+            // The component whose memory the samples are in copies them, with its times.
+            Self::Topic(topic) if topic.middleware == rc_iceoryx2::NAME => {
+                (topic.publishers.iter().collect(), MachineClock::Monotonic)
+            }
+            Self::Topic(topic) => (topic.publishers.iter().collect(), MachineClock::System),
+            Self::Calls(operation) => {
+                let server = std::iter::once(&operation.server);
+                let ends: Vec<&End> = server.chain(&operation.clients).collect();
+                (ends, MachineClock::Monotonic)
+            }
+        };
+        let Some(first) = ends.first() else {
+            return SendingClock::Here;
+        };
+        if let Some(other) = ends.iter().find(|end| end.host != first.host) {
+            return SendingClock::Several([first, other]);
+        }
+        match first.host.as_deref() {
+            Some(host) => SendingClock::Elsewhere {
+                end: first,
+                host,
+                clock,
+            },
+            None => SendingClock::Here,
         }
     }
 }

@@ -266,9 +266,11 @@ pub(super) enum Command {
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
         lines: Option<u64>,
     },
-    /// Measures the time from sending to receiving, on one machine. Prints a line each second.
+    /// Measures the time from sending to receiving. Prints a line each second.
     ///
-    /// Over shared memory a tool looks for samples each millisecond, which the delay includes.
+    /// If the senders run on another machine, the command estimates how far its clock is ahead, and
+    /// prints the greatest error of the estimate. Over shared memory a tool looks for samples each
+    /// millisecond, which the delay includes.
     Delay {
         #[command(flatten)]
         watched: Watched,

@@ -1,11 +1,11 @@
-//! `rcdeploy echo`, `hz`, `bw` and `delay`: the messages of a topic or of calls.
+//! `rcdeploy echo`: the messages of a topic or of calls. Other commands watch as it does.
 
 use super::look::look;
 use super::output::{Failure, print_note, system};
 use crate::cli::arguments::Watched;
 use rc_deploy_client::Format;
 use rc_diagnostics::foreign::clean;
-use rc_middleware::{Reader, now, rpc};
+use rc_middleware::{Reader, rpc};
 use rc_observe::{Error, MessageKind, Network, Observed, Observer, Operation, Source};
 use rc_values::{Style, Value, cells, csv_cell, decode_from};
 use serde_json::json;
@@ -74,11 +74,11 @@ fn processes(network: &Network) -> BTreeMap<String, u32> {
 }
 
 /// Hands messages to `take` until it returns false, Ctrl-C or the end of patience.
-fn watch(
+pub(super) fn watch(
     watched: &Watched,
     finite: bool,
     mut take: impl FnMut(&Source, &Observed<'_>) -> Result<bool, Failure>,
-    mut turn: impl FnMut() -> Result<bool, Failure>,
+    mut turn: impl FnMut(&Source) -> Result<bool, Failure>,
 ) -> Result<u8, Failure> {
     let interrupts = interrupts()?;
     let mut network = look(&watched.network)?;
@@ -99,7 +99,7 @@ fn watch(
                 outcome = take(&source, &observed);
             }
         });
-        if !outcome? || !turn()? {
+        if !outcome? || !turn(&source)? {
             return Ok(0);
         }
         for error in observer.errors(feed) {
@@ -203,7 +203,7 @@ pub(super) fn echo(watched: &Watched, echo: &Echo) -> Result<u8, Failure> {
         let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
         Ok(written.is_ok() && echo.count.is_none_or(|count| shown < count))
     };
-    watch(watched, echo.count.is_some(), take, || Ok(true))
+    watch(watched, echo.count.is_some(), take, |_| Ok(true))
 }
 
 /// The values of the chosen fields, or the whole value.
@@ -393,152 +393,4 @@ fn ros_reply(
         }
     }
     Ok(("reply", decode_from(&of.reply, reader)?))
-}
-
-/// Measured quantity of a topic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Measure {
-    Rate,
-    Bandwidth,
-    Delay,
-}
-
-/// The samples of one second.
-#[derive(Default)]
-struct Window {
-    count: u64,
-    bytes: u64,
-    lost: u64,
-    /// Between two samples, or from sending to receiving, in milliseconds.
-    times: Vec<f64>,
-}
-
-/// `rcdeploy hz`, `bw` and `delay`: a line each second.
-pub(super) fn measure(
-    watched: &Watched,
-    measure: Measure,
-    seconds: Option<u64>,
-) -> Result<u8, Failure> {
-    let window = std::cell::RefCell::new(Window::default());
-    let mut last: Option<u64> = None;
-    let start = now();
-    let elsewhere = std::cell::RefCell::new(None);
-    let take = |source: &Source, observed: &Observed<'_>| {
-        if let Source::Calls(operation) = source {
-            let mut reader = Reader::new(observed.body);
-            let id = rpc::open_request(&mut reader).map(|(_, id)| id);
-            if observed.kind != MessageKind::Request || id != Ok(operation.operation.id) {
-                return Ok(true);
-            }
-        }
-        // The clock of another machine is another one: then only the times of arrival count.
-        let end = source.elsewhere();
-        if measure == Measure::Delay
-            && let Some(end) = end
-        {
-            let host = end.host.as_deref().unwrap_or_default();
-            *elsewhere.borrow_mut() = Some(format!(
-                "{end} runs on {host}, whose clock is another one; delay works on one machine"
-            ));
-            return Ok(false);
-        }
-        let sent = if end.is_some() {
-            0
-        } else {
-            observed.header.sent
-        };
-        // What a publisher keeps for late subscribers was sent before.
-        if (1..start).contains(&sent) {
-            return Ok(true);
-        }
-        let mut window = window.borrow_mut();
-        window.count += 1;
-        window.bytes += observed.body.len() as u64;
-        window.lost += observed.lost;
-        let now = now();
-        let at = if sent == 0 { now } else { sent };
-        match measure {
-            Measure::Delay if sent != 0 => window.times.push(ms(now) - ms(sent)),
-            Measure::Rate => {
-                let before = last.replace(at);
-                window
-                    .times
-                    .extend(before.map(|before| ms(at) - ms(before)));
-            }
-            _ => {}
-        }
-        Ok(true)
-    };
-    let mut begin = Instant::now();
-    let mut lines = 0;
-    let turn = || {
-        let elapsed = begin.elapsed();
-        if elapsed < Duration::from_secs(1) {
-            return Ok(true);
-        }
-        begin = Instant::now();
-        let window = window.take();
-        lines += 1;
-        let text = report(measure, watched.format, &window, elapsed.as_secs_f64());
-        let written = writeln!(io::stdout(), "{text}");
-        Ok(written.is_ok() && seconds.is_none_or(|seconds| lines < seconds))
-    };
-    let code = watch(watched, false, take, turn)?;
-    match elsewhere.take() {
-        Some(reason) => Err(Failure(1, reason)),
-        None => Ok(code),
-    }
-}
-
-fn ms(ns: u64) -> f64 {
-    ns as f64 / 1e6
-}
-
-fn report(measure: Measure, format: Format, window: &Window, seconds: f64) -> String {
-    let round = |value: f64| (value * 1e3).round() / 1e3;
-    let rate = round(window.count as f64 / seconds);
-    let mut times = window.times.clone();
-    times.sort_by(f64::total_cmp);
-    let at = |part: f64| {
-        let last = times.len().saturating_sub(1);
-        times.get((last as f64 * part).round() as usize).copied()
-    };
-    let (min, median, p99, max) = (at(0.0), at(0.5), at(0.99), at(1.0));
-    let lost = window.lost;
-    if format == Format::Json {
-        let mut object = json!({"rate_hz": rate, "lost": lost});
-        let mut times = |name: &str| {
-            object[name] = json!({"min": min.map(round), "p50": median.map(round), "p99": p99.map(round), "max": max.map(round)});
-        };
-        match measure {
-            Measure::Rate => times("period_ms"),
-            Measure::Delay => times("delay_ms"),
-            Measure::Bandwidth => {
-                object["bytes_per_s"] = json!((window.bytes as f64 / seconds).round());
-                let mean = window.bytes.checked_div(window.count);
-                object["mean_bytes"] = json!(mean);
-            }
-        }
-        return object.to_string();
-    }
-    let lost = if lost > 0 {
-        format!("  {lost} lost")
-    } else {
-        String::new()
-    };
-    let times = |what: &str| match (min, median, p99, max) {
-        (Some(min), Some(median), Some(p99), Some(max)) => {
-            format!("  {what} min {min:.3}, p50 {median:.3}, p99 {p99:.3}, max {max:.3} ms")
-        }
-        _ => String::new(),
-    };
-    match measure {
-        Measure::Rate => format!("{rate:.1} Hz{}{lost}", times("period")),
-        Measure::Delay => format!("{rate:.1} Hz{}{lost}", times("delay")),
-        Measure::Bandwidth => {
-            let mean = window.bytes.checked_div(window.count).unwrap_or(0);
-            let kib = window.bytes as f64 / seconds / 1024.0;
-            format!("{kib:.1} KiB/s  {rate:.1} Hz  mean {mean} B{lost}")
-        }
-    }
 }

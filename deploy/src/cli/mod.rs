@@ -12,6 +12,7 @@ mod export;
 mod foxglove;
 mod graph;
 mod look;
+mod measure;
 mod messages;
 mod networks;
 mod output;
@@ -24,7 +25,7 @@ mod up;
 
 use crate::Options;
 use command::{Cli, Command};
-use messages::Measure;
+use measure::Measure;
 use networks::{named, network_of, running};
 use output::{Failure, print_line, show, system};
 use rc_codegen::Files;
@@ -201,9 +202,9 @@ fn run(command: Command) -> Result<u8, Failure> {
                 csv,
             },
         ),
-        Command::Hz { watched, lines } => messages::measure(&watched, Measure::Rate, lines),
-        Command::Bw { watched, lines } => messages::measure(&watched, Measure::Bandwidth, lines),
-        Command::Delay { watched, lines } => messages::measure(&watched, Measure::Delay, lines),
+        Command::Hz { watched, lines } => measure::measure(&watched, Measure::Rate, lines),
+        Command::Bw { watched, lines } => measure::measure(&watched, Measure::Bandwidth, lines),
+        Command::Delay { watched, lines } => measure::measure(&watched, Measure::Delay, lines),
         Command::Call {
             network,
             operation,

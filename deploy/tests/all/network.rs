@@ -29,6 +29,7 @@ mod recorded;
 mod recordings;
 mod replaced;
 mod restored;
+mod rings;
 mod ros_bytes;
 mod ros_fast;
 mod ros_parameters;

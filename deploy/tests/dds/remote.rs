@@ -157,9 +157,12 @@ struct Up {
 
 impl Up {
     fn start(site: &Site, robot: &Robot) -> Self {
+        Self::run(site, robot, rcdeploy(site, &["up", "--format", "json"]))
+    }
+
+    fn run(site: &Site, robot: &Robot, mut command: Command) -> Self {
         let log = site.path("up.log");
         let output = fs::File::create(&log).expect("a log");
-        let mut command = rcdeploy(site, &["up", "--format", "json"]);
         command.env("RC_SSH", robot.ssh());
         command.stdout(output).stderr(Stdio::inherit());
         let child = command.spawn().expect("rcdeploy");
@@ -260,9 +263,7 @@ fn a_host_is_lost_and_comes_back() {
     );
 
     tools::look(&site, "dds");
-    let delay = tools::delay(&site);
-    assert_eq!(delay.code, 1, "{delay:?}");
-    assert!(delay.stderr.contains("runs on robot"), "{delay:?}");
+    tools::delay(&site, "robot");
 
     cable.set(1, "down");
     up.await_event("host-lost");
@@ -281,6 +282,38 @@ fn a_host_is_lost_and_comes_back() {
     assert_eq!(component(&site, "simulator")["restarts"], 1);
     assert_eq!(site.ask("simulator", "status")["state"], "running");
 
+    assert_eq!(up.interrupt(), Some(0));
+    site.assert_nothing_left();
+    robot.assert_nothing_left(&site);
+}
+
+/// Tools get what is in the shared memory of another host over the connection of its agent.
+#[test]
+fn tools_reach_the_shared_memory_of_another_host() {
+    let test = "tools_reach_the_shared_memory_of_another_host";
+    let Some(cable) = cable(test) else { return };
+    let mut site = Site::new("memory");
+    let host = "Host robot { address \"10.77.0.2\"; user \"root\"; };";
+    let network = PATROL
+        .replace("iceoryx2;", &format!("iceoryx2;\n    {host}"))
+        .replace(".cdsl\";", ".cdsl\"; host robot;");
+    site.write_ddsl(&network);
+    let robot = match Robot::start(&site, &cable) {
+        Ok(robot) => robot,
+        Err(reason) => return skipped(test, &reason),
+    };
+    site.within = ["ip", "netns", "exec", cable.name(0)]
+        .map(str::to_owned)
+        .to_vec();
+    let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
+    command.args(["up", "--format", "json", "--profile", "dev"]);
+    command.arg(site.ddsl());
+    let up = Up::run(&site, &robot, command);
+    up.await_event("up");
+    await_patrol(&site);
+    assert_eq!(component(&site, "simulator")["host"], "robot");
+    tools::look(&site, "iceoryx2");
+    tools::delay(&site, "robot");
     assert_eq!(up.interrupt(), Some(0));
     site.assert_nothing_left();
     robot.assert_nothing_left(&site);

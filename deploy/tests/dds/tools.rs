@@ -32,12 +32,25 @@ fn handled(site: &Site) -> Option<u64> {
     site.ask("monitor", "status")["slots"][0]["handlers"]["count"].as_u64()
 }
 
-/// Measures the delay of poses.
-pub(crate) fn delay(site: &Site) -> Ran {
-    tool(
-        site,
-        &["delay", &site.network, "newFullPose", "--lines", "1"],
-    )
+/// Measures the delay of poses that another host sends. Both hosts of the test have one clock.
+pub(crate) fn delay(site: &Site, host: &str) {
+    Site::until("a delay", || {
+        let delay = json(site, "delay", &["newFullPose", "--lines", "1"]);
+        let clock = &delay["clock"];
+        assert_eq!(clock["host"], host, "{delay}");
+        let number = |value: &Value| value.as_f64().expect("a number");
+        let error = number(&clock["uncertainty_ms"]);
+        assert!(error > 0.0, "{delay}");
+        assert!(number(&clock["ahead_ms"]).abs() <= error + 0.001, "{delay}");
+        let Some(least) = delay["delay_ms"]["min"].as_f64() else {
+            return false;
+        };
+        assert!(least >= -error - 0.001, "{delay}");
+        true
+    });
+    let printed = succeeds(site, "delay", &["newFullPose", "--lines", "2"]);
+    let said = format!("the clock of {host} is ");
+    assert!(printed.contains(&said), "{printed}");
 }
 
 /// Looks at a running patrol.
@@ -53,6 +66,10 @@ pub(crate) fn look(site: &Site, middleware: &str) {
     Site::until("a rate", || {
         let hz = json(site, "hz", &["newFullPose", "--lines", "1"]);
         hz["rate_hz"].as_f64() > Some(0.0)
+    });
+    Site::until("bytes", || {
+        let bw = json(site, "bw", &["newFullPose", "--lines", "1"]);
+        bw["bytes_per_s"].as_f64() > Some(0.0) && bw["mean_bytes"].as_u64() > Some(0)
     });
     let called = json(site, "call", &["getLaserConfData"]);
     let measures = &called["result"]["return"]["maxMeasures"];

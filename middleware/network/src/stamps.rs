@@ -38,11 +38,15 @@ pub fn age(stamp: i64) -> Duration {
     Duration::from_nanos(u64::try_from(age).unwrap_or(0))
 }
 
-/// The time of the monotonic clock for a DDS time stamp. A stamp in the future, by the clock of
-/// another machine, is now.
+/// The time of the monotonic clock for a DDS time stamp. By the clock of another machine, it may be
+/// in the future.
 fn sent(stamp: i64) -> u64 {
-    let age = wall_clock().saturating_sub(stamp).max(0).unsigned_abs();
-    now().saturating_sub(age)
+    let age = wall_clock().saturating_sub(stamp);
+    if age < 0 {
+        now().saturating_add(age.unsigned_abs())
+    } else {
+        now().saturating_sub(age.unsigned_abs())
+    }
 }
 
 #[cfg(test)]
@@ -55,8 +59,9 @@ mod tests {
         let there = stamp(before);
         let back = sent(there);
         assert!(back <= now());
-        // By the clock of another machine, it was sent in a second.
-        let ahead = sent(there + 1_000_000_000);
-        assert!((before..=now()).contains(&ahead));
+        // By the clock of another machine, it is sent in an hour.
+        let ahead = sent(there + 3_600_000_000_000);
+        assert!(ahead > now());
+        assert!(ahead.abs_diff(back + 3_600_000_000_000) < 60_000_000_000);
     }
 }

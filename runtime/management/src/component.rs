@@ -55,6 +55,8 @@ pub enum Request {
     Stop,
     /// Answered with [`Described`](crate::observation::Described).
     Describe,
+    /// Answered at once with [`Clocks`](crate::observation::Clocks).
+    Clocks,
     /// Copies the messages of a slot to this client from now on, or no more: notifications
     /// [`Tapped`](crate::observation::Tapped). The end of the connection ends it. Answered with
     /// [`Done`].
@@ -96,7 +98,7 @@ pub enum Request {
 
 impl Request {
     /// Each method with its parameters, for error messages.
-    const METHODS: [(&'static str, &'static str); 13] = [
+    const METHODS: [(&'static str, &'static str); 14] = [
         ("status", "{}"),
         ("parameters", r#"{} or {"paths": ["motors[0].max", …]}"#),
         (
@@ -113,6 +115,7 @@ impl Request {
         ),
         ("stop", "{}"),
         ("describe", "{}"),
+        ("clocks", "{}"),
         ("tap", r#"{"slot": "Laser", "on": true|false}"#),
         (
             "call",

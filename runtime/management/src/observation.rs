@@ -32,6 +32,16 @@ pub struct Described {
     pub types: Vec<Value>,
 }
 
+/// The clocks of a component's machine at one moment: with those of the moments of the request and
+/// of its answer, a tool estimates how far they are apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Clocks {
+    /// The clock of the system, in nanoseconds since 1970.
+    pub system_ns: i64,
+    /// The monotonic clock, in nanoseconds since an unspecified moment.
+    pub monotonic_ns: u64,
+}
+
 /// One connection.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SlotDescription {

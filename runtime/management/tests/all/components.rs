@@ -22,8 +22,8 @@ fn timing() -> component::Timing {
 
 fn of_observation(golden: &mut Golden) {
     use rc_management::observation::{
-        Called, Described, Notification, OperationDescription, QosDescription, SlotDescription,
-        Tapped, TappedKind,
+        Called, Clocks, Described, Notification, OperationDescription, QosDescription,
+        SlotDescription, Tapped, TappedKind,
     };
     let settings = [(text("domain"), text("7"))];
     golden.result(&Described {
@@ -57,6 +57,10 @@ fn of_observation(golden: &mut Golden) {
     });
     golden.result(&Called {
         body: vec![1, 2, 3],
+    });
+    golden.result(&Clocks {
+        system_ns: 1_700_000_000_000_000_001,
+        monotonic_ns: 5,
     });
     golden.title("copies of messages for tools");
     golden.message([Notification::Tapped(Box::new(Tapped {
@@ -92,6 +96,7 @@ pub(crate) fn of_components(golden: &mut Golden) {
         },
         Request::Stop,
         Request::Describe,
+        Request::Clocks,
         Request::Tap {
             slot: text("laser"),
             on: true,
