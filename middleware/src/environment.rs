@@ -26,6 +26,15 @@ pub struct Environment {
 ///
 /// It is `robocomp/NETWORK` in `$XDG_RUNTIME_DIR`, else `robocomp-UID/NETWORK` in `/dev/shm`, else
 /// in the folder for temporary files.
+///
+/// ```
+/// use rc_middleware::RunDirectory;
+/// use std::path::Path;
+///
+/// let directory = RunDirectory::below(Path::new("/run/user/1000/robocomp"), "patrol");
+/// let socket = Path::new("/run/user/1000/robocomp/patrol/lidar.sock");
+/// assert_eq!(directory.socket("lidar"), socket);
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunDirectory(PathBuf);
 

@@ -40,8 +40,31 @@ pub struct LogLine {
     pub line: u32,
 }
 
-/// Lines of the log that wait to be published. Adding one never waits for the publisher: what finds
-/// no room is counted and lost.
+/// Lines of the log that wait to be published. Adding one never waits for the publisher: a line
+/// without room is counted and lost.
+///
+/// ```
+/// use rc_middleware::{LogLevel, LogLine, LogQueue};
+/// use std::time::SystemTime;
+///
+/// let queue = LogQueue::default();
+/// let line = LogLine {
+///     time: SystemTime::UNIX_EPOCH,
+///     level: LogLevel::Info,
+///     text: "ready".to_owned(),
+///     file: "",
+///     module: "lidar",
+///     line: 0,
+/// };
+/// queue.push(line.clone());
+/// queue.close(true);
+/// std::thread::spawn(move || {
+///     assert_eq!(queue.next(), Some((line, 0)));
+///     assert_eq!(queue.next(), None);
+/// })
+/// .join()
+/// .expect("the thread that publishes");
+/// ```
 #[derive(Debug, Default)]
 pub struct LogQueue {
     state: Mutex<State>,

@@ -21,6 +21,18 @@ pub enum Durability {
 }
 
 /// The quality of service that an endpoint offers or requests.
+///
+/// ```
+/// use rc_middleware::{Durability, Qos};
+///
+/// // A map that late subscribers receive as well.
+/// let map = Qos {
+///     durability: Durability::TransientLocal,
+///     depth: 1,
+///     ..Qos::PUBLISHER
+/// };
+/// assert_eq!(map.reliability, Qos::PUBLISHER.reliability);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Qos {
     /// Whether unread samples are kept or replaced.

@@ -11,6 +11,24 @@
 //!
 //! Over ROS 2 ([`Profile::Ros`]) no envelope travels: the backend adds it to a received body, which
 //! then begins at [`ENVELOPE`], and removes it before it sends.
+//!
+//! ```
+//! use rc_middleware::rpc::{RequestId, begin_request, open_request};
+//! use rc_middleware::{Reader, Writer};
+//!
+//! let id = RequestId {
+//!     writer: [7; 16],
+//!     sequence: 1,
+//! };
+//! let mut writer = Writer::default();
+//! begin_request(&mut writer, id, 5);
+//! writer.put(&42_i32); // the body of the operation with the hash 5
+//! let bytes = writer.finish().expect("an encoded request");
+//!
+//! let mut reader = Reader::new(bytes);
+//! assert_eq!(open_request(&mut reader), Ok((id, 5)));
+//! assert_eq!(reader.get(), Ok(42_i32));
+//! ```
 
 use crate::backend::Profile;
 use crate::cdr::{DecodeError, Reader, Writer};

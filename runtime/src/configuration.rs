@@ -7,7 +7,7 @@ use crate::log::print_error;
 use crate::ros_arguments::given::RosArguments;
 use crate::ros_arguments::{self, Override, RosOverrides};
 use rc_configuration::model::Parameters;
-use rc_configuration::{Configuration, Given, LiveParameters};
+use rc_configuration::{Configuration, LiveParameters, UntypedValue};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use rc_middleware::{Address, Settings};
 use std::collections::{BTreeMap, BTreeSet};
@@ -52,7 +52,7 @@ pub(crate) fn load(
     let (mut given, mut sources) = (Vec::new(), BTreeSet::new());
     let set = arguments.parameters.iter().map(|(path, text)| Override {
         name: path.clone(),
-        value: Given::of_text(text),
+        value: UntypedValue::of_text(text),
         from: "command line".to_owned(),
         is_optional: false,
     });
@@ -123,7 +123,7 @@ fn read(
             return Err(StartError::System(message));
         }
     };
-    let values = |ros: &RosOverrides| -> BTreeMap<String, Given> {
+    let values = |ros: &RosOverrides| -> BTreeMap<String, UntypedValue> {
         let given = ros.parameters.iter();
         given
             .map(|one| (one.name.clone(), one.value.clone()))

@@ -1,7 +1,7 @@
 //! Parameters as backends know them.
 
 use rc_configuration::LiveParameter;
-use rc_configuration::model::{Type, Value as Given};
+use rc_configuration::model::{Type, Value as UntypedValue};
 use rc_middleware::parameters::{Parameter, ParameterValue};
 use serde_json::{Value, json};
 
@@ -13,9 +13,9 @@ pub(crate) fn shown(all: &[LiveParameter]) -> Vec<Parameter> {
 
 fn parameter(parameter: &LiveParameter) -> Parameter {
     let LiveParameter { status, ty, range } = parameter;
-    let limit = |limit: Option<&Given>, otherwise: ParameterValue| match limit {
-        Some(Given::Int(number)) => ParameterValue::Int(*number),
-        Some(Given::Float(number)) => ParameterValue::Float(*number),
+    let limit = |limit: Option<&UntypedValue>, otherwise: ParameterValue| match limit {
+        Some(UntypedValue::Int(number)) => ParameterValue::Int(*number),
+        Some(UntypedValue::Float(number)) => ParameterValue::Float(*number),
         _ => otherwise,
     };
     let range = range.as_ref().and_then(|range| {

@@ -162,7 +162,7 @@ impl Connections {
     }
 
     /// Joins the time of the network. `followers` are those that a source expects; `middleware` is
-    /// the one over which a follower hears its source.
+    /// the one over which a follower receives its time.
     pub(crate) fn join_time(
         &mut self,
         name: &str,

@@ -15,7 +15,7 @@ use crate::description::Description;
 use crate::description::ROS2;
 use given::{For, RosArguments, Source};
 use params_file::scalar;
-use rc_configuration::Given;
+use rc_configuration::UntypedValue;
 use rc_settings::{Scalar, Value, ros};
 use std::ffi::OsString;
 
@@ -128,14 +128,14 @@ fn remap(text: &str, out: &mut RosArguments) -> Result<(), String> {
     Ok(())
 }
 
-fn parameter(text: &str) -> Result<For<(String, Given)>, String> {
+fn parameter(text: &str) -> Result<For<(String, UntypedValue)>, String> {
     let (node, rule) = of_node(text);
     match rule.split_once(":=") {
         Some((name, value)) if !name.is_empty() => {
             if let Some(rule) = name.strip_prefix(qos::QOS) {
                 qos::quality(rule, value)?;
             }
-            let given = Given {
+            let given = UntypedValue {
                 text: Some(value.to_owned()),
                 value: scalar(value),
             };

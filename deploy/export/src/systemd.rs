@@ -1,6 +1,6 @@
 //! systemd units: a service for each component, a target for each group and for the network.
 //!
-//! - `After=` and `Wants=`: a component starts when those that it needs have said that they are
+//! - `After=` and `Wants=`: a component starts when those that it needs have reported that they are
 //!   ready (`Type=notify`). Not `Requires=`, with which a restart of one would restart all that
 //!   need it.
 //! - A unit that has failed for good starts `NETWORK.failed.target`, which the network's target

@@ -148,7 +148,7 @@ fn listed(path: &Path) -> Result<&str, Error> {
 
 /// The script. Its interpreter is that of the active virtual environment, of `.venv` in the
 /// component's folder, or `python3`. An interpreter that cannot import the framework is a failed
-/// start, told in one line.
+/// start, in one line.
 fn text(
     package: &str,
     folder: &Path,

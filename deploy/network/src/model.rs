@@ -17,7 +17,7 @@ pub struct NetworkTime {
     /// The source: an index into the instances.
     pub source: usize,
     /// The followers in the order of their turns, that of the file, each with the middleware over
-    /// which it hears the source.
+    /// which it receives the time.
     pub followers: Vec<(usize, Backend)>,
 }
 

@@ -17,7 +17,7 @@ pub struct ClockPlan {
     pub kind: &'static str,
     /// The component that publishes the time, if another one does.
     pub source: Option<String>,
-    /// The middleware over which it hears the source.
+    /// The middleware over which it receives the time.
     pub middleware: Option<&'static str>,
 }
 

@@ -22,7 +22,7 @@ pub(crate) struct OverriddenParameters {
 
 /// A value of a command line, for an instance.
 #[derive(Debug)]
-pub(crate) struct Given {
+pub(crate) struct ParameterOverride {
     instance: usize,
     path: String,
     text: String,
@@ -38,8 +38,8 @@ pub(crate) fn given(
     set: &[String],
     sources: &mut SourceMap,
     found: &mut Diagnostics,
-) -> Vec<Given> {
-    let mut all: Vec<Given> = Vec::new();
+) -> Vec<ParameterOverride> {
+    let mut all: Vec<ParameterOverride> = Vec::new();
     for text in set {
         let source = sources.add(SOURCE, text.clone());
         let end = text.find('=').unwrap_or(text.len());
@@ -68,7 +68,7 @@ pub(crate) fn given(
         };
         // The last value of a parameter counts, as in other options.
         all.retain(|g| (g.instance, g.path.as_str()) != (instance, path));
-        all.push(Given {
+        all.push(ParameterOverride {
             instance,
             path: path.to_owned(),
             text: value.to_owned(),
@@ -83,10 +83,10 @@ pub(crate) fn overridden(
     deployment: &Deployment,
     projects: &[Option<Rc<Project>>],
     configured: &[Configured],
-    given: Vec<Given>,
+    given: Vec<ParameterOverride>,
     found: &mut Diagnostics,
 ) -> Vec<OverriddenParameters> {
-    let mut given_for: Vec<Vec<Given>> = Vec::new();
+    let mut given_for: Vec<Vec<ParameterOverride>> = Vec::new();
     given_for.resize_with(deployment.instances.len(), Vec::new);
     for value in given {
         given_for[value.instance].push(value);
@@ -119,7 +119,7 @@ pub(crate) fn overridden(
             let file = file.filter(|p| given.iter().all(|g| g.path != p.path.text));
             let file = file.map(|p| (p.path.text.clone(), json(&p.value), p.path.span));
             let line = given.iter().map(|g| {
-                let given = rc_configuration::Given::of_text(&g.text);
+                let given = rc_configuration::UntypedValue::of_text(&g.text);
                 // An unknown path is found with the others below.
                 let value = live.given(&g.path, &given).unwrap_or(given.value);
                 (g.path.clone(), value, g.span)

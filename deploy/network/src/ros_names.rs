@@ -17,8 +17,8 @@ use rc_settings::Value;
 use rc_settings::ros::{self, ResolvedRemapping};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Options of a component after which its names are others than the files say: nothing is said of
-/// them.
+/// Options of a component that change its names in ROS 2. No finding is reported for such a
+/// component.
 const RENAMING: [&str; 3] = ["--ros-args", "--set-middleware", "--bind"];
 /// How many names a message lists.
 const LISTED: usize = 8;

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Workspaces {
     /// Cargo is not asked.
     pub(crate) unasked: Cell<bool>,
-    known: RefCell<HashMap<PathBuf, Result<Known, Untold>>>,
+    known: RefCell<HashMap<PathBuf, Result<Known, CargoFailure>>>,
 }
 
 /// Facts about a workspace, from `cargo metadata`.
@@ -52,14 +52,14 @@ impl Workspaces {
         }
         let mut known = self.known.borrow_mut();
         let known = known.entry(root.to_path_buf()).or_insert_with(|| ask(root));
-        let untold = |untold: Untold| io::Error::new(untold.kind, untold.reason);
-        known.clone().map_err(untold)
+        let failure = |failure: CargoFailure| io::Error::new(failure.kind, failure.reason);
+        known.clone().map_err(failure)
     }
 }
 
-/// Why cargo does not tell where it builds a workspace.
+/// Why cargo does not report the target folder of a workspace.
 #[derive(Clone, Debug)]
-struct Untold {
+struct CargoFailure {
     /// `InvalidInput` for a manifest of the user.
     kind: io::ErrorKind,
     reason: String,
@@ -74,7 +74,7 @@ fn usual(root: &Path) -> Known {
     }
 }
 
-fn ask(root: &Path) -> Result<Known, Untold> {
+fn ask(root: &Path) -> Result<Known, CargoFailure> {
     let metadata = MetadataCommand::new()
         // Cargo looks for its configuration from here upwards.
         .current_dir(root)
@@ -104,5 +104,5 @@ fn ask(root: &Path) -> Result<Known, Untold> {
     };
     let root = root.display();
     let reason = format!("cargo does not tell where it builds {root}: {reason} ({advice})");
-    Err(Untold { kind, reason })
+    Err(CargoFailure { kind, reason })
 }

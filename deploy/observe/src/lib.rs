@@ -9,7 +9,7 @@
 //!   peer.
 //! - [`Poller`]: repeats a look on a thread of its own.
 //! - [`RemoteClock`]: how far the clocks of another machine are ahead.
-//! - [`TimeTopic`], [`TimeSource`]: the time of the network, heard and published.
+//! - [`TimeTopic`], [`TimeSource`]: the time of the network, received and published.
 //!
 //! A tool is no peer: it takes no place of a component, delays no message, and no component waits
 //! for it. Topics of this machine, of DDS and of ROS 2 are read from the middleware; those in the

@@ -1,4 +1,4 @@
-//! The time of a network, which tools hear and publish: ticks, or `/clock` of ROS 2.
+//! The time of a network, which tools receive and publish: ticks, or `/clock` of ROS 2.
 
 use crate::error::Error;
 use crate::network::{Component, End, Network, Topic};
@@ -26,7 +26,7 @@ pub struct TimeTopic {
 }
 
 impl Network {
-    /// Where the time of this network can be heard, if it is not that of the system.
+    /// Topics with the time of this network, if it is not that of the system.
     pub fn time(&self) -> Option<TimeTopic> {
         let of = |kind| {
             let mut all = self.components.iter();
@@ -36,7 +36,7 @@ impl Network {
         source.or_else(|| of(ClockKind::Ros).and_then(|c| self.ros_clock(c)))
     }
 
-    /// Where the components hear their time that follow one: a topic for each middleware.
+    /// Topics from which following components receive their time, one for each middleware.
     fn followed(&self) -> Vec<TimeTopic> {
         let mut topics: BTreeMap<(String, bool), TimeTopic> = BTreeMap::new();
         for component in &self.components {

@@ -50,7 +50,7 @@ pub(super) struct Named {
 
 /// A topic or an operation of a running network.
 #[derive(Args)]
-pub(super) struct Watched {
+pub(super) struct TopicArguments {
     /// The network or its .ddsl.
     #[arg(add = networks())]
     pub(super) network: String,

@@ -1,7 +1,7 @@
 //! The command line, as clap parses it.
 
 use super::arguments::{
-    Action, Input, Managed, Named, Watched, engine, format, rate, seconds, switch,
+    Action, Input, Managed, Named, TopicArguments, engine, format, rate, seconds, switch,
 };
 use super::completion::{
     components, described, events, logs_of, networks, only_topics, operations,
@@ -232,7 +232,7 @@ pub(super) enum Command {
     /// Prints the messages of a topic, or the calls of an operation.
     Echo {
         #[command(flatten)]
-        watched: Watched,
+        watched: TopicArguments,
         /// Prints only this member, as in `pose.x` or `points[3]`. May be given several times.
         #[arg(long, value_name = "PATH")]
         field: Vec<String>,
@@ -253,7 +253,7 @@ pub(super) enum Command {
     /// second.
     Hz {
         #[command(flatten)]
-        watched: Watched,
+        watched: TopicArguments,
         /// Ends after so many lines.
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
         lines: Option<u64>,
@@ -261,7 +261,7 @@ pub(super) enum Command {
     /// Measures the bytes of a topic or of calls. Prints a line each second.
     Bw {
         #[command(flatten)]
-        watched: Watched,
+        watched: TopicArguments,
         /// Ends after so many lines.
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
         lines: Option<u64>,
@@ -273,7 +273,7 @@ pub(super) enum Command {
     /// millisecond, which the delay includes.
     Delay {
         #[command(flatten)]
-        watched: Watched,
+        watched: TopicArguments,
         /// Ends after so many lines.
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
         lines: Option<u64>,

@@ -176,14 +176,14 @@ fn table(listing: &Listing) -> String {
 }
 
 /// Subject of `show`.
-enum Shown<'n> {
+enum ShowTarget<'n> {
     Named(&'n str, &'n Type),
     Interface(&'n Interface),
     Slot(&'n Component, usize),
     Operation(&'n Operation, String),
 }
 
-impl Shown<'_> {
+impl ShowTarget<'_> {
     fn name(&self) -> String {
         match self {
             Self::Named(name, _) => (*name).to_owned(),
@@ -198,29 +198,29 @@ impl Shown<'_> {
 
 /// The names that `show` knows.
 pub(super) fn names(network: &Network) -> Vec<String> {
-    shown(network).iter().map(Shown::name).collect()
+    shown(network).iter().map(ShowTarget::name).collect()
 }
 
-fn shown(network: &Network) -> Vec<Shown<'_>> {
+fn shown(network: &Network) -> Vec<ShowTarget<'_>> {
     let mut all = Vec::new();
     let mut known = std::collections::BTreeSet::new();
     for component in &network.components {
         for (name, ty) in component.catalog.types() {
             if known.insert(name.to_owned()) {
-                all.push(Shown::Named(name, ty));
+                all.push(ShowTarget::Named(name, ty));
             }
         }
         for interface in component.catalog.interfaces() {
             if known.insert(interface.name.clone()) {
-                all.push(Shown::Interface(interface));
+                all.push(ShowTarget::Interface(interface));
             }
         }
         for (at, slot) in component.described.slots.iter().enumerate() {
-            all.push(Shown::Slot(component, at));
+            all.push(ShowTarget::Slot(component, at));
             let interface = component.catalog.interface(&slot.interface);
             for operation in interface.iter().flat_map(|of| &of.operations) {
                 let name = format!("{}.{}.{}", component.name, slot.name, operation.name);
-                all.push(Shown::Operation(operation, name));
+                all.push(ShowTarget::Operation(operation, name));
             }
         }
     }
@@ -237,12 +237,12 @@ pub(super) fn show(network: &str, wanted: &str, format: Format) -> Result<u8, Fa
         let (name, wanted) = (plain(name), plain(wanted));
         name == wanted || name.ends_with(&format!(".{wanted}"))
     };
-    let exact = |item: &&Shown<'_>| plain(&item.name()) == plain(wanted);
-    let mut found: Vec<&Shown<'_>> = all.iter().filter(exact).collect();
+    let exact = |item: &&ShowTarget<'_>| plain(&item.name()) == plain(wanted);
+    let mut found: Vec<&ShowTarget<'_>> = all.iter().filter(exact).collect();
     if found.is_empty() {
         found = all.iter().filter(|item| ends(&item.name())).collect();
         // An operation of many slots is that of its interface.
-        let wider = |item: &&Shown<'_>| !matches!(item, Shown::Operation(..));
+        let wider = |item: &&ShowTarget<'_>| !matches!(item, ShowTarget::Operation(..));
         if found.iter().any(wider) {
             found.retain(wider);
         }
@@ -273,13 +273,15 @@ pub(super) fn show(network: &str, wanted: &str, format: Format) -> Result<u8, Fa
 }
 
 /// The same interface, or the same operation at several ends, looks the same.
-fn one_of<'s, 'n>(many: &[&'s Shown<'n>]) -> Option<&'s Shown<'n>> {
-    let interface = many.iter().find(|item| matches!(item, Shown::Interface(_)));
+fn one_of<'s, 'n>(many: &[&'s ShowTarget<'n>]) -> Option<&'s ShowTarget<'n>> {
+    let interface = many
+        .iter()
+        .find(|item| matches!(item, ShowTarget::Interface(_)));
     let first = many.first()?;
-    let Shown::Operation(operation, _) = first else {
+    let ShowTarget::Operation(operation, _) = first else {
         return interface.copied();
     };
-    let is_same = |item: &&Shown<'_>| matches!(item, Shown::Operation(other, _) if other.hash == operation.hash);
+    let is_same = |item: &&ShowTarget<'_>| matches!(item, ShowTarget::Operation(other, _) if other.hash == operation.hash);
     many.iter().all(is_same).then_some(*first)
 }
 
@@ -303,7 +305,7 @@ fn members(of: &Struct) -> Vec<Value> {
     of.members.iter().map(member).collect()
 }
 
-fn document(item: &Shown<'_>) -> Value {
+fn document(item: &ShowTarget<'_>) -> Value {
     let operation = |operation: &Operation| {
         json!({
             "name": operation.name,
@@ -315,17 +317,17 @@ fn document(item: &Shown<'_>) -> Value {
         })
     };
     match item {
-        Shown::Named(name, ty) => match ty {
+        ShowTarget::Named(name, ty) => match ty {
             Type::Struct(of) => json!({"name": name, "kind": "struct", "members": members(of)}),
             Type::Enum(of) => json!({"name": name, "kind": "enum", "values": of.values}),
             other => json!({"name": name, "kind": "alias", "type": other.to_string()}),
         },
-        Shown::Interface(interface) => json!({
+        ShowTarget::Interface(interface) => json!({
             "name": interface.name,
             "kind": "interface",
             "operations": interface.operations.iter().map(operation).collect::<Vec<_>>(),
         }),
-        Shown::Slot(component, at) => {
+        ShowTarget::Slot(component, at) => {
             let mut object = json!(component.described.slots[*at]);
             object["kind"] = json!("slot");
             object["component"] = json!(component.name);
@@ -334,7 +336,7 @@ fn document(item: &Shown<'_>) -> Value {
             }
             object
         }
-        Shown::Operation(of, name) => {
+        ShowTarget::Operation(of, name) => {
             let mut object = operation(of);
             object["kind"] = json!("operation");
             object["name"] = json!(name);
@@ -391,29 +393,29 @@ fn operation_lines(operation: &Operation, out: &mut String) {
     }
 }
 
-fn text(item: &Shown<'_>) -> String {
+fn text(item: &ShowTarget<'_>) -> String {
     let mut out = String::new();
     match item {
-        Shown::Named(name, Type::Struct(of)) => {
+        ShowTarget::Named(name, Type::Struct(of)) => {
             let _ = writeln!(out, "struct {}", clean(name));
             member_lines(of, &mut out);
         }
-        Shown::Named(name, Type::Enum(of)) => {
+        ShowTarget::Named(name, Type::Enum(of)) => {
             let _ = writeln!(out, "enum {}", clean(name));
             for (name, number) in &of.values {
                 let _ = writeln!(out, "    {} = {number}", clean(name));
             }
         }
-        Shown::Named(name, other) => {
+        ShowTarget::Named(name, other) => {
             let _ = writeln!(out, "{} is {other}", clean(name));
         }
-        Shown::Interface(interface) => {
+        ShowTarget::Interface(interface) => {
             let _ = writeln!(out, "interface {}", clean(&interface.name));
             for operation in &interface.operations {
                 operation_lines(operation, &mut out);
             }
         }
-        Shown::Slot(component, at) => {
+        ShowTarget::Slot(component, at) => {
             let slot = &component.described.slots[*at];
             let _ = writeln!(
                 out,
@@ -448,7 +450,7 @@ fn text(item: &Shown<'_>) -> String {
                 let _ = writeln!(out, "    {name}: {reliable}{kept}, depth {depth}{external}");
             }
         }
-        Shown::Operation(operation, name) => {
+        ShowTarget::Operation(operation, name) => {
             let _ = writeln!(out, "operation {}", clean(name));
             operation_lines(operation, &mut out);
         }

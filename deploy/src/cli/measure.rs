@@ -2,7 +2,7 @@
 
 use super::messages::watch;
 use super::output::{Failure, print_note};
-use crate::cli::arguments::Watched;
+use crate::cli::arguments::TopicArguments;
 use rc_deploy_client::Format;
 use rc_diagnostics::foreign::clean;
 use rc_middleware::{Reader, now, rpc};
@@ -97,7 +97,7 @@ impl SenderClock {
 
 /// `rcdeploy hz`, `bw` and `delay`: a line each second.
 pub(super) fn measure(
-    watched: &Watched,
+    watched: &TopicArguments,
     measure: Measure,
     seconds: Option<u64>,
 ) -> Result<u8, Failure> {

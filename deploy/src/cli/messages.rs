@@ -2,7 +2,7 @@
 
 use super::look::look;
 use super::output::{Failure, print_note, system};
-use crate::cli::arguments::Watched;
+use crate::cli::arguments::TopicArguments;
 use rc_deploy_client::Format;
 use rc_diagnostics::foreign::clean;
 use rc_middleware::{Reader, rpc};
@@ -75,7 +75,7 @@ fn processes(network: &Network) -> BTreeMap<String, u32> {
 
 /// Hands messages to `take` until it returns false, Ctrl-C or the end of patience.
 pub(super) fn watch(
-    watched: &Watched,
+    watched: &TopicArguments,
     finite: bool,
     mut take: impl FnMut(&Source, &Observed<'_>) -> Result<bool, Failure>,
     mut turn: impl FnMut(&Source) -> Result<bool, Failure>,
@@ -151,7 +151,7 @@ struct Decoded {
 }
 
 /// `rcdeploy echo`.
-pub(super) fn echo(watched: &Watched, echo: &Echo) -> Result<u8, Failure> {
+pub(super) fn echo(watched: &TopicArguments, echo: &Echo) -> Result<u8, Failure> {
     let mut out = io::stdout().lock();
     let pause = echo.rate.map(|rate| Duration::from_secs_f64(1.0 / rate));
     let (mut shown, mut printed): (u64, Option<Instant>) = (0, None);

@@ -10,7 +10,7 @@ use rc_deploy_client::connection;
 use rc_management::event::time_text;
 use rc_management::supervisor::{Event, Severity};
 use rc_observe::Network;
-use rc_record::live::{Progress, Recorder, Wanted};
+use rc_record::live::{Progress, RecordSelection, Recorder};
 use rc_record::ring::{Ring, Written};
 use rc_record::sink::{FileSink, QUEUE, Sink};
 use rc_record::{Limits, RecordError};
@@ -91,7 +91,7 @@ pub(super) fn record(options: &Record) -> Result<u8, Failure> {
         return Ok(0);
     };
     let name = network.name.clone();
-    let wanted = Wanted {
+    let wanted = RecordSelection {
         names: options.names.clone(),
         calls: !options.no_calls,
     };

@@ -111,7 +111,7 @@ pub(super) fn replay(options: &Replay) -> Result<u8, Failure> {
         json.get("equal").is_some().then_some(json)
     });
     let Some(report) = report else {
-        // It has said why on standard error.
+        // It has printed the reason on standard error.
         return Err(Failure(
             3,
             format!("{} ended without a report ({status})", program.display()),

@@ -166,7 +166,7 @@ impl Mark {
         if *self == Self::none() {
             return killed;
         }
-        let wanted = Wanted {
+        let wanted = ProcessMarks {
             mark: format!("{MARK}={}", self.0),
             runs: runs.map(|runs| {
                 let entry = |(at, run): (usize, &String)| (format!("{COMPONENT}={run}"), at);
@@ -201,13 +201,13 @@ impl Mark {
 }
 
 /// The entries of the environment by which processes are found.
-struct Wanted {
+struct ProcessMarks {
     mark: String,
     /// The entry of each run, and its index; `None`: any.
     runs: Option<HashMap<String, usize>>,
 }
 
-impl Wanted {
+impl ProcessMarks {
     /// The index of the run to which a process with this environment belongs.
     fn run_of(&self, environment: &[u8]) -> Option<usize> {
         let mut entries = environment.split(|&byte| byte == 0);
@@ -224,7 +224,7 @@ impl Wanted {
 
 /// The processes that are wanted, with the index of their run. `None` if there are none, but a
 /// process between `fork` and `execve` may become one.
-fn bearers(wanted: &Wanted) -> Option<Vec<(OwnedFd, usize)>> {
+fn bearers(wanted: &ProcessMarks) -> Option<Vec<(OwnedFd, usize)>> {
     let own = std::process::id();
     let program = std::fs::read_link("/proc/self/exe").ok();
     let mut unsettled = false;

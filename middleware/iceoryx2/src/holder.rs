@@ -11,13 +11,13 @@ use std::sync::Arc;
 
 /// Keeps services open until it is dropped.
 pub struct Holder {
-    held: Vec<Held>,
+    held: Vec<OpenService>,
     session: Arc<Session>,
 }
 
 /// The open services of one address.
 #[expect(dead_code, reason = "held, never used")]
-enum Held {
+enum OpenService {
     Topic(TopicService, EventService),
     TransientLocal(TopicService, EventService),
     Calls(CallService, EventService),
@@ -40,7 +40,10 @@ impl Holder {
             let depth = (endpoint.qos.depth as usize).max(1);
             let name = names::topic(address);
             let notifier = event(session, &name, EventPorts::Topic, Some(types))?;
-            let mut held = vec![Held::Topic(topic(session, &name, types, depth)?, notifier)];
+            let mut held = vec![OpenService::Topic(
+                topic(session, &name, types, depth)?,
+                notifier,
+            )];
             if endpoint.qos.durability == Durability::TransientLocal {
                 let late = event(
                     session,
@@ -50,7 +53,7 @@ impl Holder {
                 )?;
                 let kept =
                     transient_local_topic(session, &names::transient_local(address), types, depth)?;
-                held.push(Held::TransientLocal(kept, late));
+                held.push(OpenService::TransientLocal(kept, late));
             }
             Ok(held)
         })?;
@@ -63,7 +66,7 @@ impl Holder {
         let held = opening::open(&self.session, endpoint, |session, endpoint| {
             let (address, types) = (&endpoint.address, &endpoint.types);
             let notifier = event(session, &names::server(address), EventPorts::Server, None)?;
-            Ok(Held::Calls(
+            Ok(OpenService::Calls(
                 calls(session, &names::calls(address), types)?,
                 notifier,
             ))

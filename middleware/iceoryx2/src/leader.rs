@@ -1,7 +1,7 @@
 //! Leader election by file locks with a lease.
 //!
 //! The leader renews its lease by touching its file. A killed leader loses the lock. A stopped one
-//! keeps it, but its lease expires; then a candidate leads from the next seat, a second file. The
+//! keeps it, but its lease expires; then a candidate leads from the next lock file. The
 //! work must be safe to do twice, because a stopped leader may continue.
 
 use rustix::fs::{FlockOperation, flock};
@@ -14,22 +14,22 @@ use std::time::{Duration, Instant, SystemTime};
 /// Time after the last renewal at which a leader counts as stopped.
 const LEASE: Duration = Duration::from_secs(1);
 /// How many leaders may be stopped at once.
-const SEATS: usize = 4;
+const LOCK_FILES: usize = 4;
 
 /// One candidate.
 pub(crate) struct LeaderLock {
-    seats: Vec<Seat>,
-    /// The seat from which it leads, and its locked file.
+    lock_files: Vec<LockFile>,
+    /// The number of the lock file by which it leads, and the locked file.
     held: Option<(usize, File)>,
 }
 
 /// A lock file, and when its holder last renewed its lease, as far as this candidate has seen.
-struct Seat {
+struct LockFile {
     path: PathBuf,
     renewed: Option<(SystemTime, Instant)>,
 }
 
-impl Seat {
+impl LockFile {
     /// Whether the holder has not renewed its lease for too long. Compares the time of the file
     /// with the one that this candidate saw before, never with the clock, which may be set.
     fn is_expired(&mut self, file: &File) -> io::Result<bool> {
@@ -47,18 +47,18 @@ impl Seat {
 impl LeaderLock {
     /// `path` is the first lock file, the same for all candidates.
     pub(crate) fn new(path: &Path) -> Self {
-        let seat = |number: usize| {
+        let lock_file = |number: usize| {
             let mut path = path.to_owned();
             if number > 0 {
                 path.set_extension(format!("lock{number}"));
             }
-            Seat {
+            LockFile {
                 path,
                 renewed: None,
             }
         };
         Self {
-            seats: (0..SEATS).map(seat).collect(),
+            lock_files: (0..LOCK_FILES).map(lock_file).collect(),
             held: None,
         }
     }
@@ -74,9 +74,9 @@ impl LeaderLock {
         self.held.is_some()
     }
 
-    /// Whether the first seat was renewed since the last look at it, so that its holder is alive.
+    /// Whether the first lock file was renewed since the last look at it, so that its holder is alive.
     pub(crate) fn was_renewed(&mut self) -> bool {
-        let [first, ..] = &mut self.seats[..] else {
+        let [first, ..] = &mut self.lock_files[..] else {
             return false;
         };
         let modified = std::fs::metadata(&first.path).and_then(|file| file.modified());
@@ -101,7 +101,7 @@ impl LeaderLock {
         {
             self.held = None;
         }
-        for (number, seat) in self.seats.iter_mut().enumerate() {
+        for (number, lock_file) in self.lock_files.iter_mut().enumerate() {
             if let Some((held, file)) = &self.held
                 && *held == number
             {
@@ -110,13 +110,13 @@ impl LeaderLock {
             }
             let mut options = File::options();
             let file = options.create(true).truncate(false).write(true);
-            let file = file.open(&seat.path)?;
+            let file = file.open(&lock_file.path)?;
             if flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok() {
                 file.set_modified(SystemTime::now())?;
                 self.held = Some((number, file));
                 return Ok(true);
             }
-            if !seat.is_expired(&file)? {
+            if !lock_file.is_expired(&file)? {
                 self.held = None;
                 return Ok(false);
             }
@@ -145,7 +145,7 @@ mod tests {
         assert!(!second.is_leader() && !third.is_leader());
         let long_ago = Instant::now().checked_sub(2 * LEASE).expect("a time");
         for candidate in [&mut second, &mut third] {
-            candidate.seats[0].renewed = Some((future, long_ago));
+            candidate.lock_files[0].renewed = Some((future, long_ago));
         }
         assert!(second.is_leader() && !third.is_leader());
         // It goes on, so the second one no longer leads.

@@ -25,7 +25,7 @@ pub struct Sender {
 }
 
 /// An endpoint that the thread of discovery looks after.
-pub(crate) trait Watched: Send + Sync {
+pub(crate) trait WatchedEndpoint: Send + Sync {
     /// Peers, errors and readiness of the endpoint.
     fn state(&self) -> &EndpointState;
 
@@ -34,13 +34,13 @@ pub(crate) trait Watched: Send + Sync {
 }
 
 /// Adds a peer that the library has found; gives it where its types differ.
-pub(crate) fn matched(endpoint: &dyn Watched, handle: u64) -> Option<Peer> {
+pub(crate) fn matched(endpoint: &dyn WatchedEndpoint, handle: u64) -> Option<Peer> {
     let peer = peer(endpoint, handle)?;
     endpoint.state().insert(handle, peer.clone());
     (!peer.matches).then_some(peer)
 }
 
-fn peer(endpoint: &dyn Watched, handle: u64) -> Option<Peer> {
+fn peer(endpoint: &dyn WatchedEndpoint, handle: u64) -> Option<Peer> {
     let end = endpoint.look_up(handle)?;
     let info = EndpointInfo::parse(&end.user_data);
     let ours = &endpoint.state().identity.info.types;
@@ -63,7 +63,7 @@ pub struct WriterState {
     pub(crate) writer: SharedEntity<Writer>,
 }
 
-impl Watched for WriterState {
+impl WatchedEndpoint for WriterState {
     fn state(&self) -> &EndpointState {
         &self.state
     }
@@ -84,7 +84,7 @@ pub struct ReaderState {
     taking: Mutex<()>,
 }
 
-impl Watched for ReaderState {
+impl WatchedEndpoint for ReaderState {
     fn state(&self) -> &EndpointState {
         &self.state
     }

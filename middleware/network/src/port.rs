@@ -1,6 +1,6 @@
 //! Writers and readers of this component. Each leaves the domain when it is dropped.
 
-use crate::entities::{Inbox, ReaderState, Watched, WriterState};
+use crate::entities::{Inbox, ReaderState, WatchedEndpoint, WriterState};
 use crate::shared_entity::SharedEntity;
 use crate::watcher::Forward;
 use crate::{
@@ -107,7 +107,7 @@ impl<'a> Opening<'a> {
         })?;
         shared.writer.open(&writer);
         self.session.add_writer(&writer);
-        let watched: Arc<dyn Watched> = Arc::clone(&shared) as _;
+        let watched: Arc<dyn WatchedEndpoint> = Arc::clone(&shared) as _;
         self.session.watch(&watched, &prepared.type_name);
         let port = WriterPort {
             writer,
@@ -143,7 +143,7 @@ impl<'a> Opening<'a> {
         })?;
         shared.reader.open(&reader);
         shared.receive();
-        let watched: Arc<dyn Watched> = Arc::clone(&shared) as _;
+        let watched: Arc<dyn WatchedEndpoint> = Arc::clone(&shared) as _;
         self.session.watch(&watched, &prepared.type_name);
         let port = ReaderPort {
             reader,

@@ -1,7 +1,7 @@
 //! One component's part in a domain: the participant, and the thread of discovery.
 
 use crate::configuration::Joining;
-use crate::entities::Watched;
+use crate::entities::WatchedEndpoint;
 use crate::opener::{Opener, Patience};
 use crate::watcher::{Discovered, ForwardDiscovery, Message, Watcher};
 use crate::{EndpointInfo, EndpointKind, EndpointState, report, udp};
@@ -130,7 +130,8 @@ impl Session {
         qos: &Qos<'_>,
     ) -> Result<Writer, OpenError> {
         let made = self.participant.topic(topic, type_name);
-        let made = made.and_then(|topic| self.participant.writer(&topic, qos, Box::new(Quiet)));
+        let made =
+            made.and_then(|topic| self.participant.writer(&topic, qos, Box::new(IgnoreEvents)));
         made.map_err(|error| OpenError::Backend {
             address: topic.to_owned(),
             reason: error.to_string(),
@@ -138,7 +139,7 @@ impl Session {
     }
 
     /// Compares an endpoint of this component with those that are discovered, from now on.
-    pub(crate) fn watch(&self, endpoint: &Arc<dyn Watched>, type_name: &str) {
+    pub(crate) fn watch(&self, endpoint: &Arc<dyn WatchedEndpoint>, type_name: &str) {
         let own = self.guid();
         self.discovered.watch(endpoint, type_name, own);
     }
@@ -165,10 +166,10 @@ impl Session {
     }
 }
 
-/// Hears nothing.
-struct Quiet;
+/// Ignores all events.
+struct IgnoreEvents;
 
-impl Listener for Quiet {
+impl Listener for IgnoreEvents {
     fn event(&self, _event: Event) {}
 }
 

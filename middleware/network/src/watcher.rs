@@ -1,7 +1,7 @@
 //! The thread of discovery. It asks the library about what the library announces; the library's own
 //! threads must not.
 
-use crate::entities::{ReaderState, Watched, WriterState, matched};
+use crate::entities::{ReaderState, WatchedEndpoint, WriterState, matched};
 use crate::{
     EndpointInfo, EndpointKind, Guid, Identity, Mismatches, Peer, RateLimit, Role, differences,
     lock, qos,
@@ -62,7 +62,7 @@ pub(crate) struct Discovered {
     readers: Mutex<Ends>,
     writers: Mutex<Ends>,
     /// The endpoints of this component, each with the name of its type.
-    own: Mutex<Vec<(Weak<dyn Watched>, String)>>,
+    own: Mutex<Vec<(Weak<dyn WatchedEndpoint>, String)>>,
     pub(crate) mismatches: Mismatches,
     /// Gives the name of a service, for the topic of its requests.
     service: fn(&str) -> &str,
@@ -100,7 +100,7 @@ impl Discovered {
     }
 
     /// Adds an endpoint of this component, whose participant is `own`.
-    pub(crate) fn watch(&self, endpoint: &Arc<dyn Watched>, type_name: &str, own: Guid) {
+    pub(crate) fn watch(&self, endpoint: &Arc<dyn WatchedEndpoint>, type_name: &str, own: Guid) {
         let mut all = lock(&self.own);
         all.retain(|(endpoint, _)| endpoint.strong_count() > 0);
         all.push((Arc::downgrade(endpoint), type_name.to_owned()));
@@ -116,7 +116,7 @@ impl Discovered {
     /// Reports an endpoint that the library does not match because its type has another name.
     fn compare_type_names(
         &self,
-        endpoint: &dyn Watched,
+        endpoint: &dyn WatchedEndpoint,
         type_name: &str,
         end: &End,
         kind: EndpointKind,
@@ -143,7 +143,7 @@ pub(crate) enum Message {
     /// An endpoint of this kind was discovered, or has changed or gone.
     Discovered(EndpointKind),
     /// Something happened to an endpoint of this component.
-    Event(Arc<dyn Watched>, Event),
+    Event(Arc<dyn WatchedEndpoint>, Event),
     /// The component ends.
     End,
 }
@@ -159,7 +159,7 @@ impl Listener for ForwardDiscovery {
 
 /// Hands the events of an endpoint on to the thread of discovery, and receives samples.
 pub(crate) struct Forward {
-    endpoint: Arc<dyn Watched>,
+    endpoint: Arc<dyn WatchedEndpoint>,
     reader: Option<Arc<ReaderState>>,
     messages: Sender<Message>,
 }
@@ -262,7 +262,7 @@ impl Watcher {
         }
     }
 
-    fn handle(&self, endpoint: &dyn Watched, event: Event) {
+    fn handle(&self, endpoint: &dyn WatchedEndpoint, event: Event) {
         let state = endpoint.state();
         let topic = state.topic();
         match event {
@@ -290,7 +290,7 @@ impl Watcher {
         }
     }
 
-    fn report_types(&self, endpoint: &dyn Watched, peer: &Peer) {
+    fn report_types(&self, endpoint: &dyn WatchedEndpoint, peer: &Peer) {
         if let Some(info) = &peer.info
             && endpoint.state().should_report(&peer.guid)
         {
@@ -301,7 +301,7 @@ impl Watcher {
 
     /// Reports the endpoints whose quality of service does not match: the library does not say
     /// which it means.
-    fn report_qos(&self, endpoint: &dyn Watched) {
+    fn report_qos(&self, endpoint: &dyn WatchedEndpoint) {
         let state = endpoint.state();
         let kind = state.identity.kind.opposite();
         self.discover(kind);

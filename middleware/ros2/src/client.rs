@@ -180,7 +180,7 @@ pub(crate) struct RosClient {
     number: u32,
     /// Number of requests, for servers that do not count samples.
     sent: u64,
-    /// Whether the log has said what to do about a server that does not reply.
+    /// Whether the log has advice about a server that does not reply.
     has_advised: bool,
     /// The operation of the last request.
     last: usize,

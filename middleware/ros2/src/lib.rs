@@ -28,7 +28,7 @@ use rc_middleware::{
 };
 use rcl::Service;
 use rosout::LogPublisher;
-use services::{Asked, Services};
+use services::{NodeRequest, Services};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -100,8 +100,9 @@ impl Backend for Ros2 {
     fn parameters(&self, service: Arc<dyn ParameterService>) -> Result<(), OpenError> {
         let names = Service::ALL.map(Service::names);
         let answered = Arc::clone(&service);
-        let answer =
-            move |asked: &Asked<'_>| rcl::answer(Service::ALL[asked.place], asked.body, &*answered);
+        let answer = move |asked: &NodeRequest<'_>| {
+            rcl::answer(Service::ALL[asked.place], asked.body, &*answered)
+        };
         let services = Services::open(&self.node, "rc-ros2-param", &names, Box::new(answer))?;
         let events = Events::open(&self.node, &*service)?;
         self.parameters.replace(Some((services, events)));

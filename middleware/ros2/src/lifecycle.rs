@@ -4,7 +4,7 @@
 use crate::graph::Listed;
 use crate::node::Node;
 use crate::rcl::text;
-use crate::services::{Asked, NodeService, Services};
+use crate::services::{NodeRequest, NodeService, Services};
 use rc_ddsc::Writer as TopicWriter;
 use rc_lifecycle::{LifecycleState, Outcome, Transition};
 use rc_middleware::lifecycle::{LifecycleChange, LifecycleService};
@@ -123,10 +123,10 @@ impl ManagedNode {
         lifecycle: &Arc<dyn LifecycleService>,
     ) -> Result<Self, OpenError> {
         let service = Arc::clone(lifecycle);
-        let change = move |asked: &Asked<'_>| change(asked, &*service);
+        let change = move |asked: &NodeRequest<'_>| change(asked, &*service);
         let change = Services::open(node, "rc-ros2-change", &[CHANGE_STATE], Box::new(change))?;
         let service = Arc::clone(lifecycle);
-        let answer = move |asked: &Asked<'_>| answer(asked.place, service.state());
+        let answer = move |asked: &NodeRequest<'_>| answer(asked.place, service.state());
         let queries = Services::open(node, "rc-ros2-states", &QUERIES, Box::new(answer))?;
         let address = format!("{}/transition_event", node.name.full());
         let types = TypeIdentity {
@@ -226,7 +226,7 @@ fn finish(writer: &mut Writer) -> Result<Vec<u8>, String> {
 
 /// Takes the transition of a request, and gives the body of the reply. A request that has waited
 /// behind others until its client left takes none.
-fn change(asked: &Asked<'_>, lifecycle: &dyn LifecycleService) -> Result<Vec<u8>, String> {
+fn change(asked: &NodeRequest<'_>, lifecycle: &dyn LifecycleService) -> Result<Vec<u8>, String> {
     let wrong = |error: DecodeError| error.to_string();
     let mut reader = Reader::new(asked.body);
     let id: u8 = reader.get().map_err(wrong)?;
@@ -315,7 +315,7 @@ mod tests {
             fn watch(&self, _: rc_middleware::lifecycle::LifecycleListener) {}
         }
         let change = |body: &[u8], is_orphan| {
-            let asked = Asked {
+            let asked = NodeRequest {
                 place: 0,
                 body,
                 received: Instant::now(),

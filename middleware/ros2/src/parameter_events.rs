@@ -22,13 +22,13 @@ const MOST: u32 = 1000;
 const DISCOVERY: Duration = Duration::from_millis(1500);
 
 /// An event and its time, in nanoseconds since 1970.
-type Told = (i64, ParameterEvent);
+type TimedEvent = (i64, ParameterEvent);
 
 /// Publishes events until it is dropped.
 pub(crate) struct Events {
     /// The queue to the thread. The listener of the parameters holds it weakly: dropping it here
     /// ends the thread.
-    queue: Option<Arc<SyncSender<Told>>>,
+    queue: Option<Arc<SyncSender<TimedEvent>>>,
     thread: Option<JoinHandle<()>>,
     /// Dropped after the thread has ended.
     _publisher: TopicPublisher,
@@ -120,7 +120,7 @@ struct Sender {
 }
 
 impl Sender {
-    fn run(mut self, events: &Receiver<Told>) {
+    fn run(mut self, events: &Receiver<TimedEvent>) {
         let begin = Instant::now();
         let mut held = Vec::new();
         while held.len() < MOST as usize

@@ -72,7 +72,7 @@ pub(crate) struct NodeService {
 }
 
 /// A request to a service of a node.
-pub(crate) struct Asked<'a> {
+pub(crate) struct NodeRequest<'a> {
     /// The place of the service among those that were opened together.
     pub(crate) place: usize,
     /// The request.
@@ -84,7 +84,7 @@ pub(crate) struct Asked<'a> {
 }
 
 /// Gives the body of the reply to a request. After an error, there is no reply.
-pub(crate) type Answer = Box<dyn Fn(&Asked<'_>) -> Result<Vec<u8>, String> + Send>;
+pub(crate) type Answer = Box<dyn Fn(&NodeRequest<'_>) -> Result<Vec<u8>, String> + Send>;
 
 /// The services of a node. Dropping it closes them.
 pub(crate) struct Services {
@@ -210,7 +210,7 @@ impl Served {
         let request = Request::read(sample, requests)?;
         // A request may come before its client is discovered.
         let is_known = requests.participant(sample.writer()).is_some();
-        let answer = answer(&Asked {
+        let answer = answer(&NodeRequest {
             place: waiting.place,
             body: body(sample)?.get(request.skipped()..).unwrap_or_default(),
             received: waiting.received,

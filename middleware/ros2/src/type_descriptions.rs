@@ -2,7 +2,7 @@
 
 use crate::node::Node;
 use crate::rcl::text;
-use crate::services::{Asked, NodeService, Services};
+use crate::services::{NodeRequest, NodeService, Services};
 use crate::types::NodeTypes;
 use rc_middleware::{DecodeError, OpenError, Reader, Writer};
 use rc_ros_types::{FieldDescription, IndividualType};
@@ -16,7 +16,7 @@ const SERVICE: NodeService = NodeService {
 /// Opens the service. `None` if another node of the same name has it: nodes may share a name.
 pub(crate) fn open(node: &Node) -> Result<Option<Services>, OpenError> {
     let types = Arc::clone(&node.types);
-    let answer = move |asked: &Asked<'_>| answer(asked.body, &types);
+    let answer = move |asked: &NodeRequest<'_>| answer(asked.body, &types);
     match Services::open(node, "rc-ros2-types", &[SERVICE], Box::new(answer)) {
         Ok(services) => Ok(Some(services)),
         Err(OpenError::AddressTaken { .. }) => Ok(None),

@@ -20,7 +20,7 @@ pub(crate) enum Origin {
     /// The value before the change that is checked.
     Existing,
     /// The file or the change that is checked.
-    Given,
+    UntypedValue,
 }
 
 /// The value of one parameter, group or list.

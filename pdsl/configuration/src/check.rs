@@ -2,11 +2,11 @@
 
 use crate::checker::Checker;
 use crate::document::{self, Locator};
-use crate::given::Given;
 use crate::middleware::Settings;
 use crate::model::{ConversionError, Parameters, Type, Value};
 use crate::parameters::Reader;
 use crate::rules;
+use crate::untyped_value::UntypedValue;
 use crate::values::Values;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use std::collections::BTreeMap;
@@ -77,7 +77,7 @@ pub fn check_with(
     sources: &SourceMap,
     source: SourceId,
     parameters: Option<&Parameters>,
-    given: &BTreeMap<String, Given>,
+    given: &BTreeMap<String, UntypedValue>,
 ) -> (Configuration, Diagnostics) {
     let (configuration, found, _) = read(sources, source, parameters, given);
     (configuration, found)
@@ -92,7 +92,7 @@ pub fn defaults(parameters: Option<&Parameters>) -> Result<Configuration, Vec<St
 /// As [`defaults`], with values for parameters that have no default, by their paths.
 pub fn defaults_with(
     parameters: Option<&Parameters>,
-    given: &BTreeMap<String, Given>,
+    given: &BTreeMap<String, UntypedValue>,
 ) -> Result<Configuration, Vec<String>> {
     let mut sources = SourceMap::new();
     let source = sources.add("", "");
@@ -108,7 +108,7 @@ fn read(
     sources: &SourceMap,
     source: SourceId,
     parameters: Option<&Parameters>,
-    given: &BTreeMap<String, Given>,
+    given: &BTreeMap<String, UntypedValue>,
 ) -> (Configuration, Diagnostics, Vec<String>) {
     let mut checker = Checker {
         locator: Locator { source },
@@ -173,7 +173,7 @@ impl Checker {
         &mut self,
         root: &dyn TableLike,
         parameters: Option<&Parameters>,
-        given_values: &BTreeMap<String, Given>,
+        given_values: &BTreeMap<String, UntypedValue>,
         out: &mut Configuration,
     ) {
         self.unknown_keys(root, &TABLES, "", self.locator.start());

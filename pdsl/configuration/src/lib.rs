@@ -13,7 +13,6 @@ mod checker;
 pub mod condition;
 mod document;
 mod edit;
-mod given;
 mod live;
 mod middleware;
 pub mod model;
@@ -26,6 +25,7 @@ mod save;
 mod schema;
 #[cfg(feature = "tools")]
 mod template;
+mod untyped_value;
 #[cfg(feature = "tools")]
 mod update;
 mod value;
@@ -38,7 +38,6 @@ pub use check::{
     Binding, Configuration, check, check_readable, check_with, defaults, defaults_with,
 };
 pub use document::parse_argument;
-pub use given::Given;
 pub use live::{CheckedChanges, LiveParameter, LiveParameters};
 pub use middleware::{Setting, Settings};
 pub use model::Parameters;
@@ -47,6 +46,7 @@ pub use save::SaveError;
 pub use schema::{Slot, schema};
 #[cfg(feature = "tools")]
 pub use template::template;
+pub use untyped_value::UntypedValue;
 #[cfg(feature = "tools")]
 pub use update::{Change, ChangeKind, Update, unset_parameters, update};
 pub use values::{Field, Values};

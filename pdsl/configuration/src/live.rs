@@ -4,11 +4,11 @@ use crate::block::{Block, Content, Origin};
 use crate::change::{ParamChange, shown};
 use crate::document::{self, Locator};
 use crate::edit::{Edit, edits};
-use crate::given::Given;
 use crate::model::{Kind, Parameter, Parameters, Range, Type, Value};
 use crate::parameters::Reader;
 use crate::path::{Target, resolve};
 use crate::rules;
+use crate::untyped_value::UntypedValue;
 use crate::values::Values;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_management::component::ParameterStatus;
@@ -105,7 +105,7 @@ impl LiveParameters {
     }
 
     /// The value of `given` for the parameter at `path`. Fails if there is none.
-    pub fn given(&self, path: &str, given: &Given) -> Result<Json, Diagnostic> {
+    pub fn given(&self, path: &str, given: &UntypedValue) -> Result<Json, Diagnostic> {
         let at = no_location().start();
         let target = resolve(path, &self.model.parameters, &self.next, at)?;
         Ok(match &target.parameter.kind {
@@ -399,7 +399,7 @@ fn set_value(target: &Target<'_>, root: &mut Block, new: &Value, at: Span) {
     let Some(field) = target.field_mut(root) else {
         return;
     };
-    field.origin = Origin::Given;
+    field.origin = Origin::UntypedValue;
     field.at = at;
     match (&mut field.content, target.element) {
         (Some(Content::Value(Value::Array(values))), Some(at)) => {

@@ -2,8 +2,8 @@
 
 use crate::block::{Block, Content, Field, Origin, inner};
 use crate::document::{self, Locator};
-use crate::given::Given;
 use crate::model::{ConversionError, Kind, Length, Parameter, Type, Value};
+use crate::untyped_value::UntypedValue;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span, nearest};
 use std::collections::{BTreeMap, HashSet};
 use toml_edit::{Item, TableLike};
@@ -12,7 +12,7 @@ use toml_edit::{Item, TableLike};
 pub(crate) struct Reader<'a> {
     pub(crate) locator: Locator,
     /// Values for parameters that are not set and have no default, by their paths.
-    pub(crate) given: &'a BTreeMap<String, Given>,
+    pub(crate) given: &'a BTreeMap<String, UntypedValue>,
     pub(crate) found: &'a mut Diagnostics,
     /// The paths of parameters without a value and without a default.
     pub(crate) missing: Vec<String>,
@@ -43,7 +43,7 @@ impl Reader<'_> {
                 path,
                 at,
                 origin: if item.is_some() {
-                    Origin::Given
+                    Origin::UntypedValue
                 } else {
                     Origin::Default
                 },
@@ -274,7 +274,7 @@ pub(crate) fn is_valid_value(parameter: &Parameter, item: &Item, locator: Locato
                 name: String::new(),
                 path: String::new(),
                 at: locator.start(),
-                origin: Origin::Given,
+                origin: Origin::UntypedValue,
                 faulty: false,
                 secret: false,
                 content: None,

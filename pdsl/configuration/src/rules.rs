@@ -120,7 +120,7 @@ impl Violation<'_> {
         let related = self
             .related
             .into_iter()
-            .filter(|involved_value| involved_value.origin == Origin::Given);
+            .filter(|involved_value| involved_value.origin == Origin::UntypedValue);
         related.fold(diagnostic, |diagnostic, involved_value| {
             diagnostic.label(involved_value.at, format!("`{}`", involved_value.path))
         })
@@ -131,7 +131,7 @@ impl InvolvedValue {
     fn described(&self) -> String {
         let default = match self.origin {
             Origin::Default => " by default",
-            Origin::Existing | Origin::Given => "",
+            Origin::Existing | Origin::UntypedValue => "",
         };
         format!("`{}` {}{default}", self.path, self.what)
     }

@@ -1,6 +1,6 @@
 //! The arguments of ROS 2, as the command line gives them.
 
-use rc_configuration::Given;
+use rc_configuration::UntypedValue;
 use rc_settings::Value;
 use rc_settings::ros::Remapping;
 use std::path::PathBuf;
@@ -32,7 +32,7 @@ pub(crate) struct For<T> {
 #[derive(Debug, PartialEq)]
 pub(crate) enum Source {
     /// `-p NAME:=VALUE`
-    Argument(For<(String, Given)>),
+    Argument(For<(String, UntypedValue)>),
     /// `--params-file FILE`
     File(PathBuf),
 }

@@ -4,7 +4,7 @@ use super::qos::{QOS, quality};
 use super::{For, RosArguments, Source, params_file};
 use crate::arguments::{Arguments, RosOverride};
 use crate::description::ROS2;
-use rc_configuration::Given;
+use rc_configuration::UntypedValue;
 use rc_middleware::Settings;
 use rc_settings::ros::{self, Remapping};
 use rc_settings::{Kind, Value};
@@ -31,7 +31,7 @@ pub(crate) struct RosOverrides {
 #[derive(Debug)]
 pub(crate) struct Override {
     pub(crate) name: String,
-    pub(crate) value: Given,
+    pub(crate) value: UntypedValue,
     /// Where the value comes from, for messages.
     pub(crate) from: String,
     /// Whether the component need not have the parameter, since the file is for many nodes.
@@ -157,7 +157,7 @@ fn parameters(
             Source::File(file) => {
                 let from = file.display().to_string();
                 for (name, value) in params_file::parameters(file, path)? {
-                    let value = Given { text: None, value };
+                    let value = UntypedValue { text: None, value };
                     set(&name, value, &from, true, out)?;
                 }
             }
@@ -169,7 +169,7 @@ fn parameters(
 /// Sets one parameter. The last value counts.
 fn set(
     name: &str,
-    value: Given,
+    value: UntypedValue,
     from: &str,
     is_optional: bool,
     out: &mut RosOverrides,

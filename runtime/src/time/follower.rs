@@ -203,7 +203,7 @@ impl Follower {
         }
         let mine = tick.turn == 0 || tick.turn == self.turn_number;
         if self.done == Some((self.epoch, self.number)) {
-            // The source repeats itself, possibly because it has not heard this component.
+            // The source repeats itself, possibly because it missed the message of this component.
             self.unsent |= !fresh && mine;
         } else if mine && self.turn.is_none() {
             self.turn = Some(self.number);

@@ -26,7 +26,7 @@ pub use source::TimeSource;
 /// Where a component takes its time from: `--clock` of its command line.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) enum ClockChoice {
-    /// Nothing is said: a component that simulates time is the source, another one has the clock of
+    /// No option: a component that simulates time is the source, another one has the clock of
     /// the system.
     #[default]
     Own,

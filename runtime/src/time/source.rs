@@ -211,7 +211,7 @@ impl Source {
         })
     }
 
-    /// Readable when a follower may have said something, by number.
+    /// Readable when a follower may have sent a message, by number.
     pub(crate) fn descriptors(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         self.links.iter().map(|link| link.server.descriptor())
     }
@@ -260,7 +260,7 @@ impl Source {
         self.has_turn = false;
     }
 
-    /// Takes what followers have said, and sends what follows from it.
+    /// Handles messages of followers, and sends the tick that they cause.
     pub(crate) fn receive(&mut self, now: Instant, sweep: bool) {
         let (mut joined, mut done, state) = (false, false, &self.state);
         for link in &mut self.links {

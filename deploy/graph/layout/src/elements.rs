@@ -39,7 +39,7 @@ pub(crate) struct Placed {
 
 /// An item of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum What {
+pub(crate) enum ColumnItem {
     /// A box.
     Item(usize),
     /// Room for a line that passes.
@@ -49,7 +49,7 @@ pub(crate) enum What {
 /// Something in a column.
 #[derive(Clone, Debug)]
 pub(crate) struct Element {
-    pub(crate) what: What,
+    pub(crate) what: ColumnItem,
     pub(crate) column: usize,
     pub(crate) height: i32,
     /// Its upper edge.
@@ -90,8 +90,8 @@ impl Layers {
     /// How far below the upper edge of its element a line touches it.
     pub(crate) fn offset(&self, touch: Touch, on_its_right: bool) -> i32 {
         match self.elements[touch.element].what {
-            What::Lane { .. } => 0,
-            What::Item(item) => {
+            ColumnItem::Lane { .. } => 0,
+            ColumnItem::Item(item) => {
                 let item = &self.items[item];
                 let ports = if on_its_right {
                     &item.right

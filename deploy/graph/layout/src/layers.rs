@@ -5,7 +5,7 @@
 //! runs forward through lanes of the columns between its source and its last target; to targets
 //! that do not stand behind its source, it turns round and runs back through lanes of its own.
 
-use crate::elements::{Element, Item, Layers, LevelNet, Placed, Touch, What, Wire};
+use crate::elements::{ColumnItem, Element, Item, Layers, LevelNet, Placed, Touch, Wire};
 use crate::{Point, order, place, rank, tracks};
 use std::collections::HashMap;
 
@@ -20,7 +20,7 @@ pub(crate) fn arrange(items: &[Item], nets: &[LevelNet]) -> Placed {
 
 /// Where a net begins and ends.
 #[derive(Debug)]
-pub(crate) struct Way {
+pub(crate) struct NetRoute {
     source: Touch,
     targets: Vec<Touch>,
     /// Its lanes by column and sense.
@@ -28,7 +28,7 @@ pub(crate) struct Way {
 }
 
 impl Layers {
-    fn new(items: &[Item], nets: &[LevelNet]) -> (Self, Vec<Way>) {
+    fn new(items: &[Item], nets: &[LevelNet]) -> (Self, Vec<NetRoute>) {
         let ranks = rank::ranks(items, nets);
         let last = ranks.iter().max().map_or(1, |r| r + 2);
         let mut layers = Self {
@@ -38,7 +38,7 @@ impl Layers {
             gaps: vec![Vec::new(); last],
         };
         for (item, rank) in ranks.iter().enumerate() {
-            layers.add(What::Item(item), rank + 1, items[item].height);
+            layers.add(ColumnItem::Item(item), rank + 1, items[item].height);
         }
         let ways = nets.iter().enumerate();
         let ways = ways
@@ -47,7 +47,7 @@ impl Layers {
         (layers, ways)
     }
 
-    fn add(&mut self, what: What, column: usize, height: i32) -> usize {
+    fn add(&mut self, what: ColumnItem, column: usize, height: i32) -> usize {
         self.elements.push(Element {
             what,
             column,
@@ -59,8 +59,8 @@ impl Layers {
     }
 
     /// Makes the lanes of a net and its wires.
-    fn way(&mut self, net: usize, ends: &LevelNet, last: usize) -> Way {
-        let forward = What::Lane { net, back: false };
+    fn way(&mut self, net: usize, ends: &LevelNet, last: usize) -> NetRoute {
+        let forward = ColumnItem::Lane { net, back: false };
         let touch = |element, port| Touch { element, port };
         // Items are the first elements, in their order.
         let source = match ends.source {
@@ -85,7 +85,7 @@ impl Layers {
             lanes.insert((column, false), self.add(forward, column, 0));
         }
         for column in first..=start {
-            let back = What::Lane { net, back: true };
+            let back = ColumnItem::Lane { net, back: true };
             lanes.insert((column, true), self.add(back, column, 0));
         }
         let lane = |column: usize, back: bool| lanes.get(&(column, back)).map(|l| touch(*l, 0));
@@ -108,14 +108,14 @@ impl Layers {
                 self.gaps[gap].push(wire);
             }
         }
-        Way {
+        NetRoute {
             source,
             targets,
             lanes,
         }
     }
 
-    fn finish(&self, nets: &[LevelNet], ways: &[Way]) -> Placed {
+    fn finish(&self, nets: &[LevelNet], ways: &[NetRoute]) -> Placed {
         let (columns, tracks) = self.across();
         let last = self.columns.len() - 1;
         let mut placed = Placed {
@@ -138,7 +138,7 @@ impl Layers {
                 .push(Point::new(x + (width - item.width) / 2, element.y));
         }
         for element in &self.elements {
-            if let What::Lane { net, .. } = element.what {
+            if let ColumnItem::Lane { net, .. } = element.what {
                 if element.column == 0 {
                     placed.left[net] = Some(element.y);
                 } else if element.column == last {
@@ -175,8 +175,8 @@ impl Layers {
         let mut x = 0;
         for (number, column) in self.columns.iter().enumerate() {
             let widths = column.iter().map(|e| match self.elements[*e].what {
-                What::Item(item) => self.items[item].width,
-                What::Lane { .. } => 0,
+                ColumnItem::Item(item) => self.items[item].width,
+                ColumnItem::Lane { .. } => 0,
             });
             let width = widths.max().unwrap_or(0);
             columns.push((x, width));
@@ -194,7 +194,7 @@ impl Layers {
     fn route(
         &self,
         items: &[Point],
-        way: &Way,
+        way: &NetRoute,
         end: Touch,
         track: &dyn Fn(usize) -> i32,
         right: i32,
@@ -206,12 +206,12 @@ impl Layers {
             element.map_or(0, |e| self.elements[*e].y)
         };
         let begin = match self.elements[way.source.element].what {
-            What::Item(item) => items[item].x + self.items[item].width,
-            What::Lane { .. } => 0,
+            ColumnItem::Item(item) => items[item].x + self.items[item].width,
+            ColumnItem::Lane { .. } => 0,
         };
         let finish = match self.elements[end.element].what {
-            What::Item(item) => items[item].x,
-            What::Lane { .. } => right,
+            ColumnItem::Item(item) => items[item].x,
+            ColumnItem::Lane { .. } => right,
         };
         let mut y = self.y(way.source, true);
         let mut points = vec![Point::new(begin, y)];

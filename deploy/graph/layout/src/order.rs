@@ -1,6 +1,6 @@
 //! In which order elements stand in their columns: few crossings.
 
-use crate::elements::{Element, Layers, Touch, What};
+use crate::elements::{ColumnItem, Element, Layers, Touch};
 
 /// How often all columns are sorted.
 const SWEEPS: usize = 24;
@@ -61,8 +61,8 @@ impl Lines {
         let part = |touch: Touch, right| {
             let element = &layers.elements[touch.element];
             match element.what {
-                What::Lane { .. } => 0.5,
-                What::Item(_) => {
+                ColumnItem::Lane { .. } => 0.5,
+                ColumnItem::Item(_) => {
                     f64::from(layers.offset(touch, right)) / f64::from(element.height.max(1))
                 }
             }
@@ -85,8 +85,9 @@ impl Lines {
             }
             for side in [&wire.left, &wire.right] {
                 for one in side {
-                    let is_back =
-                        |t: usize| matches!(layers.elements[t].what, What::Lane { back: true, .. });
+                    let is_back = |t: usize| {
+                        matches!(layers.elements[t].what, ColumnItem::Lane { back: true, .. })
+                    };
                     for other in side.iter().filter(|o| o.element != one.element) {
                         if is_back(one.element) || is_back(other.element) {
                             lines.beside[one.element].push(other.element);

@@ -1,6 +1,6 @@
 //! How far down each element stands: its order is kept, and lines are as straight as can be.
 
-use crate::elements::{Layers, What};
+use crate::elements::{ColumnItem, Layers};
 
 /// Between two boxes, a box and a line, and two lines.
 const BOXES: i32 = 22;
@@ -55,7 +55,7 @@ pub(crate) fn place(layers: &mut Layers) {
 
 /// From the upper edge of one element to that of the next one, at least.
 fn distance(layers: &Layers, upper: usize, lower: usize) -> i32 {
-    let item = |e: usize| matches!(layers.elements[e].what, What::Item(_));
+    let item = |e: usize| matches!(layers.elements[e].what, ColumnItem::Item(_));
     let room = match (item(upper), item(lower)) {
         (true, true) => BOXES,
         (false, false) => LINES,
@@ -71,7 +71,7 @@ fn pulls(layers: &Layers) -> (Vec<Vec<Pull>>, Vec<Vec<Pull>>) {
     before.resize_with(count, Vec::new);
     let mut behind: Vec<Vec<Pull>> = Vec::new();
     behind.resize_with(count, Vec::new);
-    let lane = |e: usize| matches!(layers.elements[e].what, What::Lane { .. });
+    let lane = |e: usize| matches!(layers.elements[e].what, ColumnItem::Lane { .. });
     for wire in layers.gaps.iter().flatten() {
         for left in &wire.left {
             for right in &wire.right {

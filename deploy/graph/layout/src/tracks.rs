@@ -1,6 +1,6 @@
 //! Where lines run up and down in the gaps between the columns.
 
-use crate::elements::{Layers, Touch, What, Wire};
+use crate::elements::{ColumnItem, Layers, Touch, Wire};
 
 /// Between two lines that run beside each other.
 const SPACING: i32 = 8;
@@ -163,14 +163,14 @@ fn separate(layers: &mut Layers, gap: usize, order: &[usize]) {
 
 /// Whether a line passes through a column.
 fn is_lane(layers: &Layers, touch: Touch) -> bool {
-    matches!(layers.elements[touch.element].what, What::Lane { .. })
+    matches!(layers.elements[touch.element].what, ColumnItem::Lane { .. })
 }
 
 /// Whether a line can be moved where it touches the element behind a gap.
 fn moves(layers: &Layers, touch: Touch) -> bool {
     match layers.elements[touch.element].what {
-        What::Lane { .. } => true,
-        What::Item(item) => !layers.items[item].rigid,
+        ColumnItem::Lane { .. } => true,
+        ColumnItem::Item(item) => !layers.items[item].rigid,
     }
 }
 
@@ -192,8 +192,8 @@ fn step(layers: &Layers, gap: usize, touch: Touch, is_left: bool, y: i32) -> i32
 /// Moves a lane, or a port of an item.
 fn shift(layers: &mut Layers, touch: Touch, by: i32) {
     match layers.elements[touch.element].what {
-        What::Lane { .. } => layers.elements[touch.element].y += by,
-        What::Item(item) => {
+        ColumnItem::Lane { .. } => layers.elements[touch.element].y += by,
+        ColumnItem::Item(item) => {
             let item = &mut layers.items[item];
             if let Some(port) = item.left.get_mut(touch.port).filter(|_| !item.rigid) {
                 *port += by;

@@ -14,13 +14,13 @@ const SENDERS: usize = 256;
 
 /// A feed of the observer, and what becomes of its messages.
 pub(super) struct Feed {
-    what: What,
+    what: FeedSource,
     /// The channels of the messages: by the sender, or by operation, kind and client.
     channels: BTreeMap<(i32, bool, u128), usize>,
 }
 
 /// Source of a feed.
-pub(super) enum What {
+pub(super) enum FeedSource {
     Topic(Box<Topic>),
     Calls(Calls),
     /// The time of the network, which is in the stamps of other messages.
@@ -38,7 +38,7 @@ pub(super) struct Calls {
     only: Option<BTreeSet<String>>,
 }
 
-impl What {
+impl FeedSource {
     pub(super) fn topic(topic: Topic) -> Self {
         Self::Topic(Box::new(topic))
     }
@@ -55,7 +55,7 @@ impl What {
 }
 
 impl Feed {
-    pub(super) fn new(what: What) -> Self {
+    pub(super) fn new(what: FeedSource) -> Self {
         Self {
             what,
             channels: BTreeMap::new(),
@@ -69,17 +69,17 @@ impl Feed {
             self.channels.clear();
         }
         let recorded = match &self.what {
-            What::Time(time) => {
+            FeedSource::Time(time) => {
                 if let Some(time) = time.read(observed) {
                     output.simulated = Some(time);
                 }
                 return;
             }
-            What::Topic(topic) => {
+            FeedSource::Topic(topic) => {
                 output.note_loss(&topic.address, observed.lost);
                 sample(topic, &mut self.channels, observed, output)
             }
-            What::Calls(calls) => {
+            FeedSource::Calls(calls) => {
                 output.note_loss(&calls.address, observed.lost);
                 call(calls, &mut self.channels, observed, output)
             }

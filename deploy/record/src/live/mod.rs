@@ -8,7 +8,7 @@ pub use output::Progress;
 
 use crate::error::RecordError;
 use crate::sink::Sink;
-use feed::{Feed, What};
+use feed::{Feed, FeedSource};
 use output::Output;
 use poll::{Snapshot, poll};
 use rc_management::supervisor::{self, Event, Severity};
@@ -25,7 +25,7 @@ const GONE: u32 = 2;
 
 /// Selection of what is recorded of a network.
 #[derive(Clone, Debug, Default)]
-pub struct Wanted {
+pub struct RecordSelection {
     /// The names of topics and of operations. Empty for all.
     pub names: Vec<String>,
     /// Whether all calls are recorded, if nothing is named.
@@ -66,7 +66,7 @@ impl Recorder {
     /// Begins to record a network that runs. `sink` is called when all names are known.
     pub fn begin(
         network: &Network,
-        wanted: &Wanted,
+        wanted: &RecordSelection,
         sink: impl FnOnce() -> Result<Sink, RecordError>,
     ) -> Result<Self, RecordError> {
         let selected = (!wanted.names.is_empty()).then(|| Selected::find(network, &wanted.names));
@@ -190,9 +190,9 @@ impl Recorder {
             .store(self.events.is_none(), Ordering::Relaxed);
     }
 
-    /// Keeps a note, unless it was said before.
+    /// Keeps a note, unless it is a repetition.
     fn note(&mut self, note: String) {
-        // What changes in each note is said again, up to a bound.
+        // A note that changes is repeated, up to a bound.
         if self.noted.len() < 1000 && self.noted.insert(note.clone()) {
             self.notes.push(note);
         }
@@ -217,9 +217,13 @@ impl Recorder {
             let (address, hash) = (topic.address.clone(), topic.operation.hash);
             let key = format!("{address} {} {hash:016x}", topic.middleware);
             let source = Source::Topic(topic.clone());
-            self.open(key, &address, &mut failed, What::topic(topic), |observer| {
-                source.open(observer)
-            });
+            self.open(
+                key,
+                &address,
+                &mut failed,
+                FeedSource::topic(topic),
+                |observer| source.open(observer),
+            );
         }
         for service in network.services() {
             self.join_calls(network, &service, &mut failed);
@@ -230,7 +234,7 @@ impl Recorder {
             // Without it, messages have the time of the system.
             if let Ok(id) = self.observer.open(time.topic()) {
                 self.time = Some(id);
-                self.feeds.insert(id, Feed::new(What::Time(time)));
+                self.feeds.insert(id, Feed::new(FeedSource::Time(time)));
             }
         }
         failed
@@ -262,7 +266,7 @@ impl Recorder {
             };
             // Another process of the same name is tapped anew.
             let key = format!("{end} {}", component.described.pid);
-            let what = What::calls(end, service, only);
+            let what = FeedSource::calls(end, service, only);
             self.open(key, &end.to_string(), failed, what, |observer| {
                 observer.tap(&end.component, &end.slot)
             });
@@ -274,7 +278,7 @@ impl Recorder {
         key: String,
         name: &str,
         failed: &mut Vec<(String, RecordError)>,
-        what: What,
+        what: FeedSource,
         open: impl FnOnce(&mut Observer) -> Result<FeedId, rc_observe::Error>,
     ) {
         if self.known.contains_key(&key) {

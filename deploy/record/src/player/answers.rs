@@ -22,14 +22,14 @@ const OVERHEAD: usize = 64;
 /// Servers that answer as they did.
 pub(super) struct Answers {
     responder: Responder,
-    services: Vec<Answering>,
+    services: Vec<ServiceReplies>,
     answered: u64,
     /// Calls whose parameters were not recorded.
     guessed: u64,
 }
 
 /// Recorded replies of one service.
-struct Answering {
+struct ServiceReplies {
     interface: Arc<Interface>,
     /// For each operation its calls.
     calls: BTreeMap<String, Rc<Calls>>,
@@ -92,7 +92,7 @@ impl Answers {
                 continue;
             }
             answers.responder.open(network, &service)?;
-            answers.services.push(Answering {
+            answers.services.push(ServiceReplies {
                 interface: service.interface,
                 calls,
             });
