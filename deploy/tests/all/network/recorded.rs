@@ -183,6 +183,9 @@ fn killed(site: &Site) {
     assert!(count(&cut, "/newFullPose") > 0, "{cut:?}");
     // Only what was named, with what is recorded of the network itself.
     assert_eq!(count(&cut, "_request"), 0, "{cut:?}");
+    let ran = play(site, &file, &["--rate", "20"]);
+    assert!(ran.stderr.contains("ends before its end"), "{ran:?}");
+    assert!(!ran.stdout.starts_with("0 messages sent"), "{ran:?}");
     let part = text(&site.path("part.mcap"));
     let ran = site.rcdeploy(&["bag", "cut", &text(&file), "-o", &part], false);
     assert_eq!(ran.code, 0, "{ran:?}");
