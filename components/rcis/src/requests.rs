@@ -116,7 +116,11 @@ impl SpecificWorker {
             return Ok(clock(world, last - world.steps()));
         }
         if self.pending > 0 {
-            let text = format!("{} steps are not over", self.pending);
+            let mut text = format!("{} steps are not over", self.pending);
+            let missing = ctx.time.missing();
+            if !missing.is_empty() {
+                text += &format!(": `{}` has not done the last one", missing.join("`, `"));
+            }
             return Err(Refusal::Other(Reason::Busy, text));
         }
         self.pending = steps;

@@ -2,6 +2,7 @@
 //! file differs.
 
 use crate::network::site::{PATROL, Site};
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::process::Command;
 
@@ -84,4 +85,74 @@ fn the_robot_drives_in_a_simulated_house_with_the_programs_of_the_patrol() {
         moved > 100.0 || turned > 0.2,
         "moved by {moved} mm, turned by {turned} rad"
     );
+}
+
+/// In lockstep, whoever steps the world hears which follower hangs, and the steps are made once it
+/// goes on.
+#[test]
+fn a_follower_that_hangs_is_named_to_those_who_step() {
+    let site = Site::new("house_lockstep");
+    let lockstep = "Deployment patrol\n{\n    time simulated by rcis;";
+    site.write_ddsl(&HOUSE.replace("Deployment house\n{", lockstep));
+    let up = [
+        "up",
+        "--detach",
+        "--profile",
+        "dev",
+        "--set",
+        "rcis.paused=true",
+        "--set",
+        "rcis.limit=300ms",
+    ];
+    let up = site.rcdeploy(&up, true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let call = |operation: &str, request: &str| {
+        let operation = format!("rcis.Simulation.{operation}");
+        let args = [
+            "call",
+            &site.network,
+            &operation,
+            request,
+            "--format",
+            "json",
+        ];
+        site.rcdeploy(&args, false)
+    };
+    let clock = || {
+        let ran = call("getClock", r#"{"world": ""}"#);
+        assert_eq!(ran.code, 0, "{ran:?}");
+        let reply: Value = serde_json::from_str(&ran.stdout).expect("one document");
+        let clock = &reply["result"]["return"];
+        let number = |name: &str| clock[name].as_i64().expect("a number");
+        (number("steps"), number("pending"))
+    };
+    let step = |count: u32| call("step", &format!(r#"{{"world": "", "count": {count}}}"#));
+    assert_eq!(step(5).code, 0);
+    Site::until("five steps", || clock() == (5, 0));
+
+    let avoider = site.ask("avoider", "status")["pid"].as_i64();
+    let avoider = avoider.and_then(|pid| Pid::from_raw(i32::try_from(pid).ok()?));
+    let avoider = avoider.expect("a pid");
+    kill_process(avoider, Signal::STOP).expect("to stop it");
+    assert_eq!(step(50).code, 0);
+    site.await_component("rcis", |c| c["clock"]["waiting_for"][0] == "avoider");
+    let events = site.events("rcis");
+    let is_named = |(code, message): &(String, String)| {
+        code == "time-waits" && message.contains("waits for avoider")
+    };
+    assert!(events.iter().any(is_named), "{events:?}");
+    // Other requests are served, and no step is made without the follower.
+    let (steps, pending) = clock();
+    assert!(steps < 55 && steps + pending == 55, "{steps} {pending}");
+    let refused = step(1);
+    let text = format!("{}{}", refused.stdout, refused.stderr);
+    assert_ne!(refused.code, 0, "{text}");
+    let expected = format!("{pending} steps are not over: `avoider` has not done the last one");
+    assert!(text.contains(&expected) && text.contains("Busy"), "{text}");
+    assert_eq!(clock(), (steps, pending));
+
+    kill_process(avoider, Signal::CONT).expect("to go on");
+    Site::until("all steps", || clock() == (55, 0));
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
 }
