@@ -1,6 +1,8 @@
 //! The robot of the patrol in a simulated house: its programs are the same, and only the network's
 //! file differs.
 
+use crate::network::recorded::{Tool, info, play};
+use crate::network::recordings::count;
 use crate::network::site::{PATROL, Site};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -153,6 +155,41 @@ fn a_follower_that_hangs_is_named_to_those_who_step() {
 
     kill_process(avoider, Signal::CONT).expect("to go on");
     Site::until("all steps", || clock() == (55, 0));
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
+
+/// The same process of the avoider drives in the simulator, and then against its recording.
+#[test]
+fn the_avoider_runs_against_a_recording_of_the_simulator() {
+    let site = Site::new("house_log");
+    site.write_ddsl(&HOUSE.replace("Deployment house", "Deployment patrol"));
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let file = site.path("drive.mcap");
+    let recorder = Tool::record(&site, &["-o", &file.display().to_string()]);
+    Site::until("a drive in the file", || {
+        let info = info(&file);
+        count(&info, "/lasers/front/getLaserData/_reply") > 20
+            && count(&info, "/bases/base/setSpeedBase/_request") > 20
+    });
+    assert_eq!(recorder.end(Signal::INT), Some(0));
+    let stop = site.rcdeploy(&["stop", &site.network, "rcis"], false);
+    assert_eq!(stop.code, 0, "{stop:?}");
+
+    let program = |site: &Site| {
+        let pid = site.ask("avoider", "status")["pid"].clone();
+        let exe = std::fs::read_link(format!("/proc/{pid}/exe")).expect("a program");
+        (pid, exe)
+    };
+    let before = program(&site);
+    let ran = play(&site, &file, &[]);
+    let words: Vec<&str> = ran.stdout.split_whitespace().collect();
+    let calls = words.windows(2).find(|pair| pair[1] == "calls");
+    let calls: u64 = calls.and_then(|pair| pair[0].parse().ok()).expect("calls");
+    assert!(calls > 20, "{ran:?}");
+    assert_eq!(program(&site), before);
+    site.await_component("avoider", |c| c["state"] == "running");
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
 }

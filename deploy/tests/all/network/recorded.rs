@@ -78,7 +78,7 @@ fn received(site: &Site, component: &str) -> u64 {
     number(&slot["handlers"]["count"]) + number(&slot["lost"])
 }
 
-fn play(site: &Site, file: &Path, args: &[&str]) -> Ran {
+pub(crate) fn play(site: &Site, file: &Path, args: &[&str]) -> Ran {
     let file = text(file);
     let all = [&["play", &file, "--network", &site.network], args].concat();
     let ran = site.rcdeploy(&all, false);
