@@ -35,12 +35,20 @@ fn main() -> Result<(), Failure> {
         "| 1080 beams at 40 Hz and RGBD at 15 Hz, 20,000 triangles | {:.1} % of a core |",
         core * 100.0
     );
-    for robots in [1, 10, 20] {
-        let (us, factor) = house(robots)?;
+    for robots in [1, 10, 20, 40] {
+        let (still, _) = house(robots, false)?;
+        let (us, factor) = house(robots, true)?;
+        let each = us / robots as f64;
         println!(
-            "| {robots} robots that drive in a hall: one step of 10 ms | {us:.0} µs, {factor:.0} times real time |"
+            "| {robots} robots that drive in a hall: one step of 10 ms | {us:.0} µs, {each:.1} µs each, of which {:.1} µs without sensors; {factor:.0} times real time |",
+            still / robots as f64
         );
     }
+    let factor = together(&folder)?;
+    println!(
+        "| ten robots with lasers of 181 beams at 20 Hz, 1080 beams at 40 Hz and RGBD of 320 × 240 at 15 Hz, 20,000 triangles, in steps of 5 ms | {factor:.1} times real time, {:.1} % of a core |",
+        100.0 / factor
+    );
     write_ball(&folder, 100)?;
     Ok(())
 }
@@ -83,6 +91,10 @@ fn write_ball(folder: &Path, n: usize) -> Result<PathBuf, Failure> {
 
 /// A world with a ball of 2·n² triangles of 1 m in a hall, and what `inside` adds.
 fn world(folder: &Path, n: usize, inside: &str) -> Result<World, Failure> {
+    world_in_steps(folder, n, inside, Duration::from_millis(1))
+}
+
+fn world_in_steps(folder: &Path, n: usize, inside: &str, step: Duration) -> Result<World, Failure> {
     write_ball(folder, n)?;
     let text = format!(
         r#"<innerModel>
@@ -98,7 +110,7 @@ fn world(folder: &Path, n: usize, inside: &str) -> Result<World, Failure> {
     let path = folder.join("scene.xml");
     std::fs::write(&path, text)?;
     let tree = InnerModel::load(&path, &Folders::default())?;
-    Ok(World::new(tree, Duration::from_millis(1), 1)?)
+    Ok(World::new(tree, step, 1)?)
 }
 
 /// Rays that all meet the ball, as the peer casts them.
@@ -154,8 +166,8 @@ fn picture(folder: &Path, n: usize) -> Result<f64, Failure> {
     Ok(seconds * 1e3)
 }
 
-/// Robots with a laser of 20 Hz that is read; one step in µs, and how much faster than real time.
-fn house(robots: usize) -> Result<(f64, f64), Failure> {
+/// Robots in rows, each with a laser of 20 Hz.
+fn robots(robots: usize) -> Result<String, Failure> {
     let mut inside = String::new();
     for robot in 0..robots {
         let (x, z) = (
@@ -170,27 +182,73 @@ fn house(robots: usize) -> Result<(f64, f64), Failure> {
             </differentialrobot>"#
         )?;
     }
+    Ok(inside)
+}
+
+/// Lets all robots drive circles of 300 mm: no robot meets another one.
+fn drive(world: &mut World, robots: usize) -> Result<(), Failure> {
+    for robot in 0..robots {
+        let speed = Speed {
+            advance: 300.0,
+            turn: 1.0,
+            side: 0.0,
+        };
+        world.drive(&format!("base{robot}"), speed)?;
+    }
+    Ok(())
+}
+
+/// How much faster than real time a world with all of it is, whose sensors are read at their rates.
+fn together(folder: &Path) -> Result<f64, Failure> {
+    let inside = format!(
+        r#"{}<transform id="stand" tz="3000"><laser id="scanner" max="30000" angle="6.28" measures="1080" rate="40"/>
+        <transform id="up" ty="300" ry="3.14159"><rgbd id="eye" width="320" height="240" focal="280" rate="15"/></transform></transform>"#,
+        robots(10)?
+    );
+    let mut world = world_in_steps(folder, 100, &inside, Duration::from_millis(5))?;
+    drive(&mut world, 10)?;
+    let (mut pictures, mut last) = (0, 0);
+    let seconds = median(|| {
+        let start = Instant::now();
+        for _ in 0..200 {
+            world.step()?;
+            if world.steps() % 5 == 0 {
+                world.scan("scanner")?;
+            }
+            if world.steps() % 10 == 0 {
+                for robot in 0..10 {
+                    world.scan(&format!("laser{robot}"))?;
+                }
+            }
+            let frame = (world.time().as_secs_f64() * 15.0 + 1e-6) as u64;
+            if frame > last {
+                (last, pictures) = (frame, pictures + 1);
+                world.picture("eye")?;
+            }
+        }
+        Ok(start.elapsed().as_secs_f64())
+    })?;
+    assert_eq!(pictures, BLOCKS * 15);
+    Ok(1.0 / seconds)
+}
+
+/// Robots that drive, whose lasers are read or not; one step in µs, and how much faster than real
+/// time.
+fn house(count: usize, reads: bool) -> Result<(f64, f64), Failure> {
+    let inside = robots(count)?;
     let text = format!(
         r#"<innerModel><plane id="north" pz="9000" size="20000,5000,100" collide="1"/>
             <plane id="east" nx="1" px="9000" size="20000,5000,100" collide="1"/>{inside}</innerModel>"#
     );
     let step = Duration::from_millis(10);
     let mut world = World::new(InnerModel::parse(&text)?, step, 1)?;
-    for robot in 0..robots {
-        let speed = Speed {
-            advance: 300.0,
-            // A circle of 300 mm: no robot meets another one.
-            turn: 1.0,
-            side: 0.0,
-        };
-        world.drive(&format!("base{robot}"), speed)?;
-    }
+    drive(&mut world, count)?;
     let seconds = median(|| {
         let start = Instant::now();
         for _ in 0..200 {
             world.step()?;
-            if world.steps() % 5 == 0 {
-                for robot in 0..robots {
+            if reads && world.steps() % 5 == 0 {
+                for robot in 0..count {
                     world.scan(&format!("laser{robot}"))?;
                 }
             }

@@ -273,6 +273,7 @@ fn every_construct_compiles() {
     generate(&workspace, "walker", "iceoryx2");
     generate(&workspace, "arm", "iceoryx2");
     generate(&workspace, "lone", "local");
+    generate(&workspace, "shelf", "local");
     start_new(&workspace);
     paste(&workspace);
     share(&workspace);
@@ -288,6 +289,7 @@ fn every_construct_compiles() {
         "walker",
         "arm",
         "lone",
+        "shelf",
         "fresh",
         "pasted",
         "scanner",
@@ -301,10 +303,11 @@ fn every_construct_compiles() {
     let mut fmt = vec!["fmt", "--check"];
     fmt.extend(packages);
     cargo(&workspace, &fmt);
-    let manifest = workspace.join("components/placed/Cargo.toml");
-    let text = std::fs::read_to_string(&manifest).expect("a manifest");
-    let text = text + "rc-runtime.workspace = true\n";
-    std::fs::write(manifest, text).expect("to write");
+    for (name, uses) in [("placed", "rc-runtime"), ("shelf", "rc-middleware")] {
+        let manifest = workspace.join(format!("components/{name}/Cargo.toml"));
+        let text = std::fs::read_to_string(&manifest).expect("a manifest");
+        std::fs::write(manifest, format!("{text}{uses}.workspace = true\n")).expect("to write");
+    }
     let tests = ["worker", "checks", "fakes", "shared", "shapes"];
     let tests = tests.iter().flat_map(|name| ["--test", name]);
     let mut clippy = vec!["clippy", "--workspace", "--offline", "-q", "-j1", "--lib"];
