@@ -36,12 +36,15 @@ fn main() -> Result<(), Failure> {
         core * 100.0
     );
     for robots in [1, 10, 20, 40] {
-        let (still, _) = house(robots, false)?;
-        let (us, factor) = house(robots, true)?;
-        let each = us / robots as f64;
+        let (still, _) = house(robots, robots, false)?;
+        let (us, factor) = house(robots, robots, true)?;
+        let (crowded, _) = house(robots, 40, true)?;
+        let count = robots as f64;
         println!(
-            "| {robots} robots that drive in a hall: one step of 10 ms | {us:.0} µs, {each:.1} µs each, of which {:.1} µs without sensors; {factor:.0} times real time |",
-            still / robots as f64
+            "| {robots} robots that drive in a hall: one step of 10 ms | {us:.0} µs, {:.1} µs each, of which {:.1} µs without sensors; {:.1} µs each with posts in place of 40 robots; {factor:.0} times real time |",
+            us / count,
+            still / count,
+            crowded / count
         );
     }
     let factor = together(&folder)?;
@@ -166,14 +169,21 @@ fn picture(folder: &Path, n: usize) -> Result<f64, Failure> {
     Ok(seconds * 1e3)
 }
 
-/// Robots in rows, each with a laser of 20 Hz.
-fn robots(robots: usize) -> Result<String, Failure> {
+/// Robots in rows, each with a laser of 20 Hz, and posts of their size in the places up to `places`.
+fn robots(robots: usize, places: usize) -> Result<String, Failure> {
     let mut inside = String::new();
-    for robot in 0..robots {
+    for robot in 0..places {
         let (x, z) = (
             (robot % 5) as f64 * 1500.0 - 3000.0,
             (robot / 5) as f64 * 1500.0 - 4000.0,
         );
+        if robot >= robots {
+            write!(
+                inside,
+                r#"<cylinder id="post{robot}" tx="{x}" tz="{z}" radius="200" length="300" collide="1"/>"#
+            )?;
+            continue;
+        }
         write!(
             inside,
             r#"<differentialrobot id="base{robot}" tx="{x}" tz="{z}" collide="1">
@@ -203,7 +213,7 @@ fn together(folder: &Path) -> Result<f64, Failure> {
     let inside = format!(
         r#"{}<transform id="stand" tz="3000"><laser id="scanner" max="30000" angle="6.28" measures="1080" rate="40"/>
         <transform id="up" ty="300" ry="3.14159"><rgbd id="eye" width="320" height="240" focal="280" rate="15"/></transform></transform>"#,
-        robots(10)?
+        robots(10, 10)?
     );
     let mut world = world_in_steps(folder, 100, &inside, Duration::from_millis(5))?;
     drive(&mut world, 10)?;
@@ -232,10 +242,10 @@ fn together(folder: &Path) -> Result<f64, Failure> {
     Ok(1.0 / seconds)
 }
 
-/// Robots that drive, whose lasers are read or not; one step in µs, and how much faster than real
-/// time.
-fn house(count: usize, reads: bool) -> Result<(f64, f64), Failure> {
-    let inside = robots(count)?;
+/// Robots that drive among posts, whose lasers are read or not; one step in µs, and how much faster
+/// than real time.
+fn house(count: usize, places: usize, reads: bool) -> Result<(f64, f64), Failure> {
+    let inside = robots(count, places)?;
     let text = format!(
         r#"<innerModel><plane id="north" pz="9000" size="20000,5000,100" collide="1"/>
             <plane id="east" nx="1" px="9000" size="20000,5000,100" collide="1"/>{inside}</innerModel>"#
