@@ -74,9 +74,10 @@ impl From<Refusal> for InnerModelManagerError {
             Refusal::Tree(error) => match error {
                 Error::UnknownId { .. } | Error::Removed => ErrorType::NonExistingNode,
                 Error::DuplicateId(_) => ErrorType::NodeAlreadyExists,
-                Error::EmptyId | Error::NotFinite(_) | Error::Character(_) => {
-                    ErrorType::InvalidValues
-                }
+                Error::EmptyId
+                | Error::NotFinite(_)
+                | Error::Character(_)
+                | Error::Impossible { .. } => ErrorType::InvalidValues,
                 Error::UnknownAttribute { .. } => ErrorType::NonExistingAttribute,
                 Error::DuplicateAttribute { .. } => ErrorType::AttributeAlreadyExists,
                 Error::TooEarly { .. } => ErrorType::InternalError,

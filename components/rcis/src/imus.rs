@@ -10,7 +10,7 @@ impl SpecificWorker {
         match self.world.imu(member.name()) {
             Ok(inertia) => Some(inertia),
             Err(error) => {
-                self.tell(error.to_string());
+                self.warn_once(error.to_string());
                 None
             }
         }

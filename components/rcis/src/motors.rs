@@ -133,7 +133,7 @@ impl SpecificWorker {
         let limited = limited.map_err(|error| failed(error.to_string()))?;
         for ((joint, _), limited) in goals.iter().zip(limited) {
             if limited {
-                self.tell(format!("`{joint}` does not move as fast as it was told to"));
+                self.warn_once(format!("`{joint}` does not move as fast as it was told to"));
             }
         }
         Ok(())

@@ -175,14 +175,14 @@ impl Cameras for SpecificWorker {
         let picture = match self.world.picture(member.name()) {
             Ok(picture) => picture,
             Err(error) => {
-                self.tell(error.to_string());
+                self.warn_once(error.to_string());
                 return Image::default();
             }
         };
         let (width, height) = (picture.image.width, picture.image.height);
         let data = bytes(&picture);
         if data.len() > MOST_BYTES || width.max(height) > LONGEST_SIDE {
-            self.tell(format!(
+            self.warn_once(format!(
                 "the interface Camera has no pictures of {width} × {height} pixels, as those of `{}`",
                 member.name()
             ));

@@ -76,7 +76,7 @@ impl SpecificWorker {
     ) -> Result<LidarData, Error> {
         if !name.is_empty() && name != id {
             // Without the name: a client cannot fill the list of warnings.
-            self.tell(format!("`{id}` is asked for a lidar of another name"));
+            self.warn_once(format!("`{id}` is asked for a lidar of another name"));
             return Ok(LidarData::default());
         }
         let cloud = self.world.cloud(id)?;

@@ -107,7 +107,7 @@ impl SpecificWorker {
         match self.world.drive(id, wanted) {
             Ok(taken) => {
                 if taken != wanted {
-                    self.tell(format!("`{id}` does not drive as fast as it was told to"));
+                    self.warn_once(format!("`{id}` does not drive as fast as it was told to"));
                 }
                 Ok(())
             }
@@ -359,7 +359,7 @@ impl Poses for SpecificWorker {
         _ry: f32,
         _rz: f32,
     ) {
-        self.tell(format!(
+        self.warn_once(format!(
             "`{}` has its true pose; an initial pose has no effect",
             member.name()
         ));

@@ -148,7 +148,7 @@ impl SpecificWorker {
         let mut problems: Vec<String> = clones.flat_map(World::problems).collect();
         problems.extend(self.world.problems());
         for problem in problems {
-            self.tell(problem);
+            self.warn_once(problem);
         }
     }
 
@@ -175,7 +175,7 @@ impl SpecificWorker {
     }
 
     /// Logs a warning, the first time it comes.
-    pub(crate) fn tell(&mut self, text: String) {
+    pub(crate) fn warn_once(&mut self, text: String) {
         if self.logged.len() < MOST_LOGGED && !self.logged.contains(&text) {
             warn!("{text}");
             self.logged.insert(text);
@@ -188,7 +188,7 @@ impl SpecificWorker {
         result: Result<T, innermodel_simulation::Error>,
     ) -> T {
         result.unwrap_or_else(|error| {
-            self.tell(error.to_string());
+            self.warn_once(error.to_string());
             T::default()
         })
     }
