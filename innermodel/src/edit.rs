@@ -78,7 +78,7 @@ impl Edit {
         Ok(link)
     }
 
-    fn data(&mut self, place: u32) -> Result<&mut Data, Error> {
+    pub(crate) fn data(&mut self, place: u32) -> Result<&mut Data, Error> {
         let data = self.next.data.get_mut(place as usize);
         let data = data.and_then(Option::as_mut).ok_or(Error::Removed)?;
         Ok(Arc::make_mut(data))
@@ -209,7 +209,7 @@ impl Edit {
         } else {
             let place = self.next.free;
             let here = self.link(place)?;
-            link.generation = here.generation;
+            link.generation = here.generation.wrapping_add(1);
             let free = here.parent;
             *here = link.clone();
             self.next.free = free;
@@ -375,62 +375,6 @@ impl Edit {
         let (_, id) = self.kind(place)?;
         check_texts(&id, &allowed)?;
         self.data(place)?.allowed = allowed.into();
-        Ok(())
-    }
-
-    /// Adds an attribute: a name, the name of a type, and a value. The model gives them no meaning.
-    pub fn add_attribute(
-        &mut self,
-        key: impl Key,
-        name: &str,
-        form: &str,
-        value: &str,
-    ) -> Result<(), Error> {
-        let place = self.next.place(key)?;
-        let data = self.data(place)?;
-        if data.attributes.contains_key(name) {
-            return Err(Error::DuplicateAttribute {
-                id: foreign::clean(&data.id),
-                attribute: foreign::clean(name),
-            });
-        }
-        let value = (form.to_owned(), value.to_owned());
-        data.attributes.insert(name.to_owned(), value);
-        Ok(())
-    }
-
-    /// Changes an attribute.
-    pub fn set_attribute(
-        &mut self,
-        key: impl Key,
-        name: &str,
-        form: &str,
-        value: &str,
-    ) -> Result<(), Error> {
-        let place = self.next.place(key)?;
-        let data = self.data(place)?;
-        let Some(known) = data.attributes.get_mut(name) else {
-            return Err(Error::unknown_attribute(
-                &data.id,
-                name,
-                data.attributes.keys(),
-            ));
-        };
-        *known = (form.to_owned(), value.to_owned());
-        Ok(())
-    }
-
-    /// Removes an attribute.
-    pub fn remove_attribute(&mut self, key: impl Key, name: &str) -> Result<(), Error> {
-        let place = self.next.place(key)?;
-        let data = self.data(place)?;
-        if data.attributes.remove(name).is_none() {
-            return Err(Error::unknown_attribute(
-                &data.id,
-                name,
-                data.attributes.keys(),
-            ));
-        }
         Ok(())
     }
 }

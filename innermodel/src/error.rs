@@ -1,6 +1,5 @@
 //! What can be wrong with a question or a change.
 
-use crate::Snapshot;
 use thiserror::Error;
 
 /// Why a question has no answer, or why a change was not made. Texts of the caller are cleaned.
@@ -112,8 +111,8 @@ fn did_you_mean(nearest: Option<&str>) -> String {
 }
 
 impl Error {
-    pub(crate) fn unknown(id: &str, snapshot: &Snapshot) -> Self {
-        let nearest = rc_diagnostics::nearest(id, snapshot.nodes().map(|node| node.id()));
+    pub(crate) fn unknown<'k>(id: &str, known: impl Iterator<Item = &'k str>) -> Self {
+        let nearest = rc_diagnostics::nearest(id, known);
         Self::UnknownId {
             id: rc_diagnostics::foreign::clean(id),
             nearest: nearest.map(str::to_owned),

@@ -30,6 +30,7 @@ mod cache;
 mod difference;
 mod document;
 mod edit;
+mod edit_attributes;
 mod error;
 mod files;
 pub mod frames;

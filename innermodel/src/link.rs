@@ -37,7 +37,8 @@ pub(crate) struct Link {
     /// The version that set `local` or `parent`, and its time.
     pub(crate) version: u64,
     pub(crate) time: Time,
-    /// How many nodes have been at this place before.
+    /// How often a node came to this place or left it: odd while the place is free, so the id of a
+    /// node never fits a free place.
     pub(crate) generation: u32,
     /// In a free place, the next free one.
     pub(crate) parent: u32,

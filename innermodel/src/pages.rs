@@ -1,13 +1,18 @@
 //! A vector that shares what did not change with its earlier versions.
 //!
-//! It is a tree of pages. A change copies one page of each level, which is a few kilobytes however
-//! long the vector is.
+//! It is a tree of pages. A few recently changed pages at the bottom stand beside the tree, each at
+//! the slot that its number gives. A change of one of these copies one page, however long the
+//! vector is. A change elsewhere takes over a slot: the page that had it goes back into the tree,
+//! which copies one page of each level.
 
 use std::sync::Arc;
 
-/// How many items a page at the bottom has, and how many pages each page above.
-const LEAF: usize = 8;
-const BRANCH: usize = 32;
+/// How many items a page at the bottom has, and how many pages each page above: powers of two.
+const LEAF: usize = 1 << LEAF_BITS;
+const LEAF_BITS: u32 = 3;
+const BRANCH_BITS: u32 = 5;
+/// How many changed pages stand beside the tree.
+const RECENT: usize = 8;
 
 #[derive(Debug)]
 enum Page<T> {
@@ -24,21 +29,40 @@ impl<T> Clone for Page<T> {
     }
 }
 
-/// A vector whose clone costs one count.
+/// A page at the bottom that replaces the one in the tree.
+#[derive(Debug)]
+struct Recent<T> {
+    leaf: usize,
+    items: Arc<[T]>,
+}
+
+impl<T> Clone for Recent<T> {
+    fn clone(&self) -> Self {
+        Self {
+            leaf: self.leaf,
+            items: Arc::clone(&self.items),
+        }
+    }
+}
+
+/// A vector whose clone costs a few counts.
 #[derive(Debug)]
 pub(crate) struct Pages<T> {
     root: Page<T>,
-    /// How many items a page of the level below the root holds; 1 if the root is a leaf.
-    below: usize,
+    /// How many bits of an index tell items of one page below the root apart; 0 for a leaf.
+    bits: u32,
     len: usize,
+    /// At its number modulo their count.
+    recent: [Option<Recent<T>>; RECENT],
 }
 
 impl<T> Clone for Pages<T> {
     fn clone(&self) -> Self {
         Self {
             root: self.root.clone(),
-            below: self.below,
+            bits: self.bits,
             len: self.len,
+            recent: self.recent.clone(),
         }
     }
 }
@@ -47,8 +71,9 @@ impl<T: Clone> Pages<T> {
     pub(crate) fn new() -> Self {
         Self {
             root: Page::Leaf(Arc::new([])),
-            below: 1,
+            bits: 0,
             len: 0,
+            recent: [const { None }; RECENT],
         }
     }
 
@@ -58,16 +83,30 @@ impl<T: Clone> Pages<T> {
 
     #[inline]
     pub(crate) fn get(&self, index: usize) -> Option<&T> {
+        self.leaf(index / LEAF)?.get(index % LEAF)
+    }
+
+    /// The present page of a number.
+    #[inline]
+    fn leaf(&self, leaf: usize) -> Option<&Arc<[T]>> {
+        match &self.recent[leaf % RECENT] {
+            Some(recent) if recent.leaf == leaf => Some(&recent.items),
+            _ => self.leaf_of_tree(leaf),
+        }
+    }
+
+    #[inline]
+    fn leaf_of_tree(&self, leaf: usize) -> Option<&Arc<[T]>> {
         let mut page = &self.root;
-        let mut below = self.below;
-        let mut index = index;
+        let mut bits = self.bits;
+        let mut index = leaf << LEAF_BITS;
         loop {
             match page {
-                Page::Leaf(items) => return items.get(index),
+                Page::Leaf(items) => return (index < LEAF).then_some(items),
                 Page::Branch(pages) => {
-                    page = pages.get(index / below)?;
-                    index %= below;
-                    below = lower(below);
+                    page = pages.get(index >> bits)?;
+                    index &= (1 << bits) - 1;
+                    bits = lower(bits);
                 }
             }
         }
@@ -78,64 +117,141 @@ impl<T: Clone> Pages<T> {
         if index >= self.len {
             return None;
         }
-        let mut page = &mut self.root;
-        let mut below = self.below;
-        let mut index = index;
+        let leaf = index / LEAF;
+        let slot = leaf % RECENT;
+        let is_recent = matches!(&self.recent[slot], Some(recent) if recent.leaf == leaf);
+        if !is_recent {
+            if self.is_own(leaf) {
+                let items = self.leaf_for_change(leaf)?;
+                return Arc::make_mut(items).get_mut(index % LEAF);
+            }
+            let items = Arc::clone(self.leaf_of_tree(leaf)?);
+            self.put_back(slot);
+            self.recent[slot] = Some(Recent { leaf, items });
+        }
+        let recent = self.recent[slot].as_mut()?;
+        Arc::make_mut(&mut recent.items).get_mut(index % LEAF)
+    }
+
+    /// Whether no other version shares the page, so that a change in the tree copies nothing.
+    fn is_own(&self, leaf: usize) -> bool {
+        let mut page = &self.root;
+        let mut bits = self.bits;
+        let mut index = leaf << LEAF_BITS;
         loop {
             match page {
-                Page::Leaf(items) => return Arc::make_mut(items).get_mut(index),
+                Page::Leaf(items) => return Arc::strong_count(items) == 1,
                 Page::Branch(pages) => {
-                    page = Arc::make_mut(pages).get_mut(index / below)?;
-                    index %= below;
-                    below = lower(below);
+                    if Arc::strong_count(pages) > 1 {
+                        return false;
+                    }
+                    let Some(below) = pages.get(index >> bits) else {
+                        return false;
+                    };
+                    page = below;
+                    index &= (1 << bits) - 1;
+                    bits = lower(bits);
                 }
             }
         }
     }
 
-    pub(crate) fn push(&mut self, item: T) {
-        let full = match self.below {
-            1 => LEAF,
-            below => below * BRANCH,
-        };
-        if self.len == full {
-            self.root = Page::Branch(Arc::new([self.root.clone()]));
-            self.below = full;
+    /// The page in the tree. Copies the pages above it that an earlier version shares.
+    fn leaf_for_change(&mut self, leaf: usize) -> Option<&mut Arc<[T]>> {
+        let mut page = &mut self.root;
+        let mut bits = self.bits;
+        let mut index = leaf << LEAF_BITS;
+        loop {
+            match page {
+                Page::Leaf(items) => return Some(items),
+                Page::Branch(pages) => {
+                    page = Arc::make_mut(pages).get_mut(index >> bits)?;
+                    index &= (1 << bits) - 1;
+                    bits = lower(bits);
+                }
+            }
         }
-        append(&mut self.root, self.below, self.len, item);
+    }
+
+    /// Moves the page of a slot into the tree.
+    fn put_back(&mut self, slot: usize) {
+        if let Some(recent) = self.recent[slot].take()
+            && let Some(items) = self.leaf_for_change(recent.leaf)
+        {
+            *items = recent.items;
+        }
+    }
+
+    pub(crate) fn push(&mut self, item: T) {
+        let leaf = self.len / LEAF;
+        if matches!(&self.recent[leaf % RECENT], Some(recent) if recent.leaf == leaf) {
+            self.put_back(leaf % RECENT);
+        }
+        let above = higher(self.bits);
+        if self.len == 1 << above {
+            self.root = Page::Branch(Arc::new([self.root.clone()]));
+            self.bits = above;
+        }
+        append(&mut self.root, self.bits, self.len, item);
         self.len += 1;
     }
 
-    /// Calls `f` with the places where this vector differs from `older`. Pages that both share are
-    /// not looked at.
+    /// Calls `f` with the places where this vector differs from `older`, in ascending order. Pages
+    /// that both share are not looked at.
     pub(crate) fn differences(&self, older: &Self, f: &mut dyn FnMut(usize)) {
-        if self.below == older.below {
-            compare(&self.root, &older.root, self.below, 0, f);
-        } else {
+        if self.bits != older.bits {
             // One has a level more: the lower one is its first page.
-            (0..self.len.max(older.len)).for_each(f);
+            return (0..self.len.max(older.len)).for_each(f);
+        }
+        let mut leaves = Vec::new();
+        compare(&self.root, &older.root, self.bits, 0, &mut leaves);
+        let recent = self.recent.iter().chain(&older.recent);
+        leaves.extend(recent.flatten().map(|recent| recent.leaf));
+        leaves.sort_unstable();
+        leaves.dedup();
+        for leaf in leaves {
+            let (new, old) = (self.leaf(leaf), older.leaf(leaf));
+            let is_shared = matches!((new, old), (Some(a), Some(b)) if Arc::ptr_eq(a, b));
+            if !is_shared {
+                let count = |items: Option<&Arc<[T]>>| items.map_or(0, |items| items.len());
+                (0..count(new).max(count(old))).for_each(|at| f(leaf * LEAF + at));
+            }
         }
     }
 }
 
-/// The capacity of a page, one level further down.
-fn lower(below: usize) -> usize {
-    if below == LEAF { 1 } else { below / BRANCH }
+/// The bits of an index, one level further down.
+fn lower(bits: u32) -> u32 {
+    if bits == LEAF_BITS {
+        0
+    } else {
+        bits - BRANCH_BITS
+    }
 }
 
-fn append<T: Clone>(page: &mut Page<T>, below: usize, index: usize, item: T) {
+/// The bits of an index, one level further up.
+fn higher(bits: u32) -> u32 {
+    if bits == 0 {
+        LEAF_BITS
+    } else {
+        bits + BRANCH_BITS
+    }
+}
+
+fn append<T: Clone>(page: &mut Page<T>, bits: u32, index: usize, item: T) {
     match page {
         Page::Leaf(items) => *items = longer(items, item),
         Page::Branch(pages) => {
-            if index / below == pages.len() {
-                let new = match below {
-                    LEAF => Page::Leaf(Arc::new([])),
+            if index >> bits == pages.len() {
+                let new = match bits {
+                    LEAF_BITS => Page::Leaf(Arc::new([])),
                     _ => Page::Branch(Arc::new([])),
                 };
                 *pages = longer(pages, new);
             }
             let pages = Arc::make_mut(pages);
-            append(&mut pages[index / below], lower(below), index % below, item);
+            let rest = index & ((1 << bits) - 1);
+            append(&mut pages[index >> bits], lower(bits), rest, item);
         }
     }
 }
@@ -145,38 +261,35 @@ fn longer<T: Clone>(items: &Arc<[T]>, item: T) -> Arc<[T]> {
     items.iter().cloned().chain(std::iter::once(item)).collect()
 }
 
-fn compare<T>(new: &Page<T>, old: &Page<T>, below: usize, start: usize, f: &mut dyn FnMut(usize)) {
+/// Collects the numbers of the leaves that two trees do not share.
+fn compare<T>(new: &Page<T>, old: &Page<T>, bits: u32, start: usize, leaves: &mut Vec<usize>) {
     match (new, old) {
-        (Page::Leaf(a), Page::Leaf(b)) => {
-            if !Arc::ptr_eq(a, b) {
-                (0..a.len().max(b.len())).for_each(|at| f(start + at));
-            }
-        }
+        (Page::Leaf(a), Page::Leaf(b)) if Arc::ptr_eq(a, b) => {}
         (Page::Branch(a), Page::Branch(b)) => {
             if Arc::ptr_eq(a, b) {
                 return;
             }
             for (at, pair) in a.iter().zip(b.iter()).enumerate() {
-                compare(pair.0, pair.1, lower(below), start + at * below, f);
+                compare(pair.0, pair.1, lower(bits), start + (at << bits), leaves);
             }
             let longer = if a.len() > b.len() { a } else { b };
             for (at, page) in longer.iter().enumerate().skip(a.len().min(b.len())) {
-                each(page, lower(below), start + at * below, f);
+                each(page, lower(bits), start + (at << bits), leaves);
             }
         }
         _ => {
-            each(new, below, start, f);
-            each(old, below, start, f);
+            each(new, bits, start, leaves);
+            each(old, bits, start, leaves);
         }
     }
 }
 
-fn each<T>(page: &Page<T>, below: usize, start: usize, f: &mut dyn FnMut(usize)) {
+fn each<T>(page: &Page<T>, bits: u32, start: usize, leaves: &mut Vec<usize>) {
     match page {
-        Page::Leaf(items) => (0..items.len()).for_each(|at| f(start + at)),
+        Page::Leaf(_) => leaves.push(start / LEAF),
         Page::Branch(pages) => {
             for (at, page) in pages.iter().enumerate() {
-                each(page, lower(below), start + at * below, f);
+                each(page, lower(bits), start + (at << bits), leaves);
             }
         }
     }
@@ -222,6 +335,71 @@ mod tests {
         assert!(
             seen.contains(&900) && seen.contains(&1000) && seen.len() < 20,
             "{seen:?}"
+        );
+    }
+
+    #[test]
+    fn random_changes_of_versions_are_those_of_a_plain_vector() {
+        let mut pages = Pages::new();
+        let mut plain = Vec::new();
+        let mut versions = vec![(pages.clone(), plain.clone())];
+        let mut seed = 1_usize;
+        for step in 0..4000 {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let random = seed >> 33;
+            if plain.is_empty() || random.is_multiple_of(3) {
+                pages.push(step);
+                plain.push(step);
+            } else {
+                let at = (random / 3) % plain.len();
+                *pages.get_mut(at).expect("an item") = step;
+                plain[at] = step;
+            }
+            if step % 50 == 0 {
+                versions.push((pages.clone(), plain.clone()));
+            }
+        }
+        for pair in versions.windows(2) {
+            let ((older, was), (newer, is)) = (&pair[0], &pair[1]);
+            assert!(
+                is.iter()
+                    .enumerate()
+                    .all(|(at, item)| newer.get(at) == Some(item))
+            );
+            assert_eq!((newer.len(), newer.get(is.len())), (is.len(), None));
+            let mut seen = Vec::new();
+            newer.differences(older, &mut |at| seen.push(at));
+            assert!(seen.is_sorted_by(|a, b| a < b), "{seen:?}");
+            let differ = (0..is.len()).filter(|at| was.get(*at) != is.get(*at));
+            for at in differ {
+                assert!(seen.contains(&at), "{at} of {seen:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_change_of_a_recent_page_copies_no_other_page() {
+        let mut pages = Pages::new();
+        (0..10_000_usize).for_each(|number| pages.push(number));
+        let first = pages.clone();
+        *pages.get_mut(5000).expect("an item") = 0;
+        let second = pages.clone();
+        *pages.get_mut(5001).expect("an item") = 0;
+        let root = |pages: &Pages<usize>| match &pages.root {
+            super::Page::Branch(branch) => branch.as_ptr() as usize,
+            super::Page::Leaf(_) => 0,
+        };
+        assert_eq!((root(&first), root(&second)), (root(&pages), root(&pages)));
+        assert_eq!(
+            (first.get(5000), second.get(5001)),
+            (Some(&5000), Some(&5001))
+        );
+        // The page with the same slot sends this one into the tree.
+        *pages.get_mut(5000 + 64).expect("an item") = 0;
+        assert_ne!(root(&first), root(&pages));
+        assert_eq!(
+            (pages.get(5000), pages.get(5001), pages.get(5064)),
+            (Some(&0), Some(&0), Some(&0))
         );
     }
 }

@@ -46,7 +46,7 @@ impl sealed::Key for &str {
     #[inline]
     fn place(&self, snapshot: &Snapshot) -> Result<u32, Error> {
         let place = snapshot.ids.get(self);
-        place.ok_or_else(|| Error::unknown(self, snapshot))
+        place.ok_or_else(|| Error::unknown(self, snapshot.nodes().map(|node| node.id())))
     }
 }
 
@@ -61,8 +61,7 @@ impl sealed::Key for NodeId {
     #[inline]
     fn place(&self, snapshot: &Snapshot) -> Result<u32, Error> {
         let link = snapshot.links.get(self.index as usize);
-        let here = link.is_some_and(|link| link.generation == self.generation)
-            && snapshot.data(self.index).is_some();
+        let here = link.is_some_and(|link| link.generation == self.generation);
         here.then_some(self.index).ok_or(Error::Removed)
     }
 }

@@ -48,11 +48,11 @@ impl Chain {
         urdf_rs::read_from_string(&self.urdf_text()).expect("a robot")
     }
 
-    /// A tree of many nodes beside each other, and a joint.
+    /// A tree of many joints beside each other.
     pub(crate) fn flat(nodes: usize) -> InnerModel {
-        let mut text = String::from(r#"<innerModel><joint id="j0"/>"#);
-        for n in 1..nodes {
-            write!(text, r#"<transform id="n{n}" tx="{n}"/>"#).expect("a text");
+        let mut text = String::from("<innerModel>");
+        for n in 0..nodes {
+            write!(text, r#"<joint id="j{n}" tx="{n}"/>"#).expect("a text");
         }
         text.push_str("</innerModel>");
         InnerModel::parse(&text).expect("a tree")

@@ -134,17 +134,27 @@ pub(crate) fn pose3d_in(pose: &Pose3D) -> innermodel::Pose {
 }
 
 /// The pose of RoboComp's interface.
-pub(crate) fn pose3d_out(pose: &innermodel::Pose) -> Pose3D {
-    let ([x, y, z], [rx, ry, rz]) = (pose.translation, pose.rotation);
-    let narrow = |number: f64| number as f32;
-    Pose3D {
-        x: narrow(x),
-        y: narrow(y),
-        z: narrow(z),
-        rx: narrow(rx),
-        ry: narrow(ry),
-        rz: narrow(rz),
+pub(crate) fn pose3d_out(pose: &innermodel::Pose) -> Result<Pose3D, Refusal> {
+    let [x, y, z] = narrow(pose.translation)?;
+    let [rx, ry, rz] = narrow(pose.rotation)?;
+    Ok(Pose3D {
+        x,
+        y,
+        z,
+        rx,
+        ry,
+        rz,
+    })
+}
+
+/// Numbers of a result. The tree holds greater ones than the interface.
+pub(crate) fn narrow<const N: usize>(numbers: [f64; N]) -> Result<[f32; N], Refusal> {
+    let narrow = numbers.map(|number| number as f32);
+    if narrow.iter().all(|number| number.is_finite()) {
+        return Ok(narrow);
     }
+    let text = "the result has a number that is no finite float".to_owned();
+    Err(Refusal::Result(text))
 }
 
 /// A node has another kind than an operation needs.

@@ -18,8 +18,8 @@ mod refusal;
 pub use refusal::Refusal;
 
 use arguments::{
-    direction, finite, frame, information, joint_kind, pose_in_base, pose3d_in, pose3d_out, scale,
-    wrong_kind,
+    direction, finite, frame, information, joint_kind, narrow, pose_in_base, pose3d_in, pose3d_out,
+    scale, wrong_kind,
 };
 use innermodel::kinds::{Engine, Kind, Mesh, Plane, Render, Transform};
 use innermodel::language::Document;
@@ -262,7 +262,8 @@ impl<T: Tree> Manager<T> {
         item: String,
     ) -> Result<calls::GetPoseAnswer, calls::GetPoseError> {
         let there = pose_in_base(&self.0.snapshot(), &base, &item);
-        reply(there.map(|there| (true, pose3d_out(&there.pose()))))
+        let pose = there.and_then(|there| pose3d_out(&there.pose()));
+        reply(pose.map(|pose| (true, pose)))
     }
 
     /// The pose of a node in its parent.
@@ -271,7 +272,8 @@ impl<T: Tree> Manager<T> {
         item: String,
     ) -> Result<calls::GetPoseFromParentAnswer, calls::GetPoseFromParentError> {
         let tree = self.0.snapshot();
-        reply(frame(&tree, &item).map(|node| (true, pose3d_out(&node.pose()))))
+        let pose = frame(&tree, &item).and_then(|node| pose3d_out(&node.pose()));
+        reply(pose.map(|pose| (true, pose)))
     }
 
     /// Sets centre and normal of a plane.
@@ -305,11 +307,12 @@ impl<T: Tree> Manager<T> {
         coord_in_item: Coord3D,
     ) -> Result<calls::TransformAnswer, calls::TransformError> {
         let there = pose_in_base(&self.0.snapshot(), &base, &item);
-        reply(there.map(|there| {
+        reply(there.and_then(|there| {
             let Coord3D { x, y, z } = coord_in_item;
+            finite(&[x, y, z])?;
             let point = there.point(&Point::new(x.into(), y.into(), z.into()));
-            let [x, y, z] = point.coords.map(|number| number as f32).into();
-            (true, Coord3D { x, y, z })
+            let [x, y, z] = narrow(point.coords.into())?;
+            Ok((true, Coord3D { x, y, z }))
         }))
     }
 
@@ -320,18 +323,15 @@ impl<T: Tree> Manager<T> {
         item: String,
     ) -> Result<types::Matrix, calls::GetTransformationMatrixError> {
         let there = pose_in_base(&self.0.snapshot(), &base, &item);
-        reply(there.map(|there| {
-            types::Matrix {
+        reply(there.and_then(|there| {
+            // Its columns are the rows of the transposed one.
+            let rows: [[f64; 4]; 4] = there.matrix().transpose().into();
+            let rows: [f64; 16] = std::array::from_fn(|at| rows[at / 4][at % 4]);
+            Ok(types::Matrix {
                 cols: 4,
                 rows: 4,
-                // Its columns are the rows of the transposed one.
-                data: there
-                    .matrix()
-                    .transpose()
-                    .iter()
-                    .map(|n| *n as f32)
-                    .collect(),
-            }
+                data: narrow(rows)?.to_vec(),
+            })
         }))
     }
 

@@ -21,6 +21,8 @@ pub enum Refusal {
     Engine(String),
     /// Bodies would collide.
     Collision(String),
+    /// A result has a number that its type cannot hold.
+    Result(String),
 }
 
 impl From<Error> for Refusal {
@@ -39,7 +41,8 @@ impl Refusal {
             | Self::Kind(text)
             | Self::Path(text)
             | Self::Engine(text)
-            | Self::Collision(text) => text,
+            | Self::Collision(text)
+            | Self::Result(text) => text,
         }
     }
 }
@@ -57,7 +60,7 @@ impl From<Refusal> for InnerModelError {
                 _ => Reason::WrongKind,
             },
             Refusal::Text(_) | Refusal::Path(_) => Reason::WrongText,
-            Refusal::Value(_) | Refusal::Engine(_) => Reason::WrongValue,
+            Refusal::Value(_) | Refusal::Engine(_) | Refusal::Result(_) => Reason::WrongValue,
             Refusal::Kind(_) => Reason::WrongKind,
             Refusal::Collision(_) => Reason::Collision,
         };
@@ -83,7 +86,7 @@ impl From<Refusal> for InnerModelManagerError {
                 Error::TooEarly { .. } => ErrorType::InternalError,
                 _ => ErrorType::OperationInvalidNode,
             },
-            Refusal::Text(_) => ErrorType::InternalError,
+            Refusal::Text(_) | Refusal::Result(_) => ErrorType::InternalError,
             Refusal::Value(_) => ErrorType::InvalidValues,
             Refusal::Kind(_) => ErrorType::OperationInvalidNode,
             Refusal::Path(_) => ErrorType::InvalidPath,

@@ -1,13 +1,11 @@
-//! Changes, versions and the past.
+//! Changes and versions.
 
 use crate::load;
 use innermodel::kinds::{self, Solid};
 use innermodel::{
-    Change, Clamped, Error, Folders, InnerModel, Keep, Kind, NewNode, NodeId, Point, Pose, Time,
-    Transform,
+    Change, Clamped, Error, Folders, InnerModel, Kind, NewNode, NodeId, Point, Pose, Time,
 };
 use std::f64::consts::FRAC_PI_2;
-use std::time::Duration;
 
 fn frame(id: &str, x: f64) -> NewNode {
     NewNode::transform(id, Pose::new(x, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -341,78 +339,6 @@ fn forks_and_restored_versions_are_independent() {
 }
 
 #[test]
-fn where_the_hand_was() {
-    let model = InnerModel::parse(
-        r#"<innerModel>
-            <joint id="a" axis="z"><translation id="hand" tx="100"/></joint>
-            <transform id="box"/>
-        </innerModel>"#,
-    )
-    .expect("a model");
-    let ms = Duration::from_millis;
-    let set = |time: u64, q: f64| model.change(ms(time), |edit| edit.set_joint("a", q));
-    let push = |time: u64, x: f64| {
-        model.change(ms(time), |edit| {
-            edit.set_pose("box", Pose::new(x, 0.0, 0.0, 0.0, 0.0, 0.0))
-        })
-    };
-    set(1000, 0.0).expect("a change");
-    // Changes of another node in between do not disturb the hand.
-    push(1100, 0.0).expect("a change");
-    push(1200, 10.0).expect("a change");
-    set(1400, 4.0).expect("a change");
-    push(1500, 20.0).expect("a change");
-    let hand = |time: u64| {
-        let moment = model.at(ms(time)).expect("a time of the history");
-        moment
-            .transform("root", Point::origin(), "hand")
-            .expect("a node")
-    };
-    let angle = |q: f64| [100.0 * q.cos(), 100.0 * q.sin(), 0.0];
-    for (time, q) in [
-        (1000, 0.0),
-        (1050, 0.5),
-        (1150, 1.5),
-        (1250, 2.5),
-        (1400, 4.0),
-        (1499, 4.0),
-    ] {
-        near(hand(time), angle(q));
-    }
-    let moment = model.at(ms(1350)).expect("a time");
-    near(
-        moment
-            .transform("root", Point::origin(), "box")
-            .expect("a node"),
-        [15.0, 0.0, 0.0],
-    );
-    assert_eq!(
-        moment.version().node("a").expect("a node").position(),
-        Some(0.0)
-    );
-    // Between changes that are far from each other it stood still.
-    set(5000, 0.0).expect("a change");
-    near(hand(4999), angle(4.0));
-    // What is too old is forgotten.
-    model.keep(Keep {
-        versions: 3,
-        ..Keep::default()
-    });
-    assert!(matches!(
-        model.at(ms(1100)),
-        Err(Error::TooEarly { first: Some(_) })
-    ));
-    // The clock was set back.
-    set(1450, 1.0).expect("a change");
-    near(hand(6000), angle(1.0));
-    let poses = Transform::identity().between(
-        &Transform::of(&Pose::new(2.0, 0.0, 0.0, 0.0, 1.0, 0.0)),
-        0.5,
-    );
-    assert!((poses.pose().rotation[1] - 0.5).abs() < 1e-12);
-}
-
-#[test]
 fn a_new_joint_is_within_its_limits() {
     let model = InnerModel::new();
     let joint = |id: &str, min: f64, max: f64| {
@@ -505,4 +431,29 @@ fn the_numbers_of_a_kind_are_checked() {
         assert_eq!(error.to_string(), expected);
     }
     change(&model, |edit| edit.set_kind("ball", ball(2.0))).expect("a ball");
+}
+
+#[test]
+fn the_id_of_a_new_node_names_nothing_in_earlier_versions() {
+    let model = InnerModel::new();
+    let add = |id: &str| change(&model, |edit| edit.add("root", frame(id, 1.0))).expect("a node");
+    let first = add("first");
+    let with_first = model.snapshot();
+    change(&model, |edit| edit.remove(first)).expect("a change");
+    let free = model.snapshot();
+    let second = add("second");
+    let with_second = model.snapshot();
+    assert_ne!(first, second);
+    for (tree, here, gone) in [
+        (&with_first, Some(first), second),
+        (&with_second, Some(second), first),
+        (&free, None, first),
+        (&free, None, second),
+    ] {
+        assert!(here.is_none_or(|node| tree.node(node).is_ok()));
+        assert_eq!(
+            tree.node(gone).map(|node| node.node_id()),
+            Err(Error::Removed)
+        );
+    }
 }

@@ -3,6 +3,7 @@
 mod changes;
 mod numbers;
 mod oracle;
+mod past;
 #[path = "../../../deploy/tests/all/python.rs"]
 mod python;
 mod threads;

@@ -302,3 +302,41 @@ fn scales_attributes_and_clouds() {
         [(1.0, 255), (2.0, 255)]
     );
 }
+
+/// Each pose is within the numbers of the interface; their sum is not.
+#[test]
+fn a_result_that_is_no_float_is_an_internal_error() {
+    let (mut worker, mut test) = start("robot.xml");
+    let ctx: &mut Context = &mut test;
+    let it: &mut dyn InnerModelManager = &mut worker;
+    for (item, base) in [("far", "root"), ("farther", "far")] {
+        let pose = at(3e38, 0.0, 0.0);
+        let added = it.add_transform(ctx, item.into(), "static".into(), base.into(), pose);
+        assert_eq!(added, Ok(true));
+    }
+    let (root, far, farther) = (
+        || "root".to_owned(),
+        || "far".to_owned(),
+        || "farther".to_owned(),
+    );
+    let origin = Coord3D::default;
+    let pose = it.get_pose(ctx, root(), farther());
+    assert_eq!(code!(pose, GetPoseError), ErrorType::InternalError);
+    let point = it.transform(ctx, root(), farther(), origin());
+    assert_eq!(code!(point, TransformError), ErrorType::InternalError);
+    let matrix = it.get_transformation_matrix(ctx, root(), farther());
+    assert_eq!(
+        code!(matrix, GetTransformationMatrixError),
+        ErrorType::InternalError
+    );
+    let near = it
+        .transform(ctx, far(), farther(), origin())
+        .expect("a point");
+    assert!((near.1.x - 3e38).abs() < 1e32, "{near:?}");
+    let wrong = Coord3D {
+        y: f32::NAN,
+        ..origin()
+    };
+    let wrong = it.transform(ctx, far(), farther(), wrong);
+    assert_eq!(code!(wrong, TransformError), ErrorType::InvalidValues);
+}
