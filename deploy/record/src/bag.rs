@@ -305,6 +305,31 @@ struct Table {
     columns: Vec<String>,
 }
 
+/// Whether a message is a row of a table.
+fn is_row(message: &Message) -> bool {
+    message.channel.encoding == "cdr"
+}
+
+/// Fails if the tables of a selection are several: before the first one is printed.
+fn of_one_topic(path: &Path, selection: Selection) -> Result<(), RecordError> {
+    let mut first: Option<String> = None;
+    let take = &mut |message: Message| {
+        if !is_row(&message) {
+            return Ok(true);
+        }
+        let topic = &message.channel.topic;
+        let first = first.get_or_insert_with(|| topic.clone());
+        if first == topic {
+            return Ok(true);
+        }
+        Err(RecordError::Value(format!(
+            "the selection has several topics, {first} and {topic} for example; name one with --topics, \
+             or a folder with --out"
+        )))
+    };
+    each(path, selection, take).map(drop)
+}
+
 /// Writes a table of the messages of each selected topic as CSV: into `folder`, a file for each, or
 /// to `out` if there is one topic.
 pub fn csv(
@@ -313,21 +338,20 @@ pub fn csv(
     folder: Option<&Path>,
     out: &mut dyn Write,
 ) -> Result<Tables, RecordError> {
+    if folder.is_none() {
+        of_one_topic(path, selection.clone())?;
+    }
     let mut decoder = Decoder::default();
     let mut tables: BTreeMap<String, Table> = BTreeMap::new();
     let mut names: BTreeSet<String> = BTreeSet::new();
     let cut = each(path, selection, &mut |message| {
         let topic = &message.channel.topic;
-        if message.channel.encoding != "cdr" {
+        if !is_row(&message) {
             return Ok(true);
         }
         let cells = cells("", &decoder.value(&message)?);
         let mut text = String::new();
         if !tables.contains_key(topic) {
-            if folder.is_none() && !tables.is_empty() {
-                let reason = "the selection has several topics; name one, or a folder with --out";
-                return Err(RecordError::Value(reason.to_owned()));
-            }
             let file = folder.map(|folder| {
                 let path = folder.join(file_name(topic, &mut names));
                 let file = File::create(&path).map_err(|e| RecordError::file(&path, &e))?;

@@ -284,6 +284,11 @@ fn parts_and_tables_of_a_recording() {
         Some("5.011000000,0.000000011,2.5,0.125,18446744073709551615")
     );
     assert_eq!(lines.count(), 4);
+    // Nothing is printed of several topics.
+    let mut text = Vec::new();
+    let refused = csv(&path, Selection::default(), None, &mut text).expect_err("two topics");
+    assert!(refused.to_string().contains("several topics"), "{refused}");
+    assert!(text.is_empty(), "{text:?}");
 
     let unknown = Selection {
         topics: vec!["movd".to_owned()],
