@@ -78,7 +78,9 @@ impl RemoteClock {
     pub fn measure(&mut self) -> Result<(), Error> {
         let begin = now();
         let asked = self.client.call(&Request::Clocks, LIMIT);
-        let (at, system) = (now(), system_time());
+        // In this order, a pause between the two counts as part of the round trip.
+        let system = system_time();
+        let at = now();
         let theirs: Clocks = asked.map_err(|error| failed(&self.component, &error))?;
         let exchange = Exchange::new(begin, (at, system), theirs);
         keep(&mut self.exchanges, exchange);
