@@ -47,10 +47,7 @@ pub fn call(
         body,
         timeout_ms: timeout_ms.clamp(1, 600_000),
     };
-    let mut client = connect(network, component, MARGIN).map_err(|error| match error {
-        Error::Component { component, reason } => Error::NoServer { component, reason },
-        error => error,
-    })?;
+    let mut client = connect(network, component, MARGIN)?;
     let called: Called = client
         .call(&request, limit.saturating_add(MARGIN))
         .map_err(|error| match error {

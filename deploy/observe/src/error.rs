@@ -90,8 +90,8 @@ pub enum Error {
         /// What the system says.
         reason: String,
     },
-    /// The component ended before it replied.
-    #[error("{component} ended before it replied")]
+    /// The connection closed before the reply: the component has ended, or its host is lost.
+    #[error("the connection to {component} closed before it replied")]
     ServerDied {
         /// The component.
         component: String,

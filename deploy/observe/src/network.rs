@@ -11,6 +11,7 @@ use rc_middleware::RunDirectory;
 use rc_values::description::Module;
 use rc_values::{Catalog, Interface};
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -118,9 +119,14 @@ pub(crate) fn socket(network: &str, component: &str) -> PathBuf {
 
 /// Connects to a component.
 pub(crate) fn connect(network: &str, component: &str, limit: Duration) -> Result<Client, Error> {
-    Client::connect(&socket(network, component), limit).map_err(|error| Error::Component {
-        component: component.to_owned(),
-        reason: error.to_string(),
+    Client::connect(&socket(network, component), limit).map_err(|error| {
+        let (component, reason) = (component.to_owned(), error.to_string());
+        match error.kind() {
+            ErrorKind::NotFound | ErrorKind::ConnectionRefused => {
+                Error::NoServer { component, reason }
+            }
+            _ => Error::Component { component, reason },
+        }
     })
 }
 
