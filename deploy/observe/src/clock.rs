@@ -1,19 +1,24 @@
-//! How far the clocks of another machine are ahead of those of this one, as NTP estimates it
-//! (RFC 5905): half of a round trip before the answer, the other machine had read its clocks.
+//! How far the clocks of another machine are ahead of those of this one, estimated as NTP does
+//! (RFC 5905): the other machine reads its clocks between a request and its reply, so half of the
+//! round trip bounds the error.
 
 use crate::error::Error;
 use crate::network::{connect, failed};
-use rc_management::Client;
 use rc_management::component::Request;
 use rc_management::observation::Clocks;
+use rc_management::{CallError, Client};
 use rc_middleware::now;
 use std::collections::VecDeque;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// How long a component may take to tell its clocks.
+/// How long a component may take to reply.
 const LIMIT: Duration = Duration::from_secs(3);
-/// The round trips of the first estimate.
+/// The round trips at the start, one directly after the other.
 const AT_FIRST: usize = 8;
+/// Time between two later round trips: clocks drift.
+const PERIOD: Duration = Duration::from_secs(1);
 /// The round trips that are kept. The fastest one decides.
 const KEPT: usize = 32;
 /// The part by which two clocks may drift apart: PHI of RFC 5905, 15 µs in a second.
@@ -38,11 +43,39 @@ pub struct Offset {
     pub uncertainty_ns: u64,
 }
 
-/// Estimates the clocks of the machine of a component, over its management socket.
+/// What is known of a clock of another machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Estimate {
+    /// The first reply has not come.
+    Pending,
+    /// The offset.
+    Known(Offset),
+    /// The component cannot be asked at present; it is asked again each second.
+    Failed(String),
+    /// The component does not report its clocks: it was built by an older version.
+    Refused(String),
+}
+
+/// Estimates the clocks of the machine of a component, over its management socket. A thread makes
+/// the round trips, so the caller never waits for them.
 pub struct RemoteClock {
     component: String,
-    client: Client,
+    state: Arc<Mutex<State>>,
+    /// The thread ends when this is dropped.
+    _stop: Sender<()>,
+}
+
+/// What the thread has learned.
+#[derive(Default)]
+struct State {
     exchanges: VecDeque<Exchange>,
+    failure: Option<Failure>,
+}
+
+/// Why there is no exchange.
+enum Failure {
+    Failed(String),
+    Refused(String),
 }
 
 /// A round trip, in nanoseconds.
@@ -56,16 +89,34 @@ struct Exchange {
 }
 
 impl RemoteClock {
-    /// Connects to a component, and estimates its clocks by several round trips.
-    pub fn new(network: &str, component: &str) -> Result<Self, Error> {
-        let mut clock = Self {
+    /// Begins to ask a component. The error says why the system starts no thread.
+    pub fn start(network: &str, component: &str) -> Result<Self, Error> {
+        let (stop, stopped) = channel();
+        let state = Arc::new(Mutex::new(State::default()));
+        let clock = Self {
             component: component.to_owned(),
-            client: connect(network, component, LIMIT)?,
-            exchanges: VecDeque::new(),
+            state: Arc::clone(&state),
+            _stop: stop,
         };
-        for _ in 0..AT_FIRST {
-            clock.measure()?;
-        }
+        let (network, component) = (network.to_owned(), component.to_owned());
+        std::thread::Builder::new()
+            .name("clock".into())
+            .spawn(move || {
+                loop {
+                    let failure = ask(&network, &component, &state, &stopped);
+                    let Some(failure) = failure else { return };
+                    let is_final = matches!(failure, Failure::Refused(_));
+                    // A component that starts again may be on another machine.
+                    *locked(&state) = State {
+                        exchanges: VecDeque::new(),
+                        failure: Some(failure),
+                    };
+                    if is_final || is_stopped(&stopped, PERIOD) {
+                        return;
+                    }
+                }
+            })
+            .map_err(|error| Error::system("a thread for the remote clock", &error))?;
         Ok(clock)
     }
 
@@ -74,23 +125,72 @@ impl RemoteClock {
         &self.component
     }
 
-    /// Makes another round trip: repeat it, since clocks drift.
-    pub fn measure(&mut self) -> Result<(), Error> {
-        let begin = now();
-        let asked = self.client.call(&Request::Clocks, LIMIT);
-        // In this order, a pause between the two counts as part of the round trip.
-        let system = system_time();
-        let at = now();
-        let theirs: Clocks = asked.map_err(|error| failed(&self.component, &error))?;
-        let exchange = Exchange::new(begin, (at, system), theirs);
-        keep(&mut self.exchanges, exchange);
-        Ok(())
-    }
-
     /// The present estimate.
-    pub fn offset(&self, clock: MachineClock) -> Offset {
-        best(&self.exchanges, clock, now())
+    pub fn estimate(&self, clock: MachineClock) -> Estimate {
+        let state = locked(&self.state);
+        match (best(&state.exchanges, clock, now()), &state.failure) {
+            (Some(offset), _) => Estimate::Known(offset),
+            (None, None) => Estimate::Pending,
+            (None, Some(Failure::Failed(why))) => Estimate::Failed(why.clone()),
+            (None, Some(Failure::Refused(why))) => Estimate::Refused(why.clone()),
+        }
     }
+}
+
+fn locked(state: &Mutex<State>) -> std::sync::MutexGuard<'_, State> {
+    state.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Waits, and returns whether nobody wants the clock any more.
+fn is_stopped(stopped: &Receiver<()>, wait: Duration) -> bool {
+    stopped.recv_timeout(wait) != Err(RecvTimeoutError::Timeout)
+}
+
+/// Makes round trips until one fails; none if nobody wants the clock any more.
+fn ask(
+    network: &str,
+    component: &str,
+    state: &Mutex<State>,
+    stopped: &Receiver<()>,
+) -> Option<Failure> {
+    let mut client = match connect(network, component, LIMIT) {
+        Ok(client) => client,
+        Err(error) => return Some(Failure::Failed(error.to_string())),
+    };
+    for number in 1.. {
+        match exchange(&mut client) {
+            Ok(exchange) => keep(&mut locked(state).exchanges, exchange),
+            Err(error) => {
+                let is_refused = matches!(error, CallError::Refused(_));
+                let reason = failed(component, &error).to_string();
+                return Some(if is_refused {
+                    Failure::Refused(reason)
+                } else {
+                    Failure::Failed(reason)
+                });
+            }
+        }
+        let wait = if number < AT_FIRST {
+            Duration::ZERO
+        } else {
+            PERIOD
+        };
+        if is_stopped(stopped, wait) {
+            break;
+        }
+    }
+    None
+}
+
+/// Makes a round trip.
+fn exchange(client: &mut Client) -> Result<Exchange, CallError> {
+    let begin = now();
+    let asked = client.call(&Request::Clocks, LIMIT);
+    // In this order, a pause between the two counts as part of the round trip.
+    let system = system_time();
+    let at = now();
+    let theirs: Clocks = asked?;
+    Ok(Exchange::new(begin, (at, system), theirs))
 }
 
 /// Nanoseconds since 1970.
@@ -155,16 +255,10 @@ fn keep(exchanges: &mut VecDeque<Exchange>, new: Exchange) {
     exchanges.push_back(new);
 }
 
-/// The estimate with the smallest uncertainty. Nothing is known without an exchange.
-fn best(exchanges: &VecDeque<Exchange>, clock: MachineClock, now: u64) -> Offset {
+/// The offset with the smallest uncertainty; none without an exchange.
+fn best(exchanges: &VecDeque<Exchange>, clock: MachineClock, now: u64) -> Option<Offset> {
     let offsets = exchanges.iter().map(|exchange| exchange.offset(clock, now));
-    let unknown = Offset {
-        ahead_ns: 0,
-        uncertainty_ns: u64::MAX,
-    };
-    offsets
-        .min_by_key(|offset| offset.uncertainty_ns)
-        .unwrap_or(unknown)
+    offsets.min_by_key(|offset| offset.uncertainty_ns)
 }
 
 #[cfg(test)]
@@ -207,11 +301,11 @@ mod tests {
         assert_eq!(exchanges.len(), 3);
         let clocks = [MachineClock::System, MachineClock::Monotonic];
         for (clock, ahead) in clocks.into_iter().zip(AHEAD) {
-            let offset = best(&exchanges, clock, begin + 53 * MS);
+            let offset = best(&exchanges, clock, begin + 53 * MS).expect("an offset");
             assert_eq!(offset.uncertainty_ns, 3 * MS / 2);
             assert_eq!(offset.ahead_ns - ahead, MS as i64 / 2);
             // Two seconds later, the clocks may have drifted apart.
-            let later = best(&exchanges, clock, begin + 53 * MS + 2 * SECOND);
+            let later = best(&exchanges, clock, begin + 53 * MS + 2 * SECOND).expect("an offset");
             assert_eq!(later.uncertainty_ns, 3 * MS / 2 + 30_000);
         }
     }
@@ -224,6 +318,7 @@ mod tests {
         let slow = exchange(begin + SECOND, 3 * MS, 3 * MS, set);
         let exchanges = of([fast, slow]);
         let offset = best(&exchanges, MachineClock::System, begin + 2 * SECOND);
+        let offset = offset.expect("an offset");
         assert_eq!(offset.ahead_ns, set[0]);
         let many = (0..100).map(|count| exchange(begin + count * SECOND, MS, MS, AHEAD));
         assert_eq!(of(many).len(), KEPT);
@@ -238,7 +333,6 @@ mod tests {
         let exchange = Exchange::new(10, (5, i64::MAX), theirs);
         assert_eq!(exchange.round_trip, 0);
         assert_eq!(exchange.system_ahead, i64::MIN);
-        let none = best(&VecDeque::new(), MachineClock::System, 0);
-        assert_eq!(none.uncertainty_ns, u64::MAX);
+        assert_eq!(best(&VecDeque::new(), MachineClock::System, 0), None);
     }
 }

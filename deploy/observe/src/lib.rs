@@ -29,7 +29,7 @@ mod source;
 mod time;
 
 pub use calls::{Answer, call};
-pub use clock::{MachineClock, Offset, RemoteClock};
+pub use clock::{Estimate, MachineClock, Offset, RemoteClock};
 pub use error::Error;
 pub use lookup::nearest_of;
 pub use network::{Component, End, Network, Operation, Service, Topic};

@@ -5,21 +5,23 @@ use crate::error::Error;
 use crate::network::{End, Network, Operation, Topic};
 use crate::observer::{FeedId, Observer};
 
-/// The clock that the times of sending are of.
+/// The clock by which the senders of a source stamp their messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SendingClock<'s> {
     /// The monotonic clock of this machine.
     Here,
+    /// No sender describes itself: it may run on any machine.
+    Unknown,
     /// A clock of another machine.
     Elsewhere {
-        /// An end of that machine: its component tells the clock.
+        /// An end of that machine: its component reports the clock.
         end: &'s End,
         /// The machine.
         host: &'s str,
         /// Which clock it is.
         clock: MachineClock,
     },
-    /// One of several: these two ends are on different machines.
+    /// The clocks of several machines: these two ends are on different ones.
     Several([&'s End; 2]),
 }
 
@@ -71,7 +73,8 @@ impl Source {
         }
     }
 
-    /// The clock that the times of sending are of. A message does not say from which machine it is.
+    /// The clock of the messages' times of sending. A message does not name its machine: where
+    /// several machines send, the clock cannot be told.
     pub fn sending_clock(&self) -> SendingClock<'_> {
         let (ends, clock) = match self {
             // The component whose memory the samples are in copies them, with its times.
@@ -86,7 +89,7 @@ impl Source {
             }
         };
         let Some(first) = ends.first() else {
-            return SendingClock::Here;
+            return SendingClock::Unknown;
         };
         if let Some(other) = ends.iter().find(|end| end.host != first.host) {
             return SendingClock::Several([first, other]);
