@@ -310,24 +310,16 @@ fn is_row(message: &Message) -> bool {
     message.channel.encoding == "cdr"
 }
 
-/// Fails if the tables of a selection are several: before the first one is printed.
-fn of_one_topic(path: &Path, selection: Selection) -> Result<(), RecordError> {
-    let mut first: Option<String> = None;
-    let take = &mut |message: Message| {
-        if !is_row(&message) {
-            return Ok(true);
-        }
-        let topic = &message.channel.topic;
-        let first = first.get_or_insert_with(|| topic.clone());
-        if first == topic {
-            return Ok(true);
-        }
-        Err(RecordError::Value(format!(
-            "the selection has several topics, {first} and {topic} for example; name one with --topics, \
-             or a folder with --out"
-        )))
-    };
-    each(path, selection, take).map(drop)
+/// Remembers the first topic, and refuses each other one.
+fn only(first: &mut Option<String>, topic: &str) -> Result<(), RecordError> {
+    let first = first.get_or_insert_with(|| topic.to_owned());
+    if first == topic {
+        return Ok(());
+    }
+    Err(RecordError::Value(format!(
+        "the selection has several topics, {first} and {topic} for example; name one with --topics, \
+         or a folder with --out"
+    )))
 }
 
 /// Writes a table of the messages of each selected topic as CSV: into `folder`, a file for each, or
@@ -338,8 +330,15 @@ pub fn csv(
     folder: Option<&Path>,
     out: &mut dyn Write,
 ) -> Result<Tables, RecordError> {
+    let mut first = None;
     if folder.is_none() {
-        of_one_topic(path, selection.clone())?;
+        // Nothing is printed of a selection of several topics.
+        each(path, selection.clone(), &mut |message| {
+            if is_row(&message) {
+                only(&mut first, &message.channel.topic)?;
+            }
+            Ok(true)
+        })?;
     }
     let mut decoder = Decoder::default();
     let mut tables: BTreeMap<String, Table> = BTreeMap::new();
@@ -348,6 +347,10 @@ pub fn csv(
         let topic = &message.channel.topic;
         if !is_row(&message) {
             return Ok(true);
+        }
+        if folder.is_none() {
+            // The file of a recording that runs may have grown.
+            only(&mut first, topic)?;
         }
         let cells = cells("", &decoder.value(&message)?);
         let mut text = String::new();

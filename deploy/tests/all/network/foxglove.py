@@ -191,7 +191,7 @@ def plain(value):
     return {name: plain(getattr(value, name)) for name in names}
 
 
-def both(client, *ends):
+def both(client, *ends, wanted=lambda shown: True):
     """One message of a topic, with what another one shows of it: they have the same time."""
     reads = [client.subscribe(end) for end in ends]
     numbers = [client.wanted[end] for end in ends]
@@ -201,27 +201,30 @@ def both(client, *ends):
         for number, stamp, raw in client.messages:
             if number in numbers:
                 pairs.setdefault(stamp, {})[number] = raw
-        return [(stamp, pair) for stamp, pair in pairs.items() if len(pair) == 2]
+        for stamp, pair in pairs.items():
+            if len(pair) == 2:
+                value, shown = (read(pair[number]) for read, number in zip(reads, numbers))
+                if wanted(shown):
+                    return stamp, plain(value), plain(shown)
 
-    stamp, pair = client.until(found, f"a message of {ends[1]}")[0]
+    stamp, value, shown = client.until(found, f"a message of {ends[1]}")
     client.send("unsubscribe", subscriptionIds=numbers)
     client.messages = [one for one in client.messages if one[0] not in numbers]
-    value, shown = (plain(read(pair[number])) for read, number in zip(reads, numbers))
     return {"schema": client.topic(ends[1])["schemaName"], "stamp": stamp, "value": value, "shown": shown}
 
 
 def shapes():
     client = Client()
+    # The camera publishes them, and `rcdeploy send`.
+    pictures = ("/newImage", "/newImage/_image")
     found = {
-        "image": both(client, "/newImage", "/newImage/_image"),
+        "image": both(client, *pictures, wanted=lambda shown: shown.frame_id == "camera"),
+        "sent": both(client, *pictures, wanted=lambda shown: shown.frame_id == "sent"),
         "cloud": both(client, "/newCloud", "/newCloud/_points"),
         "scan": both(client, "/getLaserData/_reply", "/getLaserData/_scan"),
         "pose": both(client, "/newFullPose", "/newFullPose/_pose"),
         "transform": both(client, "/newFullPose", "/newFullPose/_transform"),
     }
-    sent = client.subscribe("/newImage/_image")
-    _, value = client.message("/newImage/_image", sent, lambda value: value.frame_id == "sent")
-    found["sent"] = plain(value)
     # NaN and infinity are no JSON; a scan has an infinity where nothing was measured.
     print(json.dumps(finite(found), allow_nan=False))
 
