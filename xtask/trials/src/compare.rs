@@ -9,7 +9,7 @@ use std::time::Duration;
 #[derive(Clone, Copy)]
 pub(crate) struct Peer {
     pub(crate) name: &'static str,
-    /// The goal for the ratio at p50.
+    /// The goal for the ratio.
     pub(crate) goal: f64,
 }
 
