@@ -55,6 +55,17 @@ pub enum Error {
         /// The new parent.
         to: String,
     },
+    /// Only point clouds have points.
+    #[error("`{id}` is a {tag}, not a pointcloud")]
+    NotACloud {
+        /// The node.
+        id: String,
+        /// Its tag.
+        tag: &'static str,
+    },
+    /// All clouds would have this many points.
+    #[error("there would be {0} points in all clouds; at most 10000000 are kept")]
+    TooManyPoints(usize),
     /// The root cannot be changed.
     #[error("the root cannot be changed")]
     Root,

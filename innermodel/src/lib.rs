@@ -27,6 +27,7 @@
 //! ```
 
 mod cache;
+mod clouds;
 mod difference;
 mod document;
 mod edit;
@@ -45,6 +46,7 @@ pub mod slots;
 mod snapshot;
 mod transform;
 
+pub use clouds::{Clouds, ColouredPoint};
 pub use difference::{Change, Difference};
 pub use edit::{Clamped, Edit, NewNode};
 pub use error::Error;

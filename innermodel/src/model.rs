@@ -2,6 +2,7 @@
 
 use crate::Time;
 use crate::cache::Cache;
+use crate::clouds::Clouds;
 use crate::edit::Edit;
 use crate::error::Error;
 use crate::files::{self, Folders, LoadError};
@@ -19,6 +20,7 @@ pub struct InnerModel {
     current: ArcSwap<Snapshot>,
     /// Writers wait for each other, readers for nobody.
     history: Mutex<History>,
+    pub(crate) clouds: ArcSwap<Clouds>,
 }
 
 impl Default for InnerModel {
@@ -38,6 +40,7 @@ impl InnerModel {
         Self {
             history: Mutex::new(History::new(Arc::clone(&first))),
             current: ArcSwap::new(first),
+            clouds: ArcSwap::default(),
         }
     }
 
@@ -71,7 +74,7 @@ impl InnerModel {
         self.current.load_full()
     }
 
-    fn history(&self) -> MutexGuard<'_, History> {
+    pub(crate) fn history(&self) -> MutexGuard<'_, History> {
         // A writer that panicked has published nothing.
         self.history.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -117,7 +120,9 @@ impl InnerModel {
         let mut snapshot = Snapshot::clone(&self.current.load());
         // Versions with one number differ from now on.
         snapshot.cache = Arc::new(Cache::new());
-        Self::of(snapshot)
+        let fork = Self::of(snapshot);
+        fork.clouds.store(self.clouds.load_full());
+        fork
     }
 
     /// How much of the past is kept.

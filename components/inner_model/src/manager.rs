@@ -55,7 +55,7 @@ impl Tree for Now<'_> {
     }
 
     fn set_cloud(&mut self, id: &str, cloud: Vec<ColouredPoint>) -> Result<(), Refusal> {
-        self.world.set_cloud(id, cloud)
+        self.world.set_cloud(id, &cloud)
     }
 }
 

@@ -81,6 +81,6 @@ impl Leader for SpecificWorker {
                 clean(&changes.writer)
             );
         }
-        self.world.forget_clouds();
+        self.world.model.forget_points();
     }
 }

@@ -1,6 +1,6 @@
 //! Between the tree and the types of the interfaces.
 
-use inner_model_generated::{Attribute, Direction, Node, Point, Pose};
+use inner_model_generated::{Attribute, ColouredPoint, Direction, Node, Point, Pose};
 use innermodel::{NodeRef, Vector};
 
 pub(crate) fn point_in(point: &Point) -> innermodel::Point {
@@ -40,6 +40,25 @@ pub(crate) fn pose_out(pose: &innermodel::Pose) -> Pose {
         rx,
         ry,
         rz,
+    }
+}
+
+pub(crate) fn coloured_in(point: &ColouredPoint) -> innermodel::ColouredPoint {
+    innermodel::ColouredPoint {
+        position: [point.x, point.y, point.z],
+        colour: [point.red, point.green, point.blue],
+    }
+}
+
+pub(crate) fn coloured_out(point: &innermodel::ColouredPoint) -> ColouredPoint {
+    let ([x, y, z], [red, green, blue]) = (point.position, point.colour);
+    ColouredPoint {
+        x,
+        y,
+        z,
+        red,
+        green,
+        blue,
     }
 }
 

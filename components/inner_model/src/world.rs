@@ -1,14 +1,13 @@
-//! The tree with its bodies and clouds, and the changes that requests make.
+//! The tree with its bodies, and the changes that requests make.
 
 use crate::replica::{Replica, replace};
+use crate::wire;
 use inner_model_generated::{ColouredPoint, Params};
 use inner_model_manager::Refusal;
-use innermodel::{
-    Edit, Folders, InnerModel, Keep, Kind, LoadError, NodeId, NodeRef, Pose, Snapshot, Time,
-};
+use innermodel::{Edit, Folders, InnerModel, Keep, Kind, LoadError, NodeId, Pose, Snapshot, Time};
 use innermodel_collision::Space;
 use rc_diagnostics::foreign::clean;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -19,7 +18,6 @@ pub(crate) struct World {
     pub(crate) replica: Replica,
     /// The bodies, once a request needs them.
     space: Option<Space>,
-    clouds: BTreeMap<String, Vec<ColouredPoint>>,
     max_points: usize,
     refuse_collisions: bool,
     /// The file of the tree, from where meshes of elements are looked for.
@@ -46,7 +44,6 @@ impl World {
             model,
             replica: Replica::new(writer),
             space: None,
-            clouds: BTreeMap::new(),
             max_points: 0,
             refuse_collisions: false,
             place,
@@ -189,26 +186,28 @@ impl World {
     /// Removes a node with all below it, and its clouds.
     pub(crate) fn remove(&mut self, time: Time, id: &str) -> Result<(), Refusal> {
         self.change(time, |edit| Ok(edit.remove(id).map(drop)?))?;
-        self.forget_clouds();
+        self.model.forget_points();
         Ok(())
-    }
-
-    /// Forgets the clouds of nodes that are no more.
-    pub(crate) fn forget_clouds(&mut self) {
-        let tree = self.model.snapshot();
-        self.clouds.retain(|id, _| cloud_node(&tree, id).is_ok());
     }
 
     /// The points of a node.
     pub(crate) fn cloud(&self, id: &str) -> Result<Vec<ColouredPoint>, Refusal> {
-        cloud_node(&self.model.snapshot(), id)?;
-        Ok(self.clouds.get(id).cloned().unwrap_or_default())
+        let node = cloud_node(&self.model.snapshot(), id)?;
+        Ok(self
+            .model
+            .clouds()
+            .of(node)
+            .iter()
+            .map(wire::coloured_out)
+            .collect())
     }
 
     /// Replaces the points of a node.
-    pub(crate) fn set_cloud(&mut self, id: &str, cloud: Vec<ColouredPoint>) -> Result<(), Refusal> {
-        cloud_node(&self.model.snapshot(), id)?;
-        let others = self.clouds.iter().filter(|(other, _)| *other != id);
+    pub(crate) fn set_cloud(&mut self, id: &str, cloud: &[ColouredPoint]) -> Result<(), Refusal> {
+        let node = cloud_node(&self.model.snapshot(), id)?;
+        self.model.forget_points();
+        let clouds = self.model.clouds();
+        let others = clouds.iter().filter(|(other, _)| *other != node);
         let count = others.map(|(_, cloud)| cloud.len()).sum::<usize>() + cloud.len();
         if count > self.max_points {
             let most = self.max_points;
@@ -216,15 +215,15 @@ impl World {
                 format!("there would be {count} points in all clouds; at most {most} are kept");
             return Err(Refusal::Value(text));
         }
-        self.clouds.insert(id.to_owned(), cloud);
-        Ok(())
+        let points = cloud.iter().map(wire::coloured_in).collect();
+        Ok(self.model.set_points(node, points)?)
     }
 }
 
-fn cloud_node<'t>(tree: &'t Snapshot, id: &str) -> Result<NodeRef<'t>, Refusal> {
+fn cloud_node(tree: &Snapshot, id: &str) -> Result<NodeId, Refusal> {
     let node = tree.node(id)?;
     if *node.kind() == Kind::PointCloud {
-        return Ok(node);
+        return Ok(node.node_id());
     }
     let (id, tag) = (clean(node.id()), node.kind().tag());
     Err(Refusal::Kind(format!(

@@ -1,6 +1,10 @@
 //! glTF 2.0, as `.gltf` with its buffers and as `.glb`: the triangles of the scene, with the
-//! transforms of their nodes. The buffers are files beside it, or inside as base64.
+//! transforms of their nodes, and with `Looks` their base colours. The buffers are files beside it,
+//! or inside as base64.
 
+mod materials;
+
+use crate::looks::Looks;
 use crate::{MeshError, TriangleMesh};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -27,6 +31,8 @@ struct Root {
     accessors: Vec<Accessor>,
     buffer_views: Vec<View>,
     buffers: Vec<Buffer>,
+    #[serde(flatten)]
+    look: materials::Tables,
 }
 
 #[derive(Deserialize, Default)]
@@ -55,6 +61,7 @@ struct Mesh {
 struct Primitive {
     attributes: Attributes,
     indices: Option<usize>,
+    material: Option<usize>,
     mode: Option<u32>,
 }
 
@@ -62,6 +69,10 @@ struct Primitive {
 struct Attributes {
     #[serde(rename = "POSITION")]
     position: Option<usize>,
+    #[serde(rename = "TEXCOORD_0")]
+    first_places: Option<usize>,
+    #[serde(rename = "TEXCOORD_1")]
+    second_places: Option<usize>,
 }
 
 #[derive(Deserialize)]
@@ -71,6 +82,8 @@ struct Accessor {
     #[serde(default)]
     byte_offset: usize,
     component_type: u32,
+    #[serde(default)]
+    normalized: bool,
     count: usize,
 }
 
@@ -92,25 +105,41 @@ struct Buffer {
 /// The first three rows of a matrix.
 type Matrix = [[f64; 4]; 3];
 
-pub(crate) fn read(bytes: &[u8], folder: &Path) -> Result<TriangleMesh, MeshError> {
+/// Reads the triangles. `looks` gets how they look.
+pub(crate) fn read(
+    bytes: &[u8],
+    folder: &Path,
+    looks: Option<&mut Looks>,
+) -> Result<TriangleMesh, MeshError> {
     let (json, binary) = parts(bytes)?;
     let root: Root = serde_json::from_slice(json).map_err(|e| wrong(&e.to_string()))?;
     let mut buffers = Vec::new();
+    let mut left = crate::LARGEST;
     for buffer in &root.buffers {
-        buffers.push(match &buffer.uri {
+        let bytes = match &buffer.uri {
             None => Cow::Borrowed(binary.ok_or_else(|| wrong("a buffer has no file"))?),
-            Some(uri) => Cow::Owned(match uri.split_once(";base64,") {
-                Some((_, text)) => STANDARD.decode(text).map_err(|e| wrong(&e.to_string()))?,
-                None => crate::bytes(&folder.join(uri))?,
+            Some(uri) => Cow::Owned(match base64(uri)? {
+                Some(bytes) => bytes,
+                None => crate::bytes_up_to(&folder.join(decoded(uri)), left).map_err(total)?,
             }),
-        });
+        };
+        // A file may be named many times: all together are as large as one may be.
+        if matches!(bytes, Cow::Owned(_)) {
+            let size = bytes.len() as u64;
+            left = left
+                .checked_sub(size)
+                .ok_or(MeshError::TooLarge(crate::LARGEST >> 20))?;
+        }
+        buffers.push(bytes);
     }
     let mut reader = Reader {
         root: &root,
         buffers,
         mesh: TriangleMesh::default(),
+        looks,
         visited: 0,
     };
+    reader.materials(folder);
     let identity = [
         [1.0, 0.0, 0.0, 0.0],
         [0.0, 1.0, 0.0, 0.0],
@@ -124,6 +153,37 @@ pub(crate) fn read(bytes: &[u8], folder: &Path) -> Result<TriangleMesh, MeshErro
         reader.node(*node, &identity, 0)?;
     }
     Ok(reader.mesh)
+}
+
+/// A limit of what is left is one of all files.
+fn total(error: MeshError) -> MeshError {
+    match error {
+        MeshError::TooLarge(_) => MeshError::TooLarge(crate::LARGEST >> 20),
+        other => other,
+    }
+}
+
+/// The bytes that a URI contains. `None` if it names a file.
+fn base64(uri: &str) -> Result<Option<Vec<u8>>, MeshError> {
+    let text = uri
+        .strip_prefix("data:")
+        .and_then(|rest| rest.split_once(";base64,"));
+    let bytes = text.map(|(_, text)| STANDARD.decode(text));
+    bytes.transpose().map_err(|e| wrong(&e.to_string()))
+}
+
+/// The name of a file in a URI, in which `%20` is a blank.
+fn decoded(uri: &str) -> String {
+    let mut bytes = Vec::new();
+    let mut rest = uri.as_bytes();
+    while let [first, after @ ..] = rest {
+        let digits = after.get(..2).and_then(|two| std::str::from_utf8(two).ok());
+        let code = digits.filter(|_| *first == b'%');
+        let code = code.and_then(|two| u8::from_str_radix(two, 16).ok());
+        bytes.push(code.unwrap_or(*first));
+        rest = if code.is_some() { &after[2..] } else { after };
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
 }
 
 fn wrong(what: &str) -> MeshError {
@@ -149,6 +209,7 @@ struct Reader<'r> {
     root: &'r Root,
     buffers: Vec<Cow<'r, [u8]>>,
     mesh: TriangleMesh,
+    looks: Option<&'r mut Looks>,
     visited: usize,
 }
 
@@ -213,6 +274,7 @@ impl Reader<'_> {
             .chunks_exact(3)
             .map(|c| [0, 1, 2].map(|n| first.saturating_add(c[n])));
         self.mesh.triangles.extend(triangles);
+        self.paint(primitive, &corners)?;
         if self.mesh.triangles.len() > MAX_TRIANGLES {
             return Err(wrong("the scene has more than 50 million triangles"));
         }
@@ -223,6 +285,9 @@ impl Reader<'_> {
     fn numbers(&self, at: usize, width: usize) -> Result<Vec<f64>, MeshError> {
         let missing = || wrong("data of a mesh are missing");
         let accessor = self.root.accessors.get(at).ok_or_else(missing)?;
+        if accessor.count > 3 * MAX_TRIANGLES {
+            return Err(wrong("an accessor has more than 150 million elements"));
+        }
         let view = accessor
             .buffer_view
             .and_then(|view| self.root.buffer_views.get(view));
@@ -250,7 +315,12 @@ impl Reader<'_> {
                     .ok_or_else(missing)?;
                 let end = place.checked_add(size).ok_or_else(missing)?;
                 let bytes = bytes.get(place..end).ok_or_else(missing)?;
-                numbers.push(value(bytes, accessor.component_type));
+                let number = value(bytes, accessor.component_type);
+                numbers.push(if accessor.normalized {
+                    number / greatest(accessor.component_type)
+                } else {
+                    number
+                });
             }
         }
         Ok(numbers)
@@ -266,6 +336,18 @@ fn value(bytes: &[u8], form: u32) -> f64 {
         5120 => f64::from(bytes[0] as i8),
         5122 => f64::from(whole as u16 as i16),
         _ => f64::from(whole),
+    }
+}
+
+/// The number that means 1 in a normalized accessor.
+fn greatest(form: u32) -> f64 {
+    match form {
+        5120 => f64::from(i8::MAX),
+        5121 => f64::from(u8::MAX),
+        5122 => f64::from(i16::MAX),
+        5123 => f64::from(u16::MAX),
+        5125 => f64::from(u32::MAX),
+        _ => 1.0,
     }
 }
 

@@ -1,9 +1,10 @@
 //! Meshes of files: Wavefront OBJ, STL and glTF 2.0.
 //!
 //! [`read`] gives the triangles of a file in its own frame and unit. `InnerModel` mirrors z and
-//! scales: see `innermodel::kinds::Mesh`.
+//! scales: see `innermodel::kinds::Mesh`. [`read_with_looks`] also gives colours and pictures.
 
 mod gltf;
+mod looks;
 mod obj;
 mod stl;
 
@@ -11,6 +12,8 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 use thiserror::Error;
+
+pub use looks::{Look, Looks, Material, Picture, Wrap};
 
 /// The largest file that is read, in bytes.
 const LARGEST: u64 = 512 << 20;
@@ -37,9 +40,9 @@ pub enum MeshError {
     /// The formats of 3D Studio and of `OpenSceneGraph` are not read.
     #[error("cannot read .{0}; convert it to .obj first{1}")]
     NeedsConversion(String, &'static str),
-    /// The file is larger than 512 MiB.
-    #[error("the file is larger than 512 MiB")]
-    TooLarge,
+    /// The file, or all files of its data, are larger than this limit, in MiB.
+    #[error("expected at most {0} MiB")]
+    TooLarge(u64),
     /// The content is wrong.
     #[error("{0}")]
     Wrong(String),
@@ -50,15 +53,27 @@ pub enum MeshError {
 
 /// Reads a mesh. Its ending tells its format.
 pub fn read(path: &Path) -> Result<TriangleMesh, MeshError> {
+    read_file(path, None)
+}
+
+/// Reads a mesh with its colours, and finds its pictures: `.obj` names them in files of materials
+/// (`Kd` and `map_Kd`), glTF as base colours. STL has neither. Pictures are not read. What cannot
+/// be read of materials is a problem in [`Looks`], and the mesh is there without it.
+pub fn read_with_looks(path: &Path) -> Result<(TriangleMesh, Looks), MeshError> {
+    let mut looks = Looks::default();
+    let mesh = read_file(path, Some(&mut looks))?;
+    Ok((mesh, looks))
+}
+
+fn read_file(path: &Path, looks: Option<&mut Looks>) -> Result<TriangleMesh, MeshError> {
     let ending = path.extension().unwrap_or_default().to_string_lossy();
     let ending = ending.to_lowercase();
-    let read = match ending.as_str() {
-        "obj" => obj::read,
-        "stl" => stl::read,
-        "gltf" | "glb" => {
-            let folder = path.parent().unwrap_or(Path::new(""));
-            return checked(gltf::read(&bytes(path)?, folder)?);
-        }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let looks = looks.map(|looks| (folder, looks));
+    let mesh = match ending.as_str() {
+        "obj" => obj::read(&bytes(path)?, looks)?,
+        "stl" => stl::read(&bytes(path)?)?,
+        "gltf" | "glb" => gltf::read(&bytes(path)?, folder, looks.map(|(_, looks)| looks))?,
         "osg" | "ive" | "osgt" | "osgb" => {
             let how = ": `osgconv FILE FILE.obj` of OpenSceneGraph does it";
             return Err(MeshError::NeedsConversion(ending, how));
@@ -69,21 +84,26 @@ pub fn read(path: &Path) -> Result<TriangleMesh, MeshError> {
         }
         _ => return Err(MeshError::UnknownFormat(ending)),
     };
-    checked(read(&bytes(path)?)?)
+    checked(mesh)
 }
 
 /// The content of a regular file.
 fn bytes(path: &Path) -> Result<Vec<u8>, MeshError> {
+    bytes_up_to(path, LARGEST)
+}
+
+/// The content of a regular file that has at most `most` bytes.
+fn bytes_up_to(path: &Path, most: u64) -> Result<Vec<u8>, MeshError> {
     // Check before opening: opening a device can have side effects.
     let about = std::fs::metadata(path)?;
     if !about.is_file() {
         return Err(io::Error::other("this is not a regular file").into());
     }
-    if about.len() > LARGEST {
-        return Err(MeshError::TooLarge);
+    if about.len() > most {
+        return Err(MeshError::TooLarge(most >> 20));
     }
     let mut bytes = Vec::new();
-    File::open(path)?.take(LARGEST).read_to_end(&mut bytes)?;
+    File::open(path)?.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 

@@ -19,8 +19,10 @@
 
 mod colours;
 mod image;
+mod points;
 mod scene;
 mod solids;
+mod surfaces;
 mod texture;
 mod triangles;
 mod view;

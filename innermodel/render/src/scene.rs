@@ -2,13 +2,14 @@
 
 use crate::colours::{SKY, colour};
 use crate::image::Image;
-use crate::texture::{Paint, Texture, TextureError};
+use crate::surfaces::Surface;
+use crate::texture::{self, Paint, Texture, TextureError};
 use crate::view::{Projection, View};
-use crate::{solids, triangles};
+use crate::{points, solids, triangles};
 use innermodel::kinds::{Display, Mesh, Render, Shape};
 use innermodel::shapes::{Body, bars, body};
-use innermodel::{Kind, NodeRef, Point, Snapshot, Transform, Vector};
-use innermodel_mesh::{MeshError, TriangleMesh};
+use innermodel::{Clouds, Kind, NodeRef, Snapshot, Transform, Vector};
+use innermodel_mesh::MeshError;
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -32,9 +33,12 @@ pub enum DrawError {
     /// Nothing is drawn.
     #[error("its mesh: {0}")]
     Mesh(MeshError),
-    /// The body is grey.
+    /// The body is grey, or a part of a mesh has no picture.
     #[error("its texture: {0}")]
     Texture(TextureError),
+    /// Parts of a mesh have no colour.
+    #[error("{0}")]
+    Look(String),
 }
 
 /// The camera has more than 16,777,216 pixels, or no number of pixels.
@@ -54,8 +58,9 @@ type MeshKey = (PathBuf, [u64; 3]);
 /// show it.
 #[derive(Debug, Default)]
 pub struct Scene {
-    meshes: HashMap<MeshKey, Known<TriangleMesh>>,
+    meshes: HashMap<MeshKey, Known<Surface>>,
     textures: HashMap<PathBuf, Known<Texture>>,
+    clouds: Clouds,
     problems: Vec<Problem>,
     light: Option<Vector>,
 }
@@ -66,6 +71,7 @@ impl Clone for Scene {
         Self {
             meshes: self.meshes.clone(),
             textures: self.textures.clone(),
+            clouds: self.clouds.clone(),
             problems: Vec::new(),
             light: self.light,
         }
@@ -90,7 +96,7 @@ impl<T> Clone for Known<T> {
 }
 
 enum Part {
-    Triangles(Arc<TriangleMesh>),
+    Triangles(Arc<Surface>),
     Solid(Shape),
 }
 
@@ -104,6 +110,11 @@ impl Scene {
     /// light is at the camera.
     pub fn set_light(&mut self, direction: Option<Vector>) {
         self.light = direction.and_then(|direction| direction.try_normalize(1e-12));
+    }
+
+    /// Sets the points of point clouds, which the next pictures show.
+    pub fn set_clouds(&mut self, clouds: Clouds) {
+        self.clouds = clouds;
     }
 
     /// Bodies that could not be drawn as their nodes say, since the last call.
@@ -143,8 +154,13 @@ impl Scene {
                         node: node.node_id(),
                         light,
                     };
-                    canvas.mesh(&cuboid(size), &(here * place));
+                    canvas.surface(&Surface::cuboid(size), &(here * place));
                 }
+                continue;
+            }
+            if *node.kind() == Kind::PointCloud {
+                let cloud = self.clouds.of(node.node_id());
+                points::draw(&mut image, &projection, node.node_id(), cloud, &here);
                 continue;
             }
             let Some((part, place)) = self.part(&node) else {
@@ -169,7 +185,7 @@ impl Scene {
                 light,
             };
             match part {
-                Part::Triangles(mesh) => canvas.mesh(&mesh, &(here * place)),
+                Part::Triangles(mesh) => canvas.surface(&mesh, &(here * place)),
                 Part::Solid(shape) => solids::draw(&mut canvas, shape, &(here * place)),
             }
         }
@@ -182,14 +198,14 @@ impl Scene {
     fn part(&mut self, node: &NodeRef<'_>) -> Option<(Part, Transform)> {
         let (body, place) = body(node.kind())?;
         let part = match body {
-            Body::Box(size) => Part::Triangles(Arc::new(cuboid(size))),
+            Body::Box(size) => Part::Triangles(Arc::new(Surface::cuboid(size))),
             Body::Solid(shape) => Part::Solid(shape),
             Body::Mesh(mesh) => Part::Triangles(self.mesh(node, mesh)?),
         };
         Some((part, place))
     }
 
-    fn mesh(&mut self, node: &NodeRef<'_>, mesh: &Mesh) -> Option<Arc<TriangleMesh>> {
+    fn mesh(&mut self, node: &NodeRef<'_>, mesh: &Mesh) -> Option<Arc<Surface>> {
         let path = mesh.path.clone();
         let path = path.unwrap_or_else(|| mesh.file.clone().into());
         let key = (path, mesh.scale.map(f64::to_bits));
@@ -197,18 +213,18 @@ impl Scene {
             known.is_drawn = true;
             return known.content.clone();
         }
-        let read = match innermodel_mesh::read(&key.0) {
-            Ok(mut read) => {
-                let [sx, sy, sz] = mesh.scale;
-                for [x, y, z] in &mut read.vertices {
-                    (*x, *y, *z) = (*x * sx, *y * sy, -*z * sz);
-                }
-                Some(Arc::new(read))
+        let read = Surface::read(&key.0, mesh.scale, self.pixels_left());
+        let mut report = |error| {
+            let id = node.id().to_owned();
+            self.problems.push(Problem { id, error });
+        };
+        let read = match read {
+            Ok((surface, problems)) => {
+                problems.into_iter().for_each(&mut report);
+                Some(Arc::new(surface))
             }
             Err(error) => {
-                let id = node.id().to_owned();
-                let error = DrawError::Mesh(error);
-                self.problems.push(Problem { id, error });
+                report(DrawError::Mesh(error));
                 None
             }
         };
@@ -218,6 +234,21 @@ impl Scene {
         };
         self.meshes.insert(key, known);
         read
+    }
+
+    /// How many pixels further pictures may have.
+    fn pixels_left(&self) -> usize {
+        let textures = self
+            .textures
+            .values()
+            .filter_map(|known| known.content.as_ref());
+        let meshes = self
+            .meshes
+            .values()
+            .filter_map(|known| known.content.as_ref());
+        let pixels = textures.map(|texture| texture.pixels()).sum::<usize>()
+            + meshes.map(|mesh| mesh.pixels()).sum::<usize>();
+        texture::MOST_PIXELS.saturating_sub(pixels)
     }
 
     /// The texture of a node, if it is a picture. Only a file that the reader of the node has found
@@ -236,7 +267,7 @@ impl Scene {
             return known.content.clone();
         }
         let read = match &plane.picture {
-            Some(picture) => Texture::read(picture),
+            Some(picture) => Texture::read(picture, self.pixels_left()),
             None => Err(TextureError::NotFound),
         };
         let content = read.map(Arc::new).map_err(|error| {
@@ -250,38 +281,5 @@ impl Scene {
         };
         self.textures.insert(path, known);
         content
-    }
-}
-
-impl triangles::Canvas<'_> {
-    fn mesh(&mut self, mesh: &TriangleMesh, to_camera: &Transform) {
-        let corner = |at: u32| {
-            let vertex = Point::from(mesh.vertices[at as usize]);
-            to_camera.point(&vertex).coords
-        };
-        for triangle in &mesh.triangles {
-            self.triangle(triangle.map(corner));
-        }
-    }
-}
-
-fn cuboid(size: [f64; 3]) -> TriangleMesh {
-    let vertices = (0..8).map(|corner| {
-        [0, 1, 2].map(|axis| size[axis] / 2.0 * if corner >> axis & 1 == 0 { -1.0 } else { 1.0 })
-    });
-    let sides = [
-        [0, 1, 3, 2],
-        [4, 6, 7, 5],
-        [0, 4, 5, 1],
-        [2, 3, 7, 6],
-        [0, 2, 6, 4],
-        [1, 5, 7, 3],
-    ];
-    let triangles = sides
-        .into_iter()
-        .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
-    TriangleMesh {
-        vertices: vertices.collect(),
-        triangles: triangles.collect(),
     }
 }

@@ -1,6 +1,7 @@
-//! Textures: pictures on the sides of boxes.
+//! Textures: pictures on the sides of boxes, and on the triangles of meshes.
 
 use innermodel::{Transform, Vector};
+use innermodel_mesh::{Picture, Wrap};
 use std::fs::File;
 use std::io::{self, Cursor, Read};
 use std::path::Path;
@@ -13,6 +14,8 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 const LARGEST: u64 = 64 << 20;
 /// The greatest width and height in pixels.
 const MOST_SIDE: usize = 8192;
+/// How many pixels all pictures of a scene may have.
+pub(crate) const MOST_PIXELS: usize = 1 << 27;
 
 /// Why a file gives no texture.
 #[derive(Debug, Error)]
@@ -27,6 +30,9 @@ pub enum TextureError {
     /// The file is larger than 64 MiB, or the picture than 8192 × 8192 pixels.
     #[error("expected at most 64 MiB and 8192 × 8192 pixels")]
     TooLarge,
+    /// With this one, the pictures of the scene would have more than 134,217,728 pixels.
+    #[error("expected at most 134217728 pixels in all pictures of the scene")]
+    TooMany,
     /// The content is neither PNG nor JPEG.
     #[error("expected a picture in PNG or JPEG")]
     UnknownFormat,
@@ -44,8 +50,8 @@ pub(crate) struct Texture {
 }
 
 impl Texture {
-    /// Reads a file. Its first bytes tell its format.
-    pub(crate) fn read(path: &Path) -> Result<Self, TextureError> {
+    /// Reads a file. Its first bytes tell its format. It may have `left` pixels.
+    pub(crate) fn read(path: &Path, left: usize) -> Result<Self, TextureError> {
         // Check before opening: opening a device can have side effects.
         let about = std::fs::metadata(path)?;
         if !about.is_file() {
@@ -56,13 +62,31 @@ impl Texture {
         }
         let mut bytes = Vec::new();
         File::open(path)?.take(LARGEST).read_to_end(&mut bytes)?;
+        Self::decode(&bytes, left)
+    }
+
+    /// Reads a picture that a mesh names or contains. It may have `left` pixels.
+    pub(crate) fn of_mesh(picture: &Picture, left: usize) -> Result<Self, TextureError> {
+        match picture {
+            Picture::File(path) => Self::read(path, left),
+            Picture::Bytes(bytes) if bytes.len() as u64 > LARGEST => Err(TextureError::TooLarge),
+            Picture::Bytes(bytes) => Self::decode(bytes, left),
+        }
+    }
+
+    fn decode(bytes: &[u8], left: usize) -> Result<Self, TextureError> {
         if bytes.starts_with(b"\x89PNG") {
-            from_png(&bytes)
+            from_png(bytes, left)
         } else if bytes.starts_with(b"\xff\xd8") {
-            from_jpeg(&bytes)
+            from_jpeg(bytes, left)
         } else {
             Err(TextureError::UnknownFormat)
         }
+    }
+
+    /// How many pixels it has.
+    pub(crate) fn pixels(&self) -> usize {
+        self.pixels.len()
     }
 
     /// The colour at a place, from (0, 0) at the top left to (1, 1).
@@ -87,15 +111,24 @@ fn texture(width: usize, height: usize, pixels: Vec<[u8; 3]>) -> Result<Texture,
     })
 }
 
-fn from_png(bytes: &[u8]) -> Result<Texture, TextureError> {
+/// Checks the size before the pixels get memory.
+fn check_size(width: usize, height: usize, left: usize) -> Result<(), TextureError> {
+    if width.max(height) > MOST_SIDE {
+        return Err(TextureError::TooLarge);
+    }
+    if width * height > left {
+        return Err(TextureError::TooMany);
+    }
+    Ok(())
+}
+
+fn from_png(bytes: &[u8], left: usize) -> Result<Texture, TextureError> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     // Palettes and bits become bytes, 16 bits become 8.
     decoder.set_transformations(png::Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().map_err(|e| wrong(&e))?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
-    if width.max(height) > MOST_SIDE {
-        return Err(TextureError::TooLarge);
-    }
+    check_size(width, height, left)?;
     let size = reader.output_buffer_size().ok_or(TextureError::TooLarge)?;
     let mut data = vec![0; size];
     let frame = reader.next_frame(&mut data).map_err(|e| wrong(&e))?;
@@ -109,14 +142,16 @@ fn from_png(bytes: &[u8]) -> Result<Texture, TextureError> {
     texture(width, height, pixels.collect())
 }
 
-fn from_jpeg(bytes: &[u8]) -> Result<Texture, TextureError> {
+fn from_jpeg(bytes: &[u8], left: usize) -> Result<Texture, TextureError> {
     let options = DecoderOptions::default()
         .set_max_width(MOST_SIDE)
         .set_max_height(MOST_SIDE)
         .jpeg_set_out_colorspace(ColorSpace::RGB);
     let mut decoder = JpegDecoder::new_with_options(Cursor::new(bytes), options);
-    let data = decoder.decode().map_err(|e| wrong(&e))?;
+    decoder.decode_headers().map_err(|e| wrong(&e))?;
     let (width, height) = decoder.dimensions().unwrap_or_default();
+    check_size(width, height, left)?;
+    let data = decoder.decode().map_err(|e| wrong(&e))?;
     texture(width, height, data.as_chunks::<3>().0.to_vec())
 }
 
@@ -133,6 +168,18 @@ pub(crate) enum Paint<'c> {
         /// From the camera to the box.
         to_box: Transform,
     },
+    /// A triangle shows a part of a picture.
+    Triangle {
+        texture: &'c Texture,
+        /// What is beyond the picture.
+        wrap: [Wrap; 2],
+        /// Each pixel of the picture is multiplied by this colour.
+        tint: [u8; 3],
+        /// In the frame of the camera.
+        corners: [Vector; 3],
+        /// Where the corners are in the picture.
+        places: [[f32; 2]; 3],
+    },
 }
 
 impl Paint<'_> {
@@ -145,6 +192,18 @@ impl Paint<'_> {
                 size,
                 to_box,
             } => (texture, size, to_box),
+            Self::Triangle {
+                texture,
+                wrap,
+                tint,
+                corners,
+                places,
+            } => {
+                let [u, v] = interpolated(point, corners, places);
+                let colour = texture.at(wrap[0].place(u), wrap[1].place(v));
+                let tinted = |at: usize| (u16::from(colour[at]) * u16::from(tint[at]) / 255) as u8;
+                return [tinted(0), tinted(1), tinted(2)];
+            }
         };
         let point = to_box.vector(point) + to_box.translation;
         // From −0.5 to 0.5 along each axis; a box without a depth has none there.
@@ -163,4 +222,19 @@ impl Paint<'_> {
         };
         texture.at((right + 0.5).clamp(0.0, 1.0), (0.5 - up).clamp(0.0, 1.0))
     }
+}
+
+/// The place in a picture of a point of a triangle, by its barycentric coordinates.
+fn interpolated(point: &Vector, corners: &[Vector; 3], places: &[[f32; 2]; 3]) -> [f64; 2] {
+    let (one, two) = (corners[1] - corners[0], corners[2] - corners[0]);
+    let (normal, from) = (one.cross(&two), point - corners[0]);
+    let area = normal.norm_squared();
+    let (second, third) = (
+        from.cross(&two).dot(&normal) / area,
+        one.cross(&from).dot(&normal) / area,
+    );
+    [0, 1].map(|axis| {
+        let [a, b, c] = places.map(|place| f64::from(place[axis]));
+        a + (b - a) * second + (c - a) * third
+    })
 }

@@ -22,6 +22,8 @@ Options:
       --frames             Draws the axes of frames: x red, y green, z blue
       --names              Writes the ids of nodes
       --joint <ID=VALUE>   Moves a joint: an angle in radians, or millimetres of a prismatic one
+      --points <ID=FILE>   Fills a pointcloud: each line of the file has X Y Z in millimetres, in the frame of
+                           the node, and may have red, green and blue from 0 to 255
   -I <DIR>                 Looks for meshes and included files here, too
   -h, --help               Prints this help
   -V, --version            Prints the version
@@ -87,6 +89,7 @@ pub(crate) struct Request {
     pub(crate) slots: bool,
     pub(crate) marks: Marks,
     pub(crate) joints: Vec<(String, f64)>,
+    pub(crate) points: Vec<(String, PathBuf)>,
 }
 
 /// What the command line asks for.
@@ -111,6 +114,7 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
         slots: false,
         marks: Marks::default(),
         joints: Vec::new(),
+        points: Vec::new(),
     };
     while let Some(argument) = parser.next()? {
         match argument {
@@ -143,6 +147,17 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
                 request.joints.push(joint.ok_or_else(|| {
                     let text =
                         format!("`--joint {text}`: expected an id and a number, as in arm=0.5");
+                    Failure::Usage(text)
+                })?);
+            }
+            Arg::Long("points") => {
+                let text = parser.value()?.string()?;
+                let cloud = text.split_once('=');
+                let cloud = cloud.map(|(id, file)| (id.to_owned(), PathBuf::from(file)));
+                request.points.push(cloud.ok_or_else(|| {
+                    let text = format!(
+                        "`--points {text}`: expected an id and a file, as in seen=seen.xyz"
+                    );
                     Failure::Usage(text)
                 })?);
             }

@@ -2,6 +2,7 @@
 
 mod command_line;
 mod members;
+mod points;
 
 use command_line::{Camera, Command, Failure, Request};
 use innermodel::kinds::Camera as Pixels;
@@ -12,6 +13,7 @@ use rc_diagnostics::foreign::clean;
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 fn main() -> ExitCode {
     let outcome =
@@ -35,13 +37,14 @@ fn print(text: &str) -> Result<(), Failure> {
 }
 
 fn view(request: &Request) -> Result<(), Failure> {
-    let model = load(request)?;
+    let model = Arc::new(load(request)?);
     let tree = model.snapshot();
     if request.slots {
         return print(&members::clause(&tree)?);
     }
-    let (centre, radius) = scene(&tree);
-    let around = Navigator::around(&tree);
+    let clouds = model.clouds();
+    let (centre, radius) = scene(&tree, &clouds);
+    let around = Navigator::around(&tree, &clouds);
     let (width, height) = request.size;
     let view = match &request.camera {
         None => around.view(width, height),
@@ -52,7 +55,7 @@ fn view(request: &Request) -> Result<(), Failure> {
         }
     };
     if let Some(path) = &request.png {
-        return to_file(&tree, &view, radius, request, path);
+        return to_file(&model, &view, radius, request, path);
     }
     let from = request.camera.as_ref();
     let options = Options {
@@ -64,7 +67,7 @@ fn view(request: &Request) -> Result<(), Failure> {
     let say = |line: &str| {
         let _ = writeln!(std::io::stdout(), "{line}");
     };
-    let shown = run(&|| Some(model.snapshot()), &options, &say);
+    let shown = run(&|| Some(Arc::clone(&model)), &options, &say);
     shown.map_err(|error| Failure::System(format!("{error}; `--png FILE` needs no window")))
 }
 
@@ -94,6 +97,10 @@ fn load(request: &Request) -> Result<InnerModel, Failure> {
         Ok(())
     });
     moved.map_err(wrong)?;
+    for (id, path) in &request.points {
+        let points = points::read(path)?;
+        model.set_points(id, points).map_err(wrong)?;
+    }
     Ok(model)
 }
 
@@ -125,13 +132,15 @@ fn node_view(tree: &Snapshot, id: &str, request: &Request) -> Result<View, Failu
 }
 
 fn to_file(
-    tree: &Snapshot,
+    model: &InnerModel,
     view: &View,
     radius: f64,
     request: &Request,
     path: &Path,
 ) -> Result<(), Failure> {
+    let tree = &*model.snapshot();
     let mut scene = Scene::new();
+    scene.set_clouds(model.clouds());
     let drawn = scene.draw(tree, view);
     let mut image: Image = drawn.map_err(|error| Failure::Input(error.to_string()))?;
     for problem in scene.problems() {

@@ -1,18 +1,31 @@
 //! The camera of the window: it moves around a point.
 
 use innermodel::kinds::{Camera, Kind, Shape};
-use innermodel::{NodeRef, Point, Snapshot, Vector};
+use innermodel::{Clouds, NodeRef, Point, Snapshot, Vector};
 use innermodel_render::{View, look_at};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// How far the camera may look down or up: not quite straight.
 const STEEPEST: f64 = FRAC_PI_2 - 0.01;
 
-/// The centre of the bodies of a tree, and the radius of a ball around them, in millimetres. Where
-/// nothing has a size, the radius is a metre.
-pub fn scene(tree: &Snapshot) -> (Point, f64) {
+/// The centre of the bodies and point clouds of a tree, and the radius of a ball around them, in
+/// millimetres. Where nothing has a size, the radius is a metre.
+pub fn scene(tree: &Snapshot, clouds: &Clouds) -> (Point, f64) {
     let mut corners: Option<(Point, Point)> = None;
+    let mut add = |least: Point, most: Point| {
+        corners = Some(corners.map_or((least, most), |(a, b)| (a.inf(&least), b.sup(&most))));
+    };
     for node in tree.nodes() {
+        if *node.kind() == Kind::PointCloud {
+            let to_root = node.to_root();
+            for point in clouds.of(node.node_id()) {
+                let place = to_root.point(&Point::from(point.position.map(f64::from)));
+                if place.iter().all(|n| n.is_finite()) {
+                    add(place, place);
+                }
+            }
+            continue;
+        }
         let reach = match node.kind() {
             Kind::Plane(plane) => Vector::from(plane.size).norm() / 2.0,
             Kind::Display(display) => Vector::from(display.plane.size).norm() / 2.0,
@@ -26,11 +39,10 @@ pub fn scene(tree: &Snapshot) -> (Point, f64) {
             _ => continue,
         };
         let place = middle(&node);
-        let (least, most) = (
+        add(
             place - Vector::repeat(reach.abs()),
             place + Vector::repeat(reach.abs()),
         );
-        corners = Some(corners.map_or((least, most), |(a, b)| (a.inf(&least), b.sup(&most))));
     }
     let Some((least, most)) = corners else {
         return (Point::origin(), 1000.0);
@@ -65,8 +77,8 @@ pub struct Navigator {
 
 impl Navigator {
     /// A camera that sees the whole tree.
-    pub fn around(tree: &Snapshot) -> Self {
-        let (centre, radius) = scene(tree);
+    pub fn around(tree: &Snapshot, clouds: &Clouds) -> Self {
+        let (centre, radius) = scene(tree, clouds);
         Self {
             centre,
             distance: radius * 1.5,

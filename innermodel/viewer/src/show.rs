@@ -3,7 +3,7 @@
 use crate::navigator::{Navigator, scene};
 use crate::overlay::{self, Marks};
 use crate::window::{Input, Window, WindowError};
-use innermodel::{NodeId, Snapshot};
+use innermodel::{Clouds, InnerModel, NodeId, Snapshot};
 use innermodel_render::{Image, Scene};
 use rc_diagnostics::foreign::clean;
 use std::sync::Arc;
@@ -51,22 +51,23 @@ enum Wish {
     End,
 }
 
-/// Shows the newest version of a tree in a window, until its user closes it or `tree` returns
-/// nothing. `say` gets a line for each picked node and each mesh that cannot be read.
+/// Shows the newest version of a tree and its point clouds in a window, until its user closes it or
+/// `model` returns nothing. `say` gets a line for each picked node and each mesh that cannot be read.
 ///
 /// The left button turns, the right one moves, the wheel zooms, a click picks. The key `f` switches
 /// frames, `n` names, `r` returns to the first view, `q` ends.
 pub fn run(
-    tree: &dyn Fn() -> Option<Arc<Snapshot>>,
+    model: &dyn Fn() -> Option<Arc<InnerModel>>,
     options: &Options,
     say: &dyn Fn(&str),
 ) -> Result<(), WindowError> {
-    let Some(mut now) = tree() else {
+    let seen = || model().map(|model| (model.snapshot(), model.clouds()));
+    let Some((mut now, mut clouds)) = seen() else {
         return Ok(());
     };
     let mut window = Window::open(&options.title, options.size)?;
     let first = options.navigator.clone();
-    let first = first.unwrap_or_else(|| Navigator::around(&now));
+    let first = first.unwrap_or_else(|| Navigator::around(&now, &clouds));
     let mut show = Show {
         scene: Scene::new(),
         navigator: first.clone(),
@@ -74,7 +75,7 @@ pub fn run(
         drag: None,
         say,
     };
-    let mut image = show.draw(&window, &now)?;
+    let mut image = show.draw(&window, &now, &clouds)?;
     loop {
         window.show(&image)?;
         let mut wish = Wish::Nothing;
@@ -84,27 +85,33 @@ pub fn run(
                 let new = show.input(input, &window, &image, &now, &first);
                 wish = wish.max(new);
             }
-            let Some(newest) = tree() else {
+            let Some((newest, points)) = seen() else {
                 return Ok(());
             };
-            if newest.version() != now.version() {
-                now = newest;
+            if newest.version() != now.version() || !points.is_same(&clouds) {
+                (now, clouds) = (newest, points);
                 wish = wish.max(Wish::Draw);
             }
         }
         if wish == Wish::End {
             return Ok(());
         }
-        image = show.draw(&window, &now)?;
+        image = show.draw(&window, &now, &clouds)?;
     }
 }
 
 impl Show<'_> {
-    fn draw(&mut self, window: &Window, tree: &Snapshot) -> Result<Image, WindowError> {
+    fn draw(
+        &mut self,
+        window: &Window,
+        tree: &Snapshot,
+        clouds: &Clouds,
+    ) -> Result<Image, WindowError> {
         let (width, height) = window.size();
         // A window has at most 65,535 pixels in a row; the image has a bound.
         let (width, height) = (width.clamp(1, 4096), height.clamp(1, 4096));
         let view = self.navigator.view(width, height);
+        self.scene.set_clouds(clouds.clone());
         let drawn = self.scene.draw(tree, &view);
         for problem in self.scene.problems() {
             (self.say)(&format!(
@@ -113,7 +120,7 @@ impl Show<'_> {
             ));
         }
         let mut image = drawn?;
-        let length = scene(tree).1 * 0.08;
+        let length = scene(tree, clouds).1 * 0.08;
         overlay::draw(&mut image, tree, &view, self.marks, length);
         let help = "drag: turn, right: move, wheel: zoom, click: pick, f: frames, n: names, q: end";
         overlay::text(&mut image, 4.0, height as f64 - 12.0, help);

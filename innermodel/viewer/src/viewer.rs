@@ -68,8 +68,8 @@ impl Viewer {
         let started = thread::Builder::new()
             .name("viewer".to_owned())
             .spawn(move || {
-                let tree = || is_on.load(Ordering::Relaxed).then(|| model.snapshot());
-                if let Err(error) = show::run(&tree, &options, &*say) {
+                let shown = || is_on.load(Ordering::Relaxed).then(|| Arc::clone(&model));
+                if let Err(error) = show::run(&shown, &options, &*say) {
                     say(&error.to_string());
                 }
             });

@@ -1,5 +1,7 @@
 //! Pictures show things where they are.
 
+mod clouds;
+mod meshes;
 mod textures;
 
 use innermodel::kinds::Camera;

@@ -1,18 +1,18 @@
-//! Textures and wireframes, by pixels.
+//! Textures of boxes and wireframes, by pixels.
 
 use innermodel::{Folders, InnerModel, Point};
 use innermodel_render::{Image, Scene, View, look_at};
 use std::path::Path;
 
-const RED: [u8; 3] = [220, 30, 30];
-const GREEN: [u8; 3] = [30, 200, 30];
-const BLUE: [u8; 3] = [30, 30, 220];
-const YELLOW: [u8; 3] = [220, 220, 30];
+pub(crate) const RED: [u8; 3] = [220, 30, 30];
+pub(crate) const GREEN: [u8; 3] = [30, 200, 30];
+pub(crate) const BLUE: [u8; 3] = [30, 30, 220];
+pub(crate) const YELLOW: [u8; 3] = [220, 220, 30];
 /// Top left, top right, bottom left, bottom right.
-const QUARTERS: [[u8; 3]; 4] = [RED, GREEN, BLUE, YELLOW];
+pub(crate) const QUARTERS: [[u8; 3]; 4] = [RED, GREEN, BLUE, YELLOW];
 
 /// A picture of four quarters as PNG.
-fn write_png(path: &Path) {
+pub(crate) fn write_png(path: &Path) {
     let (side, mut data) = (8_usize, Vec::new());
     for at in 0..side * side {
         let (x, y) = (at % side / (side / 2), at / side / (side / 2));
@@ -27,7 +27,7 @@ fn write_png(path: &Path) {
 }
 
 /// A scene in a folder with `quarters.png`, `quarters.jpg`, `broken.png` and `frame.obj`.
-fn load(inside: &str) -> (tempfile::TempDir, InnerModel, String) {
+pub(crate) fn load(inside: &str) -> (tempfile::TempDir, InnerModel, String) {
     let folder = tempfile::tempdir().expect("a folder");
     write_png(&folder.path().join("quarters.png"));
     let jpeg = include_bytes!("quarters.jpg");
@@ -42,7 +42,7 @@ fn load(inside: &str) -> (tempfile::TempDir, InnerModel, String) {
     (folder, model, warnings)
 }
 
-fn from(x: f64, y: f64, z: f64) -> View {
+pub(crate) fn from(x: f64, y: f64, z: f64) -> View {
     let camera = innermodel::kinds::Camera {
         width: 100.0,
         height: 100.0,
@@ -52,12 +52,12 @@ fn from(x: f64, y: f64, z: f64) -> View {
 }
 
 /// The colours at the middles of the four quarters of an image. The body fills most of it.
-fn quarters(image: &Image) -> [[u8; 3]; 4] {
+pub(crate) fn quarters(image: &Image) -> [[u8; 3]; 4] {
     [(35, 35), (65, 35), (35, 65), (65, 65)].map(|(x, y)| image.colours[y * image.width + x])
 }
 
 /// The light is at the camera, so what faces it has nearly its own colour. JPEG loses some.
-fn assert_shows(image: &Image, expected: [[u8; 3]; 4], what: &str) {
+pub(crate) fn assert_shows(image: &Image, expected: [[u8; 3]; 4], what: &str) {
     for (seen, expected) in quarters(image).iter().zip(expected) {
         for (seen, expected) in seen.iter().zip(expected) {
             assert!(

@@ -219,3 +219,60 @@ fn members_of_slot_arrays_are_printed_as_a_network_lists_them() {
         "rcview: error: `front` and `Front` of `lasers` differ only in case\n"
     );
 }
+
+/// The points of a file are on the image where they are projected, in their colours.
+#[test]
+fn points_of_a_file_fill_a_cloud() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let world = r#"<innerModel><transform id="head" ty="100"><pointcloud id="seen"/></transform></innerModel>"#;
+    std::fs::write(at("world.xml"), world).expect("a file");
+    std::fs::write(at("seen.xyz"), "# points\n0 0 0 255 10 20\n\n150 50 10\n").expect("a file");
+    let draw = |points: &str, more: &[&str]| {
+        let mut command = rcview();
+        command.args([&at("world.xml"), "--camera", "0,100,-1000,0,100,0"]);
+        command.args(["--size", "200x100", "--png", &at("seen.png")]);
+        command.args(["--points", points]).args(more);
+        command.env_remove("DISPLAY").output().expect("to run it")
+    };
+    let filled = format!("seen={}", at("seen.xyz"));
+    success(&draw(&filled, &[]));
+    let (seen, width) = pixels(Path::new(&at("seen.png")));
+    // The focal length is 200 pixels, and the camera looks along z at the height of the points.
+    assert_eq!(seen[50 * width + 100], [255, 10, 20]);
+    let (u, v) = (100.0 + 200.0 * 150.0 / 1010.0, 50.0 - 200.0 * 50.0 / 1010.0);
+    assert_eq!(seen[v as usize * width + u as usize], [255; 3]);
+    let list = success(&draw(&filled, &["--ids"]));
+    let line = list.lines().find(|line| line.ends_with(" seen"));
+    let number = u32::from_str_radix(&line.expect("a line")[1..7], 16).expect("a colour");
+    let [_, red, green, blue] = number.to_be_bytes();
+    let (ids, _) = pixels(Path::new(&at("seen.png")));
+    assert_eq!(ids[50 * width + 100], [red, green, blue]);
+
+    std::fs::write(at("bad.xyz"), "0 0 0\n1 2 nan\n").expect("a file");
+    for (points, code, expected) in [
+        (
+            format!("seen={}", at("bad.xyz")),
+            1,
+            "bad.xyz:2: expected three finite numbers",
+        ),
+        (format!("sen={}", at("seen.xyz")), 1, "`seen`"),
+        (
+            format!("head={}", at("seen.xyz")),
+            1,
+            "`head` is a transform, not a pointcloud",
+        ),
+        (format!("seen={}", at("none.xyz")), 3, "No such file"),
+        (
+            format!("seen={}", folder.path().display()),
+            3,
+            "not a regular file",
+        ),
+        ("seen".to_owned(), 2, "expected an id and a file"),
+    ] {
+        let output = draw(&points, &[]);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{points}: {errors}");
+        assert!(errors.contains(expected), "{points}: {errors}");
+    }
+}

@@ -3,7 +3,7 @@
 use crate::python::skipped;
 use crate::screen::Screen;
 use crate::{rcview, scene};
-use innermodel::{InnerModel, Time};
+use innermodel::{ColouredPoint, InnerModel, Time};
 use innermodel_viewer::{Viewer, innermodel};
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -213,7 +213,9 @@ fn the_window_of_a_component_is_live() {
     let first = user.changed(window, &black.unwrap_or_default());
     let mut input = component.0.stdin.take().expect("its input");
     std::io::Write::write_all(&mut input, b"move\n").expect("to ask");
-    user.changed(window, &first);
+    let moved = user.changed(window, &first);
+    std::io::Write::write_all(&mut input, b"points\n").expect("to ask");
+    user.changed(window, &moved);
     std::io::Write::write_all(&mut input, b"hide\n").expect("to ask");
     until("no window", || {
         user.window("component").is_none().then_some(())
@@ -280,7 +282,7 @@ fn a_component_with_the_option_has_a_window() {
 #[ignore = "another test starts it"]
 fn component() {
     let text = r##"<innerModel><transform id="t"><sphere id="s" radius="100" texture="#ff0000"/>
-        </transform><sphere id="u" tx="300" radius="50"/></innerModel>"##;
+        </transform><sphere id="u" tx="300" radius="50"/><pointcloud id="seen"/></innerModel>"##;
     let model = Arc::new(InnerModel::parse(text).expect("a model"));
     let said = Arc::new(Mutex::new(Vec::new()));
     let lines = Arc::clone(&said);
@@ -295,6 +297,16 @@ fn component() {
                     edit.set_pose("t", innermodel::Pose::new(0.0, 90.0, 0.0, 0.0, 0.0, 0.0))
                 })
                 .expect("a change"),
+            // In front of the bodies.
+            "points" => model
+                .set_points(
+                    "seen",
+                    vec![ColouredPoint {
+                        position: [100.0, 50.0, -110.0],
+                        colour: [9; 3],
+                    }],
+                )
+                .expect("points"),
             "hide" => viewer.show(false),
             _ => viewer.show(true),
         }

@@ -1,0 +1,138 @@
+//! Triangles with what they look like.
+
+use crate::scene::DrawError;
+use crate::texture::{Paint, Texture};
+use crate::triangles::Canvas;
+use innermodel::{Point, Transform};
+use innermodel_mesh::{Looks, MeshError, Picture, TriangleMesh};
+use std::path::Path;
+use std::sync::Arc;
+
+/// How many problems of one mesh are reported.
+const MOST_PROBLEMS: usize = 16;
+
+/// The surface of a body.
+#[derive(Debug)]
+pub(crate) struct Surface {
+    mesh: TriangleMesh,
+    looks: Looks,
+    /// The pictures of the materials.
+    textures: Vec<Option<Arc<Texture>>>,
+    pixels: usize,
+}
+
+impl Surface {
+    /// The surface of a box with its centre at the origin.
+    pub(crate) fn cuboid(size: [f64; 3]) -> Self {
+        Self {
+            mesh: cuboid(size),
+            looks: Looks::default(),
+            textures: Vec::new(),
+            pixels: 0,
+        }
+    }
+
+    /// Reads a mesh with its pictures, which may have `left` pixels in all.
+    pub(crate) fn read(
+        path: &Path,
+        [sx, sy, sz]: [f64; 3],
+        left: usize,
+    ) -> Result<(Self, Vec<DrawError>), MeshError> {
+        let (mut mesh, mut looks) = innermodel_mesh::read_with_looks(path)?;
+        for [x, y, z] in &mut mesh.vertices {
+            (*x, *y, *z) = (*x * sx, *y * sy, -*z * sz);
+        }
+        let problems = std::mem::take(&mut looks.problems);
+        let mut problems: Vec<DrawError> = problems.into_iter().map(DrawError::Look).collect();
+        // Materials share pictures.
+        let mut known: Vec<(Picture, Option<Arc<Texture>>)> = Vec::new();
+        let (mut textures, mut pixels) = (Vec::new(), 0);
+        for material in &mut looks.materials {
+            let Some(picture) = material.picture.take() else {
+                textures.push(None);
+                continue;
+            };
+            if let Some((_, texture)) = known.iter().find(|(other, _)| *other == picture) {
+                textures.push(texture.clone());
+                continue;
+            }
+            let texture = match Texture::of_mesh(&picture, left.saturating_sub(pixels)) {
+                Ok(texture) => {
+                    pixels += texture.pixels();
+                    Some(Arc::new(texture))
+                }
+                Err(error) => {
+                    problems.push(DrawError::Texture(error));
+                    None
+                }
+            };
+            textures.push(texture.clone());
+            known.push((picture, texture));
+        }
+        problems.truncate(MOST_PROBLEMS);
+        let surface = Self {
+            mesh,
+            looks,
+            textures,
+            pixels,
+        };
+        Ok((surface, problems))
+    }
+
+    /// How many pixels its pictures have.
+    pub(crate) fn pixels(&self) -> usize {
+        self.pixels
+    }
+}
+
+impl<'c> Canvas<'c> {
+    /// Draws a surface. Triangles without a material have the paint of the canvas.
+    pub(crate) fn surface(&mut self, surface: &'c Surface, to_camera: &Transform) {
+        let vertices = &surface.mesh.vertices;
+        let corner = |at: u32| to_camera.point(&Point::from(vertices[at as usize])).coords;
+        let plain = self.paint;
+        for (number, triangle) in surface.mesh.triangles.iter().enumerate() {
+            let corners = triangle.map(corner);
+            let look = surface.looks.triangles.get(number);
+            let material = look.and_then(|look| Some((look, look.material? as usize)));
+            let material = material.and_then(|(look, at)| {
+                let material = surface.looks.materials.get(at)?;
+                Some((look, material, surface.textures.get(at)?))
+            });
+            self.paint = match material {
+                None => plain,
+                Some((look, material, Some(texture))) => Paint::Triangle {
+                    texture,
+                    wrap: material.wrap,
+                    tint: material.colour,
+                    corners,
+                    places: look.corners,
+                },
+                Some((_, material, None)) => Paint::Colour(material.colour),
+            };
+            self.triangle(corners);
+        }
+        self.paint = plain;
+    }
+}
+
+fn cuboid(size: [f64; 3]) -> TriangleMesh {
+    let vertices = (0..8).map(|corner| {
+        [0, 1, 2].map(|axis| size[axis] / 2.0 * if corner >> axis & 1 == 0 { -1.0 } else { 1.0 })
+    });
+    let sides = [
+        [0, 1, 3, 2],
+        [4, 6, 7, 5],
+        [0, 4, 5, 1],
+        [2, 3, 7, 6],
+        [0, 2, 6, 4],
+        [1, 5, 7, 3],
+    ];
+    let triangles = sides
+        .into_iter()
+        .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    TriangleMesh {
+        vertices: vertices.collect(),
+        triangles: triangles.collect(),
+    }
+}
