@@ -1,43 +1,41 @@
 """Classes for types that are known at run time only, from their description."""
 
-import keyword
-import re
+import json
 from collections import namedtuple
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, MutableMapping
 from dataclasses import make_dataclass
 from enum import IntEnum
-from typing import Any
+from typing import Any, Literal
 
+from robocomp import _native
 from robocomp._errors import RemoteError
 
 
-def attribute(name: str) -> str:
-    """The name of a member as an attribute."""
-    return f"{name}_" if keyword.iskeyword(name) else name
+NameKind = Literal["enumerator", "exception member", "member", "parameter", "part"]
 
 
-def _distinct(names: Iterable[str], taken: Iterable[str] = ()) -> list[str]:
-    """Attributes for these names. One that Python refuses or has for itself gets a `_`, a private one
-    a letter before it, so that no description keeps a client from a network."""
-    used = set(taken)
-    found = []
-    for name in names:
-        free = attribute(f"n{name}" if name.startswith("_") else name)
-        while free in used:
+def distinct(kind: NameKind, names: Iterable[str]) -> list[str]:
+    """These names as generated code has them. Descriptions of other processes may have names that
+    no IDSL allows, or that become one: no name keeps a client from a network."""
+    found: list[str] = []
+    for at, name in enumerate(names):
+        free = _native.name_of(kind, name)
+        if not (free.isascii() and free.isidentifier()):
+            free = f"n{at}"
+        while free in found or (kind == "enumerator" and free == "mro"):
             free += "_"
-        used.add(free)
         found.append(free)
     return found
 
 
 def snake_case(name: str) -> str:
     """`getLaserData` as `get_laser_data`."""
-    text = re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name)
-    text = re.sub(r"([A-Z]+)([A-Z][a-z])", r"\1_\2", text)
-    return attribute(text.lower())
+    return _native.name_of("function", name)
 
 
-_OF_EXCEPTIONS = ("add_note", "args", "with_traceback")
+def _title(name: str) -> str:
+    title = name[:1].upper() + name[1:]
+    return title if title.isascii() and title.isidentifier() else "Unnamed"
 
 
 def _exception(name: str, members: list[str]) -> type:
@@ -56,37 +54,54 @@ def _exception(name: str, members: list[str]) -> type:
 
 def _class(name: str, described: Mapping[str, Any]) -> type | None:
     if "enum" in described:
-        keys = _distinct((key for key, _ in described["enum"]), ["mro"])
+        keys = distinct("enumerator", (key for key, _ in described["enum"]))
         numbers = (number for _, number in described["enum"])
         return IntEnum(name, list(zip(keys, numbers, strict=True)))  # type: ignore[return-value]
     if "exception" in described:
-        members = [member["name"] for member in described["exception"]]
-        return _exception(name, _distinct(members, _OF_EXCEPTIONS))
+        members = (member["name"] for member in described["exception"])
+        return _exception(name, distinct("exception member", members))
     if "struct" in described:
-        members = _distinct(member["name"] for member in described["struct"])
-        return make_dataclass(name, [(member, Any) for member in members], slots=True)
+        members = (member["name"] for member in described["struct"])
+        fields = [(member, Any) for member in distinct("member", members)]
+        return make_dataclass(name, fields, slots=True)
     return None
 
 
-def classes(modules: Iterable[Mapping[str, Any]]) -> dict[str, type]:
+def _answer(operation: Mapping[str, Any]) -> list[str]:
+    """The parts of a reply."""
+    parts = distinct("part", (part["name"] for part in operation.get("outputs", [])))
+    if operation.get("result"):
+        result = "result"
+        while result in parts:
+            result += "_"
+        parts.append(result)
+    return parts
+
+
+Known = MutableMapping[tuple[str, str], type]
+"""Classes by the names of their types and by what those are."""
+
+
+def classes(modules: Iterable[Mapping[str, Any]], known: Known | None = None) -> dict[str, type]:
     """A class for each type of these modules, by its name `Module::Name`, and for the replies of
-    operations that have several parts."""
+    operations that have several parts. Types that are the same get the class in `known`."""
+    known = {} if known is None else known
     found: dict[str, type] = {}
     for module in modules:
         prefix = module["module"]
         for described in module.get("types", []):
-            made = _class(described["name"], described)
+            name = f"{prefix}::{described['name']}"
+            key = (name, json.dumps(described, sort_keys=True))
+            made = known.get(key) or _class(_title(described["name"]), described)
             if made is not None:
-                found[f"{prefix}::{described['name']}"] = made
+                found[name] = known[key] = made
         for interface in module.get("interfaces", []):
             for operation in interface.get("operations", []):
-                has_result = bool(operation.get("result"))
-                outputs = (part["name"] for part in operation.get("outputs", []))
-                parts = _distinct(outputs, ["result"] if has_result else [])
-                if has_result:
-                    parts.append("result")
+                parts = _answer(operation)
                 if len(parts) > 1:
                     name = f"{prefix}::{interface['name']}.{operation['name']}"
-                    title = operation["name"][:1].upper() + operation["name"][1:]
-                    found[name] = namedtuple(f"{title}Answer", parts)  # noqa: PYI024
+                    key = (name, json.dumps(parts))
+                    title = f"{_title(operation['name'])}Answer"
+                    found[name] = known.get(key) or namedtuple(title, parts)  # noqa: PYI024
+                    known[key] = found[name]
     return found

@@ -6,7 +6,7 @@ from datetime import timedelta
 from typing import Any
 
 from robocomp import _native
-from robocomp._classes import attribute, classes, snake_case
+from robocomp._classes import Known, classes, distinct, snake_case
 
 
 class Slot:
@@ -19,13 +19,13 @@ class Slot:
 
     def __getattr__(self, name: str) -> Any:
         for operation, inputs in self._operations.items():
-            if name in (operation, snake_case(operation)):
-                return self._function(operation, [attribute(one) for one in inputs])
-        names = ", ".join(map(snake_case, self._operations))
+            if name in (operation, _native.name_of("method", operation)):
+                return self._function(operation, distinct("parameter", inputs))
+        names = ", ".join(self.__dir__())
         raise AttributeError(f"{self._name} has no operation `{name}`; there are {names}")
 
     def __dir__(self) -> list[str]:
-        return [snake_case(operation) for operation in self._operations]
+        return [_native.name_of("method", operation) for operation in self._operations]
 
     def _function(self, operation: str, inputs: list[str]) -> Any:
         whole = f"{self._name}.{operation}"
@@ -40,7 +40,7 @@ class Slot:
                 raise TypeError(f"{whole} takes ({', '.join(inputs)})")
             return self._network._call(whole, tuple(values))
 
-        call.__name__ = snake_case(operation)
+        call.__name__ = _native.name_of("method", operation)
         return call
 
 
@@ -62,6 +62,26 @@ class Component:
         return [snake_case(slot) for slot in self._slots]
 
 
+class Samples(Iterator[Any]):
+    """The samples of a topic, in their order. At most 64 MiB of them wait for the loop: beyond
+    that the oldest are dropped. The middleware may drop some before."""
+
+    def __init__(self, samples: _native.Samples, limit: float | None) -> None:
+        self._samples = samples
+        self._limit = limit
+
+    @property
+    def dropped(self) -> int:
+        """The number of samples that were dropped so far because the loop was too slow."""
+        return self._samples.dropped()
+
+    def __next__(self) -> Any:
+        parts = self._samples.next(self._limit)
+        if parts is None:
+            raise StopIteration
+        return parts[0] if len(parts) == 1 else parts
+
+
 class Network:
     """A running network: its components are attributes, those of groups items."""
 
@@ -70,10 +90,17 @@ class Network:
         """The longest time of a call."""
         _seconds(timeout)
         self._native = _native.Network(name)
-        modules = {module["module"]: module for module in map(json.loads, self._native.modules())}
-        self.types = classes(modules.values())
-        """The classes of all types by their names, `Module::Name`."""
-        self._native.set_types(self.types)
+        known: Known = {}
+        self._types = {
+            component: classes(map(json.loads, modules), known)
+            for component, modules in self._native.modules()
+        }
+        self.types: dict[str, type] = {}
+        """The classes of all types by their names, `Module::Name`. Where components were built with
+        different versions of a type, `types_of` has that of each."""
+        for found in self._types.values():
+            self.types = found | self.types
+        self._native.set_types(self._types)
         slots: dict[str, dict[str, dict[str, list[str]]]] = {
             name: {} for name in self._native.components()
         }
@@ -82,9 +109,9 @@ class Network:
         self._components = {
             component: Component(
                 component,
-                {slot: Slot(self, f"{component}.{slot}", of) for slot, of in found.items()},
+                {slot: Slot(self, f"{component}.{slot}", of) for slot, of in served.items()},
             )
-            for component, found in slots.items()
+            for component, served in slots.items()
         }
 
     @property
@@ -113,11 +140,16 @@ class Network:
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self._components]
 
-    def topic(self, name: str, timeout: timedelta | None = None) -> Iterator[Any]:
+    def types_of(self, component: str) -> dict[str, type]:
+        """The classes of the types of a component by their names, `Module::Name`."""
+        self[component]
+        return dict(self._types.get(component, {}))
+
+    def topic(self, name: str, timeout: timedelta | None = None) -> "Samples":
         """The samples of a topic from now on: `COMPONENT.SLOT.OPERATION`, or an end of it. With a
         `timeout` it ends when no sample comes for as long."""
         limit = None if timeout is None else _seconds(timeout)
-        return _samples(self._native.listen(name), limit)
+        return Samples(self._native.listen(name), limit)
 
     def _call(self, operation: str, arguments: tuple[Any, ...]) -> Any:
         return self._native.call(operation, arguments, _seconds(self.timeout))
@@ -127,11 +159,6 @@ def _seconds(time: timedelta) -> float:
     if time < timedelta(0):
         raise ValueError(f"a timeout of {time} is negative")
     return time.total_seconds()
-
-
-def _samples(samples: _native.Samples, limit: float | None) -> Iterator[Any]:
-    while (parts := samples.next(limit)) is not None:
-        yield parts[0] if len(parts) == 1 else parts
 
 
 def connect(network: str = "default", timeout: timedelta = timedelta(seconds=2)) -> Network:

@@ -1,28 +1,23 @@
-//! A running network without a component: calls of its operations and the messages of its topics,
-//! with the types that its components describe.
+//! A running network without a component: calls of its operations, with the types that its components describe.
 
 use crate::errors;
+use crate::samples::Samples;
 use crate::types::{Types, Used};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rc_observe::{Answer, Observer, Topic, call};
+use rc_observe::{Answer, Topic, call};
 use rc_values::Value;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-use std::time::{Duration, Instant};
-
-/// The most samples that wait for the program.
-const WAITING: usize = 64;
-/// The longest wait before signals are handled.
-const TURN: Duration = Duration::from_millis(100);
+use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
+use std::time::Duration;
 
 /// A running network.
 #[pyclass(frozen, module = "robocomp._native")]
 pub(crate) struct Network {
     network: rc_observe::Network,
-    types: OnceLock<Arc<Types>>,
+    /// The types of each component.
+    types: OnceLock<HashMap<String, Arc<Types>>>,
 }
 
 #[pymethods]
@@ -37,33 +32,37 @@ impl Network {
         })
     }
 
-    /// The descriptions of all modules, as JSON.
-    fn modules(&self) -> Vec<String> {
+    /// The descriptions of the modules of each component, as JSON.
+    fn modules(&self) -> Vec<(String, Vec<String>)> {
         let components = self.network.components.iter();
-        let modules = components.flat_map(|component| &component.described.types);
-        modules.map(ToString::to_string).collect()
+        let modules = components.map(|component| {
+            let types = component.described.types.iter().map(ToString::to_string);
+            (component.name.clone(), types.collect())
+        });
+        modules.collect()
     }
 
-    /// Takes the classes of all types.
-    fn set_types(&self, classes: &Bound<'_, PyDict>) -> PyResult<()> {
-        let topics = self.network.topics();
-        let topics = topics
-            .iter()
-            .map(|topic| (&topic.interface.name, &topic.operation));
-        let services = self.network.services();
-        let services = services.iter().flat_map(|service| {
-            let operations = service.interface.operations.iter();
-            operations.map(|operation| (&service.interface.name, operation))
-        });
-        let used = topics.chain(services).map(|(interface, operation)| Used {
-            answer: format!("{interface}.{}", operation.name),
-            request: &operation.request,
-            reply: &operation.reply,
-            throws: &operation.throws,
-        });
-        let types = Types::of(classes, used)?;
+    /// Takes the classes of the types of each component.
+    fn set_types(&self, classes: HashMap<String, Bound<'_, PyDict>>) -> PyResult<()> {
+        let mut all = HashMap::new();
+        for (name, classes) in classes {
+            let Some(component) = self.network.component(&name) else {
+                continue;
+            };
+            let slots = component.described.slots.iter();
+            let interfaces = slots.filter_map(|slot| component.catalog.interface(&slot.interface));
+            let used = interfaces.flat_map(|interface| {
+                interface.operations.iter().map(|operation| Used {
+                    answer: format!("{}.{}", interface.name, operation.name),
+                    request: &operation.request,
+                    reply: &operation.reply,
+                    throws: &operation.throws,
+                })
+            });
+            all.insert(name, Types::of(&classes, used)?);
+        }
         // The constructor of Python sets them once.
-        let _ = self.types.set(types);
+        let _ = self.types.set(all);
         Ok(())
     }
 
@@ -112,7 +111,7 @@ impl Network {
             let message = format!("there is no operation `{operation}`");
             return Err(errors::raise(py, "Error", &message));
         };
-        let types = self.types()?;
+        let types = self.types(&found.server.component)?;
         let of = &found.operation;
         let request = types.arguments(&of.request, arguments).map_err(|misfit| {
             let message = format!("{}(): {misfit}", of.name);
@@ -139,30 +138,18 @@ impl Network {
             components: Vec::new(),
             silent: Vec::new(),
         };
-        let (sender, samples) = sync_channel(WAITING);
-        let (opened, opens) = sync_channel(1);
-        let ends = Arc::new(AtomicBool::new(false));
-        std::thread::Builder::new()
-            .name("topic".to_owned())
-            .spawn({
-                let ends = Arc::clone(&ends);
-                move || listen(&network, &topic, &opened, &sender, &ends)
-            })?;
-        let outcome = py.detach(move || opens.recv());
-        let outcome = outcome.unwrap_or_else(|_| Err("the thread of the topic ended".to_owned()));
-        outcome.map_err(|reason| errors::raise(py, "Error", &reason))?;
-        Ok(Samples {
-            queue: Mutex::new(samples),
-            ends,
-            types: Arc::clone(self.types()?),
-        })
+        // The description of a topic is that of its last publisher.
+        let end = topic.publishers.last().or(topic.subscribers.first());
+        let types = Arc::clone(self.types(end.map_or("", |end| &end.component))?);
+        Samples::of(py, network, topic, types)
     }
 }
 
 impl Network {
-    fn types(&self) -> PyResult<&Arc<Types>> {
-        let missing = || PyRuntimeError::new_err("the classes of the network are not set");
-        self.types.get().ok_or_else(missing)
+    fn types(&self, component: &str) -> PyResult<&Arc<Types>> {
+        let missing = || PyRuntimeError::new_err("the classes of the component are not set");
+        let all = self.types.get();
+        all.and_then(|all| all.get(component)).ok_or_else(missing)
     }
 }
 
@@ -187,88 +174,4 @@ fn of_call(py: Python<'_>, error: &rc_observe::Error) -> PyErr {
         let _ = raised.value(py).setattr("state", state);
     }
     raised
-}
-
-type Sample = Result<Value, String>;
-
-/// Receives samples until nobody takes them.
-fn listen(
-    network: &rc_observe::Network,
-    topic: &Topic,
-    opened: &SyncSender<Result<(), String>>,
-    samples: &SyncSender<Sample>,
-    ends: &AtomicBool,
-) {
-    let mut observer = match Observer::new(network) {
-        Ok(observer) => observer,
-        Err(error) => {
-            // The other side waits for it.
-            let _ = opened.send(Err(error.to_string()));
-            return;
-        }
-    };
-    let outcome = observer.open(topic);
-    let is_open = outcome.is_ok();
-    let _ = opened.send(outcome.map(drop).map_err(|error| error.to_string()));
-    let mut taken = is_open;
-    while taken && !ends.load(Ordering::Relaxed) {
-        let more = observer.take(&mut |_, observed| {
-            let sample = topic.decode(&observed).map_err(|error| error.to_string());
-            taken &= samples.send(sample).is_ok();
-        });
-        if !more {
-            observer.wait(&[], TURN);
-        }
-    }
-}
-
-/// The samples of a topic.
-#[pyclass(frozen, module = "robocomp._native")]
-pub(crate) struct Samples {
-    queue: Mutex<Receiver<Sample>>,
-    types: Arc<Types>,
-    /// Whether nobody listens any more.
-    ends: Arc<AtomicBool>,
-}
-
-impl Drop for Samples {
-    fn drop(&mut self) {
-        self.ends.store(true, Ordering::Relaxed);
-    }
-}
-
-#[pymethods]
-impl Samples {
-    /// The parameters of the next sample; `None` if none comes within `limit` seconds.
-    fn next<'py>(
-        &self,
-        py: Python<'py>,
-        limit: Option<f64>,
-    ) -> PyResult<Option<Bound<'py, PyTuple>>> {
-        let limit = limit.map(|limit| Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX));
-        let begun = Instant::now();
-        loop {
-            let left = limit.map_or(TURN, |limit| {
-                limit.saturating_sub(begun.elapsed()).min(TURN)
-            });
-            let found = py.detach(|| {
-                let samples = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
-                samples.recv_timeout(left)
-            });
-            match found {
-                Ok(Ok(Value::Struct(_, values))) => {
-                    return self.types.parts(py, values).map(Some);
-                }
-                Ok(Ok(_)) => {}
-                Ok(Err(reason)) => return Err(errors::raise(py, "Error", &reason)),
-                Err(RecvTimeoutError::Disconnected) => return Ok(None),
-                Err(RecvTimeoutError::Timeout) => {
-                    py.check_signals()?;
-                    if limit.is_some_and(|limit| begun.elapsed() >= limit) {
-                        return Ok(None);
-                    }
-                }
-            }
-        }
-    }
 }

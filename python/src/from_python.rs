@@ -9,7 +9,8 @@ use rc_values::{Member, Numbers, Primitive, Struct, Type, Value};
 use std::fmt;
 use std::sync::Arc;
 
-/// The most elements that an iterator without a length may have, where its type allows any number.
+/// The most elements that are taken one by one, where the type allows any number: an iterator may
+/// have no end, and a `range` none that fits the memory.
 const MOST_OF_ITERATOR: usize = 1 << 24;
 
 /// The longest text of an object in a message, in characters.
@@ -277,7 +278,7 @@ impl Types {
 
     /// The elements of a sequence or an array. Arrays of `NumPy`, bytes and other buffers are
     /// copied as a whole; one of several dimensions is read row by row. `most` are allowed: an
-    /// iterator may have no end.
+    /// iterator may have no end, or more elements than it says.
     fn elements(
         &self,
         ty: &Type,
@@ -286,21 +287,25 @@ impl Types {
         most: Option<usize>,
     ) -> Result<Value, Misfit> {
         let wrong = || Misfit::expected(ty, object);
-        let most = match object.len() {
-            Ok(_) => usize::MAX,
-            Err(_) => most.unwrap_or(MOST_OF_ITERATOR),
+        if object.is_instance_of::<PyString>() || object.is_instance_of::<PyDict>() {
+            return Err(wrong());
+        }
+        if let Type::Primitive(primitive) = element
+            && let Some(numbers) = of_buffer(*primitive, object)?
+        {
+            return Ok(Value::Numbers(numbers));
+        }
+        let length = object.len().ok();
+        let most = match length {
+            Some(length) if length <= MOST_OF_ITERATOR => MOST_OF_ITERATOR,
+            _ => most.unwrap_or(MOST_OF_ITERATOR),
         };
         let check = |at: usize| {
             let more = || Misfit::new(format!("it has more than {most} elements"));
             (at < most).then_some(()).ok_or_else(more)
         };
-        if object.is_instance_of::<PyString>() || object.is_instance_of::<PyDict>() {
-            return Err(wrong());
-        }
+        check(length.unwrap_or(0).saturating_sub(1))?;
         if let Type::Primitive(primitive) = element {
-            if let Some(numbers) = of_buffer(*primitive, object)? {
-                return Ok(Value::Numbers(numbers));
-            }
             let mut numbers = Numbers::empty(*primitive);
             for (at, item) in object.try_iter().map_err(|_| wrong())?.enumerate() {
                 check(at)?;

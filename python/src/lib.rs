@@ -17,10 +17,12 @@ mod link;
 mod log;
 mod machine_runner;
 mod memory;
+mod names;
 mod parameters;
 mod replies;
 mod run;
 mod sample;
+mod samples;
 mod session;
 mod to_python;
 mod types;
@@ -34,7 +36,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use super::client::{Network, Samples};
+    use super::client::Network;
     #[pymodule_export]
     use super::codec::{Codec, configuration};
     #[pymodule_export]
@@ -44,7 +46,11 @@ mod _native {
     #[pymodule_export]
     use super::machine_runner::MachineRunner;
     #[pymodule_export]
+    use super::names::name_of;
+    #[pymodule_export]
     use super::run::{Embedded, embed, run};
+    #[pymodule_export]
+    use super::samples::Samples;
     #[pymodule_export]
     use super::view::{Loan, View};
 }

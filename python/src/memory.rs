@@ -16,7 +16,7 @@ use rc_middleware::in_place::{FromBytes, IntoBytes};
 use rc_middleware::{KeptSample, LoanedSample};
 use std::ffi::{CString, c_int, c_void};
 use std::ptr::NonNull;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread::ThreadId;
 
@@ -28,6 +28,8 @@ pub(crate) struct Memory {
     writable: bool,
     /// The number of buffers that are in use.
     exports: AtomicUsize,
+    /// Whether it was discarded while buffers were in use: the last one gives the memory back.
+    discarded: AtomicBool,
     backing: Mutex<Backing>,
 }
 
@@ -117,6 +119,7 @@ impl Memory {
             length,
             writable,
             exports: AtomicUsize::new(0),
+            discarded: AtomicBool::new(false),
             backing: Mutex::new(Backing::Owned(owned)),
         }
     }
@@ -129,6 +132,7 @@ impl Memory {
             length: memory.len(),
             writable: true,
             exports: AtomicUsize::new(0),
+            discarded: AtomicBool::new(false),
             backing: Mutex::new(Backing::Lent(Lent {
                 sample: Some(sample),
                 thread: std::thread::current().id(),
@@ -144,6 +148,7 @@ impl Memory {
             length: memory.len(),
             writable: true,
             exports: AtomicUsize::new(0),
+            discarded: AtomicBool::new(false),
             backing: Mutex::new(Backing::Numbers(Box::new(numbers))),
         }
     }
@@ -156,6 +161,7 @@ impl Memory {
             length: memory.len(),
             writable: false,
             exports: AtomicUsize::new(0),
+            discarded: AtomicBool::new(false),
             backing: Mutex::new(Backing::Kept(sample, keeping)),
         }
     }
@@ -197,7 +203,7 @@ impl Memory {
     }
 
     fn check(&self, backing: &Backing, at: usize, length: usize) -> PyResult<()> {
-        if matches!(backing, Backing::Taken) {
+        if matches!(backing, Backing::Taken) || self.discarded.load(Ordering::Acquire) {
             return Err(gone());
         }
         match at.checked_add(length) {
@@ -212,6 +218,7 @@ impl Memory {
         let mut backing = self.backing.lock().unwrap_or_else(PoisonError::into_inner);
         match &*backing {
             Backing::Taken => return Err(gone()),
+            _ if self.discarded.load(Ordering::Acquire) => return Err(gone()),
             _ if self.exports.load(Ordering::Acquire) > 0 => {
                 return Err(PyBufferError::new_err(
                     "a writable view of the sample exists; delete the arrays that were taken from \
@@ -230,6 +237,16 @@ impl Memory {
         match std::mem::replace(&mut *backing, Backing::Taken) {
             Backing::Lent(mut lent) => Ok(lent.sample.take()),
             _ => Ok(None),
+        }
+    }
+
+    /// Discards the sample. Arrays that share its memory stay valid: the last one gives the memory
+    /// back.
+    pub(crate) fn discard(&self) {
+        let mut backing = self.backing.lock().unwrap_or_else(PoisonError::into_inner);
+        self.discarded.store(true, Ordering::Release);
+        if self.exports.load(Ordering::Acquire) == 0 {
+            *backing = Backing::Taken;
         }
     }
 
@@ -306,6 +323,10 @@ impl Memory {
                 drop(CString::from_raw((*view).format));
             }
         }
-        self.exports.fetch_sub(1, Ordering::AcqRel);
+        let mut backing = self.backing.lock().unwrap_or_else(PoisonError::into_inner);
+        let was_last = self.exports.fetch_sub(1, Ordering::AcqRel) == 1;
+        if was_last && self.discarded.load(Ordering::Acquire) {
+            *backing = Backing::Taken;
+        }
     }
 }

@@ -320,7 +320,8 @@ impl Loan {
             let publisher = session.publisher(slot, operation)?;
             let lent = publisher.loan_image(layout.size);
             let lent = lent.map_err(|error| {
-                let help = "one loan of a topic exists at a time: send or discard the earlier one";
+                let help = "one loan of a topic exists at a time: send or discard the earlier one, and \
+                            delete its arrays";
                 errors::raise(py, "NotSent", &format!("{error}; {help}"))
             })?;
             Ok(lent.map(Memory::lent))
@@ -387,9 +388,7 @@ impl Loan {
         if class.is_none() {
             Self::send(slf)
         } else {
-            let memory = slf.as_super().get().memory.get();
-            drop(memory.take());
-            memory.end();
+            slf.as_super().get().memory.get().discard();
             Ok(())
         }
     }

@@ -1,34 +1,15 @@
 //! How names of the description languages become names of Python.
 //!
-//! Classes are `UpperCamelCase`, enumerators and constants `UPPER_CASE`, everything else is
+//! Classes are `UpperCamelCase`, constants `UPPER_CASE`, everything else is
 //! `snake_case`. Keywords of Python and names that generated code uses itself get a `_` at the end.
 //! The wire keeps the names of the IDSL.
 
 use crate::type_names;
-use heck::{ToShoutySnakeCase, ToSnakeCase};
-
-/// Keywords of Python 3.11 to 3.14.
-const KEYWORDS: [&str; 35] = [
-    "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class", "continue",
-    "def", "del", "elif", "else", "except", "finally", "for", "from", "global", "if", "import",
-    "in", "is", "lambda", "nonlocal", "not", "or", "pass", "raise", "return", "try", "while",
-    "with", "yield",
-];
-
-/// Names that annotations of generated classes use, where a member of the same name would hide
-/// them.
-const BUILTINS: [&str; 8] = [
-    "bool", "bytes", "dict", "float", "int", "list", "object", "str",
-];
-
-/// What every exception has.
-const OF_EXCEPTIONS: [&str; 3] = ["add_note", "args", "with_traceback"];
-
-/// What every tuple has.
-const OF_TUPLES: [&str; 2] = ["count", "index"];
-
-/// Functions of values in place and of samples on loan, which have the members of their type.
-const OF_LOANS: [&str; 4] = ["copy", "discard", "resize", "send"];
+use heck::ToSnakeCase;
+use rc_python_names::{BUILTINS, KEYWORDS, clear, plain};
+pub(crate) use rc_python_names::{
+    exception_member, member, method, parameter, shout, snake, tuple_member,
+};
 
 /// What generated modules import under these names, with a `_` before them.
 const IMPORTS: [&str; 11] = [
@@ -44,13 +25,6 @@ const IMPORTS: [&str; 11] = [
     "timedelta",
     "typing",
 ];
-
-/// Names of generated functions for themselves.
-const LOCALS: [&str; 4] = ["self", "ctx", "cls", "reply"];
-
-/// Functions that every client or publisher has; those of values in place begin with `loan_` or end
-/// with `_in_place`.
-const METHODS: [&str; 4] = ["is_connected", "set_timeout", "subscribers", "timeout"];
 
 /// What every context has.
 const OF_CONTEXT: [&str; 18] = [
@@ -93,64 +67,9 @@ pub(super) fn is_of_context(name: &str) -> bool {
     OF_CONTEXT.contains(&name) || OF_TESTS.contains(&name)
 }
 
-fn clear(name: String, taken: &[&[&str]]) -> String {
-    let mut taken = taken.iter().flat_map(|names| names.iter());
-    if KEYWORDS.contains(&name.as_str()) || taken.any(|other| *other == name) {
-        name + "_"
-    } else {
-        name
-    }
-}
-
-/// `snake_case` that begins with a letter: a leading `_` would make it private.
-fn plain(name: &str) -> String {
-    let snake = name.to_snake_case();
-    if snake.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        snake
-    } else {
-        format!("n{snake}")
-    }
-}
-
-/// A function or a variable.
-pub(crate) fn snake(name: &str) -> String {
-    clear(plain(name), &[])
-}
-
-/// A member of a class.
-pub(crate) fn member(name: &str) -> String {
-    clear(plain(name), &[&BUILTINS, &OF_LOANS])
-}
-
-/// A member of an exception.
-pub(crate) fn exception_member(name: &str) -> String {
-    clear(plain(name), &[&BUILTINS, &OF_EXCEPTIONS])
-}
-
 /// A member of the parameters.
 pub(crate) fn parameter_member(name: &str) -> String {
     clear(plain(name), &[&BUILTINS, &["from_values"]])
-}
-
-/// A part of the reply of an operation that returns several values.
-pub(crate) fn tuple_member(name: &str) -> String {
-    clear(plain(name), &[&BUILTINS, &OF_TUPLES])
-}
-
-/// An operation of a client or a publisher.
-pub(crate) fn method(name: &str) -> String {
-    // An annotation after `def list` would mean this function.
-    let name = clear(plain(name), &[&METHODS, &BUILTINS]);
-    if name.starts_with("loan_") || name.ends_with("_in_place") {
-        name + "_"
-    } else {
-        name
-    }
-}
-
-/// A parameter of a generated function.
-pub(crate) fn parameter(name: &str) -> String {
-    clear(plain(name), &[&LOCALS])
 }
 
 /// A module.
@@ -161,16 +80,6 @@ pub(crate) fn module(name: &str) -> String {
 /// A class. A name that could be one already stays as it is.
 pub(crate) fn class(name: &str) -> String {
     clear(type_names::camel(name), &[])
-}
-
-/// A constant or an enumerator.
-pub(crate) fn shout(name: &str) -> String {
-    let shout = name.to_shouty_snake_case();
-    if shout.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        shout
-    } else {
-        format!("N{shout}")
-    }
 }
 
 /// The package of a component.
@@ -228,30 +137,11 @@ mod tests {
 
     #[test]
     fn names_follow_python() {
-        assert_eq!(snake("getLaserData"), "get_laser_data");
-        assert_eq!(snake("class"), "class_");
-        assert_eq!(snake("type"), "type");
-        assert_eq!(snake("_1st"), "n1st");
-        assert_eq!(snake("_"), "n");
-        assert_eq!(member("float"), "float_");
-        assert_eq!(exception_member("args"), "args_");
-        assert_eq!(tuple_member("count"), "count_");
-        assert_eq!(method("isConnected"), "is_connected_");
-        assert_eq!(method("loanImage"), "loan_image_");
-        assert_eq!(method("scanInPlace"), "scan_in_place_");
-        assert_eq!(parameter("self"), "self_");
-        assert_eq!(parameter("reply"), "reply_");
-        assert_eq!(member("send"), "send_");
-        assert_eq!(member("copy"), "copy_");
-        assert_eq!(method("list"), "list_");
         assert_eq!(module("np"), "np_");
         assert_eq!(module("Typing"), "typing_");
         assert_eq!(class("datasayin"), "Datasayin");
         assert_eq!(class("RGBDParams"), "RGBDParams");
         assert_eq!(class("none"), "None_");
-        assert_eq!(shout("None"), "NONE");
-        assert_eq!(shout("VERY_SPECIAL_KIND"), "VERY_SPECIAL_KIND");
-        assert_eq!(shout("_2nd"), "N2ND");
     }
 
     #[test]

@@ -250,6 +250,8 @@ impl Network {
                 clients: Vec::new(),
             });
             if serves {
+                // What a server implements counts.
+                service.interface = Arc::clone(interface);
                 service.servers.push(end);
             } else {
                 service.clients.push(end);

@@ -1,5 +1,6 @@
 """A running network without a component of one's own."""
 
+import copy
 import os
 import threading
 import unittest
@@ -97,7 +98,7 @@ class Client(unittest.TestCase):
         np.testing.assert_array_equal(net["server"].Echo.numbers(data=[6]), [3.0])
         point = net.types["Demo::Point"](1.0, 2.0)
         answer = net.server.echo.shift(at=point, by=2.0)
-        self.assertEqual((answer.count, answer.result.x), (3, 3.0))
+        self.assertEqual((answer.count_, answer.result.x), (3, 3.0))
         self.assertIsNone(net.server.echo.nothing())
         net.server.echo.note("a note")
         self.assertEqual(net.server.echo.noted(), ["a note"])
@@ -169,6 +170,100 @@ class Client(unittest.TestCase):
         self.assertEqual(numbers, sorted(set(numbers)))
 
 
+class Versions(unittest.TestCase):
+    def test_components_of_two_versions_are_reached(self):
+        network = f"{NETWORK}-versions"
+        newer = copy.deepcopy(MODULE)
+        point = next(t for t in newer["types"] if t["name"] == "Point")
+        point["struct"].append({"name": "maxRange", "type": "float64"})
+
+        def component(name, module):
+            fixture = Fixture(name, [module], MIDDLEWARE).slot("Echo", "implements", "Demo::Echo")
+
+            class SpecificWorker(fixture.worker):
+                def echo(self, ctx, all):
+                    return all
+
+                def nothing(self, ctx):
+                    return None
+
+                def shift(self, ctx, at, by):
+                    return 1, at
+
+                def note(self, ctx, text):
+                    pass
+
+                def noted(self, ctx):
+                    return []
+
+                def numbers(self, ctx, data):
+                    return data
+
+            args = ["--network", network, "--name", name, "--bind", f"Echo={name}/Echo"]
+            if MIDDLEWARE in ("dds", "ros2"):
+                args += ["--set-middleware", f"{MIDDLEWARE}.domain={os.environ['TEST_DOMAIN']}"]
+            return robocomp.embed(fixture.component(SpecificWorker), SpecificWorker, args)
+
+        running = [component("older", MODULE), component("newer", newer)]
+        try:
+            net = robocomp.connect(network, timeout=LIMIT)
+            old, new = (net.types_of(name) for name in ("older", "newer"))
+            self.assertIs(old["Demo::Kind"], new["Demo::Kind"])
+            self.assertIs(net.types["Demo::Point"], new["Demo::Point"])
+            at = net.older.echo.shift(old["Demo::Point"](1.0, 2.0), 0.0).result
+            self.assertEqual((at.x, hasattr(at, "max_range")), (1.0, False))
+            at = net.newer.echo.shift(new["Demo::Point"](1.0, 2.0, 3.0), 0.0).result
+            self.assertEqual((at.x, at.max_range), (1.0, 3.0))
+            with self.assertRaises(KeyError):
+                net.types_of("nobody")
+        finally:
+            for one in running:
+                one.stop()
+                one.join()
+
+
+class Slow(unittest.TestCase):
+    def test_a_slow_loop_loses_the_oldest_samples(self):
+        network = f"{NETWORK}-slow"
+        fixture = Fixture("camera", [MODULE], MIDDLEWARE)
+        fixture.slot("Images", "publishes", "Demo::Images")
+        size, count = 1 << 20, 100
+        sent = threading.Event()
+        listens = threading.Event()
+
+        class SpecificWorker(fixture.worker):
+            number = 0
+
+            def compute(self, ctx):
+                if not listens.is_set():
+                    return
+                self.number += 1
+                with ctx.images.loan_image() as image:
+                    image.number = self.number
+                    image.resize("data", size)
+                if self.number % count == 0:
+                    sent.set()
+
+        args = ["--network", network]
+        if MIDDLEWARE in ("dds", "ros2"):
+            args += ["--set-middleware", f"{MIDDLEWARE}.domain={os.environ['TEST_DOMAIN']}"]
+        running = robocomp.embed(fixture.component(SpecificWorker), SpecificWorker, args)
+        try:
+            images = robocomp.connect(network, timeout=LIMIT).topic("image", timeout=LIMIT)
+            listens.set()
+            for _ in range(20):
+                self.assertTrue(sent.wait(LIMIT.total_seconds()))
+                sent.clear()
+                if images.dropped:
+                    break
+            self.assertGreater(images.dropped, 0)
+            number = next(images).number
+            self.assertGreater(number, 1)
+        finally:
+            running.stop()
+            running.join()
+
+
 class Classes(unittest.TestCase):
     def test_every_name_of_a_description_gives_a_class(self):
         field = "float64"
@@ -176,7 +271,14 @@ class Classes(unittest.TestCase):
             "module": "Odd",
             "types": [
                 {"name": "Kind", "enum": [["mro", 0], ["class", 1], ["_x_", 2]]},
-                {"name": "Pair", "struct": [{"name": "_a", "type": field}, {"name": "a", "type": field}]},
+                {
+                    "name": "Pair",
+                    "struct": [
+                        {"name": name, "type": field}
+                        for name in ("_a", "a", "maxRange", "max_range", "²")
+                    ],
+                },
+                {"name": "a b\0", "struct": [{"name": "x", "type": field}]},
                 {"name": "Broken", "exception": [{"name": "args", "type": field}]},
             ],
             "interfaces": [
@@ -193,10 +295,13 @@ class Classes(unittest.TestCase):
             ],
         }
         made = classes([module])
-        self.assertEqual([kind.name for kind in made["Odd::Kind"]], ["mro_", "class_", "n_x_"])
-        self.assertEqual(made["Odd::Pair"](1.0, 2.0).n_a, 1.0)
+        self.assertEqual([kind.name for kind in made["Odd::Kind"]], ["MRO", "CLASS", "X"])
+        pair = made["Odd::Pair"](1.0, 2.0, 3.0, 4.0, 5.0)
+        self.assertEqual((pair.a, pair.a_, pair.max_range, pair.max_range_, pair.n4), (1.0, 2.0, 3.0, 4.0, 5.0))
         self.assertEqual(made["Odd::Broken"](5.0).args_, 5.0)
-        self.assertEqual(made["Odd::Calls.ask"]._fields, ("result_", "n_b", "result"))
+        self.assertEqual(made["Odd::Calls.ask"]._fields, ("result", "b", "result_"))
+        self.assertEqual(made["Odd::a b\0"](1.0).x, 1.0)
+
 
 
 if __name__ == "__main__":

@@ -136,7 +136,7 @@ class Exchange(unittest.TestCase):
             "f64": 1e300,
             "text": "Grüße, 世界 \U0001f916",
             "short": "äb",
-            "kind": types["Demo::Kind"].door,
+            "kind": types["Demo::Kind"].DOOR,
             "point": point(1.5, -2.5),
             "points": [point(1.0, 2.0), point(3.0, 4.0)],
             "all_f32": np.array([1.5, -2.5], np.float32),
@@ -146,7 +146,7 @@ class Exchange(unittest.TestCase):
             "matrix": np.arange(9.0),
             "names": ["a", "", "ccc"],
             "scores": {"one": 1.0, "zwei": -2.0},
-            "kinds": {types["Demo::Kind"].wall: point(0.0, 0.0)},
+            "kinds": {types["Demo::Kind"].WALL: point(0.0, 0.0)},
             "maybe": None,
             "class_": 5,
         }
@@ -236,6 +236,7 @@ class Exchange(unittest.TestCase):
             ("all_f32", np.array([1.0, 1e39]), "`all.all_f32[1]`: 1"),
             ("all_int32", "12", "`all.all_int32`: expected sequence<int32>, got '12' (str)"),
             ("few", np.zeros(5, np.uint8), "`all.few`: it has 5 elements, its type allows 4"),
+            ("all_int8", range(10**12), "`all.all_int8`: it has more than 16777216 elements"),
             ("few", itertools.count(), "`all.few`: it has more than 4 elements"),
             ("points", itertools.repeat(point(0.0, 0.0)), "`all.points`: it has more than 3 elements"),
             ("matrix", np.zeros(8), "`all.matrix`: it has 8 elements, its type has 9"),
@@ -266,7 +267,7 @@ class Exchange(unittest.TestCase):
 
     def test_several_parts_are_a_named_tuple(self):
         answer = self.shift(1.0)
-        self.assertEqual(answer.count, 3)
+        self.assertEqual(answer.count_, 3)
         self.assertEqual(answer.result, self.types["Demo::Point"](2.0, 2.0))
         self.assertIsInstance(answer, tuple)
 
@@ -280,7 +281,7 @@ class Exchange(unittest.TestCase):
     def refused(self, call):
         with self.assertRaises(robocomp.Refused) as caught:
             call()
-        self.assertEqual(self.shift(1.0).count, 3)
+        self.assertEqual(self.shift(1.0).count_, 3)
         return str(caught.exception)
 
     def test_a_handler_that_fails_refuses_and_lives(self):

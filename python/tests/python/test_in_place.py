@@ -83,6 +83,26 @@ class InPlace(unittest.TestCase):
 
         self.run_there(fail)
 
+    def test_a_failed_block_gives_its_memory_back_after_its_arrays(self):
+        def fail(images):
+            with self.assertRaises(ZeroDivisionError), images.loan_image() as image:
+                data = image.resize("data", 16)
+                1 / 0
+            for use in (image.send, image.discard, image.copy, lambda: image.data):
+                with self.assertRaises(BufferError) as caught:
+                    use()
+                self.assertIn("sent or discarded", str(caught.exception))
+            data[:] = 7
+            if SHARED:
+                with self.assertRaises(robocomp.NotSent) as caught:
+                    images.loan_image()
+                self.assertIn("delete its arrays", str(caught.exception))
+            self.assertEqual(data.sum(), 7 * 16)
+            del data, use
+            images.loan_image().discard()
+
+        self.run_there(fail)
+
     @classmethod
     def tearDownClass(cls):
         # An array and a view outlive their components.
@@ -115,7 +135,7 @@ class InPlace(unittest.TestCase):
             loan = images.loan_image()
             self.assertEqual((loan.number, loan.frame, len(loan.data)), (0, "", 0))
             loan.number = 7
-            loan.kind = kind.door
+            loan.kind = kind.DOOR
             loan.frame = "küche"
             loan.center.x = 1.5
             loan.center = point(2.5, -1.0)
@@ -129,7 +149,7 @@ class InPlace(unittest.TestCase):
 
         self.run_there(send)
         image = self.received.get(timeout=LIMIT)
-        self.assertEqual((image.number, image.kind, image.frame), (7, kind.door, "küche"))
+        self.assertEqual((image.number, image.kind, image.frame), (7, kind.DOOR, "küche"))
         self.assertEqual((image.center.x, image.center.y), (2.5, -1.0))
         self.assertEqual([corner.y for corner in image.corners], [0.0, 9.0])
         np.testing.assert_array_equal(image.pose, np.arange(6))
@@ -280,7 +300,7 @@ class InPlace(unittest.TestCase):
                 ("frame", "x" * 17, "17 bytes, its type allows 16"),
                 ("pose", np.zeros(5), "it has 5 elements, its type has 6"),
                 ("data", np.zeros(1048577, np.uint8), "its type allows 1048576"),
-                ("center", kind.wall, "expected `Demo::Point`"),
+                ("center", kind.WALL, "expected `Demo::Point`"),
             ):
                 with self.assertRaises(robocomp.InvalidSample) as caught:
                     setattr(loan, name, value)

@@ -387,7 +387,7 @@ def everything(types):
         if member.get("optional"):
             values.append(None)
         elif kind == "Demo::Kind":
-            values.append(types["Demo::Kind"].wall)
+            values.append(types["Demo::Kind"].WALL)
         elif kind == "Demo::Point":
             values.append(point)
         elif kind.startswith("dictionary"):
