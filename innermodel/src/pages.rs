@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// How many items a page at the bottom has, and how many pages each page above: powers of two.
 const LEAF: usize = 1 << LEAF_BITS;
 const LEAF_BITS: u32 = 3;
-const BRANCH_BITS: u32 = 5;
+const BRANCH_BITS: u32 = 3;
 /// How many changed pages stand beside the tree.
 const RECENT: usize = 8;
 

@@ -1,5 +1,6 @@
 //! The bodies of one version of a tree.
 
+use crate::mesh_rays::RayTree;
 use innermodel::kinds::{Mesh, Shape};
 use innermodel::shapes::{Body, body};
 use innermodel::{Change, Kind, NodeId, NodeRef, Snapshot, Transform};
@@ -7,16 +8,19 @@ use innermodel_mesh::MeshError;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Mat3, Pose, Rotation, Vector};
 use parry3d_f64::partitioning::Bvh;
-use parry3d_f64::shape::SharedShape;
+use parry3d_f64::shape::{SharedShape, TriMesh};
 use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Collisions are computed in metres, for which the tolerances of the library are made.
 pub(crate) const METRE: f64 = 1000.0;
 
 /// The scale of a mesh, bit by bit.
 type Scale = [u64; 3];
+
+/// A mesh that was read: its shape, and its triangles for rays.
+type Known = (SharedShape, Arc<OnceLock<RayTree>>);
 
 /// A mesh that gives no body.
 #[derive(Debug)]
@@ -33,12 +37,21 @@ pub(crate) struct Solid {
     pub(crate) node: NodeId,
     pub(crate) shape: SharedShape,
     pub(crate) pose: Pose,
+    /// The triangles of a mesh for rays.
+    rays: Option<Arc<OnceLock<RayTree>>>,
     /// From the frame of the body to that of the node.
     inner: Transform,
     kind: Arc<Kind>,
 }
 
 impl Solid {
+    /// A mesh with its triangles for rays. The first ray sorts them, so bodies that no ray looks for
+    /// cost no memory.
+    pub(crate) fn triangles(&self) -> Option<(&RayTree, &TriMesh)> {
+        let (tree, mesh) = (self.rays.as_ref()?, self.shape.as_trimesh()?);
+        Some((tree.get_or_init(|| RayTree::new(mesh)), mesh))
+    }
+
     /// What the node is.
     pub(crate) fn kind(&self) -> &Kind {
         &self.kind
@@ -68,7 +81,7 @@ pub struct Space {
     free: Vec<u32>,
     pub(crate) places: HashMap<NodeId, u32>,
     pub(crate) bvh: Bvh,
-    meshes: HashMap<(PathBuf, Scale), SharedShape>,
+    meshes: HashMap<(PathBuf, Scale), Known>,
     problems: Vec<Problem>,
 }
 
@@ -178,8 +191,8 @@ impl Space {
         let Some((body, inner)) = body(&kind) else {
             return false;
         };
-        let shape = match self.shape(&body) {
-            Ok(shape) => shape,
+        let (shape, rays) = match self.shape(&body) {
+            Ok(found) => found,
             Err(error) => {
                 let id = node.id().to_owned();
                 self.problems.push(Problem { id, error });
@@ -189,6 +202,7 @@ impl Space {
         let solid = Solid {
             node: node.node_id(),
             shape,
+            rays,
             pose: pose(&(node.to_root() * inner)),
             inner,
             kind: Arc::clone(&kind),
@@ -231,8 +245,12 @@ impl Space {
         true
     }
 
-    fn shape(&mut self, body: &Body<'_>) -> Result<SharedShape, MeshError> {
-        Ok(match body {
+    /// The shape of a body, with the triangles of a mesh for rays.
+    fn shape(
+        &mut self,
+        body: &Body<'_>,
+    ) -> Result<(SharedShape, Option<Arc<OnceLock<RayTree>>>), MeshError> {
+        let shape = match body {
             Body::Box(size) => {
                 let [x, y, z] = size.map(|length| length / 2.0 / METRE);
                 SharedShape::cuboid(x, y, z)
@@ -244,12 +262,16 @@ impl Space {
             Body::Solid(Shape::Cone { radius, length }) => {
                 SharedShape::cone(length / 2.0 / METRE, radius / METRE)
             }
-            Body::Mesh(mesh) => self.mesh(mesh)?,
-        })
+            Body::Mesh(mesh) => {
+                let (shape, rays) = self.mesh(mesh)?;
+                return Ok((shape, Some(rays)));
+            }
+        };
+        Ok((shape, None))
     }
 
     /// The triangles of a mesh. Equal meshes share them.
-    fn mesh(&mut self, mesh: &Mesh) -> Result<SharedShape, MeshError> {
+    fn mesh(&mut self, mesh: &Mesh) -> Result<Known, MeshError> {
         let path = mesh
             .path
             .clone()
@@ -268,9 +290,10 @@ impl Space {
             .map_err(|error| MeshError::Wrong(error.to_string()))?;
         // A body whose scale changes leaves a shape that nothing else has.
         self.meshes
-            .retain(|_, known| Arc::strong_count(&known.0) > 1);
-        self.meshes.insert(key, shape.clone());
-        Ok(shape)
+            .retain(|_, (shape, _)| Arc::strong_count(&shape.0) > 1);
+        let known = (shape, Arc::default());
+        self.meshes.insert(key, known.clone());
+        Ok(known)
     }
 }
 

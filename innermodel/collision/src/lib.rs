@@ -23,6 +23,7 @@
 
 mod allowed;
 mod bodies;
+mod mesh_rays;
 mod queries;
 mod rays;
 mod touching;

@@ -5,7 +5,7 @@ use innermodel::kinds::Shape;
 use innermodel::{Kind, Vector, shapes};
 use parry3d_f64::math::Vector as Meters;
 use parry3d_f64::partitioning::BvhNode;
-use parry3d_f64::query::{Ray, RayCast};
+use parry3d_f64::query::Ray;
 
 /// The greatest factor of [`Slabs`]: a product with a coordinate is finite, and 0 times it is 0.
 const STEEPEST: f64 = 1e290;
@@ -54,17 +54,11 @@ pub(crate) fn distance(solid: &Solid, ray: &Ray, most: f64) -> Option<f64> {
     if let Kind::Solid(round) = solid.kind() {
         return Some(closed_form(round.shape, solid, ray, most)?.0);
     }
-    let Some(mesh) = solid.shape.as_trimesh() else {
+    let Some((tree, mesh)) = solid.triangles() else {
         return solid.shape.cast_ray(&solid.pose, ray, most, true);
     };
     let local = ray.inverse_transform_by(&solid.pose);
-    let slabs = Slabs::new(&local);
-    let found = mesh.bvh().find_best(
-        most,
-        |node, best| slabs.enter(node, best),
-        |triangle, best| mesh.triangle(triangle).cast_local_ray(&local, best, true),
-    );
-    Some(found?.1)
+    Some(tree.meet(mesh, &local, most)?.0)
 }
 
 /// The same, and the normal of the surface in the root, of any length. It is 0 where the ray starts
@@ -73,24 +67,14 @@ pub(crate) fn meet(solid: &Solid, ray: &Ray, most: f64) -> Option<(f64, Meters)>
     if let Kind::Solid(round) = solid.kind() {
         return closed_form(round.shape, solid, ray, most);
     }
-    let Some(mesh) = solid.shape.as_trimesh() else {
+    let Some((tree, mesh)) = solid.triangles() else {
         let hit = solid
             .shape
             .cast_ray_and_get_normal(&solid.pose, ray, most, true)?;
         return Some((hit.time_of_impact, hit.normal));
     };
     let local = ray.inverse_transform_by(&solid.pose);
-    let slabs = Slabs::new(&local);
-    let found = mesh.bvh().find_best(
-        most,
-        |node, best| slabs.enter(node, best),
-        |triangle, best| {
-            let triangle = mesh.triangle(triangle);
-            let hit = triangle.cast_local_ray_and_get_normal(&local, best, true)?;
-            Some((hit.time_of_impact, hit.normal))
-        },
-    );
-    let (_, (way, normal)) = found?;
+    let (way, normal) = tree.meet(mesh, &local, most)?;
     Some((way, solid.pose.rotation * normal))
 }
 
@@ -114,6 +98,7 @@ mod tests {
     use crate::Space;
     use innermodel::{InnerModel, Pose, Time};
     use parry3d_f64::bounding_volume::Aabb;
+    use parry3d_f64::query::RayCast;
 
     /// The closed forms agree with the general algorithm.
     #[test]
