@@ -41,6 +41,8 @@ pub enum Clause {
     Parameters(Name),
     /// `dependencies { rand "0.9"; }`
     Dependencies(Vec<Dependency>),
+    /// `python "3.12" venv;`: the version, and whether `venv` is there.
+    Python(Name, bool),
     /// `period 50ms;`
     Period(Literal),
     /// `simulates time;`

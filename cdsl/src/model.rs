@@ -23,6 +23,8 @@ pub struct Component {
     pub state_machine: Option<StateMachine>,
     /// The dependencies of the worker.
     pub dependencies: Vec<Dependency>,
+    /// The `python` clause of a component in Python.
+    pub python: Option<Python>,
     /// The default period of `compute()`. The configuration can change it.
     pub period: Duration,
     /// Whether the worker can advance the time of its network.
@@ -48,6 +50,15 @@ pub struct Dependency {
     pub features: Vec<Name>,
     /// Whether its default features are on.
     pub default_features: bool,
+}
+
+/// `python "3.12" venv;`
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Python {
+    /// The oldest version that the component runs on: major and minor.
+    pub oldest: (u32, u32),
+    /// Whether the component runs in a virtual environment of its own, `.venv` in its folder.
+    pub venv: bool,
 }
 
 /// `statemachine "file.smdsl" visual { external go; }`

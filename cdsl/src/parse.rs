@@ -19,7 +19,7 @@ pub struct Grammar;
 pub(crate) const KNOWN_LANGUAGES: [&str; 4] = ["rust", "cpp", "cpp11", "python"];
 
 /// The keywords of clauses.
-const KEYWORDS: [&str; 10] = [
+const KEYWORDS: [&str; 11] = [
     "Communications",
     "language",
     "gui",
@@ -27,6 +27,7 @@ const KEYWORDS: [&str; 10] = [
     "statemachine",
     "parameters",
     "dependencies",
+    "python",
     "period",
     "simulates",
     "lifecycle",
@@ -117,6 +118,18 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
                 }
             }
             Clause::StateMachine(file?, visual, external)
+        }
+        Rule::python => {
+            let (mut version, mut venv) = (None, false);
+            for part in pair.into_inner() {
+                match part.as_rule() {
+                    Rule::string => version = Some(r.string(&part)),
+                    Rule::kw_venv => venv = true,
+                    Rule::semicolon => r.semicolon(&part),
+                    _ => {}
+                }
+            }
+            Clause::Python(version?, venv)
         }
         _ => {
             let mut texts = r.texts(pair).into_iter();
@@ -222,6 +235,7 @@ fn report_skipped_clause(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
         "statemachine" => Rule::statemachine,
         "parameters" => Rule::parameters,
         "dependencies" => Rule::dependencies,
+        "python" => Rule::python,
         "period" => Rule::period,
         "simulates" => Rule::simulates,
         "lifecycle" => Rule::lifecycle,
@@ -330,6 +344,7 @@ rc_syntax::language!("`Component NAME { … };`", words: [crate_name, dotted_nam
     close_square => "`]`",
     clause => "a clause",
     kw_time => "`time`",
+    kw_venv => "`venv`",
     external => "`external`",
     communication_end => "`;`",
 });

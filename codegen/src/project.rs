@@ -121,6 +121,12 @@ impl Project {
         WorkerLanguage::of(&self.component.language.text)
     }
 
+    /// The oldest version of Python that a component in Python runs on.
+    pub fn oldest_python(&self) -> (u32, u32) {
+        let own = self.component.python.map(|python| python.oldest);
+        own.unwrap_or(crate::python::interpreter::OLDEST)
+    }
+
     /// Whether the code that was generated for it last is that of a node of ROS 2, also where no
     /// slot of it says so.
     pub(crate) fn is_node(&self) -> bool {

@@ -263,6 +263,43 @@ fn syntax_errors_in_communications() {
 }
 
 #[test]
+fn the_version_of_python_is_checked() {
+    for (version, venv) in [("3.12", " venv"), ("3.11", "")] {
+        let clauses = format!("language python;\npython \"{version}\"{venv};");
+        check(USED, &clauses, &expect![""]);
+    }
+    check(
+        USED,
+        "python \"3.9\" venv;\nlanguage python;",
+        &expect![[r#"
+            c.cdsl:5:8: error[bad-python-version]: expected a version of Python from 3.11 on, such as `"3.12"`, found `3.9` (write the oldest version that the worker runs on)
+        "#]],
+    );
+    check(
+        USED,
+        "language python;\npython \"3.12.1\";\npython 3.12 vnev;",
+        &expect![[r#"
+            c.cdsl:6:8: error[bad-python-version]: expected a version of Python from 3.11 on, such as `"3.12"`, found `3.12.1` (write the oldest version that the worker runs on)
+            c.cdsl:7:8: error[syntax-error]: expected a string, found `3`
+        "#]],
+    );
+    check(
+        USED,
+        "language rust;\npython \"3.12\" vnev;\nperiod 5ms;",
+        &expect![[r#"
+            c.cdsl:6:15: error[syntax-error]: expected `;` or `venv`, found `vnev`
+        "#]],
+    );
+    check(
+        USED,
+        "python \"3.12\" venv;\nlanguage rust;",
+        &expect![[r#"
+            c.cdsl:5:1: error[python-of-another-language]: `python` is a clause of components with `language python;`; the language of this component at c.cdsl:6:10
+        "#]],
+    );
+}
+
+#[test]
 fn syntax_errors_in_clauses() {
     check(
         USED,
@@ -276,8 +313,8 @@ fn syntax_errors_in_clauses() {
             c.cdsl:10:12: error[syntax-error]: expected a string, found `c`
             c.cdsl:11:8: error[syntax-error]: expected a duration such as `50ms`, found `fast`
             c.cdsl:12:21: error[syntax-error]: expected `{` or a string, found `=`
-            c.cdsl:13:1: error[unknown-clause]: expected a clause of a component, found `§` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `period`, `simulates`, `lifecycle`)
-            c.cdsl:14:1: error[unknown-clause]: expected a clause of a component, found `x` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `period`, `simulates`, `lifecycle`)
+            c.cdsl:13:1: error[unknown-clause]: expected a clause of a component, found `§` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `python`, `period`, `simulates`, `lifecycle`)
+            c.cdsl:14:1: error[unknown-clause]: expected a clause of a component, found `x` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `python`, `period`, `simulates`, `lifecycle`)
         "#]],
     );
     check(

@@ -8,6 +8,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use toml_edit::{DocumentMut, Item, TableLike, Value};
 
+/// The interpreter of an environment.
+const OWN: &str = "bin/python";
+
+/// The number of minor versions that are looked for.
+const NEWER: u32 = 10;
+
 /// Why there is no environment; the text says what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -26,11 +32,13 @@ struct Needs {
     packages: Vec<String>,
     /// The versions of Python that the component runs on.
     python: VersionSpecifiers,
+    /// The oldest one of its `.cdsl`.
+    oldest: (u32, u32),
 }
 
 impl Needs {
     /// With `dev`, also the packages of the group of this name, which tests and type checkers are.
-    fn read(folder: &Path, dev: bool) -> Result<Self, Error> {
+    fn read(folder: &Path, oldest: (u32, u32), dev: bool) -> Result<Self, Error> {
         let path = folder.join("pyproject.toml");
         let place = path.display();
         let text = rc_files::read(&path).map_err(|e| Error::System(format!("{place}: {e}")))?;
@@ -72,6 +80,7 @@ impl Needs {
             path,
             packages,
             python,
+            oldest,
         })
     }
 
@@ -86,10 +95,10 @@ impl Needs {
             let said = rc_diagnostics::foreign::clean(said.trim());
             Error::System(format!("`{name}` is no Python: it printed `{said}`"))
         })?;
-        let (major, minor) = interpreter::OLDEST;
+        let (major, minor) = self.oldest;
         let oldest = Version::new([u64::from(major), u64::from(minor)]);
         let needed = if version < oldest {
-            interpreter::needed()
+            format!("this component needs Python {major}.{minor} or newer")
         } else if self.python.contains(&version) {
             return Ok(());
         } else {
@@ -99,10 +108,57 @@ impl Needs {
                 self.path.display()
             )
         };
+        let help = if python.ends_with(OWN) {
+            "delete this environment"
+        } else {
+            "`rcgen venv --python` names another one"
+        };
         Err(Error::Input(format!(
-            "`{name}` is Python {version}; {needed} (name another one with `--python`)"
+            "`{name}` is Python {version}; {needed} ({help})"
         )))
     }
+
+    /// The interpreter of a new environment: `python3` of the path, or the first of `python3.N` there
+    /// that fits.
+    fn interpreter(&self) -> Result<PathBuf, Error> {
+        let usual = PathBuf::from("python3");
+        let refused = match self.check(&usual) {
+            Ok(()) => return Ok(usual),
+            Err(refused) => refused,
+        };
+        let (major, minor) = self.oldest;
+        let mut others = (minor..minor + NEWER).map(|minor| format!("python{major}.{minor}"));
+        let found =
+            others.find_map(|name| in_path(&name).filter(|program| self.check(program).is_ok()));
+        found.ok_or(refused)
+    }
+}
+
+/// Makes `.venv` in the folder of a component, without packages, or takes the one that is there.
+/// `oldest` is the oldest version of Python that the component runs on.
+///
+/// # Errors
+/// [`Error`]: no interpreter fits, or the one of the environment does not.
+pub fn make_empty(folder: &Path, oldest: (u32, u32)) -> Result<(), Error> {
+    let needs = Needs::read(folder, oldest, false)?;
+    let place = folder.join(".venv");
+    create(&needs, &place, None)
+}
+
+fn create(needs: &Needs, place: &Path, python: Option<&Path>) -> Result<(), Error> {
+    let own = place.join(OWN);
+    if own.exists() {
+        return needs.check(&own);
+    }
+    let python = match python {
+        Some(python) => {
+            needs.check(python)?;
+            python.to_path_buf()
+        }
+        None => needs.interpreter()?,
+    };
+    let make: [&OsStr; 3] = ["-m".as_ref(), "venv".as_ref(), place.as_ref()];
+    run(&python, &make)
 }
 
 /// Makes `.venv` in the folder of a component, or takes the one that is there, and installs the
@@ -111,19 +167,17 @@ impl Needs {
 ///
 /// # Errors
 /// [`Error`]; an environment that was begun is completed by the next call.
-pub fn make(folder: &Path, python: Option<&Path>, dev: bool) -> Result<PathBuf, Error> {
-    let needs = Needs::read(folder, dev)?;
+pub fn make(
+    folder: &Path,
+    oldest: (u32, u32),
+    python: Option<&Path>,
+    dev: bool,
+) -> Result<PathBuf, Error> {
+    let needs = Needs::read(folder, oldest, dev)?;
     let place = folder.join(".venv");
-    let own = place.join("bin/python");
+    let own = place.join(OWN);
     let uv = in_path("uv");
-    if own.exists() {
-        needs.check(&own)?;
-    } else {
-        let python = python.unwrap_or_else(|| Path::new("python3"));
-        needs.check(python)?;
-        let make: [&OsStr; 3] = ["-m".as_ref(), "venv".as_ref(), place.as_ref()];
-        run(python, &make)?;
-    }
+    create(&needs, &place, python)?;
     let mut install: Vec<OsString> = match &uv {
         Some(_) => ["pip", "install", "--python"].map(Into::into).to_vec(),
         None => ["-m", "pip", "install", "--disable-pip-version-check"]

@@ -1,6 +1,6 @@
 //! Prints the Python of a component.
 
-use super::{component, description, layout};
+use super::{component, description, interpreter, layout};
 use crate::files::{Files, GENERATED, Owner};
 use crate::templates::{self, TemplateError, templates};
 use crate::view;
@@ -71,6 +71,12 @@ pub(crate) fn files(
     let component = &component::of(view);
     let mut all = Context::from_serialize(component)?;
     all.insert("dependencies", dependencies);
+    let (major, minor) = interpreter::OLDEST;
+    let oldest = view.python.as_ref().map(|python| python.oldest.clone());
+    all.insert(
+        "oldest_python",
+        &oldest.unwrap_or_else(|| format!("{major}.{minor}")),
+    );
     let package = Path::new(GENERATED).join(&component.package);
     let part = |key: &'static str, value: Context| (key, value);
     let mut parts = Vec::new();

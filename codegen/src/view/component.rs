@@ -50,8 +50,20 @@ pub struct Component {
     /// The JSON Schema of a configuration.
     #[serde(skip)]
     pub schema: String,
+    /// The `python` clause, if the component has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub python: Option<Python>,
     /// The packages of other people that the component uses.
     pub dependencies: Vec<Dependency>,
+}
+
+/// What a component in Python says about its interpreter.
+#[derive(Debug, Serialize)]
+pub struct Python {
+    /// The oldest version of Python that it runs on, as `3.12`.
+    pub oldest: String,
+    /// Whether it has a virtual environment of its own.
+    pub venv: bool,
 }
 
 /// A package from outside the framework.
@@ -188,6 +200,10 @@ pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
         parameters: project.parameters.as_ref().map(parameters::of),
         machine: machine(project, &mut found),
         schema: schema(project),
+        python: component.python.map(|python| Python {
+            oldest: format!("{}.{}", python.oldest.0, python.oldest.1),
+            venv: python.venv,
+        }),
         dependencies: dependencies
             .map(|dependency| Dependency {
                 package: dependency.package.text.clone(),

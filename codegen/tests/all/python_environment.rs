@@ -132,7 +132,7 @@ fn an_environment_is_made_on_request() {
     let (code, said) = venv(folder, &path, &["--python", &old.display().to_string()]);
     assert_eq!(code, Some(1), "{said}");
     assert!(
-        said.contains("is Python 3.9.2; a component in Python needs Python 3.11 or newer"),
+        said.contains("is Python 3.9.2; this component needs Python 3.11 or newer"),
         "{said}"
     );
     let (code, said) = venv(folder, &path, &["--python", "nowhere/python"]);
@@ -140,7 +140,31 @@ fn an_environment_is_made_on_request() {
     assert!(said.contains("`nowhere/python` does not exist"), "{said}");
     assert!(!folder.join(".venv").exists());
 
+    // The `.cdsl` asks for more, and another interpreter of the path fits.
+    let clause = |version: &str| {
+        let clause = format!("language python; python \"{version}\" venv;");
+        let text = CDSL.replace("language python;", &clause);
+        fs::write(folder.join("eyes.cdsl"), text).expect("a file");
+    };
+    clause("3.999");
+    let (code, said) = venv(folder, &path, &[]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("needs Python 3.999 or newer"), "{said}");
+    clause("3.11");
+    let find = Command::new("python3")
+        .args(["-c", "import sys; print(sys.executable)"])
+        .output()
+        .expect("it starts");
+    let real = String::from_utf8(find.stdout).expect("a path");
+    let newer = folder.join("old/python3.12");
+    script(&newer, &format!("#!/bin/sh\nexec {} \"$@\"\n", real.trim()));
+    let two = format!("{}:{path}", folder.join("old").display());
+    let (code, said) = venv(folder, &two, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(folder.join(".venv/bin/python").exists());
+
     // With uv, it installs.
+    fs::remove_dir_all(folder.join(".venv")).expect("to remove");
     let uv = folder.join("uv/uv");
     script(&uv, "#!/bin/sh\necho \"uv: $*\"\n");
     needs(folder, ">=3.11", "\"tiny>=1\"");

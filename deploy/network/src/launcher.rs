@@ -67,6 +67,17 @@ pub(crate) struct Launcher {
     text: String,
     /// The folder of a variant with the files of its package.
     staged: Option<(PathBuf, rc_codegen::Files, PathBuf)>,
+    /// The virtual environment that the component asks for.
+    venv: Option<Venv>,
+}
+
+/// `.venv` of a component with `python "3.12" venv;`.
+#[derive(Debug)]
+struct Venv {
+    folder: PathBuf,
+    oldest: (u32, u32),
+    /// The folder of the lock between two builds.
+    lock: PathBuf,
 }
 
 /// The launcher of a component of the workspace `root`, whose program is `path`.
@@ -118,10 +129,18 @@ pub(crate) fn of(
         paths.push(framework.join(FOLDER));
         native = Some(target.join(profile.folder()).join(LIBRARY));
     }
+    let oldest = project.oldest_python();
+    let asks = project.component.python.is_some_and(|python| python.venv);
+    let lock = target.join("rc").join(FOLDER).join("venv").join(&package);
     Ok(Launcher {
-        text: text(&package, &folder, &paths, native.as_deref(), &note)?,
+        text: text(&package, &folder, &paths, native.as_deref(), oldest, &note)?,
         path,
         staged,
+        venv: asks.then_some(Venv {
+            folder,
+            oldest,
+            lock,
+        }),
     })
 }
 
@@ -154,6 +173,7 @@ fn text(
     folder: &Path,
     paths: &[PathBuf],
     native: Option<&Path>,
+    (major, minor): (u32, u32),
     note: &Note,
 ) -> Result<String, Error> {
     let paths = paths.iter().map(|path| listed(path));
@@ -163,7 +183,7 @@ fn text(
         None => String::new(),
     };
     let (folder, paths) = (quoted(named(folder)?), quoted(&paths));
-    let needed = python::interpreter::needed();
+    let needed = format!("this component needs Python {major}.{minor} or newer");
     Ok(format!(
         "#!/bin/sh\n\
          # Written by rcdeploy: runs the component `{package}`, which is in Python.\n\
@@ -182,6 +202,9 @@ fn text(
          export PYTHONSAFEPATH=1 PYTHONUNBUFFERED=1\n\
          {native}\
          exec \"$python\" -c 'import sys\n\
+         if sys.version_info < ({major}, {minor}):\n    \
+         sys.stderr.write(\"{package}: error: %s is Python %d.%d; {needed}\\n\" % ((sys.executable,) + sys.version_info[:2]))\n    \
+         sys.exit(3)\n\
          try:\n    \
          import robocomp\n\
          except ImportError as error:\n    \
@@ -200,7 +223,8 @@ fn quoted(text: &str) -> String {
 }
 
 impl Launcher {
-    /// Writes it, and the package of a variant.
+    /// Writes it, the package of a variant, and the virtual environment that its component asks for,
+    /// without packages.
     ///
     /// # Errors
     /// The system refuses a file.
@@ -208,8 +232,20 @@ impl Launcher {
         if let Some((place, files, folder)) = &self.staged {
             stage(place, files, folder)?;
         }
+        if let Some(venv) = &self.venv {
+            venv.make()?;
+        }
         let action = format!("write {}", self.path.display());
         write(&self.path, &self.text).map_err(cannot(action))
+    }
+}
+
+impl Venv {
+    /// Another `up` of the workspace, which may make the same one, is waited for.
+    fn make(&self) -> Result<(), Error> {
+        let _held = variant::lock_folder(&self.lock, variant::PATIENCE)?;
+        let made = python::environment::make_empty(&self.folder, self.oldest);
+        made.map_err(|error| Error::Workspace(error.to_string()))
     }
 }
 
@@ -297,6 +333,7 @@ mod tests {
             &home,
             &[home.join(GENERATED)],
             Some(native),
+            (3, 11),
             &note(),
         );
         let text = text.expect("a script");
@@ -323,6 +360,7 @@ mod tests {
             folder.path(),
             std::slice::from_ref(&packages),
             None,
+            (3, 11),
             &note(),
         );
         write(&path, &text.expect("a script")).expect("a launcher");
@@ -342,11 +380,75 @@ mod tests {
     }
 
     #[test]
+    fn an_interpreter_that_is_too_old_is_a_failed_start_in_one_line() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("launcher");
+        let text = text("eyes", folder.path(), &[], None, (3, 999), &note());
+        write(&path, &text.expect("a script")).expect("a launcher");
+        let (code, out, err) = run(&path);
+        assert_eq!((code, out.as_str()), (Some(3), ""));
+        assert!(err.starts_with("eyes: error: "), "{err}");
+        assert!(err.ends_with("needs Python 3.999 or newer\n"), "{err}");
+        assert_eq!(err.lines().count(), 1, "{err}");
+    }
+
+    #[test]
+    fn an_environment_is_made_for_a_component_that_asks_for_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let home = folder.path().join("eyes");
+        std::fs::create_dir(&home).expect("a folder");
+        let manifest = "[project]\nname = \"eyes\"\ndependencies = [\"no-such-package\"]\n";
+        std::fs::write(home.join("pyproject.toml"), manifest).expect("a file");
+        let make = |minor| {
+            let venv = Venv {
+                folder: home.clone(),
+                oldest: (3, minor),
+                lock: folder.path().join("lock"),
+            };
+            venv.make()
+        };
+        let said = make(999).expect_err("no such Python").to_string();
+        assert!(said.contains("needs Python 3.999 or newer"), "{said}");
+        assert!(!home.join(".venv").exists());
+        let script = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
+        let has_venv = std::process::Command::new("python3")
+            .args(["-c", script])
+            .status();
+        if !has_venv.is_ok_and(|status| status.success()) {
+            println!(
+                "skipped: an_environment_is_made_for_a_component_that_asks_for_it: there is no \
+                 Python 3.11 with `venv` in the path"
+            );
+            return;
+        }
+        make(11).expect("an environment");
+        let settings = home.join(".venv/pyvenv.cfg");
+        let made = || {
+            settings
+                .metadata()
+                .and_then(|m| m.modified())
+                .expect("a file")
+        };
+        let first = made();
+        make(11).expect("the same environment");
+        assert_eq!(made(), first);
+        let said = make(999).expect_err("it is too old").to_string();
+        assert!(said.contains("delete this environment"), "{said}");
+    }
+
+    #[test]
     fn a_path_that_python_cannot_take_is_refused() {
         use std::os::unix::ffi::OsStrExt;
         let here = Path::new("/here");
         let mistake = |folder: &Path, path: &Path| {
-            let text = text("eyes", folder, &[path.to_path_buf()], None, &note());
+            let text = text(
+                "eyes",
+                folder,
+                &[path.to_path_buf()],
+                None,
+                (3, 11),
+                &note(),
+            );
             text.expect_err("a refusal").to_string()
         };
         let said = mistake(here, Path::new("/a:b/generated"));

@@ -23,7 +23,7 @@ pub(crate) fn make(
         ));
         return Err(Failure::Input);
     }
-    match environment::make(project.code(), python, dev) {
+    match environment::make(project.code(), project.oldest_python(), python, dev) {
         Ok(place) => {
             print_line(format_args!("{} is ready", place.display()));
             Ok(())
