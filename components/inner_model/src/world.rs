@@ -82,7 +82,10 @@ impl World {
         let problems = self.space.as_mut().map(Space::problems);
         let problems = problems.into_iter().flatten();
         problems
-            .map(|problem| format!("the mesh of `{}`: {}", clean(&problem.id), problem.error))
+            .map(|problem| {
+                let (id, error) = (clean(&problem.id), clean(&problem.error.to_string()));
+                format!("the mesh of `{id}`: {error}")
+            })
             .collect()
     }
 

@@ -3,9 +3,13 @@
 use crate::matrix::{Matrix, OF_MESH, Place, TO_GLTF, apply, product};
 use crate::shapes::{board, cuboid, place, solid};
 use innermodel_language::model::{Camera, Document, Kind, Node};
-use innermodel_mesh::TriangleMesh;
+use innermodel_mesh::{Looks, TriangleMesh};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
+/// Triangles by their textures.
+type Parts = BTreeMap<String, Vec<[u32; 3]>>;
 
 /// Takes millimetres to metres.
 const METRE: f64 = 0.001;
@@ -167,18 +171,22 @@ impl Writer {
 
     /// The mesh of a node, if it has a body.
     fn body(&mut self, node: &Node) -> Option<usize> {
-        let (mesh, inner, texture) = match &node.kind {
-            Kind::Plane(plane) => (cuboid(plane.size), board(plane), plane.texture.as_str()),
+        let of_one = |mesh: TriangleMesh, inner: Place, texture: &str| {
+            let parts = BTreeMap::from([(texture.to_owned(), mesh.triangles)]);
+            (mesh.vertices, inner, parts)
+        };
+        let (vertices, inner, parts) = match &node.kind {
+            Kind::Plane(plane) => of_one(cuboid(plane.size), board(plane), &plane.texture),
             Kind::Display(display) => {
                 let plane = &display.plane;
-                (cuboid(plane.size), board(plane), plane.texture.as_str())
+                of_one(cuboid(plane.size), board(plane), &plane.texture)
             }
-            Kind::Solid(body) => (solid(body.shape), Place::HERE, body.texture.as_str()),
+            Kind::Solid(body) => of_one(solid(body.shape), Place::HERE, &body.texture),
             Kind::Mesh(mesh) => {
                 // A file that was not found has a warning already.
                 let path = mesh.path.as_ref()?;
-                match innermodel_mesh::read(path) {
-                    Ok(mut read) => {
+                match innermodel_mesh::read_with_looks(path) {
+                    Ok((mut read, looks)) => {
                         for vertex in &mut read.vertices {
                             let scaled = [0, 1, 2].map(|n| vertex[n] * mesh.scale[n]);
                             *vertex = apply(&OF_MESH, &scaled);
@@ -190,7 +198,11 @@ impl Writer {
                                 .iter_mut()
                                 .for_each(|corners| corners.swap(1, 2));
                         }
-                        (read, Place::HERE, "")
+                        (
+                            read.vertices,
+                            Place::HERE,
+                            by_colour(read.triangles, &looks),
+                        )
                     }
                     Err(error) => {
                         let message = format!("{}: {error}", path.display());
@@ -218,13 +230,13 @@ impl Writer {
             }
             _ => return None,
         };
-        Some(self.mesh(&mesh, &inner, texture))
+        Some(self.mesh(&vertices, &inner, &parts))
     }
 
     /// Adds a mesh of which each triangle turns to the left, seen from outside, in `InnerModel`.
-    fn mesh(&mut self, mesh: &TriangleMesh, inner: &Place, texture: &str) -> usize {
+    fn mesh(&mut self, vertices: &[[f64; 3]], inner: &Place, parts: &Parts) -> usize {
         let axes = TO_GLTF;
-        let vertices = mesh.vertices.iter().map(|vertex| {
+        let vertices = vertices.iter().map(|vertex| {
             let turned = apply(&inner.rotation, vertex);
             let moved = [0, 1, 2].map(|n| (turned[n] + inner.translation[n]) * METRE);
             apply(&axes, &moved).map(|n| n as f32)
@@ -241,37 +253,43 @@ impl Writer {
         for number in vertices.iter().flatten() {
             self.bytes.extend(number.to_le_bytes());
         }
-        let middle = self.bytes.len();
-        for [a, b, c] in &mesh.triangles {
-            // The axes of glTF have the other hand.
-            for corner in [a, c, b] {
-                self.bytes.extend(corner.to_le_bytes());
-            }
-        }
-        let view = self.views.len();
-        for (from, to, target) in [
-            (start, middle, VERTICES),
-            (middle, self.bytes.len(), INDICES),
-        ] {
-            let (offset, length) = (from, to - from);
-            self.views.push(json!({
-                "buffer": 0, "byteOffset": offset, "byteLength": length, "target": target,
-            }));
-        }
-        let accessor = self.accessors.len();
+        let positions = self.accessors.len();
+        let view = self.view(start, VERTICES);
         self.accessors.push(json!({
             "bufferView": view, "componentType": FLOAT, "count": vertices.len(), "type": "VEC3",
             "min": min, "max": max,
         }));
-        self.accessors.push(json!({
-            "bufferView": view + 1, "componentType": UNSIGNED, "count": 3 * mesh.triangles.len(),
-            "type": "SCALAR",
-        }));
-        let material = self.material(texture);
-        self.meshes.push(json!({"primitives": [{
-            "attributes": {"POSITION": accessor}, "indices": accessor + 1, "material": material,
-        }]}));
+        let mut primitives = Vec::new();
+        for (texture, triangles) in parts {
+            let start = self.bytes.len();
+            for [a, b, c] in triangles {
+                // The axes of glTF have the other hand.
+                for corner in [a, c, b] {
+                    self.bytes.extend(corner.to_le_bytes());
+                }
+            }
+            let view = self.view(start, INDICES);
+            let indices = self.accessors.len();
+            self.accessors.push(json!({
+                "bufferView": view, "componentType": UNSIGNED, "count": 3 * triangles.len(),
+                "type": "SCALAR",
+            }));
+            let material = self.material(texture);
+            primitives.push(json!({
+                "attributes": {"POSITION": positions}, "indices": indices, "material": material,
+            }));
+        }
+        self.meshes.push(json!({"primitives": primitives}));
         self.meshes.len() - 1
+    }
+
+    /// Adds a view of the bytes from `start` on.
+    fn view(&mut self, start: usize, target: u32) -> usize {
+        let length = self.bytes.len() - start;
+        self.views.push(json!({
+            "buffer": 0, "byteOffset": start, "byteLength": length, "target": target,
+        }));
+        self.views.len() - 1
     }
 
     fn material(&mut self, texture: &str) -> usize {
@@ -299,4 +317,19 @@ impl Writer {
         self.colours.push(texture.to_owned());
         self.colours.len() - 1
     }
+}
+
+/// The triangles of a mesh by the colours of their materials.
+fn by_colour(triangles: Vec<[u32; 3]>, looks: &Looks) -> Parts {
+    let mut parts = Parts::new();
+    for (number, triangle) in triangles.into_iter().enumerate() {
+        let material = looks.triangles.get(number).and_then(|look| look.material);
+        let material = material.and_then(|at| looks.materials.get(at as usize));
+        let texture = material.map_or(String::new(), |material| {
+            let [red, green, blue] = material.colour;
+            format!("#{red:02x}{green:02x}{blue:02x}")
+        });
+        parts.entry(texture).or_default().push(triangle);
+    }
+    parts
 }

@@ -1,6 +1,6 @@
 //! Tests of the readers.
 
-use crate::{MeshError, TriangleMesh, read};
+use crate::{Looks, MeshError, Picture, TriangleMesh, Wrap, read, read_with_looks};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use std::path::PathBuf;
@@ -145,4 +145,74 @@ fn other_formats_say_how_to_convert() {
         read("/dev/null.obj/..".as_ref()),
         Err(MeshError::UnknownFormat(_))
     ));
+}
+
+/// However a file of materials is cut, there is one look for each triangle, and each material that
+/// is named exists.
+#[test]
+fn looks_fit_their_mesh() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.obj");
+    let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt nan 1\n\
+        usemtl a\nf 1/1 2/2 3/3 4/-1\nf 1 2\nusemtl b\nf 1/9 2/x 3/\nusemtl\nf 1 2 3\n";
+    std::fs::write(&path, obj).expect("a file");
+    let mtl = "map_Kd early.png\nnewmtl a\nKd 1 0 2\nmap_Kd -s 2 -mm 0 1 -o 1 2 3 -clamp on p.png\n\
+        newmtl b\nKd spectral x\nmap_Kd -s\nmap_Kd\nnewmtl b\nKd 0.5\n";
+    let look = |mtl: &str| -> Looks {
+        std::fs::write(folder.path().join("a.mtl"), mtl).expect("a file");
+        let (mesh, looks) = read_with_looks(&path).expect("a mesh");
+        assert_eq!(mesh, read(&path).expect("a mesh"));
+        assert_eq!(looks.triangles.len(), mesh.triangles.len());
+        for look in &looks.triangles {
+            let count = looks.materials.len() as u32;
+            assert!(look.material.is_none_or(|at| at < count), "{mtl}");
+            assert!(look.corners.iter().flatten().all(|n| n.is_finite()));
+        }
+        looks
+    };
+    for length in 0..mtl.len() {
+        look(&mtl[..length]);
+    }
+    let looks = look(mtl);
+    let places: Vec<Option<u32>> = looks.triangles.iter().map(|look| look.material).collect();
+    // Of two materials with one name, the later one holds.
+    assert_eq!(places, [Some(0), Some(0), Some(2), None]);
+    assert_eq!(looks.materials[0].colour, [255, 0, 255]);
+    assert_eq!(looks.materials[0].wrap, [Wrap::Clamp; 2]);
+    let picture = Picture::File(folder.path().join("p.png"));
+    assert_eq!(looks.materials[0].picture, Some(picture));
+    assert_eq!(looks.materials[2].colour, [128; 3]);
+    // Twice as large and moved; upwards becomes downwards.
+    assert_eq!(looks.triangles[0].corners[1], [3.0, -1.0]);
+}
+
+#[test]
+fn materials_and_their_files_have_bounds() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let face = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n";
+    std::fs::write(at("a.mtl"), "newmtl a\n".repeat(10_001)).expect("a file");
+    std::fs::write(at("a.obj"), format!("mtllib a.mtl\n{face}")).expect("a file");
+    let (_, looks) = read_with_looks(&at("a.obj")).expect("a mesh");
+    assert_eq!(looks.materials.len(), 10_000);
+    assert_eq!(looks.problems, ["it has more than 10000 materials"]);
+    let large = std::fs::File::create(at("large.mtl")).expect("a file");
+    large.set_len((16 << 20) + 1).expect("a length");
+    std::fs::write(
+        at("a.obj"),
+        format!("mtllib large.mtl\nmtllib ../x\u{7}\n{face}"),
+    )
+    .expect("a file");
+    let (_, looks) = read_with_looks(&at("a.obj")).expect("a mesh");
+    let [large, missing] = &looks.problems[..] else {
+        panic!("{:?}", looks.problems);
+    };
+    assert_eq!(
+        large,
+        "its materials in `large.mtl`: expected at most 16 MiB"
+    );
+    assert!(
+        missing.starts_with("its materials in `../x `: No such file"),
+        "{missing}"
+    );
 }

@@ -41,7 +41,8 @@ impl World {
         for problem in self.scene.problems() {
             self.report(format!(
                 "`{}` is not in the pictures as it should be: {}",
-                problem.id, problem.error
+                foreign::clean(&problem.id),
+                foreign::clean(&problem.error.to_string())
             ));
         }
         let random = self.random(id, frame.number);

@@ -10,6 +10,7 @@ use crate::state::{BaseState, BatteryState, MotorState, State};
 use innermodel::{Edit, InnerModel, Keep, Kind, NodeId, Snapshot, Vector};
 use innermodel_collision::Space;
 use innermodel_render::Scene;
+use rc_diagnostics::foreign::clean;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
@@ -186,7 +187,8 @@ impl World {
     pub(crate) fn report_bodies(&mut self) {
         let space = std::sync::Arc::make_mut(&mut self.space);
         for problem in space.problems() {
-            self.report(format!("`{}` has no body: {}", problem.id, problem.error));
+            let (id, error) = (clean(&problem.id), clean(&problem.error.to_string()));
+            self.report(format!("`{id}` has no body: {error}"));
         }
     }
 

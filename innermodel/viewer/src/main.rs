@@ -148,7 +148,7 @@ fn to_file(
             std::io::stderr(),
             "warning: `{}` is not drawn as the file says: {}",
             clean(&problem.id),
-            problem.error
+            clean(&problem.error.to_string())
         );
     }
     let encoded = if request.ids {

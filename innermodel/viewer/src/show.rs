@@ -116,7 +116,8 @@ impl Show<'_> {
         for problem in self.scene.problems() {
             (self.say)(&format!(
                 "`{}` is not drawn as the file says: {}",
-                problem.id, problem.error
+                clean(&problem.id),
+                clean(&problem.error.to_string())
             ));
         }
         let mut image = drawn?;

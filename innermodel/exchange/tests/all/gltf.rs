@@ -81,6 +81,53 @@ fn triangles_face_outwards() {
     }
 }
 
+/// The materials of a mesh file are those of the exported one, each on its triangle.
+#[test]
+fn meshes_keep_their_colours() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("a file");
+    };
+    write(
+        "two.mtl",
+        "newmtl red\nKd 1 0.2 0\nnewmtl blue\nKd 0 0 0.5\n",
+    );
+    let faces = "usemtl blue\nf 1 2 3\nusemtl red\nf 1 3 4\nusemtl none\nf 1 2 4\n";
+    let text = format!("mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{faces}");
+    write("two.obj", &text);
+    write(
+        "world.xml",
+        r#"<innerModel><mesh id="m" file="two.obj" scale="100"/></innerModel>"#,
+    );
+    let path = folder.path().join("world.xml");
+    let read = innermodel::read(&path, &innermodel::Folders::default());
+    let (bytes, found) = gltf::write(&read.expect("a world").0);
+    assert!(found.is_empty());
+    let path = folder.path().join("world.glb");
+    std::fs::write(&path, bytes).expect("a file");
+    let (mesh, looks) = innermodel_mesh::read_with_looks(&path).expect("a scene");
+    assert_eq!(looks.problems, [""; 0]);
+    // The farthest corner of each triangle from the first vertex tells which one it is.
+    let mut seen: Vec<([i64; 3], [u8; 3])> = Vec::new();
+    for (triangle, look) in mesh.triangles.iter().zip(&looks.triangles) {
+        let corners = triangle.map(|at| mesh.vertices[at as usize]);
+        let sum = [0, 1, 2].map(|axis| {
+            let sum: f64 = corners.iter().map(|corner| corner[axis]).sum();
+            (sum.abs() * 10.0).round() as i64
+        });
+        let at = look.material.expect("a material") as usize;
+        seen.push((sum, looks.materials[at].colour));
+    }
+    seen.sort_unstable();
+    // Grey is the colour of bodies without one.
+    let expected = [
+        ([1, 1, 0], [180; 3]),
+        ([1, 2, 0], [255, 51, 0]),
+        ([2, 1, 0], [0, 0, 128]),
+    ];
+    assert_eq!(seen, expected);
+}
+
 /// The names, the hierarchy and the cameras are those of the tree.
 #[test]
 fn nodes_have_their_names() {
