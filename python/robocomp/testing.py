@@ -8,6 +8,7 @@ would refuse is refused here, too.
 import collections.abc
 import enum
 import json
+import sys
 from datetime import timedelta
 from typing import Any, Generic, TypeVar
 
@@ -65,56 +66,13 @@ class Record(tuple[Any, ...]):
 
 
 def in_place(value: Any) -> Any:
-    """A value for a handler that reads it in place."""
-    return value
-
-
-class _Loan:
-    """A sample that is written in place: a value whose members the worker sets."""
-
-    def __init__(self, link: "FakeLink", slot: int, operation: int, value: Any) -> None:
-        object.__setattr__(self, "_parts", (link, slot, operation))
-        object.__setattr__(self, "_value", value)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._value, name)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        setattr(self._value, name, value)
-
-    def __getitem__(self, name: str) -> Any:
-        return getattr(self._value, name)
-
-    def __setitem__(self, name: str, value: Any) -> None:
-        setattr(self._value, name, value)
-
-    def resize(self, name: str, length: int) -> Any:
-        """Sets the number of elements, and returns them."""
-        import numpy
-
-        old = getattr(self._value, name)
-        if isinstance(old, numpy.ndarray):
-            new = numpy.zeros(length, old.dtype)
-            kept = min(length, len(old))
-            new[:kept] = old[:kept]
-            setattr(self._value, name, new)
-            return new
-        raise TypeError(f"a fake sample cannot resize `{name}`; assign a list")
-
-    def send(self) -> None:
-        """Publishes the sample."""
-        link, slot, operation = self._parts
-        link.publish(slot, operation, (self._value,))
-
-    def discard(self) -> None:
-        """Gives the sample back."""
-
-    def __enter__(self) -> "_Loan":
-        return self
-
-    def __exit__(self, class_: Any, value: Any, traceback: Any) -> None:
-        if class_ is None:
-            self.send()
+    """A value as a handler gets it that reads in place: a view of a copy. Its class is one of the
+    component's package."""
+    package = type(value).__module__.partition(".")[0]
+    component = getattr(sys.modules.get(package), "COMPONENT", None)
+    if not isinstance(component, Component):
+        raise TypeError(f"{type(value).__name__} is no type of the package of a component")
+    return _native.Codec(component.description, dict(component.types)).view(value)
 
 
 class _Server:
@@ -214,7 +172,7 @@ class FakeLink:
         return self._codec.decode_reply(slot, operation, reply) if has_result else None
 
     def query_in_place(self, slot: int, operation: int, arguments: tuple[Any, ...], /) -> Any:
-        return self.query(slot, operation, arguments)
+        return self._codec.view(self.query(slot, operation, arguments))
 
     def command(self, slot: int, operation: int, arguments: tuple[Any, ...], /) -> None:
         server = self.server(slot)
@@ -239,8 +197,10 @@ class FakeLink:
             topic.samples.append(self._record(slot, operation, arguments))
 
     def loan(self, slot: int, operation: int, /) -> Any:
-        type_name = self.operation(slot, operation)["inputs"][0]["type"]
-        return _Loan(self, slot, operation, self._types[type_name]())
+        def send(arguments: tuple[Any, ...]) -> None:
+            self.publish(slot, operation, arguments)
+
+        return self._codec.loan(slot, operation, send)
 
     def peers(self, slot: int, /) -> int:
         if self._slots[slot]["role"] == "publishes":

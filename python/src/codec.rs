@@ -4,19 +4,25 @@
 use crate::description::{Operation, Program};
 use crate::errors;
 use crate::from_python::Misfit;
+use crate::memory::Memory;
 use crate::types::Types;
+use crate::view::{Loan, View};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use rc_middleware::Encoding;
-use rc_values::{Struct, Value, decode, encode_body};
+use rc_values::{Struct, Type, Value, decode, encode_body, encode_image};
+use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Encodes and decodes the calls and samples of a component.
 #[pyclass(frozen, module = "robocomp._native")]
 pub(crate) struct Codec {
     program: Program,
     types: Arc<Types>,
+    /// Counts the loans of each topic.
+    loans: Mutex<HashMap<(usize, usize), Arc<()>>>,
 }
 
 #[pymethods]
@@ -25,7 +31,11 @@ impl Codec {
     fn new(description: &str, types: &Bound<'_, PyDict>) -> PyResult<Self> {
         let program = read(description)?;
         let types = Types::read(&program, types)?;
-        Ok(Self { program, types })
+        Ok(Self {
+            program,
+            types,
+            loans: Mutex::default(),
+        })
     }
 
     /// The arguments of a call, or a sample.
@@ -80,6 +90,48 @@ impl Codec {
         let operation = self.operation(slot, operation)?;
         let values = decoded(py, &operation.reply, bytes)?;
         self.types.answer_object(py, &operation.answer, values)
+    }
+
+    /// A view of a copy of this value, as a handler gets it that reads in place.
+    fn view<'py>(&self, py: Python<'py>, value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, View>> {
+        let operations = self.program.slots.iter().flat_map(|slot| &slot.operations);
+        let members = operations.flat_map(|o| o.request.members.iter().chain(&o.reply.members));
+        let mut all = members.filter_map(|member| match &member.ty {
+            Type::Struct(of) if of.layout.is_some() => Some(of),
+            _ => None,
+        });
+        let class = value.get_type();
+        let is_of = |of: &&Arc<Struct>| {
+            let known = self.types.class(&of.name);
+            known.is_ok_and(|known| known.python.bind(py).is(&class))
+        };
+        let Some(ty) = all.find(is_of) else {
+            let message = format!("{class} is no type that this component has in place");
+            return Err(PyTypeError::new_err(message));
+        };
+        let refused = |reason: String| errors::raise(py, "InvalidArgument", &reason);
+        let value = self.types.structure(ty, value);
+        let value = value.map_err(|misfit| refused(misfit.to_string()))?;
+        let image = encode_image(&value).map_err(|error| refused(error.to_string()))?;
+        let memory = Py::new(py, Memory::copied(&image))?;
+        let view = View::new(memory, Arc::clone(&self.types), Arc::clone(ty), 0);
+        Bound::new(py, view)
+    }
+
+    /// A sample of a topic that is written in place. `send` gets the tuple of its arguments.
+    fn loan<'py>(
+        &self,
+        py: Python<'py>,
+        slot: usize,
+        operation: usize,
+        send: Py<PyAny>,
+    ) -> PyResult<Bound<'py, Loan>> {
+        let request = &self.operation(slot, operation)?.request;
+        let count = {
+            let mut loans = self.loans.lock().unwrap_or_else(PoisonError::into_inner);
+            Arc::clone(loans.entry((slot, operation)).or_default())
+        };
+        Loan::of_test(py, &self.types, request, &count, send)
     }
 }
 

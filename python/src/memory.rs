@@ -17,7 +17,7 @@ use rc_middleware::{KeptSample, LoanedSample};
 use std::ffi::{CString, c_int, c_void};
 use std::ptr::NonNull;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::ThreadId;
 
 /// The memory of an image. Its address stays the same until it is taken.
@@ -42,6 +42,11 @@ impl<T: FromBytes + IntoBytes + Send + 'static> Number for T {}
 enum Backing {
     /// Aligned to 16.
     Owned(#[expect(dead_code, reason = "it owns the memory")] Box<[u128]>),
+    /// The same, for the loan of a test: it counts the loans of a topic.
+    Counted(
+        #[expect(dead_code, reason = "it owns the memory")] Box<[u128]>,
+        #[expect(dead_code, reason = "it counts the loan")] Arc<()>,
+    ),
     /// The numbers of a value.
     Numbers(#[expect(dead_code, reason = "it owns the memory")] Box<dyn Send>),
     Lent(Lent),
@@ -112,7 +117,16 @@ impl Memory {
         Self::own(length, true)
     }
 
+    /// Zeros for a loan of a test. `loan` is held for as long as the memory is.
+    pub(crate) fn counted(length: usize, loan: Arc<()>) -> Self {
+        Self::of(length, true, |owned| Backing::Counted(owned, loan))
+    }
+
     fn own(length: usize, writable: bool) -> Self {
+        Self::of(length, writable, Backing::Owned)
+    }
+
+    fn of(length: usize, writable: bool, backing: impl FnOnce(Box<[u128]>) -> Backing) -> Self {
         let mut owned = vec![0_u128; length.div_ceil(16)].into_boxed_slice();
         Self {
             start: NonNull::from(&mut *owned).cast(),
@@ -120,7 +134,7 @@ impl Memory {
             writable,
             exports: AtomicUsize::new(0),
             discarded: AtomicBool::new(false),
-            backing: Mutex::new(Backing::Owned(owned)),
+            backing: Mutex::new(backing(owned)),
         }
     }
 
@@ -225,7 +239,9 @@ impl Memory {
                      it before send()",
                 ));
             }
-            Backing::Owned(_) | Backing::Numbers(_) | Backing::Kept(..) => return Ok(None),
+            Backing::Owned(_) | Backing::Counted(..) | Backing::Numbers(_) | Backing::Kept(..) => {
+                return Ok(None);
+            }
             Backing::Lent(lent) if lent.thread != std::thread::current().id() => {
                 // This error runs Python, which may hand the interpreter's lock to a thread that waits
                 // for this one.

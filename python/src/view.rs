@@ -30,10 +30,20 @@ pub(crate) struct View {
 /// A sample that is written in place: `send` publishes it.
 #[pyclass(extends = View, frozen, module = "robocomp._native")]
 pub(crate) struct Loan {
-    slot: usize,
-    operation: usize,
+    target: Target,
     request: Arc<Struct>,
 }
+
+/// Where a sample goes.
+enum Target {
+    /// To a topic of the component: slot and operation.
+    Topic(usize, usize),
+    /// To a test, as the tuple of its arguments.
+    Test(Py<PyAny>),
+}
+
+const ONE_LOAN: &str = "one loan of a topic exists at a time: send or discard the earlier one, and \
+                        delete its arrays";
 
 /// A member with its place.
 struct Place<'t> {
@@ -299,7 +309,63 @@ impl Loan {
         request: &Arc<Struct>,
         (slot, operation): (usize, usize),
     ) -> PyResult<Bound<'py, Self>> {
-        let (
+        let (size, ty) = in_place(request)?;
+        crate::memory::drop_abandoned();
+        let lent = with(|session| {
+            let publisher = session.publisher(slot, operation)?;
+            let lent = publisher.loan_image(size);
+            let lent = lent
+                .map_err(|error| errors::raise(py, "NotSent", &format!("{error}; {ONE_LOAN}")))?;
+            Ok(lent.map(Memory::lent))
+        })?;
+        let memory = lent.unwrap_or_else(|| Memory::zeros(size));
+        Self::over(
+            py,
+            memory,
+            types,
+            request,
+            ty,
+            Target::Topic(slot, operation),
+        )
+    }
+
+    /// A loan that `send` gets as a tuple of arguments. `count` is that of the topic's loans.
+    pub(crate) fn of_test<'py>(
+        py: Python<'py>,
+        types: &Arc<Types>,
+        request: &Arc<Struct>,
+        count: &Arc<()>,
+        send: Py<PyAny>,
+    ) -> PyResult<Bound<'py, Self>> {
+        let (size, ty) = in_place(request)?;
+        // The caller has one beside that of the codec.
+        if Arc::strong_count(count) > 2 {
+            return Err(errors::raise(py, "NotSent", ONE_LOAN));
+        }
+        let memory = Memory::counted(size, Arc::clone(count));
+        Self::over(py, memory, types, request, ty, Target::Test(send))
+    }
+
+    fn over<'py>(
+        py: Python<'py>,
+        memory: Memory,
+        types: &Arc<Types>,
+        request: &Arc<Struct>,
+        ty: &Arc<Struct>,
+        target: Target,
+    ) -> PyResult<Bound<'py, Self>> {
+        let view = View::new(Py::new(py, memory)?, Arc::clone(types), Arc::clone(ty), 0);
+        view.reset()?;
+        let request = Arc::clone(request);
+        let loan = Self { target, request };
+        Bound::new(py, PyClassInitializer::from(view).add_subclass(loan))
+    }
+}
+
+/// The size of a topic's only parameter in place, and its type.
+fn in_place(request: &Struct) -> PyResult<(usize, &Arc<Struct>)> {
+    match (request.layout, request.members.as_slice()) {
+        (
             Some(layout),
             [
                 Member {
@@ -307,34 +373,11 @@ impl Loan {
                     ..
                 },
             ],
-        ) = (request.layout, request.members.as_slice())
-        else {
-            let message = format!(
-                "`{}` has no structure that is written in place",
-                request.name
-            );
-            return Err(PyTypeError::new_err(message));
-        };
-        crate::memory::drop_abandoned();
-        let lent = with(|session| {
-            let publisher = session.publisher(slot, operation)?;
-            let lent = publisher.loan_image(layout.size);
-            let lent = lent.map_err(|error| {
-                let help = "one loan of a topic exists at a time: send or discard the earlier one, and \
-                            delete its arrays";
-                errors::raise(py, "NotSent", &format!("{error}; {help}"))
-            })?;
-            Ok(lent.map(Memory::lent))
-        })?;
-        let memory = Py::new(py, lent.unwrap_or_else(|| Memory::zeros(layout.size)))?;
-        let view = View::new(memory, Arc::clone(types), Arc::clone(ty), 0);
-        view.reset()?;
-        let loan = Self {
-            slot,
-            operation,
-            request: Arc::clone(request),
-        };
-        Bound::new(py, PyClassInitializer::from(view).add_subclass(loan))
+        ) => Ok((layout.size, ty)),
+        _ => Err(PyTypeError::new_err(format!(
+            "`{}` has no structure that is written in place",
+            request.name
+        ))),
     }
 }
 
@@ -346,9 +389,10 @@ impl Loan {
         let loan = slf.get();
         let view = slf.as_super().get();
         let memory = view.memory.get();
-        if let Some(sample) = memory.take()? {
+        let taken = memory.take()?;
+        if let (Some(sample), &Target::Topic(slot, operation)) = (taken, &loan.target) {
             let sent = with(|session| {
-                let publisher = session.publisher(loan.slot, loan.operation)?;
+                let publisher = session.publisher(slot, operation)?;
                 Ok(publisher.send_image(sample))
             })?;
             return sent.map_err(|error| errors::of_sending(py, &error));
@@ -357,9 +401,19 @@ impl Loan {
         let value = memory.read(0, size, |bytes| decode_image(&loan.request, bytes))?;
         let value = value.map_err(|error| unfit(&error))?;
         memory.end();
+        let (slot, operation) = match &loan.target {
+            Target::Topic(slot, operation) => (*slot, *operation),
+            Target::Test(send) => {
+                let Value::Struct(_, values) = value else {
+                    return Ok(());
+                };
+                let arguments = view.types.parts(py, values)?;
+                return send.bind(py).call1((arguments,)).map(drop);
+            }
+        };
         let sent = py.detach(|| {
             with(|session| {
-                let publisher = session.publisher(loan.slot, loan.operation)?;
+                let publisher = session.publisher(slot, operation)?;
                 Ok(publisher.publish_with(|writer| write(&value, writer)))
             })
         })?;

@@ -187,3 +187,13 @@ fn hooks_states_parameters_and_errors_are_those_of_a_component() {
         0,
     );
 }
+
+#[test]
+fn fakes_of_values_in_place_refuse_what_a_process_refuses() {
+    check(
+        "fakes_of_values_in_place_refuse_what_a_process_refuses",
+        "test_testing.py",
+        "local",
+        0,
+    );
+}
