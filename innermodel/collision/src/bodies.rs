@@ -11,7 +11,7 @@ use parry3d_f64::partitioning::Bvh;
 use parry3d_f64::shape::{SharedShape, TriMesh};
 use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// Collisions are computed in metres, for which the tolerances of the library are made.
 pub(crate) const METRE: f64 = 1000.0;
@@ -20,7 +20,7 @@ pub(crate) const METRE: f64 = 1000.0;
 type Scale = [u64; 3];
 
 /// A mesh that was read: its shape, and its triangles for rays.
-type Known = (SharedShape, Arc<OnceLock<RayTree>>);
+type Known = (SharedShape, Arc<RayTree>);
 
 /// A mesh that gives no body.
 #[derive(Debug)]
@@ -38,18 +38,16 @@ pub(crate) struct Solid {
     pub(crate) shape: SharedShape,
     pub(crate) pose: Pose,
     /// The triangles of a mesh for rays.
-    rays: Option<Arc<OnceLock<RayTree>>>,
+    rays: Option<Arc<RayTree>>,
     /// From the frame of the body to that of the node.
     inner: Transform,
     kind: Arc<Kind>,
 }
 
 impl Solid {
-    /// A mesh with its triangles for rays. The first ray sorts them, so bodies that no ray looks for
-    /// cost no memory.
+    /// A mesh with its triangles for rays.
     pub(crate) fn triangles(&self) -> Option<(&RayTree, &TriMesh)> {
-        let (tree, mesh) = (self.rays.as_ref()?, self.shape.as_trimesh()?);
-        Some((tree.get_or_init(|| RayTree::new(mesh)), mesh))
+        Some((self.rays.as_ref()?, self.shape.as_trimesh()?))
     }
 
     /// What the node is.
@@ -246,10 +244,7 @@ impl Space {
     }
 
     /// The shape of a body, with the triangles of a mesh for rays.
-    fn shape(
-        &mut self,
-        body: &Body<'_>,
-    ) -> Result<(SharedShape, Option<Arc<OnceLock<RayTree>>>), MeshError> {
+    fn shape(&mut self, body: &Body<'_>) -> Result<(SharedShape, Option<Arc<RayTree>>), MeshError> {
         let shape = match body {
             Body::Box(size) => {
                 let [x, y, z] = size.map(|length| length / 2.0 / METRE);
@@ -286,12 +281,14 @@ impl Space {
         let vertices = vertices
             .map(|[x, y, z]| Vector::new(x * sx, y * sy, -z * sz))
             .collect();
-        let shape = SharedShape::trimesh(vertices, read.triangles)
+        let mesh = TriMesh::new(vertices, read.triangles)
             .map_err(|error| MeshError::Wrong(error.to_string()))?;
+        // Now, so that the first ray takes no longer than the others.
+        let rays = Arc::new(RayTree::new(&mesh));
         // A body whose scale changes leaves a shape that nothing else has.
         self.meshes
             .retain(|_, (shape, _)| Arc::strong_count(&shape.0) > 1);
-        let known = (shape, Arc::default());
+        let known = (SharedShape::new(mesh), rays);
         self.meshes.insert(key, known.clone());
         Ok(known)
     }
