@@ -3,7 +3,7 @@
 
 use crate::figure::Figure;
 use crate::pair::quantile;
-use crate::programs::{Failure, finish, target};
+use crate::programs::{Failure, finish, root, target};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -16,7 +16,7 @@ pub(crate) const LIMIT: Duration = Duration::from_mins(1);
 /// The size of a large text, in bytes.
 const LARGE: usize = 1 << 20;
 
-/// Generates a component with ten interfaces, checks 200 files, and checks one file of 1 MB of
+/// Generates a component with ten interfaces and one in Python, checks 200 files, and checks one file of 1 MB of
 /// every language, right and wrong.
 pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
     let folder = tempfile::tempdir()?;
@@ -40,6 +40,17 @@ pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
         ("< 20 ms", 20),
     ));
     let _ = fs::remove_dir_all(folder.join("out"));
+    let python = median(&mut || {
+        let mut command = rcgen()?;
+        command.current_dir(root().join("components/avoider_python"));
+        command.arg("avoider_python.cdsl");
+        Ok(finish(command, LIMIT)?.0)
+    })?;
+    figures.push(figure(
+        "`rcgen avoider_python.cdsl`, a worker in Python, median of 20",
+        python,
+        ("< 20 ms", 20),
+    ));
     let check = median(&mut || {
         let mut command = rcgen()?;
         command.args(["check", "."]);
