@@ -253,10 +253,14 @@ impl Keys {
 
     fn show(&self, player: &Player, is_paused: bool) {
         if self.before.is_some() {
-            let paused = if is_paused { "paused  " } else { "" };
+            let space = if is_paused {
+                "paused  [space] continue"
+            } else {
+                "[space] pause"
+            };
             let _ = write!(
                 std::io::stderr(),
-                "\r\x1b[K{:>8.1} s  {} sent  {paused}[space] pause  [s] step  [←→] seek  [q] quit",
+                "\r\x1b[K{:>8.1} s  {} sent  {space}  [s] step  [←→] seek  [q] quit",
                 player.position().as_secs_f64(),
                 player.sent()
             );
