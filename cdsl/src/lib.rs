@@ -6,6 +6,7 @@
 pub mod ast;
 pub mod model;
 mod parse;
+mod python;
 mod qos;
 mod resolve;
 mod resolver;

@@ -52,12 +52,15 @@ pub struct Dependency {
     pub default_features: bool,
 }
 
+/// The oldest version of Python that components run on: major and minor.
+pub const OLDEST_PYTHON: (u32, u32) = (3, 11);
+
 /// `python "3.12" venv;`
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Python {
     /// The oldest version that the component runs on: major and minor.
     pub oldest: (u32, u32),
-    /// Whether the component runs in a virtual environment of its own, `.venv` in its folder.
+    /// Whether `rcdeploy up --build` makes `.venv`, a virtual environment in the component's folder.
     pub venv: bool,
 }
 

@@ -1,9 +1,7 @@
 //! Loads the imported interfaces and builds the model of a component.
 
 use crate::ast::{self, Clause, SlotDecl};
-use crate::model::{
-    Backend, Component, DEFAULT_PERIOD, Dependency, Python, Role, Slot, StateMachine,
-};
+use crate::model::{Backend, Component, DEFAULT_PERIOD, Dependency, Role, Slot, StateMachine};
 use crate::parse::{KNOWN_LANGUAGES, parse, unknown_language};
 use crate::resolver::Resolver;
 use crate::slot_names::SlotNames;
@@ -79,9 +77,6 @@ fn interfaces_by_name(
     }
     interfaces
 }
-
-/// The oldest version of Python 3 that components run on.
-const OLDEST_MINOR: u32 = 11;
 
 /// The life cycle that a component may have.
 const MANAGED: &str = "managed";
@@ -204,41 +199,6 @@ impl Resolver<'_> {
             self.found.push(unknown_language(name));
         }
         Name::new(name.text.to_lowercase(), name.span)
-    }
-
-    fn python(
-        &mut self,
-        word: &Name,
-        version: &Name,
-        venv: bool,
-        language: Option<&Name>,
-    ) -> Option<Python> {
-        if let Some(language) = language.filter(|language| language.text != "python") {
-            let message = "`python` is a clause of components with `language python;`";
-            self.found.push(
-                Diagnostic::error("python-of-another-language", word.span, message)
-                    .label(language.span, "the language of this component"),
-            );
-            return None;
-        }
-        let oldest = version.text.strip_prefix("3.").filter(|minor| {
-            minor.len() <= 3 && minor.bytes().all(|b| b.is_ascii_digit()) && !minor.starts_with('0')
-        });
-        let oldest = oldest.and_then(|minor| minor.parse().ok());
-        let Some(minor) = oldest.filter(|minor| *minor >= OLDEST_MINOR) else {
-            let message = format!(
-                "expected a version of Python from 3.{OLDEST_MINOR} on, such as `\"3.12\"`, found `{}`",
-                version.text
-            );
-            let error = Diagnostic::error("bad-python-version", version.span, message);
-            self.found
-                .push(error.help("write the oldest version that the worker runs on"));
-            return None;
-        };
-        Some(Python {
-            oldest: (3, minor),
-            venv,
-        })
     }
 
     fn dependency(&mut self, tree: &ast::Dependency) -> Dependency {

@@ -124,7 +124,7 @@ impl Project {
     /// The oldest version of Python that a component in Python runs on.
     pub fn oldest_python(&self) -> (u32, u32) {
         let own = self.component.python.map(|python| python.oldest);
-        own.unwrap_or(crate::python::interpreter::OLDEST)
+        own.unwrap_or(rc_cdsl::model::OLDEST_PYTHON)
     }
 
     /// Whether the code that was generated for it last is that of a node of ROS 2, also where no

@@ -63,9 +63,14 @@ pub enum Error {
         /// Its tag.
         tag: &'static str,
     },
-    /// All clouds would have this many points.
-    #[error("there would be {0} points in all clouds; at most 10000000 are kept")]
-    TooManyPoints(usize),
+    /// The clouds of a model would have too many points.
+    #[error("there would be {count} points in all clouds; at most {most} are kept")]
+    TooManyPoints {
+        /// Points of all clouds.
+        count: usize,
+        /// The limit.
+        most: usize,
+    },
     /// The root cannot be changed.
     #[error("the root cannot be changed")]
     Root,

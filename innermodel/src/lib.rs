@@ -40,6 +40,7 @@ mod ids;
 mod link;
 mod model;
 mod pages;
+mod points;
 pub mod sensors;
 pub mod shapes;
 pub mod slots;

@@ -18,6 +18,9 @@ class Slot:
         self._operations = operations
 
     def __getattr__(self, name: str) -> Any:
+        # `copy` and `pickle` ask an instance that has no attributes yet.
+        if name == "_operations":
+            raise AttributeError(name)
         for operation, inputs in self._operations.items():
             if name in (operation, _native.name_of("method", operation)):
                 return self._function(operation, distinct("parameter", inputs))
@@ -52,6 +55,8 @@ class Component:
         self._slots = slots
 
     def __getattr__(self, name: str) -> Slot:
+        if name == "_slots":
+            raise AttributeError(name)
         for known, slot in self._slots.items():
             if name in (known, snake_case(known)):
                 return slot
@@ -63,8 +68,9 @@ class Component:
 
 
 class Samples(Iterator[Any]):
-    """The samples of a topic, in their order. At most 64 MiB of them wait for the loop: beyond
-    that the oldest are dropped. The middleware may drop some before."""
+    """The samples of a topic, in their order. At most 64 MiB of messages wait for the loop: beyond
+    that the oldest are dropped. Decoded, sequences of structures take several times as much memory.
+    The middleware may drop some before."""
 
     def __init__(self, samples: _native.Samples, limit: float | None) -> None:
         self._samples = samples

@@ -1,4 +1,5 @@
-//! A running network without a component: calls of its operations, with the types that its components describe.
+//! A running network without a component: calls of its operations, with the types that its
+//! components describe.
 
 use crate::errors;
 use crate::samples::Samples;
@@ -157,7 +158,8 @@ fn failed(py: Python<'_>, error: &rc_observe::Error) -> PyErr {
     errors::raise(py, "Error", &error.to_string())
 }
 
-/// The exception for a call that failed: the class that a worker gets.
+/// The exception for a call that failed: the class that a worker gets, and `CallError` for what
+/// only a client meets.
 fn of_call(py: Python<'_>, error: &rc_observe::Error) -> PyErr {
     let name = match error {
         rc_observe::Error::Refused { .. } => "Refused",
@@ -166,6 +168,7 @@ fn of_call(py: Python<'_>, error: &rc_observe::Error) -> PyErr {
         rc_observe::Error::NoServer { .. } => "NoServer",
         rc_observe::Error::ServerDied { .. } => "ServerDied",
         rc_observe::Error::Value(_) => "MalformedReply",
+        rc_observe::Error::Open(_) | rc_observe::Error::System { .. } => "MiddlewareError",
         _ => "CallError",
     };
     let raised = errors::raise(py, name, &error.to_string());

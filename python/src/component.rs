@@ -44,6 +44,20 @@ pub(crate) struct Joint {
     pub(crate) worker: Worker,
 }
 
+/// Core and machine while a function of the worker runs. A panic gives them back, too: the runtime
+/// reads the machine for its message.
+struct Taken<'j> {
+    joint: &'j mut Joint,
+    core: Option<Core>,
+    machine: Option<Machine<Number, Number>>,
+}
+
+impl Drop for Taken<'_> {
+    fn drop(&mut self) {
+        (self.joint.core, self.joint.machine) = (self.core.take(), self.machine.take());
+    }
+}
+
 impl Start {
     /// Opens the connections, makes the context and the worker, and initializes it.
     pub(crate) fn start(
@@ -101,12 +115,18 @@ impl Drop for Joint {
 impl Joint {
     /// Runs Python on behalf of the worker.
     pub(crate) fn run<T>(&mut self, run: impl FnOnce(Python<'_>, &Self) -> T) -> T {
-        let (mut core, mut machine) = (self.core.take(), self.machine.take());
-        let result = session::lend(&mut core, &mut machine, || {
-            Python::attach(|py| run(py, self))
-        });
-        (self.core, self.machine) = (core, machine);
-        result
+        let (core, machine) = (self.core.take(), self.machine.take());
+        let mut taken = Taken {
+            joint: self,
+            core,
+            machine,
+        };
+        let Taken {
+            joint,
+            core,
+            machine,
+        } = &mut taken;
+        session::lend(core, machine, || Python::attach(|py| run(py, joint)))
     }
 
     /// Calls a function of the worker that takes the context only, if there is one.

@@ -115,22 +115,23 @@ impl Embedded {
     /// Stops the component and waits for its end for a while: before the interpreter ends, as no
     /// thread may run Python code then.
     fn end(&self, py: Python<'_>) {
-        let Some(component) = self.lock().take() else {
-            return;
-        };
-        component.stop();
+        self.stop();
         let end = Instant::now() + ENDING;
         py.detach(|| {
-            while !component.has_ended() && Instant::now() < end {
+            while !self.has_ended() && Instant::now() < end {
                 std::thread::sleep(LOOK);
             }
         });
     }
 
-    /// Waits until the component ends, after `stop` or by itself.
+    /// Waits until the component ends, after `stop` or by itself. Ctrl-C ends the wait. Meanwhile
+    /// other threads may stop the component.
     fn join(&self, py: Python<'_>) -> PyResult<()> {
-        let component = self.lock().take();
-        let Some(component) = component else {
+        while !self.has_ended() {
+            py.check_signals()?;
+            py.detach(|| std::thread::sleep(LOOK));
+        }
+        let Some(component) = self.lock().take() else {
             return Ok(());
         };
         let ended = py.detach(|| component.join());

@@ -11,7 +11,8 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The most bytes of samples that wait for the program, beside the one that it takes next.
+/// The most bytes of messages that wait for the program, beside the one that it takes next. Their
+/// values take more memory where a sequence has structures.
 const MOST_BYTES: usize = 64 << 20;
 /// The most samples that wait. Small ones have a cost that their bytes do not tell.
 const MOST: usize = 1 << 16;

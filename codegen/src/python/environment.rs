@@ -6,10 +6,17 @@ use pep440_rs::{Version, VersionSpecifiers};
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Duration;
 use toml_edit::{DocumentMut, Item, TableLike, Value};
 
 /// The interpreter of an environment.
 const OWN: &str = "bin/python";
+
+/// A file in an environment that is not finished.
+const BEGUN: &str = ".begun-by-rcgen";
+
+/// How long Python may take to make an environment.
+const PATIENCE: Duration = Duration::from_mins(2);
 
 /// The number of minor versions that are looked for.
 const NEWER: u32 = 10;
@@ -98,7 +105,7 @@ impl Needs {
         let (major, minor) = self.oldest;
         let oldest = Version::new([u64::from(major), u64::from(minor)]);
         let needed = if version < oldest {
-            format!("this component needs Python {major}.{minor} or newer")
+            interpreter::needed_by_this(self.oldest)
         } else if self.python.contains(&version) {
             return Ok(());
         } else {
@@ -118,8 +125,8 @@ impl Needs {
         )))
     }
 
-    /// The interpreter of a new environment: `python3` of the path, or the first of `python3.N` there
-    /// that fits.
+    /// The interpreter of a new environment: `python3` of the path, or the first of `python3.N`
+    /// there that fits.
     fn interpreter(&self) -> Result<PathBuf, Error> {
         let usual = PathBuf::from("python3");
         let refused = match self.check(&usual) {
@@ -141,14 +148,21 @@ impl Needs {
 /// [`Error`]: no interpreter fits, or the one of the environment does not.
 pub fn make_empty(folder: &Path, oldest: (u32, u32)) -> Result<(), Error> {
     let needs = Needs::read(folder, oldest, false)?;
-    let place = folder.join(".venv");
-    create(&needs, &place, None)
+    create(&needs, &folder.join(".venv"), None)
 }
 
 fn create(needs: &Needs, place: &Path, python: Option<&Path>) -> Result<(), Error> {
-    let own = place.join(OWN);
-    if own.exists() {
+    let (own, begun) = (place.join(OWN), place.join(BEGUN));
+    let system = |error: std::io::Error| Error::System(format!("{}: {error}", place.display()));
+    if begun.exists() {
+        std::fs::remove_dir_all(place).map_err(system)?;
+    } else if own.exists() {
         return needs.check(&own);
+    } else if place.exists() {
+        let place = place.display();
+        return Err(Error::Input(format!(
+            "{place} is no virtual environment: delete it, or give it another name"
+        )));
     }
     let python = match python {
         Some(python) => {
@@ -157,8 +171,34 @@ fn create(needs: &Needs, place: &Path, python: Option<&Path>) -> Result<(), Erro
         }
         None => needs.interpreter()?,
     };
-    let make: [&OsStr; 3] = ["-m".as_ref(), "venv".as_ref(), place.as_ref()];
-    run(&python, &make)
+    std::fs::create_dir(place).map_err(system)?;
+    let outcome = std::fs::write(&begun, "").map_err(system);
+    let outcome = outcome.and_then(|()| fill(&python, place));
+    match outcome {
+        Ok(()) => std::fs::remove_file(&begun).map_err(system),
+        Err(error) => {
+            // What cannot be removed is removed by the next call.
+            let _ = std::fs::remove_dir_all(place);
+            Err(error)
+        }
+    }
+}
+
+/// Runs the module `venv`, which prints to both outputs why it fails.
+fn fill(python: &Path, place: &Path) -> Result<(), Error> {
+    let mut command = Command::new(python);
+    command.args(["-m", "venv"]).arg(place);
+    let what = format!("{} -m venv {}", python.display(), place.display());
+    let ended = interpreter::end_of(PATIENCE, &mut command);
+    let ended = ended.map_err(|why| Error::System(format!("`{what}` {why}")))?;
+    if ended.is_success {
+        return Ok(());
+    }
+    let said = [ended.out, ended.said].concat();
+    let said = String::from_utf8_lossy(&said);
+    let words: Vec<&str> = said.split_whitespace().collect();
+    let said = rc_diagnostics::foreign::clean(&words.join(" "));
+    Err(Error::System(format!("`{what}` failed: {said}")))
 }
 
 /// Makes `.venv` in the folder of a component, or takes the one that is there, and installs the

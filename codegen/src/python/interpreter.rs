@@ -1,13 +1,11 @@
 //! Interpreters of Python for a component, and what they print.
 
+use rc_cdsl::model::OLDEST_PYTHON;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
-
-/// The oldest version that components run on.
-pub const OLDEST: (u32, u32) = (3, 11);
 
 /// How long an interpreter may take to read a worker.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -30,9 +28,14 @@ pub(super) fn active() -> PathBuf {
         .unwrap_or_else(|| "python3".into())
 }
 
-/// What is needed, for messages.
-pub fn needed() -> String {
-    let (major, minor) = OLDEST;
+/// The needed version, for messages about one component.
+pub fn needed_by_this((major, minor): (u32, u32)) -> String {
+    format!("this component needs Python {major}.{minor} or newer")
+}
+
+/// The needed version, for messages where the component is unknown.
+pub(super) fn needed() -> String {
+    let (major, minor) = OLDEST_PYTHON;
     format!("a component in Python needs Python {major}.{minor} or newer")
 }
 
@@ -63,20 +66,39 @@ fn run_for(
     script: &str,
     args: &[PathBuf],
 ) -> Result<Vec<u8>, Unusable> {
-    let name = python.display();
-    let failed = |why: &dyn std::fmt::Display| Unusable(format!("`{name}`: {why}; {}", needed()));
-    let mut child = Command::new(python)
-        .args(["-I", "-S", "-X", "utf8", "-c", script])
-        .args(args)
+    let mut command = Command::new(python);
+    command.args(["-I", "-S", "-X", "utf8", "-c", script]);
+    let ended = end_of(patience, command.args(args));
+    let failed = |why: &str| Unusable(format!("`{}` {why}; {}", python.display(), needed()));
+    let ended = ended.map_err(|why| failed(&why))?;
+    if ended.is_success {
+        return Ok(ended.out);
+    }
+    let said = String::from_utf8_lossy(&ended.said);
+    let last = said.trim_end().lines().last().unwrap_or("no reason");
+    let last = rc_diagnostics::foreign::clean(last);
+    Err(failed(&format!("failed: {last}")))
+}
+
+/// The end of a program.
+pub(super) struct End {
+    pub(super) is_success: bool,
+    /// Standard output.
+    pub(super) out: Vec<u8>,
+    /// Standard error.
+    pub(super) said: Vec<u8>,
+}
+
+/// Runs a program to its end, without input. The error says why it did not end by itself.
+pub(super) fn end_of(patience: Duration, command: &mut Command) -> Result<End, String> {
+    let mut child = command
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .map_err(|error| match error.kind() {
-            std::io::ErrorKind::NotFound => {
-                Unusable(format!("`{name}` does not exist; {}", needed()))
-            }
-            _ => failed(&error),
+            std::io::ErrorKind::NotFound => "does not exist".to_owned(),
+            _ => format!("cannot be started: {error}"),
         })?;
     let out = drain(child.stdout.take());
     let said = drain(child.stderr.take());
@@ -88,33 +110,27 @@ fn run_for(
             Ok(None) => {
                 let _ = child.kill();
                 let _ = child.wait();
-                return Err(failed(&format!("no answer within {patience:?}")));
+                return Err(format!("has not ended within {patience:?}"));
             }
-            Err(error) => return Err(failed(&error)),
+            Err(error) => return Err(format!("cannot be waited for: {error}")),
         }
     };
     // A program that it started may hold the pipes longer than it lives.
     let left = || end.saturating_duration_since(Instant::now());
     let pipe = |all: &Receiver<Vec<u8>>| {
         let read = all.recv_timeout(left());
-        let read = read.map_err(|_| failed(&"another program keeps its output open"))?;
+        let read =
+            read.map_err(|_| "has ended, and another program keeps its output open".to_owned())?;
         if read.len() > MOST {
-            return Err(failed(&format!("it prints more than {} MiB", MOST >> 20)));
+            return Err(format!("prints more than {} MiB", MOST >> 20));
         }
         Ok(read)
     };
-    let (out, said) = (pipe(&out)?, pipe(&said)?);
-    if status.success() {
-        return Ok(out);
-    }
-    let said = String::from_utf8_lossy(&said);
-    let last = said
-        .trim_end()
-        .lines()
-        .last()
-        .unwrap_or("it failed")
-        .to_owned();
-    Err(failed(&rc_diagnostics::foreign::clean(&last)))
+    Ok(End {
+        is_success: status.success(),
+        out: pipe(&out)?,
+        said: pipe(&said)?,
+    })
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Prints the Python of a component.
 
-use super::{component, description, interpreter, layout};
+use super::{component, description, layout};
 use crate::files::{Files, GENERATED, Owner};
 use crate::templates::{self, TemplateError, templates};
 use crate::view;
@@ -71,7 +71,7 @@ pub(crate) fn files(
     let component = &component::of(view);
     let mut all = Context::from_serialize(component)?;
     all.insert("dependencies", dependencies);
-    let (major, minor) = interpreter::OLDEST;
+    let (major, minor) = rc_cdsl::model::OLDEST_PYTHON;
     let oldest = view.python.as_ref().map(|python| python.oldest.clone());
     all.insert(
         "oldest_python",

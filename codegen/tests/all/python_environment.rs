@@ -140,6 +140,32 @@ fn an_environment_is_made_on_request() {
     assert!(said.contains("`nowhere/python` does not exist"), "{said}");
     assert!(!folder.join(".venv").exists());
 
+    // One that fails leaves nothing; one that was killed is made anew; another folder is kept.
+    let own = folder.join(".venv");
+    let lame = folder.join("lame/python3");
+    let fails = "mkdir -p .venv/bin; touch .venv/bin/python; echo 'install venv'; exit 1";
+    script(
+        &lame,
+        &format!("#!/bin/sh\ncase $1 in -m) {fails};; *) echo 3.13.1;; esac\n"),
+    );
+    let (code, said) = venv(folder, &path, &["--python", "lame/python3"]);
+    assert_eq!(code, Some(3), "{said}");
+    assert!(said.contains("failed: install venv\n"), "{said}");
+    assert!(!own.exists());
+    script(&own.join("bin/python"), "#!/bin/sh\necho 3.13.1\n");
+    fs::write(own.join(".begun-by-rcgen"), "").expect("a file");
+    let (code, said) = venv(folder, &path, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(own.join("pyvenv.cfg").exists() && !own.join(".begun-by-rcgen").exists());
+    fs::remove_dir_all(&own).expect("to remove");
+    fs::create_dir(&own).expect("a folder");
+    fs::write(own.join("mine"), "").expect("a file");
+    let (code, said) = venv(folder, &path, &[]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("is no virtual environment"), "{said}");
+    assert!(own.join("mine").exists());
+    fs::remove_dir_all(&own).expect("to remove");
+
     // The `.cdsl` asks for more, and another interpreter of the path fits.
     let clause = |version: &str| {
         let clause = format!("language python; python \"{version}\" venv;");

@@ -5,7 +5,7 @@ use crate::graph::Graph;
 use crate::poll::Snapshot;
 use crate::protocol;
 use crate::shapes::{Shape, shapes};
-use rc_observe::{End, Network, Operation, Topic};
+use rc_observe::{End, Network, Operation, SendingClock, Topic};
 use rc_record::{Schema, schema};
 use rc_values::{Interface, Struct};
 use serde_json::{Value as Json, json};
@@ -44,7 +44,7 @@ impl Reading {
     /// Whether all senders are on this machine, so that their monotonic clock is the one here.
     pub(crate) fn is_here(&self) -> bool {
         match self {
-            Self::Topic(topic) => topic.publishers.iter().all(|end| end.host.is_none()),
+            Self::Topic(topic) => topic.sending_clock() == SendingClock::Here,
             Self::Calls { is_here, .. } => *is_here,
         }
     }

@@ -183,7 +183,7 @@ fn text(
         None => String::new(),
     };
     let (folder, paths) = (quoted(named(folder)?), quoted(&paths));
-    let needed = format!("this component needs Python {major}.{minor} or newer");
+    let needed = python::interpreter::needed_by_this((major, minor));
     Ok(format!(
         "#!/bin/sh\n\
          # Written by rcdeploy: runs the component `{package}`, which is in Python.\n\

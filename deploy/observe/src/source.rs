@@ -76,31 +76,81 @@ impl Source {
     /// The clock of the messages' times of sending. A message does not name its machine: where
     /// several machines send, the clock cannot be told.
     pub fn sending_clock(&self) -> SendingClock<'_> {
-        let (ends, clock) = match self {
-            // The component whose memory the samples are in copies them, with its times.
-            Self::Topic(topic) if topic.middleware == rc_iceoryx2::NAME => {
-                (topic.publishers.iter().collect(), MachineClock::Monotonic)
-            }
-            Self::Topic(topic) => (topic.publishers.iter().collect(), MachineClock::System),
+        match self {
+            Self::Topic(topic) => topic.sending_clock(),
             Self::Calls(operation) => {
-                let server = std::iter::once(&operation.server);
-                let ends: Vec<&End> = server.chain(&operation.clients).collect();
-                (ends, MachineClock::Monotonic)
+                let ends = std::iter::once(&operation.server).chain(&operation.clients);
+                clock_of(ends, MachineClock::Monotonic)
             }
-        };
-        let Some(first) = ends.first() else {
-            return SendingClock::Unknown;
-        };
-        if let Some(other) = ends.iter().find(|end| end.host != first.host) {
-            return SendingClock::Several([first, other]);
         }
-        match first.host.as_deref() {
-            Some(host) => SendingClock::Elsewhere {
-                end: first,
-                host,
-                clock,
-            },
-            None => SendingClock::Here,
+    }
+}
+
+impl Topic {
+    /// The clock of the samples' times of sending, as [`Source::sending_clock`].
+    pub fn sending_clock(&self) -> SendingClock<'_> {
+        if self.middleware != rc_iceoryx2::NAME {
+            return clock_of(self.publishers.iter(), MachineClock::System);
         }
+        // Shared memory has both ends on one machine. The component whose memory the samples are in
+        // copies them, with their times.
+        let ends = if self.publishers.is_empty() {
+            &self.subscribers
+        } else {
+            &self.publishers
+        };
+        clock_of(ends.iter(), MachineClock::Monotonic)
+    }
+}
+
+/// The clock of senders that are, or share the memory of, these ends.
+fn clock_of<'e>(mut ends: impl Iterator<Item = &'e End>, clock: MachineClock) -> SendingClock<'e> {
+    let Some(first) = ends.next() else {
+        return SendingClock::Unknown;
+    };
+    if let Some(other) = ends.find(|end| end.host != first.host) {
+        return SendingClock::Several([first, other]);
+    }
+    match first.host.as_deref() {
+        Some(host) => SendingClock::Elsewhere {
+            end: first,
+            host,
+            clock,
+        },
+        None => SendingClock::Here,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SYSTEM: MachineClock = MachineClock::System;
+
+    fn end(component: &str, host: Option<&str>) -> End {
+        End {
+            component: component.into(),
+            slot: "s".into(),
+            host: host.map(str::to_owned),
+        }
+    }
+
+    #[test]
+    fn the_clock_is_that_of_the_machine_of_all_senders() {
+        let here = [end("a", None), end("b", None)];
+        let there = [end("c", Some("robot")), end("d", Some("robot"))];
+        assert_eq!(clock_of([].iter(), SYSTEM), SendingClock::Unknown);
+        assert_eq!(clock_of(here.iter(), SYSTEM), SendingClock::Here);
+        assert_eq!(
+            clock_of(there.iter(), SYSTEM),
+            SendingClock::Elsewhere {
+                end: &there[0],
+                host: "robot",
+                clock: SYSTEM,
+            }
+        );
+        let both = [&here[0], &there[0]];
+        let several = clock_of(both.into_iter(), SYSTEM);
+        assert_eq!(several, SendingClock::Several(both));
     }
 }

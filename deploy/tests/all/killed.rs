@@ -199,9 +199,13 @@ fn the_next_up_recovers_when_supervisor_and_guard_are_killed() {
     await_end(&parent);
     assert!(deaf[0].is_alive() && children[0].is_alive() && children[1].is_alive());
     assert!(bench.run_directory().exists() && bench.cleanups() == 0);
+    let stale = bench.run_directory().join("stale");
+    std::fs::create_dir(&stale).expect("a folder");
+    std::fs::write(stale.join("file"), "").expect("a file");
 
     let mut up = bench.start(vec![self::well("new")]);
     let message = up.await_event("recovered", None);
+    assert!(!stale.exists());
     assert!(message.contains("killed 3 orphaned processes"), "{message}");
     up.await_event("up", None);
     await_end(&deaf);

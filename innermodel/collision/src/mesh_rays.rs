@@ -151,8 +151,8 @@ impl RayTree {
         }
     }
 
-    /// The way along a ray to the first triangle of the mesh of this tree, at most `most`, and the normal of its side that
-    /// the ray comes from. The direction has the length 1.
+    /// The length of a ray to the first triangle of the tree's mesh, at most `most`, and the normal
+    /// of the side that it meets. The direction has the length 1.
     pub(crate) fn meet(&self, mesh: &TriMesh, ray: &Ray, most: f64) -> Option<(f64, Vector)> {
         let (start, end) = self.enter(ray, most)?;
         let mut beam = Beam::new(self, ray, start);

@@ -1,7 +1,7 @@
 //! From a document to a scene of glTF 2.0, as one file (`.glb`).
 
 use crate::matrix::{Matrix, OF_MESH, Place, TO_GLTF, apply, product};
-use crate::shapes::{board, cuboid, place, solid};
+use crate::shapes::{board, place, solid};
 use innermodel_language::model::{Camera, Document, Kind, Node};
 use innermodel_mesh::{Looks, TriangleMesh};
 use rc_diagnostics::{Diagnostic, Diagnostics};
@@ -176,10 +176,18 @@ impl Writer {
             (mesh.vertices, inner, parts)
         };
         let (vertices, inner, parts) = match &node.kind {
-            Kind::Plane(plane) => of_one(cuboid(plane.size), board(plane), &plane.texture),
+            Kind::Plane(plane) => of_one(
+                TriangleMesh::cuboid(plane.size),
+                board(plane),
+                &plane.texture,
+            ),
             Kind::Display(display) => {
                 let plane = &display.plane;
-                of_one(cuboid(plane.size), board(plane), &plane.texture)
+                of_one(
+                    TriangleMesh::cuboid(plane.size),
+                    board(plane),
+                    &plane.texture,
+                )
             }
             Kind::Solid(body) => of_one(solid(body.shape), Place::HERE, &body.texture),
             Kind::Mesh(mesh) => {

@@ -1,6 +1,6 @@
 //! Where bodies are, and their triangles.
 
-use crate::matrix::{Place, Vector, between, of_angles, unit};
+use crate::matrix::{Place, between, of_angles, unit};
 use innermodel_language::Pose;
 use innermodel_language::model::{Plane, Shape};
 use innermodel_mesh::TriangleMesh;
@@ -22,30 +22,6 @@ pub(crate) fn board(plane: &Plane) -> Place {
     Place {
         rotation: normal.map_or(Place::HERE.rotation, |to| between(&[0.0, 0.0, -1.0], &to)),
         translation: plane.point,
-    }
-}
-
-/// A box around the origin.
-pub(crate) fn cuboid(size: Vector) -> TriangleMesh {
-    let vertices = (0..8).map(|corner| {
-        [0, 1, 2].map(|axis| {
-            let side = if corner >> axis & 1 == 0 { -0.5 } else { 0.5 };
-            size[axis].abs() * side
-        })
-    });
-    let sides = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    let triangles = sides.into_iter();
-    let triangles = triangles.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
-    TriangleMesh {
-        vertices: vertices.collect(),
-        triangles: triangles.collect(),
     }
 }
 

@@ -27,6 +27,33 @@ pub struct TriangleMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+impl TriangleMesh {
+    /// A box around the origin with these lengths. Its triangles turn to the left, seen from
+    /// outside, in a frame with x to the right, y up and z to the front.
+    pub fn cuboid(size: [f64; 3]) -> Self {
+        let vertices = (0..8).map(|corner| {
+            [0, 1, 2].map(|axis| {
+                let side = if corner >> axis & 1 == 0 { -0.5 } else { 0.5 };
+                size[axis].abs() * side
+            })
+        });
+        let sides = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        let triangles = sides.into_iter();
+        let triangles = triangles.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        Self {
+            vertices: vertices.collect(),
+            triangles: triangles.collect(),
+        }
+    }
+}
+
 /// Why a file gives no mesh.
 #[derive(Debug, Error)]
 #[non_exhaustive]

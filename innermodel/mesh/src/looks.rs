@@ -89,9 +89,3 @@ pub(crate) fn find(folder: &Path, name: &str) -> PathBuf {
 pub(crate) fn colour(parts: [f64; 3]) -> [u8; 3] {
     parts.map(|part| (part.clamp(0.0, 1.0) * 255.0).round() as u8)
 }
-
-/// A text of a foreign file for a message: short, on one line.
-pub(crate) fn shown(text: &str) -> String {
-    let text = text.chars().take(100);
-    text.map(|c| if c.is_control() { ' ' } else { c }).collect()
-}

@@ -1,8 +1,9 @@
 //! Wavefront OBJ: its vertices and faces, and with `Looks` the colours and pictures of its
 //! materials. Normals and curves are not used.
 
-use crate::looks::{Look, Looks, MOST_MATERIALS, Material, Picture, Wrap, colour, find, shown};
+use crate::looks::{Look, Looks, MOST_MATERIALS, Material, Picture, Wrap, colour, find};
 use crate::{MeshError, TriangleMesh};
+use rc_diagnostics::foreign::clean;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -151,7 +152,7 @@ impl<'p> Painter<'p> {
         let bytes = match crate::bytes_up_to(&path, LARGEST_LIBRARY) {
             Ok(bytes) => bytes,
             Err(error) => {
-                let problem = format!("its materials in `{}`: {error}", shown(name));
+                let problem = format!("its materials in `{}`: {error}", clean(name));
                 return self.looks.problems.push(problem);
             }
         };

@@ -212,7 +212,7 @@ fn materials_and_their_files_have_bounds() {
         "its materials in `large.mtl`: expected at most 16 MiB"
     );
     assert!(
-        missing.starts_with("its materials in `../x `: No such file"),
+        missing.starts_with("its materials in `../x\\u{7}`: No such file"),
         "{missing}"
     );
 }

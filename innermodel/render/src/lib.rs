@@ -18,6 +18,7 @@
 //! ```
 
 mod colours;
+mod error;
 mod image;
 mod points;
 mod scene;
@@ -27,7 +28,8 @@ mod texture;
 mod triangles;
 mod view;
 
+pub use error::DrawError;
 pub use image::{Image, id_colours};
-pub use scene::{DrawError, MOST_PIXELS, Problem, Scene, TooLarge};
+pub use scene::{MOST_PIXELS, Problem, Scene, TooLarge};
 pub use texture::TextureError;
 pub use view::{View, camera, look_at};

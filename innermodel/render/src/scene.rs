@@ -1,6 +1,7 @@
 //! The bodies of a tree on the raster of a camera.
 
 use crate::colours::{SKY, colour};
+use crate::error::DrawError;
 use crate::image::Image;
 use crate::surfaces::Surface;
 use crate::texture::{self, Paint, Texture, TextureError};
@@ -9,7 +10,6 @@ use crate::{points, solids, triangles};
 use innermodel::kinds::{Display, Mesh, Render, Shape};
 use innermodel::shapes::{Body, bars, body};
 use innermodel::{Clouds, Kind, NodeRef, Snapshot, Transform, Vector};
-use innermodel_mesh::MeshError;
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -25,20 +25,6 @@ pub struct Problem {
     pub id: String,
     /// Why.
     pub error: DrawError,
-}
-
-/// Why a body is not drawn as its node says.
-#[derive(Debug, Error)]
-pub enum DrawError {
-    /// Nothing is drawn.
-    #[error("its mesh: {0}")]
-    Mesh(MeshError),
-    /// The body is grey, or a part of a mesh has no picture.
-    #[error("its texture: {0}")]
-    Texture(TextureError),
-    /// Parts of a mesh have no colour.
-    #[error("{0}")]
-    Look(String),
 }
 
 /// The camera has more than 16,777,216 pixels, or no number of pixels.

@@ -1,6 +1,6 @@
 //! Triangles with what they look like.
 
-use crate::scene::DrawError;
+use crate::error::DrawError;
 use crate::texture::{Paint, Texture};
 use crate::triangles::Canvas;
 use innermodel::{Point, Transform};
@@ -25,7 +25,7 @@ impl Surface {
     /// The surface of a box with its centre at the origin.
     pub(crate) fn cuboid(size: [f64; 3]) -> Self {
         Self {
-            mesh: cuboid(size),
+            mesh: TriangleMesh::cuboid(size),
             looks: Looks::default(),
             textures: Vec::new(),
             pixels: 0,
@@ -113,26 +113,5 @@ impl<'c> Canvas<'c> {
             self.triangle(corners);
         }
         self.paint = plain;
-    }
-}
-
-fn cuboid(size: [f64; 3]) -> TriangleMesh {
-    let vertices = (0..8).map(|corner| {
-        [0, 1, 2].map(|axis| size[axis] / 2.0 * if corner >> axis & 1 == 0 { -1.0 } else { 1.0 })
-    });
-    let sides = [
-        [0, 1, 3, 2],
-        [4, 6, 7, 5],
-        [0, 4, 5, 1],
-        [2, 3, 7, 6],
-        [0, 2, 6, 4],
-        [1, 5, 7, 3],
-    ];
-    let triangles = sides
-        .into_iter()
-        .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
-    TriangleMesh {
-        vertices: vertices.collect(),
-        triangles: triangles.collect(),
     }
 }

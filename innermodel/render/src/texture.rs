@@ -31,7 +31,7 @@ pub enum TextureError {
     #[error("expected at most 64 MiB and 8192 × 8192 pixels")]
     TooLarge,
     /// With this one, the pictures of the scene would have more than 134,217,728 pixels.
-    #[error("expected at most 134217728 pixels in all pictures of the scene")]
+    #[error("expected at most {MOST_PIXELS} pixels in all pictures of the scene")]
     TooMany,
     /// The content is neither PNG nor JPEG.
     #[error("expected a picture in PNG or JPEG")]

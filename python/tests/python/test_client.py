@@ -143,6 +143,21 @@ class Client(unittest.TestCase):
         with self.assertRaises(robocomp.NoServer):
             net.server.echo.nothing()
 
+    def test_a_component_can_be_stopped_while_another_thread_waits_for_it(self):
+        running = self.start(f"{NETWORK}-joined")
+        waits = threading.Thread(target=running.join)
+        waits.start()
+        self.assertFalse(running.has_ended())
+        running.stop()
+        waits.join(LIMIT.total_seconds())
+        self.assertFalse(waits.is_alive())
+        self.assertTrue(running.has_ended())
+
+    def test_parts_of_a_network_can_be_copied(self):
+        server = self.net.server
+        self.assertEqual(dir(copy.copy(server)), ["echo"])
+        self.assertEqual(dir(copy.copy(server.echo)), dir(server.echo))
+
     def test_a_negative_timeout_is_an_error(self):
         negative = timedelta(seconds=-1)
         with self.assertRaises(ValueError):

@@ -364,10 +364,10 @@ impl<'a> EventLoop<'a> {
                 }
             }
         };
+        let now = Instant::now();
         match taken {
-            Ok(false) => port.rest(Instant::now()),
+            Ok(false) => port.rest(now),
             Ok(true) => {
-                let now = Instant::now();
                 port.received(now);
                 port.last_sample = Some(stamp(&self.role, self.began, now));
                 let spin = port.of.qos.spin;
@@ -375,7 +375,6 @@ impl<'a> EventLoop<'a> {
                     self.ports[at].spin_until = Some(now + spin);
                 }
                 self.handled(at, start, now, lost, result);
-                return now;
             }
             Err(error) => {
                 // A message that cannot be read does not hold up later ones, and a port that has no
@@ -386,13 +385,12 @@ impl<'a> EventLoop<'a> {
                     port.ready = false;
                     port.spin_until = None;
                 }
-                let now = Instant::now();
                 let error = HandlerError(error.to_string());
                 self.handled(at, start, now, lost, Err(error.into()));
-                return now;
             }
         }
-        start
+        // The time of a look is not that of the next handler.
+        now
     }
 
     /// Notes topics that exceed their deadline. A sample that has come and waits to be handled

@@ -4,7 +4,7 @@ use super::output::{ChannelKey, Output};
 use crate::content::NewChannel;
 use crate::{envelope, keys, qos, schema};
 use rc_management::observation::QosDescription;
-use rc_observe::{End, MessageKind, Observed, Service, TimeTopic, Topic};
+use rc_observe::{End, MessageKind, Observed, SendingClock, Service, TimeTopic, Topic};
 use rc_values::{Interface, Operation};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -132,7 +132,7 @@ fn sample(
                 }
             })
         });
-    let is_here = topic.publishers.iter().all(|end| end.host.is_none());
+    let is_here = topic.sending_clock() == SendingClock::Here;
     let stamp = output.stamp(header.sent, is_here, header.sequence);
     output.put(at, stamp, data, &topic.address);
     Some(())

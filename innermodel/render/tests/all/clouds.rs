@@ -135,7 +135,8 @@ fn points_belong_to_point_clouds_and_have_a_bound() {
     assert!(wrong.to_string().contains("`seen`"), "{wrong}");
     let many = vec![ColouredPoint::default(); innermodel::Clouds::MOST_POINTS + 1];
     let wrong = model.set_points("seen", many);
-    assert!(matches!(wrong, Err(Error::TooManyPoints(10_000_001))));
+    let (count, most) = (10_000_001, 10_000_000);
+    assert_eq!(wrong, Err(Error::TooManyPoints { count, most }));
     model.set_points("seen", points()).expect("points");
     let (before, version) = (model.clouds(), model.snapshot().version());
     let fork = model.fork();
