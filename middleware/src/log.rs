@@ -78,7 +78,8 @@ struct State {
     size: usize,
     lost: u64,
     is_closed: bool,
-    /// The thread that publishes. Its own log lines are not published: that could go on without end.
+    /// The thread that publishes. Its own log lines are not published: they could cause others,
+    /// without end.
     publisher: Option<ThreadId>,
 }
 

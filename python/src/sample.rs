@@ -30,7 +30,7 @@ impl Sample {
         Ok(Self::Value(value))
     }
 
-    /// Takes a sample of a topic, which stays where it is for as long as the worker has a view of it.
+    /// Takes a sample of a topic. It stays in its place for as long as the worker has a view of it.
     pub(crate) fn keep(
         operation: &Operation,
         encoding: Encoding,

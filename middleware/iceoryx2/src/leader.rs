@@ -74,7 +74,7 @@ impl LeaderLock {
         self.held.is_some()
     }
 
-    /// Whether the first lock file was renewed since the last look at it, so that its holder is alive.
+    /// Whether the first lock file was renewed since the last look at it: then its holder lives.
     pub(crate) fn was_renewed(&mut self) -> bool {
         let [first, ..] = &mut self.lock_files[..] else {
             return false;

@@ -16,8 +16,8 @@ pub(crate) const LIMIT: Duration = Duration::from_mins(1);
 /// The size of a large text, in bytes.
 const LARGE: usize = 1 << 20;
 
-/// Generates a component with ten interfaces and one in Python, checks 200 files, and checks one file of 1 MB of
-/// every language, right and wrong.
+/// Generates a component with ten interfaces and one in Python, checks 200 files, and checks one
+/// file of 1 MB of every language, right and wrong.
 pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
     let folder = tempfile::tempdir()?;
     let folder = folder.path();
