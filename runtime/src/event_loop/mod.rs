@@ -83,6 +83,8 @@ pub(crate) struct EventLoop<'a> {
     began: Instant,
     /// How often the ports were served in this component's turn of a tick.
     rounds: usize,
+    /// Since when the acknowledgement of tick 0 waits for peers.
+    waits_since: Option<Instant>,
 }
 
 impl<'a> EventLoop<'a> {
@@ -151,6 +153,7 @@ impl<'a> EventLoop<'a> {
             role,
             began: Instant::now(),
             rounds: 0,
+            waits_since: None,
         })
     }
 
@@ -520,6 +523,17 @@ impl<'a> EventLoop<'a> {
             return;
         }
         self.peers_at = Some(now);
+        let counts = self.count_peers(now);
+        let mismatches = self.connections.mismatches();
+        let mut status = self.shared.status();
+        for (slot, peers) in status.slots.iter_mut().zip(counts) {
+            slot.peers = peers;
+        }
+        status.delta.mismatched(mismatches);
+    }
+
+    /// The peers of each slot, at its number.
+    fn count_peers(&mut self, now: Instant) -> Vec<usize> {
         let here = stamp(&self.role, self.began, now);
         let mut counts = vec![0; self.connections.slots().len()];
         for port in &mut self.ports {
@@ -537,11 +551,6 @@ impl<'a> EventLoop<'a> {
             };
         }
         self.component.sending_peers(&mut counts);
-        let mismatches = self.connections.mismatches();
-        let mut status = self.shared.status();
-        for (slot, peers) in status.slots.iter_mut().zip(counts) {
-            slot.peers = peers;
-        }
-        status.delta.mismatched(mismatches);
+        counts
     }
 }

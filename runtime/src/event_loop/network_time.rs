@@ -4,12 +4,15 @@ use super::EventLoop;
 use super::port::Port;
 use crate::clock::Time;
 use crate::time::TimeRole;
+use rc_management::component::Role;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// How often the ports are served, at most, before a turn ends: a sender that does not follow the
 /// network's time may send without pause.
 const ROUNDS_A_TURN: usize = 16;
+/// The longest time for which a follower holds tick 0 until it has found its peers.
+const PEERS_LIMIT: Duration = Duration::from_secs(5);
 
 /// A time by which the silence of topics is measured: the network's, or the time since the loop
 /// began.
@@ -159,7 +162,7 @@ impl EventLoop<'_> {
 
     /// Acknowledges a tick whose work is done, or sends the one that the worker has begun.
     pub(super) fn tell_time(&mut self, now: Instant) {
-        let ends = self.role.has_turn() && self.rounds >= ROUNDS_A_TURN;
+        let ends = self.role.has_turn() && self.rounds >= ROUNDS_A_TURN && self.may_begin(now);
         match &mut self.role {
             TimeRole::System => {}
             TimeRole::Follower(follower) => {
@@ -179,6 +182,44 @@ impl EventLoop<'_> {
                     .store(source.tick(), Ordering::Relaxed);
             }
         }
+    }
+
+    /// Whether a follower may acknowledge its tick. It holds tick 0, which the source sends until
+    /// all have joined, until the servers and publishers that it needs are found: otherwise the
+    /// first calls of a run fail or not, as discovery is slow or fast, and the run does not repeat.
+    fn may_begin(&mut self, now: Instant) -> bool {
+        if !matches!(&self.role, TimeRole::Follower(follower) if follower.tick() == 0) {
+            self.waits_since = None;
+            return true;
+        }
+        let since = *self.waits_since.get_or_insert(now);
+        let missing = self.missing_peers(now);
+        if missing.is_empty() {
+            return true;
+        }
+        if now.saturating_duration_since(since) < PEERS_LIMIT {
+            return false;
+        }
+        let missing = missing.join(", ");
+        tracing::warn!("time begins without peers of {missing}: this run may not repeat exactly");
+        true
+    }
+
+    /// The slots that call or receive, and have found no peer.
+    fn missing_peers(&mut self, now: Instant) -> Vec<String> {
+        let counts = self.count_peers(now);
+        let mut missing = Vec::new();
+        for (at, count) in counts.into_iter().enumerate() {
+            let Some(slot) = self.connections.slots().get(at).filter(|_| count == 0) else {
+                continue;
+            };
+            if slot.address.is_some()
+                && matches!(slot.slot.role, Role::Requires | Role::SubscribesTo)
+            {
+                missing.push(slot.name.to_string());
+            }
+        }
+        missing
     }
 
     /// Tells the status what changes rarely.

@@ -208,7 +208,7 @@ impl Follower {
         } else if mine && self.turn.is_none() {
             self.turn = Some(self.number);
             moved.turn = true;
-        } else if self.done.is_none() {
+        } else if self.done.is_none() && self.turn.is_none() {
             // It joins, and waits for its turn.
             self.unsent = true;
         }

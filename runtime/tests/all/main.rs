@@ -10,4 +10,5 @@ mod process;
 mod ros_arguments;
 mod settings;
 mod time;
+mod time_peers;
 mod wake;

@@ -24,7 +24,7 @@ static VALUE: [Operation; 1] = [Operation {
     replies: &[],
 }];
 
-const fn slot(name: &'static str, role: Role, qos: Qos) -> Slot {
+pub(super) const fn slot(name: &'static str, role: Role, qos: Qos) -> Slot {
     Slot {
         name,
         role,
@@ -278,7 +278,7 @@ pub(super) fn ask(network: &str, name: &str, method: &str, params: &Value) -> Va
     serde_json::from_str(&line).expect("JSON")
 }
 
-fn until_status(network: &str, name: &str, so: impl Fn(&Value) -> bool) -> Value {
+pub(super) fn until_status(network: &str, name: &str, so: impl Fn(&Value) -> bool) -> Value {
     let start = Instant::now();
     loop {
         let status = status(network, name);
