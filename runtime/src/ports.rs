@@ -120,6 +120,11 @@ impl Connections {
         self.defaults = defaults;
     }
 
+    /// Whether calls of this slot of the description get default values without a server.
+    pub(crate) fn has_default(&self, described: usize) -> bool {
+        self.defaults.iter().any(|(of, _)| *of == described)
+    }
+
     /// Lets tools tap the slots, before any of them is opened.
     pub(crate) fn set_taps(&mut self, taps: Arc<Taps>) {
         self.taps = taps;

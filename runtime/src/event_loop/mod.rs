@@ -83,7 +83,7 @@ pub(crate) struct EventLoop<'a> {
     began: Instant,
     /// How often the ports were served in this component's turn of a tick.
     rounds: usize,
-    /// Since when the acknowledgement of tick 0 waits for peers.
+    /// When this component began to hold tick 0 for its peers.
     waits_since: Option<Instant>,
 }
 
@@ -532,7 +532,7 @@ impl<'a> EventLoop<'a> {
         status.delta.mismatched(mismatches);
     }
 
-    /// The peers of each slot, at its number.
+    /// Counts the peers of each slot, and begins the deadline of topics that have a publisher.
     fn count_peers(&mut self, now: Instant) -> Vec<usize> {
         let here = stamp(&self.role, self.began, now);
         let mut counts = vec![0; self.connections.slots().len()];

@@ -184,9 +184,9 @@ impl EventLoop<'_> {
         }
     }
 
-    /// Whether a follower may acknowledge its tick. It holds tick 0, which the source sends until
-    /// all have joined, until the servers and publishers that it needs are found: otherwise the
-    /// first calls of a run fail or not, as discovery is slow or fast, and the run does not repeat.
+    /// Whether a follower may acknowledge its tick. It holds tick 0 until it has found the servers
+    /// and publishers that it needs. Otherwise the speed of discovery would decide which of the
+    /// first calls and samples arrive, and a run would not repeat.
     fn may_begin(&mut self, now: Instant) -> bool {
         if !matches!(&self.role, TimeRole::Follower(follower) if follower.tick() == 0) {
             self.waits_since = None;
@@ -194,32 +194,28 @@ impl EventLoop<'_> {
         }
         let since = *self.waits_since.get_or_insert(now);
         let missing = self.missing_peers(now);
-        if missing.is_empty() {
-            return true;
+        let may_wait = now.saturating_duration_since(since) < PEERS_LIMIT;
+        if !missing.is_empty() && !may_wait {
+            let missing = missing.join(", ");
+            tracing::warn!("no peer of {missing} was found; this run may not repeat exactly");
         }
-        if now.saturating_duration_since(since) < PEERS_LIMIT {
-            return false;
-        }
-        let missing = missing.join(", ");
-        tracing::warn!("time begins without peers of {missing}: this run may not repeat exactly");
-        true
+        missing.is_empty() || !may_wait
     }
 
-    /// The slots that call or receive, and have found no peer.
+    /// The names of the slots that need a server or a publisher and have found none.
     fn missing_peers(&mut self, now: Instant) -> Vec<String> {
         let counts = self.count_peers(now);
-        let mut missing = Vec::new();
-        for (at, count) in counts.into_iter().enumerate() {
-            let Some(slot) = self.connections.slots().get(at).filter(|_| count == 0) else {
-                continue;
-            };
-            if slot.address.is_some()
-                && matches!(slot.slot.role, Role::Requires | Role::SubscribesTo)
-            {
-                missing.push(slot.name.to_string());
-            }
-        }
-        missing
+        let slots = self.connections.slots().all().into_iter();
+        slots
+            .zip(counts)
+            .filter(|(slot, count)| {
+                *count == 0
+                    && !slot.is_whole_array()
+                    && matches!(slot.slot.role, Role::Requires | Role::SubscribesTo)
+                    && !self.connections.has_default(slot.described)
+            })
+            .map(|(slot, _)| slot.name.to_string())
+            .collect()
     }
 
     /// Tells the status what changes rarely.

@@ -1,8 +1,8 @@
-//! A follower holds tick 0 until it has found the servers that it calls.
+//! A follower holds tick 0 until it has found the servers and publishers that it needs.
 
 use super::time::{end, network, note, script, slot, source, until, until_status};
 use rc_middleware::Qos;
-use rc_middleware::typed::TypedClient;
+use rc_middleware::typed::{TypedClient, TypedPublisher};
 use rc_runtime::{
     Component, Core, Description, Embedded, Ports, Role, Slot, StartError, Values, WorkerError,
     embed,
@@ -26,24 +26,46 @@ const fn described(name: &'static str, slots: &'static [Slot]) -> Description {
     }
 }
 
-static CALLER: Description = described("caller", &[slot("Values", Role::Requires, Qos::CALL)]);
-static SERVER: Description = described("server", &[slot("Values", Role::Implements, Qos::CALL)]);
+static CALLER: Description = described("follower", &[VALUES_REQUIRED]);
+static SERVER: Description = described("other", &[slot("Values", Role::Implements, Qos::CALL)]);
+static LISTENER: Description = described("follower", &[VALUES_SUBSCRIBED]);
+static PUBLISHER: Description = described("other", &[VALUES_PUBLISHED]);
 
-/// Notes in each `compute()` how many servers it sees.
+const VALUES_REQUIRED: Slot = slot("Values", Role::Requires, Qos::CALL);
+const VALUES_SUBSCRIBED: Slot = slot("Values", Role::SubscribesTo, Qos::SUBSCRIBER);
+const VALUES_PUBLISHED: Slot = slot("Values", Role::Publishes, Qos::PUBLISHER);
+
+/// The sending end of a component, if it has one.
+enum End {
+    Client(TypedClient),
+    Publisher(TypedPublisher),
+    None,
+}
+
+impl End {
+    fn peers(&self) -> usize {
+        match self {
+            Self::Client(client) => client.peers(),
+            Self::Publisher(publisher) => publisher.peers(),
+            Self::None => 0,
+        }
+    }
+}
+
+/// Notes in each `compute()` how many peers its sending end has.
 struct Worker {
     core: Core,
-    client: Option<TypedClient>,
+    end: End,
 }
 
 impl Worker {
-    fn caller(core: Core, ports: &Ports, _: &Values) -> Result<Self, StartError> {
-        let client = Some(ports.client(0)?);
-        Ok(Self { core, client })
-    }
-
-    #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
-    fn server(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
-        Ok(Self { core, client: None })
+    fn start(core: Core, ports: &Ports, _: &Values) -> Result<Self, StartError> {
+        let end = match core.name() {
+            "caller" => End::Client(ports.client(0)?),
+            "publisher" => End::Publisher(ports.publisher(0, 0)?),
+            _ => End::None,
+        };
+        Ok(Self { core, end })
     }
 }
 
@@ -53,8 +75,8 @@ impl Component for Worker {
     }
 
     fn compute(&mut self) -> Result<(), WorkerError> {
-        if let Some(client) = &self.client {
-            note(&self.core, format!("{} servers", client.peers()));
+        if matches!(self.core.name(), "caller" | "listener") {
+            note(&self.core, format!("peers: {}", self.end.peers()));
         }
         Ok(())
     }
@@ -64,48 +86,56 @@ impl Component for Worker {
     fn finalize(&mut self) {}
 
     fn sending_peers(&self, peers: &mut [usize]) {
-        if let Some(client) = &self.client {
-            peers[0] = client.peers();
+        if !matches!(self.end, End::None) {
+            peers[0] = self.end.peers();
         }
     }
 }
 
-fn caller(network: &str) -> Embedded {
-    let args = ["--network", network, "--clock", "simulated"];
-    embed(&CALLER, Worker::caller, &args).expect("a caller")
+fn component(of: &'static Description, network: &str, name: &str, clock: &str) -> Embedded {
+    let args = ["--network", network, "--name", name, "--clock", clock];
+    embed(of, Worker::start, &args).expect("a component")
+}
+
+/// Runs three ticks, and returns what the follower noted in them. The other component, if there is
+/// one, starts when the follower has been running for a while.
+fn run(
+    network: &str,
+    follower: (&'static Description, &str),
+    other: Option<(&'static Description, &str)>,
+) -> Vec<String> {
+    script(network, |script| script.ticks = 3);
+    let source = source(network, "source", &["--followers", follower.1]);
+    let mut components = vec![component(follower.0, network, follower.1, "simulated")];
+    if let Some((description, name)) = other {
+        until_status(network, follower.1, |status| {
+            status["uptime_s"].as_f64() > Some(0.3)
+        });
+        assert_eq!(script(network, |script| script.last_tick), 0);
+        components.push(component(description, network, name, "system"));
+    }
+    until(network, |script| script.last_tick == 3);
+    end(components.into_iter().chain([source]));
+    let trace = script(network, |script| std::mem::take(&mut script.trace));
+    trace.into_iter().map(|(_, _, what)| what).collect()
 }
 
 #[test]
 fn time_begins_when_the_servers_are_found() {
-    let network = network("peers");
-    script(&network, |script| script.ticks = 3);
-    let source = source(&network, "source", &["--followers", "caller"]);
-    let caller = caller(&network);
-    until_status(&network, "caller", |status| {
-        status["uptime_s"].as_f64() > Some(0.3)
-    });
-    let ticked = script(&network, |script| script.last_tick);
-    let args = ["--network", &network];
-    let server = embed(&SERVER, Worker::server, &args).expect("a server");
-    until(&network, |script| script.last_tick == 3);
-    end([caller, server, source]);
-    let trace = script(&network, |script| std::mem::take(&mut script.trace));
-    let seen: Vec<&str> = trace.iter().map(|(_, _, what)| what.as_str()).collect();
-    assert_eq!((ticked, seen), (0, vec!["1 servers"; 3]));
+    let (caller, server) = ((&CALLER, "caller"), (&SERVER, "server"));
+    let seen = run(&network("servers"), caller, Some(server));
+    assert_eq!(seen, ["peers: 1"; 3]);
+}
+
+#[test]
+fn time_begins_when_the_publishers_are_found() {
+    let (listener, publisher) = ((&LISTENER, "listener"), (&PUBLISHER, "publisher"));
+    let seen = run(&network("publishers"), listener, Some(publisher));
+    assert_eq!(seen.len(), 3);
 }
 
 #[test]
 fn time_begins_without_a_server_that_does_not_come() {
-    let network = network("no_peers");
-    script(&network, |script| script.ticks = 3);
-    let source = source(&network, "source", &["--followers", "caller"]);
-    let caller = caller(&network);
-    until(&network, |script| script.last_tick == 3);
-    end([caller, source]);
-    let trace = script(&network, |script| std::mem::take(&mut script.trace));
-    assert!(
-        trace.iter().all(|(_, _, what)| what == "0 servers"),
-        "{trace:?}"
-    );
-    assert_eq!(trace.len(), 3);
+    let seen = run(&network("no_servers"), (&CALLER, "caller"), None);
+    assert_eq!(seen, ["peers: 0"; 3]);
 }
