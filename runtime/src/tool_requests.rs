@@ -9,10 +9,10 @@ use crate::tool_message::ToolMessage;
 use crate::waker::Waker;
 use rc_diagnostics::foreign::clean;
 use rc_diagnostics::nearest;
-use rc_management::Server as Socket;
 use rc_management::component::{Done, Role};
 use rc_management::observation::{Called, Clocks, Notification, Tapped};
 use rc_management::rpc::{self, Error};
+use rc_management::{LONGEST, Server as Socket};
 use rc_middleware::Encoding;
 use rc_middleware::backend::Profile;
 use rustix::time::{ClockId, clock_gettime};
@@ -21,7 +21,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The most bytes of copies that wait for one client. It has room for answers besides.
+/// The most bytes of copies that wait for one client, unless one copy alone is longer.
 const MOST_WAITING: usize = 3 << 20;
 /// How long the worker may take to handle a sample of a tool.
 const SAMPLE_LIMIT: Duration = Duration::from_secs(3);
@@ -36,6 +36,15 @@ pub(crate) struct Losses {
     before: u64,
     /// The copies that found no room at this client.
     dropped: u64,
+    /// How many losses the client knows of.
+    told: u64,
+}
+
+impl Losses {
+    /// All losses, if so many messages of the slot were not copied.
+    fn total(&self, not_copied: u64) -> u64 {
+        not_copied.saturating_sub(self.before) + self.dropped
+    }
 }
 
 /// A client, the identifier of its request, and the result.
@@ -92,11 +101,15 @@ impl ToolRequests {
         if let Some(client) = socket.client_mut(client) {
             if on {
                 let before = self.taps.dropped(slot);
-                let new = Losses { before, dropped: 0 };
-                client.state.entry(slot).or_insert(new);
+                client.state.entry(slot).or_insert(Losses {
+                    before,
+                    dropped: 0,
+                    told: 0,
+                });
             } else {
                 client.state.remove(&slot);
             }
+            client.follows = !client.state.is_empty();
         }
         self.update(socket);
         rpc::result(&Done {})
@@ -196,13 +209,35 @@ impl ToolRequests {
     pub(crate) fn turn(&mut self, socket: &mut Socket<Tapping>) {
         self.update(socket);
         let copies = self.taps.take();
-        let any = !copies.is_empty();
-        for copied in copies {
-            self.send(socket, copied);
-        }
-        if any {
+        if !copies.is_empty() {
+            for copied in copies {
+                self.send(socket, copied);
+            }
             socket.flush();
         }
+        if self.tell_losses(socket) {
+            socket.flush();
+        }
+    }
+
+    /// Tells the clients that have read everything what they have lost. Returns whether any has.
+    fn tell_losses(&self, socket: &mut Socket<Tapping>) -> bool {
+        let mut any = false;
+        for client in socket.clients_mut().filter(|client| client.waiting() == 0) {
+            let mut lines = Vec::new();
+            for (number, losses) in &mut client.state {
+                let dropped = losses.total(self.taps.dropped(*number));
+                let Some(slot) = self.slots.get(*number).filter(|_| dropped > losses.told) else {
+                    continue;
+                };
+                losses.told = dropped;
+                let slot = slot.name.to_string();
+                lines.push(rpc::notification(&Notification::Dropped { slot, dropped }));
+            }
+            any |= !lines.is_empty();
+            lines.iter().for_each(|line| client.push(line));
+        }
+        any
     }
 
     fn update(&self, socket: &mut Socket<Tapping>) {
@@ -241,16 +276,20 @@ impl ToolRequests {
             let Some(losses) = client.state.get_mut(&number) else {
                 continue;
             };
-            let dropped = copied.dropped.saturating_sub(losses.before) + losses.dropped;
+            let dropped = losses.total(copied.dropped);
             let known = line.take().filter(|(of, _)| *of == dropped);
             let (_, line) = line.insert(known.unwrap_or_else(|| {
-                let Notification::Tapped(tapped) = &mut copy;
-                tapped.dropped = dropped;
+                if let Notification::Tapped(tapped) = &mut copy {
+                    tapped.dropped = dropped;
+                }
                 (dropped, rpc::notification(&copy))
             }));
-            if waiting + line.len() > MOST_WAITING {
+            // A long message, such as a picture, finds room when the client has read all before.
+            let most = if waiting == 0 { LONGEST } else { MOST_WAITING };
+            if waiting + line.len() > most {
                 losses.dropped += 1;
             } else {
+                losses.told = losses.told.max(dropped);
                 client.push(line);
             }
         }
@@ -291,10 +330,14 @@ pub(crate) mod tests {
     use crate::description::{Description, Slot};
     use crate::slots::Listed;
     use crate::waker::waker;
+    use rc_management::ServerSource;
     use rc_management::observation::TappedKind;
     use rc_middleware::{Header, WakeEvent};
+    use rustix::event::PollFlags;
+    use std::io::{ErrorKind, Read};
     use std::os::fd::AsFd;
     use std::os::unix::net::UnixStream;
+    use std::path::Path;
 
     const SLOT: Slot = Slot {
         name: "Numbers",
@@ -367,27 +410,23 @@ pub(crate) mod tests {
         assert_eq!(tools.end(), [(3, id, Err(error))]);
     }
 
-    #[test]
-    fn each_client_gets_the_number_of_messages_that_it_has_lost() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("socket");
-        let mut socket: Socket<Tapping> = Socket::bind(&path).expect("a socket");
-        let (tools, _) = tools(&WakeEvent::new().expect("an event"));
-        let tap = |socket: &mut Socket<Tapping>, at: usize| {
-            let stream = UnixStream::connect(&path).expect("a connection");
-            let listener = socket
-                .descriptors()
-                .next()
-                .map(|(source, _, flags)| (source, flags));
-            let (source, flags) = listener.expect("a listener");
-            socket.turn(source, flags);
-            let known: Vec<u64> = (0..9).filter(|n| socket.client_mut(*n).is_some()).collect();
-            tools
-                .tap(socket, known[at], "Numbers", true)
-                .expect("a tap");
-            stream
-        };
-        let copy = |body: Vec<u8>| Copied {
+    /// Connects a client that taps the slot. Returns its number, and its end.
+    fn tap(socket: &mut Socket<Tapping>, tools: &ToolRequests, path: &Path) -> (u64, UnixStream) {
+        let stream = UnixStream::connect(path).expect("a connection");
+        let listener = socket.descriptors().next();
+        let listener = listener.map(|(source, _, flags)| (source, flags));
+        let (source, flags) = listener.expect("a listener");
+        socket.turn(source, flags);
+        let known = (0..9).filter(|number| socket.client_mut(*number).is_some());
+        let number = known.last().expect("a client");
+        tools
+            .tap(socket, number, "Numbers", true)
+            .expect("to switch it on");
+        (number, stream)
+    }
+
+    fn copy(body: Vec<u8>) -> Copied {
+        Copied {
             slot: 0,
             kind: TappedKind::Request,
             operation: None,
@@ -395,16 +434,78 @@ pub(crate) mod tests {
             profile: Profile::Rpc,
             dropped: 0,
             body,
-        };
-        let _slow = tap(&mut socket, 0);
+        }
+    }
+
+    #[test]
+    fn each_client_gets_the_number_of_messages_that_it_has_lost() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("socket");
+        let mut socket: Socket<Tapping> = Socket::bind(&path).expect("a socket");
+        let (tools, _) = tools(&WakeEvent::new().expect("an event"));
+        let _slow = tap(&mut socket, &tools, &path);
         for _ in 0..5 {
             tools.send(&mut socket, copy(vec![1; 1 << 20]));
         }
-        let _quick = tap(&mut socket, 1);
+        let _quick = tap(&mut socket, &tools, &path);
         tools.send(&mut socket, copy(vec![1; 1 << 20]));
         tools.send(&mut socket, copy(vec![2]));
         let mut clients = socket.clients_mut();
         let mut lost = || clients.next().map(|client| client.state[&0].dropped);
         assert_eq!((lost(), lost()), (Some(4), Some(0)));
+    }
+
+    /// Lets the server write until the client has read so many lines.
+    fn read(
+        socket: &mut Socket<Tapping>,
+        number: u64,
+        client: &UnixStream,
+        lines: usize,
+    ) -> Vec<Notification> {
+        client.set_nonblocking(true).expect("a mode");
+        let (mut text, mut piece) = (Vec::new(), vec![0; 1 << 16]);
+        while text.split(|byte| *byte == b'\n').count() <= lines {
+            socket.turn(ServerSource::Client(number), PollFlags::OUT);
+            match (&*client).read(&mut piece) {
+                Ok(count) if count > 0 => text.extend_from_slice(&piece[..count]),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                other => panic!("the connection has ended: {other:?}"),
+            }
+        }
+        let lines = text.split(|byte| *byte == b'\n');
+        let lines = lines.filter(|line| !line.is_empty()).map(|line| {
+            let line: Value = serde_json::from_slice(line).expect("JSON");
+            let method = line["method"].as_str().expect("a method");
+            rpc::message(method, line["params"].clone()).expect("a notification")
+        });
+        lines.collect()
+    }
+
+    #[test]
+    fn a_long_copy_finds_room_at_a_client_that_has_read_everything() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("socket");
+        let mut socket: Socket<Tapping> = Socket::bind(&path).expect("a socket");
+        let (mut tools, _) = tools(&WakeEvent::new().expect("an event"));
+        let (number, client) = tap(&mut socket, &tools, &path);
+        // A picture of 1280 x 720 pixels with 3 bytes each.
+        let picture = vec![7; 1280 * 720 * 3];
+        tools.send(&mut socket, copy(picture.clone()));
+        let received = read(&mut socket, number, &client, 1);
+        let Some(Notification::Tapped(tapped)) = received.first() else {
+            panic!("{} notifications", received.len());
+        };
+        assert!(tapped.body == picture && tapped.dropped == 0);
+        // What is longer than any message is lost, and no copy that follows has to say so.
+        tools.send(&mut socket, copy(vec![7; LONGEST]));
+        tools.turn(&mut socket);
+        let told = |dropped| Notification::Dropped {
+            slot: "Numbers".to_owned(),
+            dropped,
+        };
+        assert_eq!(read(&mut socket, number, &client, 1), [told(1)]);
+        tools.turn(&mut socket);
+        let client = socket.client_mut(number).expect("the client");
+        assert_eq!(client.waiting(), 0, "a loss is told once");
     }
 }

@@ -2,6 +2,7 @@
 //! known at run time only.
 //!
 //! - [`Network`]: what runs, as the components themselves describe it.
+//! - [`Processes`]: notices that all components are new ones.
 //! - [`Observer`]: the messages of topics, and of slots that are tapped.
 //! - [`call()`]: calls an operation of a component.
 //! - [`Sender`]: sends samples to a topic.
@@ -23,6 +24,7 @@ mod lookup;
 mod network;
 mod observer;
 mod poller;
+mod processes;
 mod responder;
 mod sender;
 mod source;
@@ -35,6 +37,7 @@ pub use lookup::nearest_of;
 pub use network::{Component, End, Network, Operation, Service, Topic};
 pub use observer::{FeedId, MessageKind, Observed, Observer};
 pub use poller::Poller;
+pub use processes::Processes;
 pub use responder::Responder;
 pub use sender::Sender;
 pub use source::{SendingClock, Source};

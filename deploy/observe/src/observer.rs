@@ -65,6 +65,8 @@ struct Feed {
     gaps: Gaps,
     /// Messages that the component has not copied, as far as they were counted.
     dropped: u64,
+    /// Those of them that no message has told.
+    lost: u64,
     errors: Vec<String>,
     ended: bool,
 }
@@ -135,6 +137,7 @@ impl Observer {
             source,
             gaps: Gaps::default(),
             dropped: 0,
+            lost: 0,
             errors: Vec::new(),
             ended: false,
         };
@@ -151,6 +154,14 @@ impl Observer {
     pub fn has_ended(&self, feed: FeedId) -> bool {
         let feed = self.feeds.get(&feed.0);
         feed.is_none_or(|feed| feed.ended)
+    }
+
+    /// Takes the number of lost messages of which no [`Observed::lost`] tells: no message has
+    /// followed them.
+    pub fn lost(&mut self, feed: FeedId) -> u64 {
+        let feed = self.feeds.get_mut(&feed.0);
+        feed.map(|feed| std::mem::take(&mut feed.lost))
+            .unwrap_or_default()
     }
 
     /// Takes the errors of receiving since the last call.
@@ -175,6 +186,13 @@ impl Observer {
         let limit = Timespec::try_from(limit).ok();
         // An interrupted wait is a short one.
         let _ = poll(&mut polled, limit.as_ref());
+    }
+
+    /// Takes the messages of one feed that are there, as [`Observer::take`] does.
+    pub fn take_of(&mut self, feed: FeedId, take: &mut dyn FnMut(Observed<'_>)) {
+        if let Some(feed) = self.feeds.get_mut(&feed.0) {
+            feed.take(take);
+        }
     }
 
     /// Takes the messages that are there, at most 1024 of each feed. Says whether there may be
@@ -216,13 +234,16 @@ impl Feed {
                     let Incoming::Notification(method, params) = incoming else {
                         continue;
                     };
-                    let read = rpc::message::<Notification>(&method, params);
-                    let Ok(Notification::Tapped(tapped)) = read else {
-                        continue;
-                    };
-                    let lost = tapped.dropped.saturating_sub(self.dropped);
-                    self.dropped = tapped.dropped;
-                    hand_over(&tapped, lost, operation.as_deref(), take);
+                    match rpc::message(&method, params) {
+                        Ok(Notification::Tapped(tapped)) => {
+                            let lost = newly_lost(&mut self.dropped, tapped.dropped);
+                            hand_over(&tapped, lost, operation.as_deref(), take);
+                        }
+                        Ok(Notification::Dropped { dropped, .. }) => {
+                            self.lost += newly_lost(&mut self.dropped, dropped);
+                        }
+                        Err(_) => {}
+                    }
                 }
                 if !is_open && !self.ended {
                     self.errors.push("the component has ended".to_owned());
@@ -232,6 +253,12 @@ impl Feed {
             }
         }
     }
+}
+
+/// The losses since the count was `known`. A copy may have been counted before the last one.
+fn newly_lost(known: &mut u64, count: u64) -> u64 {
+    let before = std::mem::replace(known, count.max(*known));
+    count.saturating_sub(before)
 }
 
 fn drain(

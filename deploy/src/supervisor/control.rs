@@ -113,7 +113,10 @@ impl Control {
     pub(crate) fn answer_events(&mut self, request: &ClientRequest, journal: &Journal) {
         let (kept, first) = journal.kept();
         self.answer(request, rpc::result(&KeptEvents { kept }));
-        self.0.set_state(request.client, Some(first));
+        if let Some(client) = self.0.client_mut(request.client) {
+            client.state = Some(first);
+            client.follows = true;
+        }
     }
 
     /// Sends new events to the clients that follow them, as fast as these read.

@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 
 /// The longest message, in bytes: the status of a network has many times the length of a
 /// component's line.
-pub(crate) const LONGEST: usize = 64 * lines::LIMIT;
+pub const LONGEST: usize = 64 * lines::LIMIT;
 /// The most bytes of messages that wait for [`Client::next`] and [`Client::receive`].
 const MOST_WAITING: usize = 2 * LONGEST;
 

@@ -30,7 +30,7 @@ pub mod rpc;
 pub mod server;
 pub mod supervisor;
 
-pub use client::{CallError, Client, Incoming};
+pub use client::{CallError, Client, Incoming, LONGEST};
 pub use listener::Listener;
 pub use output::Output;
 pub use rc_lifecycle as lifecycle;

@@ -110,6 +110,14 @@ pub struct QosDescription {
 pub enum Notification {
     /// The copy of a message.
     Tapped(Box<Tapped>),
+    /// Messages that were lost, if no copy follows that says so.
+    Dropped {
+        /// The slot.
+        #[serde(deserialize_with = "foreign::text")]
+        slot: String,
+        /// How many messages of the slot this client has lost since it taps the slot.
+        dropped: u64,
+    },
 }
 
 /// The copy of a message.

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | sends many requests | has one of them served in each turn of the owner's loop |
 //! | does not take an answer | is not served on, and is dropped five seconds after the answer |
-//! | is idle | gives way to a new one where there are too many, the longest idle first |
+//! | is idle, and follows nothing | gives way to a new one where there are too many, the longest idle first |
 //! | cannot be accepted | waits; the owner sleeps meanwhile |
 
 use crate::client::LONGEST;
@@ -27,8 +27,8 @@ use std::time::{Duration, Instant};
 /// How many clients may be connected at once.
 pub const MAX_CLIENTS: usize = 32;
 /// How many bytes of output may wait for one client: the longest message that [`crate::Client`]
-/// takes.
-const MAX_OUTPUT: usize = LONGEST;
+/// takes, and an answer behind it.
+const MAX_OUTPUT: usize = LONGEST + (1 << 20);
 /// How long a client may take to read an answer.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// How many requests of one client may wait for answers that take their time.
@@ -83,6 +83,8 @@ pub struct ServedClient<T> {
     has_ended: bool,
     /// When it connected, or when its last request came.
     active: Instant,
+    /// Whether it waits for notifications. Then it keeps its place although it requests nothing.
+    pub follows: bool,
     /// State that the owner keeps for the client.
     pub state: T,
 }
@@ -159,10 +161,10 @@ impl<T: Default> Server<T> {
     /// Answers a request.
     pub fn answer(&mut self, client: u64, id: &Value, result: Result<Value, Error>) {
         let mut line = rpc::answer(id, result);
-        if line.len() > MAX_OUTPUT {
+        if line.len() > LONGEST {
             let message = format!(
                 "the answer has more than {} MiB; ask for less at once",
-                MAX_OUTPUT >> 20
+                LONGEST >> 20
             );
             line = rpc::answer(id, Err(Error::new(Error::SYSTEM, message)));
         }
@@ -249,17 +251,19 @@ impl<T: Default> Server<T> {
             deferred: 0,
             has_ended: false,
             active: Instant::now(),
+            follows: false,
             state: T::default(),
         });
         self.next += 1;
     }
 
-    /// Drops the client that has been idle the longest; if none is idle, the least recent one.
+    /// Drops the client that has been idle the longest. One that follows notifications, or waits
+    /// for an answer, is dropped only if all are such; then the least recent one.
     fn make_room(&mut self) {
         let of_supervisor = self.clients.iter().filter(|c| c.is_supervisor).count();
         let clients = self.clients.iter().enumerate();
         let others = clients.filter(|(_, c)| of_supervisor > 1 || !c.is_supervisor);
-        let oldest = others.min_by_key(|(_, c)| (!c.is_idle(), c.active));
+        let oldest = others.min_by_key(|(_, c)| (c.follows || !c.is_idle(), c.active));
         if let Some((at, _)) = oldest {
             self.clients.remove(at);
         }

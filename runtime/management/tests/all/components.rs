@@ -63,18 +63,24 @@ fn of_observation(golden: &mut Golden) {
         monotonic_ns: 5,
     });
     golden.title("copies of messages for tools");
-    golden.message([Notification::Tapped(Box::new(Tapped {
-        slot: text("laser"),
-        kind: TappedKind::Request,
-        operation: None,
-        type_hash: 7,
-        sequence: 8,
-        sent: 9,
-        image: false,
-        ros: true,
-        dropped: 10,
-        body: vec![1, 2, 3],
-    }))]);
+    golden.message([
+        Notification::Tapped(Box::new(Tapped {
+            slot: text("laser"),
+            kind: TappedKind::Request,
+            operation: None,
+            type_hash: 7,
+            sequence: 8,
+            sent: 9,
+            image: false,
+            ros: true,
+            dropped: 10,
+            body: vec![1, 2, 3],
+        })),
+        Notification::Dropped {
+            slot: text("laser"),
+            dropped: 11,
+        },
+    ]);
 }
 
 pub(crate) fn of_components(golden: &mut Golden) {
