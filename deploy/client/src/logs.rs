@@ -30,6 +30,11 @@ pub fn directory(network: &str) -> PathBuf {
     base().0.join(network)
 }
 
+/// The folder with the logs of all networks.
+pub fn root() -> PathBuf {
+    base().0
+}
+
 /// The folder, and whether other users can access its parent.
 fn base() -> (PathBuf, bool) {
     let absolute = |name: &str| {

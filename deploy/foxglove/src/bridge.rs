@@ -9,7 +9,7 @@ use crate::jobs::Jobs;
 use crate::offers::{Offers, Source};
 use crate::poll::Snapshot;
 use crate::protocol;
-use rc_observe::{FeedId, Observer, Poller, TimeTopic};
+use rc_observe::{FeedId, Observer, Poller, Processes, TimeTopic};
 use rc_record::system_time;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::{BTreeMap, BTreeSet};
@@ -52,12 +52,12 @@ pub(crate) struct Bridge {
     poller: Poller<Snapshot>,
     jobs: Jobs,
     wake: UnixStream,
-    processes: BTreeSet<u32>,
+    processes: Processes,
     problems: BTreeSet<String>,
 }
 
 impl Bridge {
-    /// Poller at the network, and listens.
+    /// Looks at the network, and listens.
     pub(crate) fn begin(options: Options) -> Result<Self, Failure> {
         let snapshot = Snapshot::once(&options.network)?;
         for (name, _) in &options.frames {
@@ -99,7 +99,7 @@ impl Bridge {
             poller,
             jobs: Jobs::new(for_jobs),
             wake,
-            processes: BTreeSet::new(),
+            processes: Processes::default(),
             problems: BTreeSet::new(),
             options,
         };

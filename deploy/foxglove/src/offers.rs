@@ -29,6 +29,17 @@ pub(crate) enum Source {
     },
 }
 
+impl std::fmt::Display for Source {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Topic { address, .. } => f.write_str(address),
+            Self::Calls {
+                component, slot, ..
+            } => write!(f, "{component}.{slot}"),
+        }
+    }
+}
+
 /// How the messages of a source are read.
 #[derive(Clone)]
 pub(crate) enum Reading {

@@ -23,9 +23,9 @@ use std::time::Duration;
 pub struct Selection {
     /// Topics, or their ends. Empty for all.
     pub topics: Vec<String>,
-    /// The time after the first message from which on messages are meant.
+    /// The time after the first time of the file from which on messages are meant.
     pub from: Option<Duration>,
-    /// The time after the first message until which messages are meant.
+    /// The time after the first time of the file until which messages are meant.
     pub to: Option<Duration>,
 }
 
@@ -37,11 +37,16 @@ pub struct Selecting {
 }
 
 impl Selection {
-    /// Begins to read.
-    pub fn begin(self) -> Selecting {
+    /// Begins to read. `reader` leaves out what is later than any message that is meant.
+    pub fn begin(self, reader: &mut reader::Reader) -> Selecting {
+        let first = reader.times().first;
+        if let (Some(first), Some(to)) = (first, self.to) {
+            let to = u64::try_from(to.as_nanos()).unwrap_or(u64::MAX);
+            reader.end_after(first.saturating_add(to));
+        }
         Selecting {
             selection: self,
-            first: None,
+            first,
         }
     }
 
@@ -87,15 +92,18 @@ impl Selection {
 }
 
 impl Selecting {
-    /// Whether a message is meant. `None`: neither this one nor any later one.
-    pub fn takes(&mut self, message: &Message) -> Option<bool> {
+    /// Whether a message is meant.
+    pub fn takes(&mut self, message: &Message) -> bool {
+        let after = self.after(message);
+        let is_early = self.selection.to.is_none_or(|to| after <= to);
+        let is_late = self.selection.from.is_none_or(|from| after >= from);
+        is_early && is_late && self.selection.has_topic(&message.channel.topic)
+    }
+
+    /// The time since the first one.
+    fn after(&mut self, message: &Message) -> Duration {
         let first = *self.first.get_or_insert(message.log_time);
-        let after = Duration::from_nanos(message.log_time.saturating_sub(first));
-        if self.selection.to.is_some_and(|to| after > to) {
-            return None;
-        }
-        let late = self.selection.from.is_none_or(|from| after >= from);
-        Some(late && self.selection.has_topic(&message.channel.topic))
+        Duration::from_nanos(message.log_time.saturating_sub(first))
     }
 }
 
@@ -216,19 +224,13 @@ pub fn each(
     take: &mut dyn FnMut(Message) -> Result<bool, RecordError>,
 ) -> Result<Option<String>, RecordError> {
     let mut reader = reader::Reader::open(path)?;
-    let mut selecting = selection.begin();
+    let mut selecting = selection.begin(&mut reader);
     while let Some(record) = reader.next() {
         let Record::Message(message) = record else {
             continue;
         };
-        match selecting.takes(&message) {
-            None => return Ok(None),
-            Some(false) => {}
-            Some(true) => {
-                if !take(message)? {
-                    return Ok(None);
-                }
-            }
+        if selecting.takes(&message) && !take(message)? {
+            return Ok(None);
         }
     }
     Ok(reader.cut().map(str::to_owned))
@@ -243,14 +245,14 @@ pub fn cut(
 ) -> Result<(u64, Option<String>), RecordError> {
     let mut reader = reader::Reader::open(path)?;
     let mut writer = Writer::create(to, Limits::default())?;
-    let mut selecting = selection.begin();
+    let mut selecting = selection.begin(&mut reader);
     let mut channels: BTreeMap<u16, ChannelId> = BTreeMap::new();
     let mut count = 0;
     while let Some(record) = reader.next() {
         match record {
             // Attachments and tables may follow what the selection leaves out.
             Record::Message(message) => {
-                if selecting.takes(&message) == Some(true) {
+                if selecting.takes(&message) {
                     copy(&mut writer, &mut channels, &message)?;
                     count += 1;
                 }

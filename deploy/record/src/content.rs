@@ -1,5 +1,6 @@
 //! Channels and files of a recording.
 
+use crate::keys;
 use crate::schema::Schema;
 use crate::writer::{ChannelId, Writer};
 use std::collections::BTreeMap;
@@ -21,6 +22,12 @@ pub struct NewChannel {
 }
 
 impl NewChannel {
+    /// Whether its last message holds until the next one: a state, or parameters.
+    pub(crate) fn is_latched(&self) -> bool {
+        let kind = self.metadata.get(keys::KIND).map(String::as_str);
+        matches!(kind, Some("state" | "parameters"))
+    }
+
     pub(crate) fn add_to(&self, writer: &mut Writer) -> ChannelId {
         let (schema, metadata) = (self.schema.clone(), self.metadata.clone());
         writer.channel(&self.topic, self.encoding, schema, metadata)

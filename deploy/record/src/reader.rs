@@ -3,11 +3,11 @@
 use crate::error::RecordError;
 use lz4_flex::frame::FrameDecoder;
 use rc_diagnostics::foreign::clean;
-use rc_mcap::read::{PREFIX, Record as Raw, next, prefix};
+use rc_mcap::read::{END, PREFIX, Record as Raw, Times, next, prefix, summary_start, times};
 use rc_mcap::{MAGIC, op};
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -85,6 +85,10 @@ pub struct Reader {
     channels: BTreeMap<u16, Arc<Channel>>,
     /// The messages of a chunk that were not handed out yet.
     waiting: VecDeque<Record>,
+    /// As the summary says; nothing if there is none.
+    times: Times,
+    /// The time after which nothing is read.
+    end: u64,
     cut: Option<String>,
     has_ended: bool,
 }
@@ -93,6 +97,7 @@ impl Reader {
     /// Opens a file. Fails if it is no MCAP.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let file = File::open(path).map_err(|e| RecordError::file(path, &e))?;
+        let times = times_of(&file).unwrap_or_default();
         let mut file = BufReader::with_capacity(1 << 16, file);
         let mut begin = [0; MAGIC.len()];
         if file.read_exact(&mut begin).is_err() || begin != MAGIC {
@@ -107,6 +112,8 @@ impl Reader {
             schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
             waiting: VecDeque::new(),
+            times,
+            end: u64::MAX,
             cut: None,
             has_ended: false,
         })
@@ -115,6 +122,17 @@ impl Reader {
     /// The file.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The times of the file, as its summary says; nothing if it has none.
+    pub fn times(&self) -> Times {
+        self.times
+    }
+
+    /// Ends before the first chunk whose messages are all later, if the chunks of the file are in
+    /// the order of time. Otherwise, an earlier message may follow, and all are read.
+    pub fn end_after(&mut self, time: u64) {
+        self.end = time;
     }
 
     /// The channels that were read so far.
@@ -164,12 +182,17 @@ impl Reader {
             return Err("it ends in the middle of a record".to_owned());
         }
         if let Raw::Chunk {
+            begin,
             size,
             crc,
             compression,
             records,
         } = Raw::parse(code, &body)?
         {
+            if self.times.is_ordered && begin > self.end {
+                self.has_ended = true;
+                return Ok(());
+            }
             let chunk = decompress(compression, records, size)?;
             if crc != 0 && crc != crc32fast::hash(&chunk) {
                 return Err("a chunk is damaged".to_owned());
@@ -248,6 +271,27 @@ impl Reader {
         }
         Ok(())
     }
+}
+
+/// Reads the summary at the end of a file, and goes back to the beginning.
+fn times_of(mut file: &File) -> Option<Times> {
+    let mut summary = || {
+        let length = file.seek(SeekFrom::End(0)).ok()?;
+        let end = length.checked_sub(END as u64)?;
+        let mut footer = [0; END];
+        file.seek(SeekFrom::Start(end)).ok()?;
+        file.read_exact(&mut footer).ok()?;
+        let start = summary_start(&footer).filter(|start| *start < end)?;
+        // A false start allocates no more than there is, and no more than a record may have.
+        let mut summary = Vec::new();
+        file.seek(SeekFrom::Start(start)).ok()?;
+        let length = (end - start).min(LONGEST);
+        file.take(length).read_to_end(&mut summary).ok()?;
+        times(&summary).ok()
+    };
+    let found = summary();
+    file.seek(SeekFrom::Start(0)).ok()?;
+    found
 }
 
 /// The records of a chunk.

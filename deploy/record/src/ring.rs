@@ -19,6 +19,11 @@ pub struct Ring {
     files: BTreeMap<String, Arc<AttachedFile>>,
     /// Each with the time of its arrival, which no change of the system's clock moves.
     messages: VecDeque<(Instant, usize, Stamp, Arc<[u8]>)>,
+    /// The last document of each channel of states and parameters that is older than the messages:
+    /// they are recorded only when they change.
+    before: BTreeMap<usize, (Stamp, Arc<[u8]>)>,
+    /// The arrival of the last message that made room before its time.
+    short: Option<Instant>,
     writing: Option<JoinHandle<Result<Written, RecordError>>>,
 }
 
@@ -31,6 +36,8 @@ pub struct Written {
     pub reason: String,
     /// The number of its messages.
     pub messages: usize,
+    /// How much of the ring's time it holds, if there was no memory for all of it.
+    pub only: Option<Duration>,
 }
 
 impl Ring {
@@ -43,6 +50,8 @@ impl Ring {
             channels: Vec::new(),
             files: BTreeMap::new(),
             messages: VecDeque::new(),
+            before: BTreeMap::new(),
+            short: None,
             writing: None,
         }
     }
@@ -63,12 +72,31 @@ impl Ring {
     fn push_at(&mut self, now: Instant, at: usize, stamp: Stamp, data: Vec<u8>) {
         self.held += data.len() + OVERHEAD;
         self.messages.push_back((now, at, stamp, data.into()));
-        while let Some((arrived, _, _, data)) = self.messages.front()
-            && (now.duration_since(*arrived) > self.time || self.held > self.bytes)
-        {
-            self.held -= data.len() + OVERHEAD;
-            self.messages.pop_front();
+        while let Some((arrived, _, _, _)) = self.messages.front() {
+            let is_over = now.duration_since(*arrived) > self.time;
+            if !is_over && self.held <= self.bytes {
+                break;
+            }
+            let Some((arrived, at, stamp, data)) = self.messages.pop_front() else {
+                break;
+            };
+            if !is_over {
+                self.short = Some(arrived);
+            }
+            let replaced = if self.channels[at].is_latched() {
+                self.before.insert(at, (stamp, data))
+            } else {
+                Some((stamp, data))
+            };
+            self.held -= replaced.map_or(0, |(_, data)| data.len() + OVERHEAD);
         }
+    }
+
+    /// How much of its time it holds, if messages had to make room before their time.
+    fn only(&self, now: Instant) -> Option<Duration> {
+        self.short
+            .map(|arrived| now.saturating_duration_since(arrived))
+            .filter(|held| *held < self.time)
     }
 
     /// The number of messages.
@@ -101,22 +129,33 @@ impl Ring {
         let written = Written {
             path: path.to_owned(),
             reason: reason.to_owned(),
-            messages: self.messages.len(),
+            messages: self.before.len() + self.messages.len(),
+            only: self.only(Instant::now()),
         };
+        let before: Vec<_> = self
+            .before
+            .iter()
+            .map(|(at, (stamp, data))| (*at, *stamp, Arc::clone(data)))
+            .collect();
         let files: Vec<_> = self.files.values().cloned().collect();
         // The messages are shared, not copied.
         let (channels, messages) = (self.channels.clone(), self.messages.clone());
         let thread = std::thread::Builder::new().name("ring".to_owned());
         let thread = thread.spawn(move || {
             let write = || {
-                let table = BTreeMap::from([("reason".to_owned(), written.reason.clone())]);
+                let mut table = BTreeMap::from([("reason".to_owned(), written.reason.clone())]);
+                if let Some(only) = written.only {
+                    table.insert("only_s".to_owned(), format!("{:.1}", only.as_secs_f64()));
+                }
                 writer.metadata("ring", &table)?;
                 for file in files {
                     writer.attach(&file.name, file.media_type, file.data.clone())?;
                 }
                 let channels: Vec<ChannelId> =
                     channels.iter().map(|new| new.add_to(&mut writer)).collect();
-                for (_, at, stamp, data) in messages {
+                let messages = messages.into_iter();
+                let messages = messages.map(|(_, at, stamp, data)| (at, stamp, data));
+                for (at, stamp, data) in before.into_iter().chain(messages) {
                     writer.write(channels[at], stamp, &data)?;
                 }
                 Ok::<(), RecordError>(())
@@ -154,7 +193,17 @@ fn joined(thread: JoinHandle<Result<Written, RecordError>>) -> Result<Written, R
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::keys;
     use crate::reader::{Reader, Record};
+
+    fn channel(kind: &str) -> NewChannel {
+        NewChannel {
+            topic: "/a".to_owned(),
+            encoding: "json",
+            schema: None,
+            metadata: BTreeMap::from([(keys::KIND.to_owned(), kind.to_owned())]),
+        }
+    }
 
     fn stamp(seconds: u64) -> Stamp {
         Stamp {
@@ -167,12 +216,7 @@ mod tests {
     #[test]
     fn a_ring_keeps_the_last_messages_within_its_time_and_its_bytes() {
         let mut ring = Ring::new(Duration::from_secs(10), 1000);
-        let at = ring.channel(NewChannel {
-            topic: "/a".to_owned(),
-            encoding: "json",
-            schema: None,
-            metadata: BTreeMap::new(),
-        });
+        let at = ring.channel(channel("sample"));
         // The system's clock goes back by a minute in the middle.
         let begin = Instant::now();
         for second in 100..130 {
@@ -181,9 +225,13 @@ mod tests {
             ring.push_at(now, at, stamp(time), vec![0; 10]);
         }
         assert_eq!(ring.len(), 11);
+        assert_eq!(ring.only(begin + Duration::from_secs(129)), None);
         let now = begin + Duration::from_secs(130);
         ring.push_at(now, at, stamp(70), vec![0; 900]);
         assert_eq!((ring.len(), ring.held()), (1, 964));
+        // The one of second 129 had to make room.
+        assert_eq!(ring.only(now), Some(Duration::from_secs(1)));
+        assert_eq!(ring.only(now + Duration::from_secs(10)), None);
 
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("x.mcap");
@@ -204,5 +252,37 @@ mod tests {
             }
         }
         assert_eq!((lengths, reader.cut()), (vec![900], None));
+    }
+
+    #[test]
+    fn a_ring_keeps_the_last_state_that_is_older_than_its_messages() {
+        let mut ring = Ring::new(Duration::from_secs(10), 1000);
+        let (state, sample) = (
+            ring.channel(channel("state")),
+            ring.channel(channel("sample")),
+        );
+        let begin = Instant::now();
+        for second in 0..30 {
+            let now = begin + Duration::from_secs(second);
+            if second < 5 {
+                ring.push_at(now, state, stamp(second), vec![second as u8]);
+            }
+            ring.push_at(now, sample, stamp(second), vec![0; 10]);
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x.mcap");
+        ring.write(&path, "asked").expect("to begin");
+        ring.finish().expect("it was begun").expect("to write");
+        let mut reader = Reader::open(&path).expect("a recording");
+        let mut first = None;
+        let mut count = 0;
+        while let Some(record) = reader.next() {
+            if let Record::Message(message) = record {
+                first.get_or_insert((message.log_time / 1_000_000_000, message.data));
+                count += 1;
+            }
+        }
+        assert_eq!((first, count), (Some((4, vec![4])), 12));
+        assert_eq!(ring.held(), 11 * (10 + OVERHEAD) + 1 + OVERHEAD);
     }
 }

@@ -30,6 +30,28 @@ pub struct Limits {
     pub time: Option<Duration>,
 }
 
+impl Limits {
+    fn splits(self) -> bool {
+        self.bytes.is_some() || self.time.is_some()
+    }
+}
+
+/// A further part of the recording at `path`, if there is any: `x.N.mcap` of `x.mcap`.
+fn any_part(path: &Path) -> Option<PathBuf> {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let entries = std::fs::read_dir(folder.unwrap_or(Path::new("."))).ok()?;
+    let stem = format!("{}.", path.file_stem()?.to_string_lossy());
+    let mut paths = entries.flatten().map(|entry| entry.path());
+    paths.find(|path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let number = name.strip_prefix(&stem);
+        let number = number.and_then(|rest| rest.strip_suffix(".mcap"));
+        number.is_some_and(|number| number.parse::<u32>().is_ok())
+    })
+}
+
 /// A channel of a [`Writer`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ChannelId(usize);
@@ -53,8 +75,18 @@ struct ChannelEntry {
 }
 
 impl Writer {
-    /// Begins a recording in a new file. Fails if there is one.
+    /// Begins a recording in a new file. Fails if there is one, or a part of an earlier recording
+    /// that a part of this one would need the name of.
     pub fn create(path: &Path, limits: Limits) -> Result<Self, RecordError> {
+        if limits.splits()
+            && let Some(part) = any_part(path)
+        {
+            let text = format!(
+                "{} is a part of an earlier recording; remove it, or choose another name",
+                part.display()
+            );
+            return Err(RecordError::Value(text));
+        }
         Ok(Self {
             path: path.to_owned(),
             limits,

@@ -6,13 +6,14 @@ use crate::cli::arguments::TopicArguments;
 use rc_deploy_client::Format;
 use rc_diagnostics::foreign::clean;
 use rc_middleware::{Reader, rpc};
-use rc_observe::{Error, MessageKind, Network, Observed, Observer, Operation, Source};
+use rc_observe::{Error, MessageKind, Network, Observed, Observer, Operation, Processes, Source};
 use rc_values::{Style, Value, cells, csv_cell, decode_from};
 use serde_json::json;
-use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// How long a finite command waits for the next message.
@@ -31,8 +32,16 @@ pub(super) const ENDS: [i32; 3] = [
     signal_hook::consts::SIGHUP,
 ];
 
-/// Becomes readable at Ctrl-C.
+/// Becomes readable at Ctrl-C. The second one ends the process at once, even if it waits for
+/// somebody who reads what it prints.
 pub(super) fn interrupts() -> Result<UnixStream, Failure> {
+    let first = Arc::new(AtomicBool::new(false));
+    for signal in ENDS {
+        // Actions run in the order in which they were registered.
+        signal_hook::flag::register_conditional_default(signal, Arc::clone(&first))
+            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&first)))
+            .map_err(|e| system(&e))?;
+    }
     signals(&ENDS)
 }
 
@@ -66,13 +75,6 @@ fn senders(source: &Source) -> String {
     }
 }
 
-/// The processes of the components, which change when they are restarted.
-fn processes(network: &Network) -> BTreeMap<String, u32> {
-    let all = network.components.iter();
-    all.map(|component| (component.name.clone(), component.described.pid))
-        .collect()
-}
-
 /// Hands messages to `take` until it returns false, Ctrl-C or the end of patience.
 pub(super) fn watch(
     watched: &TopicArguments,
@@ -81,7 +83,8 @@ pub(super) fn watch(
     mut turn: impl FnMut(&Source) -> Result<bool, Failure>,
 ) -> Result<u8, Failure> {
     let interrupts = interrupts()?;
-    let mut network = look(&watched.network)?;
+    let network = look(&watched.network)?;
+    let mut processes = Processes::of(&network);
     let mut source = Source::find(&network, &watched.topic)?;
     let mut observer = Observer::new(&network)?;
     let mut feed = source.open(&mut observer)?;
@@ -105,6 +108,10 @@ pub(super) fn watch(
         for error in observer.errors(feed) {
             print_note(&error);
         }
+        let lost = observer.lost(feed);
+        if lost > 0 {
+            print_note(&format_args!("{lost} messages were lost"));
+        }
         let silent = heard.elapsed();
         if let Some(limit) = patience.filter(|limit| silent >= *limit) {
             let senders = senders(&source);
@@ -120,13 +127,17 @@ pub(super) fn watch(
             let Ok(now) = Network::look(&network.name) else {
                 continue;
             };
-            if processes(&now) != processes(&network) || observer.has_ended(feed) {
-                if let Ok(found) = Source::find(&now, &watched.topic) {
-                    let mut again = Observer::new(&now)?;
-                    feed = found.open(&mut again)?;
-                    (observer, source) = (again, found);
+            if Processes::of(&now) != processes || observer.has_ended(feed) {
+                let again = Source::find(&now, &watched.topic).and_then(|found| {
+                    let mut observer = Observer::new(&now)?;
+                    let feed = found.open(&mut observer)?;
+                    Ok((observer, feed, found))
+                });
+                // If it is not back yet, the next look finds it.
+                if let Ok(again) = again {
+                    (observer, feed, source) = again;
+                    processes = Processes::of(&now);
                 }
-                network = now;
             }
         }
         if !more {
@@ -157,9 +168,15 @@ pub(super) fn echo(watched: &TopicArguments, echo: &Echo) -> Result<u8, Failure>
     let (mut shown, mut printed): (u64, Option<Instant>) = (0, None);
     let mut lost = 0;
     let mut calls = Calls::default();
-    let mut has_header = false;
+    let mut columns = Columns::default();
     let take = |source: &Source, observed: &Observed<'_>| {
         lost += observed.lost;
+        if echo.csv && echo.fields.is_empty() && matches!(source, Source::Calls(_)) {
+            return Err(Failure(
+                2,
+                "a request has other columns than its reply; choose one with --field".to_owned(),
+            ));
+        }
         let decoded = match source {
             Source::Topic(topic) => topic.decode(observed).map(|value| {
                 Some(Decoded {
@@ -193,7 +210,7 @@ pub(super) fn echo(watched: &TopicArguments, echo: &Echo) -> Result<u8, Failure>
         }
         printed = Some(Instant::now());
         let text = if echo.csv {
-            csv(echo, observed, &decoded, &mut has_header)?
+            csv(echo, observed, &decoded, &mut columns)?
         } else {
             one(echo, watched.format, observed, &decoded, lost)?
         };
@@ -280,28 +297,69 @@ fn csv(
     echo: &Echo,
     observed: &Observed<'_>,
     decoded: &Decoded,
-    has_header: &mut bool,
+    columns: &mut Columns,
 ) -> Result<String, Failure> {
-    let mut columns = Vec::new();
+    let mut found = Vec::new();
     let chosen = chosen(echo, &decoded.value)?;
     if chosen.is_empty() {
-        columns = cells("", &decoded.value);
+        found = cells("", &decoded.value);
     }
     for (path, value) in chosen {
-        columns.extend(cells(&path, &value));
+        found.extend(cells(&path, &value));
     }
-    let line = |first: &str, cells: &mut dyn Iterator<Item = &String>| {
-        let rest = cells.map(|cell| format!(",{}", csv_cell(cell)));
-        format!("{first}{}\n", rest.collect::<String>())
-    };
-    let mut text = String::new();
-    if !*has_header {
-        *has_header = true;
-        text = line("sent_ns", &mut columns.iter().map(|(name, _)| name));
+    if let Some(name) = columns.missing(&found) {
+        print_note(&format_args!(
+            "the first message had no {name}, so the table has no column for it; choose it with --field"
+        ));
     }
-    let sent = observed.header.sent.to_string();
-    text += &line(&sent, &mut columns.iter().map(|(_, cell)| cell));
-    Ok(text)
+    Ok(columns.lines(&observed.header.sent.to_string(), &found))
+}
+
+/// The columns of a table: those of the first message. An optional structure may be missing in
+/// some messages.
+#[derive(Default)]
+struct Columns {
+    names: Vec<String>,
+    /// Whether a column was missing.
+    is_noted: bool,
+}
+
+impl Columns {
+    /// A cell that has no column, once.
+    fn missing<'c>(&mut self, found: &'c [(String, String)]) -> Option<&'c str> {
+        if self.names.is_empty() || self.is_noted {
+            return None;
+        }
+        // A structure that is missing has a cell of its own, in place of those of its members.
+        let has = |name: &String| {
+            let is_part = |column: &String| {
+                let rest = column.strip_prefix(name.as_str());
+                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            };
+            self.names.iter().any(is_part)
+        };
+        let (name, _) = found.iter().find(|(name, _)| !has(name))?;
+        self.is_noted = true;
+        Some(name)
+    }
+
+    /// The line of a message, after that of the names for the first one.
+    fn lines(&mut self, first: &str, found: &[(String, String)]) -> String {
+        let line = |first: &str, cells: &mut dyn Iterator<Item = &str>| {
+            let rest = cells.map(|cell| format!(",{}", csv_cell(cell)));
+            format!("{first}{}\n", rest.collect::<String>())
+        };
+        let mut text = String::new();
+        if self.names.is_empty() {
+            self.names = found.iter().map(|(name, _)| name.clone()).collect();
+            text = line("sent_ns", &mut self.names.iter().map(String::as_str));
+        }
+        let cell = |name: &String| {
+            let cell = found.iter().find(|(found, _)| found == name);
+            cell.map_or("", |(_, cell)| cell)
+        };
+        text + &line(first, &mut self.names.iter().map(cell))
+    }
 }
 
 /// The calls whose replies have not come.
@@ -393,4 +451,27 @@ fn ros_reply(
         }
     }
     Ok(("reply", decode_from(&of.reply, reader)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_keeps_its_columns_where_an_optional_structure_is_missing() {
+        let cell = |(name, cell): (&str, &str)| (name.to_owned(), cell.to_owned());
+        let whole = [("pose.x", "1"), ("pose.y", "2"), ("name", "a")].map(cell);
+        let without = [("pose", "null"), ("name", "b")].map(cell);
+        let mut columns = Columns::default();
+        assert_eq!(columns.missing(&whole), None);
+        let text = columns.lines("5", &whole) + &columns.lines("6", &without);
+        assert_eq!(text, "sent_ns,pose.x,pose.y,name\n5,1,2,a\n6,,,b\n");
+        assert_eq!(columns.missing(&without), None);
+
+        let mut columns = Columns::default();
+        let text = columns.lines("5", &without) + &columns.lines("6", &whole);
+        assert_eq!(text, "sent_ns,pose,name\n5,null,b\n6,,a\n");
+        assert_eq!(columns.missing(&whole), Some("pose.x"));
+        assert_eq!(columns.missing(&whole), None, "it is said once");
+    }
 }

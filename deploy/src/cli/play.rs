@@ -68,13 +68,13 @@ fn pair(text: &str) -> Result<(String, String), String> {
 }
 
 pub(super) fn play(options: Play) -> Result<u8, Failure> {
+    let selection = options.selected.into_selection(&options.file)?;
     let interrupts = interrupts()?;
     // What reads the file looks at this.
     let stop = Arc::new(AtomicBool::new(false));
     for signal in ENDS {
         signal_hook::flag::register(signal, Arc::clone(&stop)).map_err(|e| system(&e))?;
     }
-    let selection = options.selected.into_selection(&options.file)?;
     let network = look(&running(options.network)?)?;
     let clock = options
         .clock

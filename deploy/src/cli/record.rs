@@ -21,7 +21,7 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
-/// How often the progress is line.
+/// How often the progress is shown.
 const SHOW: Duration = Duration::from_millis(500);
 /// The pause before the recorder of a supervisor looks again for components.
 const AGAIN: Duration = Duration::from_secs(2);
@@ -261,7 +261,14 @@ impl RingFiles {
                     path,
                     reason,
                     messages,
+                    only,
                 } = written;
+                if let Some(only) = only {
+                    print_note(&format_args!(
+                        "the memory of the ring holds the last {:.1} s only; --ring-mib gives it more",
+                        only.as_secs_f64()
+                    ));
+                }
                 print_line(format_args!(
                     "{}: {messages} messages, {reason}",
                     path.display()

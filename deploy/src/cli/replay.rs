@@ -16,7 +16,7 @@ use std::process::{ChildStdin, Command, Stdio};
 use std::time::Instant;
 
 /// The longest report of a component, in bytes.
-const LONGEST_REPORT: u64 = 16 * 1024 * 1024;
+const LONGEST_REPORT: usize = 16 * 1024 * 1024;
 /// The most characters of a value that a line shows.
 const SHOWN: usize = 400;
 
@@ -61,8 +61,9 @@ pub(super) fn replay(options: &Replay) -> Result<u8, Failure> {
     };
     let program = match &options.program {
         Some(program) => std::path::absolute(program).map_err(|e| system(&e))?,
-        None => PathBuf::from(said("program")),
+        None => recorded_program(&file, said("program"))?,
     };
+    print_note(&format_args!("runs {}", clean(&program.to_string_lossy())));
     let mut command = Command::new(&program);
     command.arg("--replay");
     if let Some(config) = &options.config {
@@ -96,13 +97,9 @@ pub(super) fn replay(options: &Replay) -> Result<u8, Failure> {
         Some(input) => feed(&path, &topic, input),
         None => Ok(None),
     });
-    let mut printed = Vec::new();
-    if let Some(output) = child.stdout.take() {
-        output
-            .take(LONGEST_REPORT)
-            .read_to_end(&mut printed)
-            .map_err(|e| system(&e))?;
-    }
+    let output = child.stdout.take();
+    let printed = output.map(last_of).transpose();
+    let printed = printed.map_err(|e| system(&e))?.unwrap_or_default();
     let status = child.wait().map_err(|e| system(&e))?;
     let cut = feeder.join().unwrap_or(Ok(None));
     let printed = String::from_utf8_lossy(&printed);
@@ -126,6 +123,46 @@ pub(super) fn replay(options: &Replay) -> Result<u8, Failure> {
         text(&begun.name, report, took)
     })?;
     Ok(u8::from(!is_equal))
+}
+
+/// The program that a recording names. A recording of somebody else may name any program, so only
+/// those in the folder of this user's logs are believed.
+fn recorded_program(file: &Path, program: &str) -> Result<PathBuf, Failure> {
+    let canonical = |path: &Path| path.canonicalize().ok();
+    let own = canonical(&logs::root());
+    let file = canonical(file);
+    if own
+        .zip(file)
+        .is_some_and(|(own, file)| file.starts_with(own))
+    {
+        return Ok(PathBuf::from(program));
+    }
+    Err(Failure(
+        2,
+        format!(
+            "the recording is not in {}, so the program that it names is not run unasked; \
+             if you trust it, add --program {}",
+            logs::root().display(),
+            clean(program)
+        ),
+    ))
+}
+
+/// Reads to the end, and returns the last bytes: the report comes last.
+fn last_of(mut output: impl Read) -> io::Result<Vec<u8>> {
+    let (mut kept, mut piece) = (Vec::new(), vec![0; 1 << 16]);
+    loop {
+        match output.read(&mut piece) {
+            Ok(0) => break,
+            Ok(count) => kept.extend_from_slice(&piece[..count]),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+        if kept.len() > 2 * LONGEST_REPORT {
+            kept.drain(..kept.len() - LONGEST_REPORT);
+        }
+    }
+    Ok(kept)
 }
 
 /// The file that is meant.

@@ -33,6 +33,7 @@ pub enum Record<'a> {
         data: &'a [u8],
     },
     Chunk {
+        begin: u64,
         size: u64,
         crc: u32,
         compression: &'a str,
@@ -72,6 +73,51 @@ pub fn next<'a>(rest: &mut &'a [u8]) -> Result<Option<(u8, &'a [u8])>, String> {
 pub fn prefix(bytes: &[u8]) -> Option<(u8, u64)> {
     let (code, length) = bytes.split_first()?;
     Some((*code, u64::from_le_bytes(length.try_into().ok()?)))
+}
+
+/// Size of the footer and the magic bytes behind it, which end a file.
+pub const END: usize = PREFIX + 20 + crate::MAGIC.len();
+
+/// Where the summary begins, in the last [`END`] bytes of a file. `None` without a summary.
+pub fn summary_start(end: &[u8]) -> Option<u64> {
+    let (footer, magic) = end.split_at_checked(END - crate::MAGIC.len())?;
+    let (code, length) = prefix(footer.get(..PREFIX)?)?;
+    let start = Fields::new(&footer[PREFIX..]).u64().ok()?;
+    (magic == crate::MAGIC && (code, length) == (op::FOOTER, 20) && start > 0).then_some(start)
+}
+
+/// The times of a file, from its summary.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Times {
+    /// The first time of recording.
+    pub first: Option<u64>,
+    /// Whether each chunk is later than those before it in the file.
+    pub is_ordered: bool,
+}
+
+/// Reads the times of a summary: `statistics` have the first one, and an index of each chunk its
+/// times and its place.
+pub fn times(mut summary: &[u8]) -> Result<Times, String> {
+    let (mut first, mut chunks) = (None, Vec::new());
+    while let Some((code, body)) = next(&mut summary)? {
+        let mut fields = Fields::new(body);
+        if code == op::STATISTICS {
+            // The counts of messages, schemas, channels, attachments, tables and chunks.
+            let messages = fields.u64()?;
+            fields.take(2 + 4 * 4)?;
+            first = (messages > 0).then_some(fields.u64()?);
+        } else if code == op::CHUNK_INDEX {
+            let (begin, end, offset) = (fields.u64()?, fields.u64()?, fields.u64()?);
+            chunks.push((offset, begin, end));
+        }
+    }
+    chunks.sort_unstable();
+    let mut pairs = chunks.windows(2);
+    Ok(Times {
+        first,
+        // Without an index nothing is known.
+        is_ordered: !chunks.is_empty() && pairs.all(|pair| pair[0].2 <= pair[1].1),
+    })
 }
 
 /// The parts of a record.
@@ -172,8 +218,9 @@ impl<'a> Record<'a> {
                 }
             }
             op::CHUNK => {
-                f.take(16)?;
+                let (begin, _) = (f.u64()?, f.u64()?);
                 Self::Chunk {
+                    begin,
                     size: f.u64()?,
                     crc: f.u32()?,
                     compression: f.text()?,

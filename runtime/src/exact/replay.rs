@@ -208,13 +208,13 @@ impl Replay {
     /// Ends the process with a difference.
     fn differ(&self, found: Option<&Entry<'_>>, recorded: Option<&Entry<'_>>) -> ! {
         let before = self.before.borrow();
-        log::print(&self.report().difference(found, recorded, &before));
+        print(&self.report().difference(found, recorded, &before));
         std::process::exit(0)
     }
 
     /// Ends the process at the end of the recording, or where it cannot be read any more.
     fn end(&self, error: Option<String>) -> ! {
-        log::print(&self.report().end(error));
+        print(&self.report().end(error));
         std::process::exit(0)
     }
 
@@ -385,6 +385,11 @@ fn run_turn(
         _ => return Err(format!("a turn cannot begin with `{}`", turn.kind.word())),
     }
     Ok(())
+}
+
+/// Prints the report as a line of its own, also if the worker has printed half a line.
+fn print(report: &str) {
+    log::print(&format!("\n{report}"));
 }
 
 fn json(turn: &Entry<'_>) -> Result<serde_json::Value, String> {

@@ -5,7 +5,7 @@ use crate::delivery::deliver;
 use crate::offers::{Change, Reading, Source};
 use crate::poll::Snapshot;
 use crate::protocol;
-use rc_observe::{FeedId, Observer};
+use rc_observe::{FeedId, Observer, Processes};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
@@ -14,15 +14,16 @@ const RETRY: Duration = Duration::from_secs(30);
 
 impl Bridge {
     pub(super) fn update(&mut self, snapshot: &Snapshot) {
-        let processes = snapshot.network.components.iter().map(|c| c.described.pid);
-        let processes: BTreeSet<u32> = processes.collect();
-        if self.processes.is_disjoint(&processes) && !processes.is_empty() {
-            // All components are new: also the shared memory is another one.
+        let processes = Processes::of(&snapshot.network);
+        if self.processes != processes {
+            // What could not be opened may be there now.
+            self.refused.clear();
+        }
+        if self.processes.were_replaced_by(&processes) {
             match Observer::new(&snapshot.network) {
                 Ok(observer) => {
                     self.feeds.clear();
                     self.opened.clear();
-                    self.refused.clear();
                     (self.time, self.now) = (None, None);
                     self.observer = observer;
                 }
@@ -33,7 +34,7 @@ impl Bridge {
                 }
             }
         }
-        self.processes = processes;
+        self.processes.update(processes);
         let change: Change =
             self.offers
                 .update(snapshot, &self.options.frames, self.options.read_only);
@@ -60,10 +61,18 @@ impl Bridge {
             for report in self.observer.errors(feed) {
                 self.tell(&report);
             }
+            let lost = self.observer.lost(feed);
+            if lost > 0
+                && let Some(source) = self.feeds.get(&feed)
+            {
+                let text = format!("{lost} messages of {source} were lost");
+                self.tell(&text);
+            }
         }
     }
 
-    /// Opens what clients have subscribed to, and closes what they want no longer.
+    /// Opens what clients have subscribed to, and closes what they want no longer. A tap whose
+    /// connection has ended is opened anew.
     pub(super) fn follow(&mut self) {
         let subscribed = self.clients.values();
         let subscribed = subscribed.flat_map(|client| client.subscriptions.channels());
@@ -71,7 +80,7 @@ impl Bridge {
         let wanted = wanted.flat_map(|channel| channel.sources.iter().cloned());
         let wanted: BTreeSet<Source> = wanted.collect();
         self.opened.retain(|source, feed| {
-            let stays = wanted.contains(source);
+            let stays = wanted.contains(source) && !self.observer.has_ended(*feed);
             if !stays {
                 self.observer.close(*feed);
                 self.feeds.remove(feed);
@@ -143,13 +152,9 @@ impl Bridge {
             }
         });
         for source in problems {
-            let what = match source {
-                Source::Topic { address, .. } => address,
-                Source::Calls {
-                    component, slot, ..
-                } => format!("{component}.{slot}"),
-            };
-            self.tell(&format!("a message of {what} does not fit its description"));
+            self.tell(&format!(
+                "a message of {source} does not fit its description"
+            ));
         }
     }
 }

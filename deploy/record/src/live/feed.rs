@@ -62,6 +62,15 @@ impl Feed {
         }
     }
 
+    /// The address of its messages.
+    pub(super) fn address(&self) -> &str {
+        match &self.what {
+            FeedSource::Topic(topic) => &topic.address,
+            FeedSource::Calls(calls) => &calls.address,
+            FeedSource::Time(time) => &time.topic().address,
+        }
+    }
+
     /// Puts a message into the recording.
     pub(super) fn take(&mut self, observed: &Observed<'_>, output: &mut Output) {
         if self.channels.len() > SENDERS {

@@ -13,7 +13,7 @@ use output::Output;
 use poll::{Snapshot, poll};
 use rc_management::supervisor::{self, Event, Severity};
 use rc_management::{Client, Incoming};
-use rc_observe::{End, FeedId, Network, Observer, Poller, Service, Source};
+use rc_observe::{End, FeedId, Network, Observer, Poller, Processes, Service, Source};
 use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::Arc;
@@ -56,7 +56,7 @@ pub struct Recorder {
     /// Whether the next polls begin to follow the events of the supervisor.
     wants_events: Arc<AtomicBool>,
     /// The processes of the components at the last poll.
-    processes: BTreeSet<(String, u32)>,
+    processes: Processes,
     empty_polls: u32,
     notes: Vec<String>,
     noted: BTreeSet<String>,
@@ -90,17 +90,19 @@ impl Recorder {
             events: None,
             poller,
             wants_events,
-            processes: processes(network),
+            processes: Processes::of(network),
             empty_polls: 0,
             notes: Vec::new(),
             noted: BTreeSet::new(),
             name,
         };
+        // A component that hangs delays this look. Queues that are open meanwhile would overflow.
+        let first = poll(&recorder.name, true);
         let failed = recorder.join(network);
         if let Some((_, error)) = failed.into_iter().next() {
             return Err(error);
         }
-        if let Some(first) = poll(&recorder.name, true) {
+        if let Some(first) = first {
             recorder.output.note(&first);
             recorder.follow(first.events);
         }
@@ -135,12 +137,7 @@ impl Recorder {
         let mut waited = others.to_vec();
         waited.extend(self.events.as_ref().map(AsFd::as_fd));
         self.observer.wait(&waited, limit);
-        let (feeds, output) = (&mut self.feeds, &mut self.output);
-        self.observer.take(&mut |id, observed| {
-            if let Some(feed) = feeds.get_mut(&id) {
-                feed.take(&observed, output);
-            }
-        });
+        self.take();
         let events = self.take_events();
         for found in self.poller.take() {
             match found {
@@ -151,26 +148,41 @@ impl Recorder {
         events
     }
 
+    fn take(&mut self) {
+        let Self {
+            observer,
+            feeds,
+            output,
+            time,
+            ..
+        } = self;
+        // The messages that came with a tick have its time, not the one before.
+        if let Some(id) = time
+            && let Some(feed) = feeds.get_mut(id)
+        {
+            observer.take_of(*id, &mut |observed| feed.take(&observed, output));
+        }
+        observer.take(&mut |id, observed| {
+            if let Some(feed) = feeds.get_mut(&id) {
+                feed.take(&observed, output);
+            }
+        });
+        for (id, feed) in feeds {
+            output.note_loss(feed.address(), observer.lost(*id));
+        }
+    }
+
     fn update(&mut self, found: Snapshot) {
         self.empty_polls = 0;
         let network = &found.network;
-        let processes = processes(network);
-        if !self.processes.is_empty() && self.processes.is_disjoint(&processes) {
-            // All components are new: also the shared memory is another one.
-            match Observer::new(network) {
-                Ok(observer) => {
-                    self.observer = observer;
-                    self.feeds.clear();
-                    self.known.clear();
-                    self.time = None;
-                    self.output.simulated = None;
+        match self.renew(network) {
+            Ok(()) => {
+                for (what, error) in self.join(network) {
+                    self.note(format!("{what} is not recorded: {error}"));
                 }
-                Err(error) => self.note(error.to_string()),
             }
-        }
-        self.processes = processes;
-        for (what, error) in self.join(network) {
-            self.note(format!("{what} is not recorded: {error}"));
+            // The next look tries again.
+            Err(error) => self.note(error.to_string()),
         }
         self.output.note(&found);
         self.follow(found.events);
@@ -179,6 +191,20 @@ impl Recorder {
         for report in reports {
             self.note(report);
         }
+    }
+
+    /// Observes anew if all components are new.
+    fn renew(&mut self, network: &Network) -> Result<(), rc_observe::Error> {
+        let processes = Processes::of(network);
+        if self.processes.were_replaced_by(&processes) {
+            self.observer = Observer::new(network)?;
+            self.feeds.clear();
+            self.known.clear();
+            self.time = None;
+            self.output.simulated = None;
+        }
+        self.processes.update(processes);
+        Ok(())
     }
 
     /// Follows the events from now on, unless they are followed already.
@@ -343,10 +369,4 @@ impl Selected {
         }
         Ok(selected)
     }
-}
-
-fn processes(network: &Network) -> BTreeSet<(String, u32)> {
-    let all = network.components.iter();
-    all.map(|component| (component.name.clone(), component.described.pid))
-        .collect()
 }

@@ -18,6 +18,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+/// The pause before a topic that could not be sent to is opened again.
+const AGAIN: Duration = Duration::from_secs(1);
+
 /// Selection of messages to play, and speed.
 #[derive(Clone, Debug)]
 pub struct Playing {
@@ -36,10 +39,49 @@ pub struct Playing {
 }
 
 /// Where the messages of a channel go.
-struct Target {
-    /// The index of the sender in [`Player::senders`].
-    sender: usize,
+struct Route {
+    /// The index of the topic in [`Player::topics`].
+    topic: usize,
     conversion: Conversion,
+}
+
+/// A topic to which messages go.
+struct Target {
+    topic: Topic,
+    /// None after an error: its subscribers may have been restarted.
+    sender: Option<Sender>,
+    /// When a sender was opened last.
+    opened: Instant,
+}
+
+impl Target {
+    fn open(network: &Network, topic: Topic) -> Result<Self, rc_observe::Error> {
+        Ok(Self {
+            sender: Some(Sender::open(network, &topic)?),
+            topic,
+            opened: Instant::now(),
+        })
+    }
+
+    /// Sends a message. After an error, the next ones open the topic again, at most one in
+    /// [`AGAIN`].
+    fn send(&mut self, network: &Network, body: &[u8]) -> Result<(), rc_observe::Error> {
+        if self.sender.is_none() && self.opened.elapsed() >= AGAIN {
+            self.opened = Instant::now();
+            self.sender = Some(Sender::open(network, &self.topic)?);
+        }
+        let Some(sender) = &mut self.sender else {
+            return Err(rc_observe::Error::Component {
+                component: self.topic.address.clone(),
+                reason: "it is not reachable".to_owned(),
+            });
+        };
+        let sent = sender.send_body(body);
+        if sent.is_err() {
+            self.sender = None;
+        }
+        sent
+    }
 }
 
 /// Plays a recording into a network.
@@ -49,9 +91,9 @@ pub struct Player {
     playing: Playing,
     reader: Reader,
     selecting: Selecting,
-    /// The targets of channels; `None` for a channel that no component wants.
-    targets: BTreeMap<u16, Option<Target>>,
-    senders: Vec<(Topic, Sender)>,
+    /// The routes of channels; `None` for a channel that no component wants.
+    routes: BTreeMap<u16, Option<Route>>,
+    topics: Vec<Target>,
     answers: Option<Answers>,
     next: Option<Message>,
     /// The recorded times of the last message that was sent: at its receiver, and at its sender.
@@ -74,12 +116,15 @@ pub struct Player {
 impl Player {
     /// Opens a recording for a network that runs.
     pub fn open(path: &Path, network: Network, playing: Playing) -> Result<Self, RecordError> {
+        let mut reader = Reader::open(path)?;
+        let selecting = playing.selection.clone().begin(&mut reader);
         let mut player = Self {
             path: path.to_owned(),
-            reader: Reader::open(path)?,
-            selecting: playing.selection.clone().begin(),
-            targets: BTreeMap::new(),
-            senders: Vec::new(),
+            first: reader.times().first,
+            reader,
+            selecting,
+            routes: BTreeMap::new(),
+            topics: Vec::new(),
             answers: None,
             next: None,
             last: None,
@@ -87,7 +132,6 @@ impl Player {
             held: None,
             given: 0,
             sought: Duration::ZERO,
-            first: None,
             notes: Vec::new(),
             noted: BTreeSet::new(),
             sent: 0,
@@ -98,22 +142,25 @@ impl Player {
         for (_, to) in &player.playing.remap {
             player.network.topic(plain(to))?;
         }
-        player.open_targets()?;
+        player.open_routes()?;
         player.advance()?;
         Ok(player)
     }
 
     /// Reads the recording once, and opens all topics before the clock begins to run, with what
     /// answers calls.
-    fn open_targets(&mut self) -> Result<(), RecordError> {
+    fn open_routes(&mut self) -> Result<(), RecordError> {
         let stop = Arc::clone(&self.playing.stop);
-        let mut selecting = self.playing.selection.clone().begin();
+        // What is later is read, too: a call may be answered by what was recorded then.
+        let mut whole = Reader::open(&self.path)?;
+        let mut selecting = self.playing.selection.clone().begin(&mut whole);
+        whole.end_after(u64::MAX);
         // The channels with messages, and whether any of these is played.
         let mut channels: BTreeMap<u16, (Arc<Channel>, bool)> = BTreeMap::new();
         let mut see = |message: &Message| {
             let new = || (Arc::clone(&message.channel), false);
             let (_, is_played) = channels.entry(message.channel.id).or_insert_with(new);
-            *is_played |= selecting.takes(message) == Some(true);
+            *is_played |= selecting.takes(message);
             !stop.load(Ordering::Relaxed)
         };
         if self.playing.answers {
@@ -121,8 +168,7 @@ impl Player {
             notes.into_iter().for_each(|note| self.note(note));
             self.answers = Some(answers);
         } else {
-            let mut reader = Reader::open(&self.path)?;
-            while let Some(record) = reader.next() {
+            while let Some(record) = whole.next() {
                 if let Record::Message(message) = record
                     && !see(&message)
                 {
@@ -143,8 +189,8 @@ impl Player {
         }
         for (channel, is_played) in channels.into_values() {
             if is_played && !self.is_stopped() {
-                let target = self.target(&channel)?;
-                self.targets.insert(channel.id, target);
+                let route = self.route(&channel)?;
+                self.routes.insert(channel.id, route);
             }
         }
         Ok(())
@@ -246,12 +292,16 @@ impl Player {
         };
         let position = self.last.map_or(0, |(log_time, _)| log_time);
         self.last = Some((message.log_time.max(position), message.publish_time));
-        if let Some(Some(Target { sender, conversion })) = self.targets.get(&message.channel.id) {
+        if let Some(Some(Route { topic, conversion })) = self.routes.get(&message.channel.id) {
             match conversion.body(&message) {
-                Ok(body) => {
-                    self.senders[*sender].1.send_body(&body)?;
-                    self.sent += 1;
-                }
+                Ok(body) => match self.topics[*topic].send(&self.network, &body) {
+                    Ok(()) => self.sent += 1,
+                    Err(error) => {
+                        self.left_out += 1;
+                        let topic = &message.channel.topic;
+                        self.note(format!("messages of `{topic}` are left out: {error}"));
+                    }
+                },
                 Err(reason) => {
                     self.left_out += 1;
                     let topic = &message.channel.topic;
@@ -281,7 +331,7 @@ impl Player {
             from: Some(self.playing.selection.from.unwrap_or_default().max(to)),
             ..self.playing.selection.clone()
         };
-        self.selecting = selection.begin();
+        self.selecting = selection.begin(&mut self.reader);
         (self.begin, self.held, self.last, self.next) = (None, None, None, None);
         (self.given, self.sought) = (0, to);
         self.advance()
@@ -296,14 +346,12 @@ impl Player {
                 continue;
             };
             self.first.get_or_insert(message.log_time);
-            match self.selecting.takes(&message) {
-                None => return Ok(()),
-                Some(false) => continue,
-                Some(true) => {}
+            if !self.selecting.takes(&message) {
+                continue;
             }
-            if !self.targets.contains_key(&message.channel.id) {
-                let target = self.target(&message.channel)?;
-                self.targets.insert(message.channel.id, target);
+            if !self.routes.contains_key(&message.channel.id) {
+                let route = self.route(&message.channel)?;
+                self.routes.insert(message.channel.id, route);
             }
             self.next = Some(message);
             return Ok(());
@@ -316,12 +364,18 @@ impl Player {
     }
 
     /// Finds the topic of the network for a channel.
-    fn target(&mut self, channel: &Channel) -> Result<Option<Target>, RecordError> {
+    fn route(&mut self, channel: &Channel) -> Result<Option<Route>, RecordError> {
         let is_sample = channel.get(keys::KIND).is_none_or(|kind| kind == "sample");
-        if channel.encoding != "cdr" || !is_sample || channel.get(keys::EXACT).is_some() {
+        if !is_sample || channel.get(keys::EXACT).is_some() {
             return Ok(None);
         }
-        let name = &channel.topic;
+        let (name, encoding) = (&channel.topic, &channel.encoding);
+        if encoding != "cdr" {
+            self.note(format!(
+                "`{name}` is left out: its messages are `{encoding}`, not `cdr`"
+            ));
+            return Ok(None);
+        }
         let Some(topic) = self.topic(channel)? else {
             self.note(format!(
                 "no component subscribes to `{name}`; it is left out"
@@ -335,18 +389,18 @@ impl Player {
                 return Ok(None);
             }
         };
-        let mut known = self.senders.iter();
-        let known = known.position(|(known, _)| {
+        let mut known = self.topics.iter();
+        let known = known.position(|known| {
+            let known = &known.topic;
             known.address == topic.address && known.middleware == topic.middleware
         });
-        let sender = if let Some(at) = known {
+        let topic = if let Some(at) = known {
             at
         } else {
-            let sender = Sender::open(&self.network, &topic)?;
-            self.senders.push((topic, sender));
-            self.senders.len() - 1
+            self.topics.push(Target::open(&self.network, topic)?);
+            self.topics.len() - 1
         };
-        Ok(Some(Target { sender, conversion }))
+        Ok(Some(Route { topic, conversion }))
     }
 
     /// The topic of the network: as it is remapped, at the same address, of the same operation, or
@@ -413,7 +467,7 @@ impl Player {
 
     /// Waits until the last samples and replies have arrived.
     pub fn finish(self) {
-        for (_, sender) in self.senders {
+        for sender in self.topics.into_iter().filter_map(|target| target.sender) {
             sender.finish();
         }
         if let Some(answers) = self.answers {

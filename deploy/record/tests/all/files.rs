@@ -2,7 +2,7 @@
 
 use crate::types::{channel, interface, message, schema_of, values};
 use rc_middleware::Encoding;
-use rc_record::bag::{Decoder, Info, Selection, csv, cut};
+use rc_record::bag::{Decoder, Info, Selection, csv, cut, each};
 use rc_record::{Limits, Reader, Record, Stamp, Writer, definition};
 use rc_values::Catalog;
 use rc_values::description::Module;
@@ -305,4 +305,80 @@ fn a_recording_replaces_no_file() {
     std::fs::write(&path, "mine").expect("to write");
     assert!(Writer::create(&path, Limits::default()).is_err());
     assert_eq!(std::fs::read_to_string(&path).expect("to read"), "mine");
+}
+
+#[test]
+fn a_part_of_an_earlier_recording_is_found_before_the_new_one_begins() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("x.mcap");
+    let old = folder.path().join("x.3.mcap");
+    std::fs::write(&old, b"").expect("to write");
+    let limits = Limits {
+        time: Some(Duration::from_mins(10)),
+        bytes: None,
+    };
+    let refused = Writer::create(&path, limits).map(drop);
+    let error = refused.expect_err("the fourth file exists").to_string();
+    assert!(error.contains("x.3.mcap is a part"), "{error}");
+    assert!(!path.exists());
+    // Without a limit there are no parts.
+    drop(Writer::create(&path, Limits::default()).expect("to create"));
+    let other = folder.path().join("y.mcap");
+    drop(Writer::create(&other, limits).expect("another name"));
+}
+
+#[test]
+fn a_time_is_found_in_a_file_that_is_not_in_the_order_of_time() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, order: &[u64]| {
+        let path = folder.path().join(name);
+        let mut writer = Writer::create(&path, Limits::default()).expect("to create");
+        let channel = channel(&mut writer, &interface(), "moved");
+        for second in order {
+            let mut stamp = stamp(0);
+            stamp.log_time = second * 1_000_000_000;
+            writer
+                .write(channel, stamp, &[0, 1, 0, 0])
+                .expect("to write");
+            // It ends the chunk.
+            let table = BTreeMap::from([(second.to_string(), String::new())]);
+            writer.metadata("second", &table).expect("to write");
+        }
+        writer.finish().expect("to finish");
+        path
+    };
+    let times = |path: &Path, to: u64| {
+        let selection = Selection {
+            from: Some(Duration::from_secs(1)),
+            to: Some(Duration::from_secs(to)),
+            ..Selection::default()
+        };
+        let mut found = Vec::new();
+        let cut = each(path, selection, &mut |message| {
+            found.push(message.log_time / 1_000_000_000);
+            Ok(true)
+        });
+        assert_eq!(cut.expect("to read"), None);
+        found
+    };
+    let merged = write("merged.mcap", &[30, 31, 39, 20, 21, 32]);
+    assert_eq!(times(&merged, 11), [30, 31, 21], "times begin at 20 s");
+    let ordered = write("ordered.mcap", &[20, 21, 30, 31, 32]);
+    assert_eq!(times(&ordered, 11), [21, 30, 31]);
+    let summary = Reader::open(&ordered).expect("a recording").times();
+    assert_eq!(
+        (summary.first, summary.is_ordered),
+        (Some(20_000_000_000), true)
+    );
+    let summary = Reader::open(&merged).expect("a recording").times();
+    assert_eq!(
+        (summary.first, summary.is_ordered),
+        (Some(20_000_000_000), false)
+    );
+    // A file that was cut has no summary, and is read to its end.
+    let mut bytes = std::fs::read(&ordered).expect("to read");
+    bytes.truncate(bytes.len() - 9);
+    let cut = folder.path().join("cut.mcap");
+    std::fs::write(&cut, &bytes).expect("to write");
+    assert_eq!(times(&cut, 11), [21, 30, 31]);
 }

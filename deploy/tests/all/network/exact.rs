@@ -86,7 +86,16 @@ fn the_patrol_lives_again_exactly() {
     let other = site.path("other.mcap");
     let bytes = std::fs::read(recording(&site, "avoider")).expect("a recording");
     std::fs::write(&other, &bytes[..bytes.len() / 2]).expect("to write");
+    // A file from elsewhere may name any program.
     let ran = replay(&site, &other);
+    assert_eq!(ran.code, 2, "{ran:?}");
+    assert!(
+        ran.stderr.contains("if you trust it, add --program"),
+        "{ran:?}"
+    );
+    let (file, program) = (other.display().to_string(), Site::executable("avoider"));
+    let program = program.display().to_string();
+    let ran = site.rcdeploy(&["replay", "--check", &file, "--program", &program], false);
     assert_eq!(ran.code, 0, "{ran:?}");
     assert!(ran.stderr.contains("ends before its end"), "{ran:?}");
     let ran = site.rcdeploy(&["bag", "info", &other.display().to_string()], false);

@@ -7,7 +7,7 @@ use crate::python;
 use rc_record::bag::Info;
 use rc_record::{Limits, Schema, Stamp, Writer, keys};
 use rustix::process::{Pid, Signal, kill_process};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -101,11 +101,30 @@ fn a_patrol_is_recorded_and_played_back() {
         let info = info(&file);
         count(&info, "/newFullPose") > 20 && count(&info, "/getLaserData/_reply") > 5
     });
+    // A recorder that stands still misses what its queue does not hold, and counts it.
+    site.tell("simulator", "period", &json!({ "ms": 5 }));
+    recorder.signal(Signal::STOP);
+    let before = received(&site, "monitor");
+    // 100 poses wait for each subscriber.
+    Site::until("more poses than wait", || {
+        received(&site, "monitor") > before + 120
+    });
+    recorder.signal(Signal::CONT);
+    site.tell("simulator", "period", &json!({ "ms": 50 }));
+    let resumed = count(&info(&file), "/newFullPose");
+    Site::until("poses behind the gap", || {
+        count(&info(&file), "/newFullPose") > resumed + 5
+    });
     assert_eq!(recorder.end(Signal::INT), Some(0));
     let whole = info(&file);
     assert_eq!(whole.cut, None);
-    let lost = &whole.metadata["recording"]["lost"];
-    assert!(lost.parse::<u64>().is_ok(), "{lost}");
+    let table = &whole.metadata["recording"];
+    let lost: u64 = table["lost"].parse().expect("a number");
+    let of_poses = table
+        .iter()
+        .find(|(name, _)| name.ends_with("/newFullPose"));
+    assert!(lost > 0 && of_poses.is_some(), "{table:?}");
+    assert!(count(&whole, "/loss") > 0, "{:?}", whole.topics.keys());
     let asked = count(&whole, "/getLaserData/_request");
     let answered = count(&whole, "/getLaserData/_reply");
     assert!(asked.abs_diff(answered) <= 1, "{asked} {answered}");
