@@ -1,5 +1,6 @@
-//! Says once a second where the robot is.
+//! Logs once a second where the robot is.
 
+use pose_listener_generated::tracing::info;
 use pose_listener_generated::{Context, FullPoseEuler, Ros, Worker, WorkerError};
 
 pub struct SpecificWorker {
@@ -15,7 +16,7 @@ impl Worker for SpecificWorker {
 
     fn compute(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
         let FullPoseEuler { x, y, .. } = self.last;
-        println!("heard in ROS 2: x={x:.0} y={y:.0} poses={}", self.count);
+        info!("heard in ROS 2: x={x:.0} y={y:.0} poses={}", self.count);
         Ok(())
     }
 }

@@ -61,15 +61,19 @@ impl Session {
             .participant(joining.user_data.as_bytes())
             .map_err(|error| failed("the domain cannot be joined", &error))?;
         let (messages, received) = channel();
+        let discovered = Arc::new(Discovered::new(opener.host(), joining.service));
         let discover = |kind| {
-            let listener = Box::new(ForwardDiscovery(kind, messages.clone()));
+            let listener = Box::new(ForwardDiscovery {
+                kind,
+                discovered: Arc::clone(&discovered),
+                messages: messages.clone(),
+            });
             participant
                 .discovery(kind == EndpointKind::Writer, listener)
                 .map_err(|error| failed("endpoints cannot be discovered", &error))
         };
         let readers = discover(EndpointKind::Reader)?;
         let discoveries = Arc::new([readers, discover(EndpointKind::Writer)?]);
-        let discovered = Arc::new(Discovered::new(opener.host(), joining.service));
         let watcher = Watcher {
             host: opener.host().to_owned(),
             discovered: Arc::clone(&discovered),

@@ -9,6 +9,7 @@ use crate::{
 use rc_ddsc::{Discovery, End, Event, Listener};
 use rc_diagnostics::foreign::clean;
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender};
 use std::sync::{Arc, Mutex, Weak};
 
@@ -64,6 +65,8 @@ pub(crate) struct Discovered {
     /// The endpoints of this component, each with the name of its type.
     own: Mutex<Vec<(Weak<dyn WatchedEndpoint>, String)>>,
     pub(crate) mismatches: Mismatches,
+    /// Whether a message tells that there are new readers, or writers, and was not taken yet.
+    announced: [AtomicBool; 2],
     /// Gives the name of a service, for the topic of its requests.
     service: fn(&str) -> &str,
 }
@@ -75,7 +78,15 @@ impl Discovered {
             writers: Mutex::default(),
             own: Mutex::default(),
             mismatches: Mismatches::new(host),
+            announced: Default::default(),
             service,
+        }
+    }
+
+    fn announced(&self, kind: EndpointKind) -> &AtomicBool {
+        match kind {
+            EndpointKind::Reader => &self.announced[0],
+            EndpointKind::Writer => &self.announced[1],
         }
     }
 
@@ -149,11 +160,19 @@ pub(crate) enum Message {
 }
 
 /// Hands discovery on to the thread of discovery.
-pub(crate) struct ForwardDiscovery(pub(crate) EndpointKind, pub(crate) Sender<Message>);
+pub(crate) struct ForwardDiscovery {
+    pub(crate) kind: EndpointKind,
+    pub(crate) discovered: Arc<Discovered>,
+    pub(crate) messages: Sender<Message>,
+}
 
 impl Listener for ForwardDiscovery {
     fn event(&self, _event: Event) {
-        let _ = self.1.send(Message::Discovered(self.0));
+        // Strangers announce as often as they like. One message tells of all that is new.
+        let announced = self.discovered.announced(self.kind);
+        if !announced.swap(true, Ordering::AcqRel) {
+            let _ = self.messages.send(Message::Discovered(self.kind));
+        }
     }
 }
 
@@ -207,7 +226,12 @@ impl Watcher {
     pub(crate) fn run(&self, messages: &Receiver<Message>) {
         while let Ok(message) = messages.recv() {
             match message {
-                Message::Discovered(kind) => self.discover(kind),
+                Message::Discovered(kind) => {
+                    // What comes during the look is told by another message.
+                    let announced = self.discovered.announced(kind);
+                    announced.store(false, Ordering::Release);
+                    self.discover(kind);
+                }
                 Message::Event(endpoint, event) => self.handle(&*endpoint, event),
                 Message::End => return,
             }
@@ -326,6 +350,33 @@ impl Watcher {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::mpsc::channel;
+
+    #[test]
+    fn many_announcements_wait_as_one_message() {
+        let discovered = Arc::new(Discovered::new("here", |topic| topic));
+        let (messages, received) = channel();
+        let forward = |kind| ForwardDiscovery {
+            kind,
+            discovered: Arc::clone(&discovered),
+            messages: messages.clone(),
+        };
+        let [readers, writers] = [EndpointKind::Reader, EndpointKind::Writer].map(forward);
+        for _ in 0..1000 {
+            readers.event(Event::Data);
+            writers.event(Event::Data);
+        }
+        assert_eq!(received.try_iter().count(), 2);
+        let announced = discovered.announced(EndpointKind::Reader);
+        announced.store(false, Ordering::Release);
+        readers.event(Event::Data);
+        writers.event(Event::Data);
+        let waiting: Vec<Message> = received.try_iter().collect();
+        assert!(matches!(
+            waiting.as_slice(),
+            [Message::Discovered(EndpointKind::Reader)]
+        ));
+    }
 
     #[test]
     fn remembered_endpoints_have_a_bound_in_bytes() {

@@ -2,8 +2,11 @@
    the system and slows the disk, for these processes alone. The file that `RC_CHAOS_SHIM` names
    holds two numbers of eight bytes in the order of the machine: the seconds by which the clock is
    wrong, and the microseconds that a write to a file takes longer. They change while the processes
-   run. Times of files stay those of the kernel, as on a disk of another machine. */
+   run. Times of files stay those of the kernel, as on a disk of another machine. So do waits until
+   a time of the system's clock (`pthread_cond_timedwait`, `sem_timedwait`, timers): after a jump
+   they last too long or not at all. */
 #define _GNU_SOURCE
+#include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdint.h>
@@ -30,18 +33,31 @@ __attribute__((constructor)) static void map_numbers(void) {
         numbers = mapped;
 }
 
+/* The function of the C library, which needs no call of the kernel, so that times are measured as
+   without this library. */
+static int read_clock(clockid_t clock, struct timespec *time) {
+    static int (*volatile known)(clockid_t, struct timespec *);
+    int (*next)(clockid_t, struct timespec *) = known;
+    if (!next)
+        known = next = (int (*)(clockid_t, struct timespec *))dlsym(RTLD_NEXT, "clock_gettime");
+    return next ? next(clock, time) : (int)syscall(SYS_clock_gettime, clock, time);
+}
+
 int clock_gettime(clockid_t clock, struct timespec *time) {
-    long result = syscall(SYS_clock_gettime, clock, time);
+    int result = read_clock(clock, time);
     if (result == 0 && (clock == CLOCK_REALTIME || clock == CLOCK_REALTIME_COARSE))
         time->tv_sec += numbers[0];
-    return (int)result;
+    return result;
 }
 
 int gettimeofday(struct timeval *restrict time, void *restrict zone) {
-    long result = syscall(SYS_gettimeofday, time, zone);
-    if (result == 0)
-        time->tv_sec += numbers[0];
-    return (int)result;
+    struct timespec now;
+    (void)zone;
+    if (clock_gettime(CLOCK_REALTIME, &now) != 0)
+        return -1;
+    time->tv_sec = now.tv_sec;
+    time->tv_usec = now.tv_nsec / 1000;
+    return 0;
 }
 
 time_t time(time_t *result) {

@@ -71,12 +71,15 @@ pub(super) struct Troubles {
     made: [u32; KINDS.len()],
     /// Components that were killed together with others.
     killed: u32,
+    /// Components that were killed while the disk was slow or the clock was wrong.
+    killed_meanwhile: u32,
     /// Components that failed because the shared memory was full.
     fallen: u32,
 }
 
 impl Troubles {
-    /// Makes one trouble, and waits until it is over.
+    /// Makes one trouble, and waits until it is over. Only the clock of the system stays as it was
+    /// set, until it is set again.
     pub(super) fn make(&mut self, ground: &Ground, dice: &mut Dice) -> Result<After, Failure> {
         let status = ground.status("rcdeploy").unwrap_or_default();
         let (supervisor, guard) = (process(&status["pid"]), process(&status["guard"]));
@@ -108,7 +111,7 @@ impl Troubles {
                     shim.slow_disk(SLOW)?;
                 }
                 // What starts meanwhile writes most.
-                kill(ground, &status, 20, dice);
+                self.killed_meanwhile += kill(ground, &status, 20, dice);
                 std::thread::sleep(time);
                 shim.slow_disk(Duration::ZERO)?;
                 after = After::WrongTimes;
@@ -131,6 +134,8 @@ impl std::fmt::Display for Troubles {
             write!(f, "{what} {count} times")?;
             match kind {
                 Kind::MassKill => write!(f, " ({} in all)", self.killed)?,
+                // The count is that of slow disks, too.
+                Kind::SystemClock => write!(f, " ({} killed in both)", self.killed_meanwhile)?,
                 Kind::FullMemory => write!(f, " ({} failed)", self.fallen)?,
                 _ => {}
             }
