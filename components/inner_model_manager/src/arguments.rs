@@ -1,7 +1,7 @@
 //! Between the tree and the types of the interface.
 
 use crate::refusal::Refusal;
-use innermodel::kinds::{Axis, Joint, Kind};
+use innermodel::kinds::{Axis, Encoder, Joint, Kind};
 use innermodel::{NodeRef, Snapshot};
 use interfaces::robo_comp_inner_model_manager::{
     AttributeType, JointType, NodeInformation, NodeType, Pose3D,
@@ -57,6 +57,7 @@ pub(crate) fn joint_kind(joint: &JointType) -> Result<Kind, Refusal> {
         max,
         home: 0.0,
         max_speed: 0.0,
+        encoder: Encoder::default(),
         port: port(joint.port)?,
         low: [joint.lx, joint.ly, joint.lz].map(f64::from),
         high: [joint.hx, joint.hy, joint.hz].map(f64::from),

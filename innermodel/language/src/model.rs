@@ -304,6 +304,16 @@ impl Axis {
     }
 }
 
+/// The errors of the encoder at the motor of a joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Encoder {
+    /// The standard deviation of a position that is read, in radians or millimetres.
+    pub noise: f64,
+    /// A position that is read is a multiple of it, in radians or millimetres; 0: it is not
+    /// rounded.
+    pub quantum: f64,
+}
+
 /// A joint that turns about an axis: M = [Rx·Ry·Rz | t]·Rot(axis, q). q starts at 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
@@ -317,6 +327,8 @@ pub struct Joint {
     pub home: f64,
     /// The greatest speed of its motor, in rad/s; 0 is no limit.
     pub max_speed: f64,
+    /// How its position is read.
+    pub encoder: Encoder,
     /// The port of its server in RoboComp.
     pub port: u32,
     /// `lx`, `ly`, `lz`: RoboComp reads them and uses them for nothing.
@@ -342,6 +354,8 @@ pub struct Prismatic {
     pub offset: f64,
     /// The greatest speed of its motor, in mm/s; 0 is no limit.
     pub max_speed: f64,
+    /// How its position is read.
+    pub encoder: Encoder,
     /// The port of its server in RoboComp.
     pub port: u32,
 }

@@ -1,8 +1,8 @@
 //! Writes a document that loads as an equal one.
 
 use crate::model::{
-    Battery, Document, Engine, Form, Human, Kind, Lidar, Node, Plane, Render, Robot, Shape, Signal,
-    Transform,
+    Battery, Document, Encoder, Engine, Form, Human, Kind, Lidar, Node, Plane, Render, Robot,
+    Shape, Signal, Transform,
 };
 
 /// The text of a document: in millimetres, with all that was included. Attributes that have their
@@ -158,6 +158,11 @@ impl Writer<'_> {
         self.number("slip", robot.slip, 0.0);
     }
 
+    fn encoder(&mut self, encoder: Encoder) {
+        self.number("noise", encoder.noise, 0.0);
+        self.number("quantum", encoder.quantum, 0.0);
+    }
+
     fn human(&mut self, human: &Human) {
         let points = human.path.iter().map(|[x, z]| format!("{x},{z}"));
         self.text_or("path", &points.collect::<Vec<_>>().join(" "), "");
@@ -192,6 +197,7 @@ fn attributes(node: &Node, out: &mut String) {
             to.limits(joint.min, joint.max);
             to.number("home", joint.home, 0.0);
             to.number("maxspeed", joint.max_speed, 0.0);
+            to.encoder(joint.encoder);
             to.count("port", joint.port);
             to.numbers(["lx", "ly", "lz"], joint.low);
             to.numbers(["hx", "hy", "hz"], joint.high);
@@ -203,6 +209,7 @@ fn attributes(node: &Node, out: &mut String) {
             to.number("position", joint.position, 0.0);
             to.number("offset", joint.offset, 0.0);
             to.number("maxspeed", joint.max_speed, 0.0);
+            to.encoder(joint.encoder);
             to.count("port", joint.port);
         }
         Kind::TouchSensor(sensor) => {

@@ -9,8 +9,8 @@ use crate::check;
 use crate::elements::{self, Element, element};
 use crate::include::{self, Loader};
 use crate::model::{
-    Display, Document, Engine, Form, Joint, Kind, Mesh, Node, Pose, Prismatic, ROOT, Render,
-    Transform,
+    Display, Document, Encoder, Engine, Form, Joint, Kind, Mesh, Node, Pose, Prismatic, ROOT,
+    Render, Transform,
 };
 use crate::units::Units;
 use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap, Span, nearest};
@@ -378,6 +378,10 @@ fn kind(element: &Element, from: &mut Attributes<'_, '_>, units: Units) -> (Kind
                 max,
                 home: from.number("home", 0.0),
                 max_speed: from.at_least_0("maxspeed", 0.0),
+                encoder: Encoder {
+                    noise: from.at_least_0("noise", 0.0),
+                    quantum: from.at_least_0("quantum", 0.0),
+                },
                 port: from.count("port", 0),
                 low: from.numbers(["lx", "ly", "lz"]),
                 high: from.numbers(["hx", "hy", "hz"]),
@@ -393,6 +397,10 @@ fn kind(element: &Element, from: &mut Attributes<'_, '_>, units: Units) -> (Kind
                 position: from.length("position", 0.0),
                 offset: from.length("offset", 0.0),
                 max_speed: from.length_at_least_0("maxspeed", 0.0),
+                encoder: Encoder {
+                    noise: from.length_at_least_0("noise", 0.0),
+                    quantum: from.length_at_least_0("quantum", 0.0),
+                },
                 port: from.count("port", 0),
             })
         }

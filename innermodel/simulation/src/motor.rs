@@ -2,8 +2,10 @@
 
 use crate::error::Error;
 use crate::pose2d::FASTEST;
+use crate::sensor_noise::SensorNoise;
 use crate::state::{MotorGoal, MotorState};
 use crate::world::World;
+use innermodel::kinds::{Encoder, Signal};
 use innermodel::{Kind, NodeId, NodeRef};
 
 /// The greatest position of a joint without a limit, in rad or mm.
@@ -18,6 +20,14 @@ pub(crate) fn limits(kind: &Kind) -> Option<(f64, f64, f64)> {
     };
     let speed = if speed > 0.0 { speed } else { FASTEST };
     Some((min.max(-FARTHEST), max.min(FARTHEST), speed.min(FASTEST)))
+}
+
+fn encoder(kind: &Kind) -> Option<Encoder> {
+    match kind {
+        Kind::Joint(joint) => Some(joint.encoder),
+        Kind::Prismatic(joint) => Some(joint.encoder),
+        _ => None,
+    }
 }
 
 impl World {
@@ -69,16 +79,23 @@ impl World {
         Ok(checked.into_iter().map(|(.., clamped)| clamped).collect())
     }
 
-    /// What the motor of a joint does.
+    /// What the motor of a joint does. Its position is the one that its encoder reads; reading it
+    /// twice in a step gives the same number. The tree has the exact one.
     pub fn motor(&self, id: &str) -> Result<MotorState, Error> {
         let tree = self.tree();
         let node = tree.node(id)?;
-        let Some(position) = node.position() else {
+        let (Some(position), Some(encoder)) = (node.position(), encoder(node.kind())) else {
             return Err(Error::other_kind(id, node.kind(), "joint"));
         };
+        let signal = Signal {
+            noise: encoder.noise,
+            quantum: encoder.quantum,
+            ..Signal::default()
+        };
+        let mut errors = SensorNoise::new(&signal, self.random(id, self.state.steps), 0.0);
         let state = self.state.motors.get(&node.node_id()).copied();
         Ok(MotorState {
-            position,
+            position: errors.inexact(position),
             ..state.unwrap_or_default()
         })
     }

@@ -348,6 +348,7 @@ fn a_new_joint_is_within_its_limits() {
             max,
             home: 0.0,
             max_speed: 0.0,
+            encoder: kinds::Encoder::default(),
             port: 0,
             low: [0.0; 3],
             high: [0.0; 3],

@@ -1,7 +1,7 @@
 //! Transforms equal what other ways of computing them give.
 
 use crate::load;
-use innermodel::kinds::{Axis, Joint, Prismatic};
+use innermodel::kinds::{Axis, Encoder, Joint, Prismatic};
 use innermodel::{
     InnerModel, Kind, NewNode, Point, Pose, Snapshot, Time, Transform, Vector, frames,
 };
@@ -74,6 +74,7 @@ fn random_tree(
                     max: 3.0,
                     home: 0.0,
                     max_speed: 0.0,
+                    encoder: Encoder::default(),
                     port: 0,
                     low: [0.0; 3],
                     high: [0.0; 3],
@@ -87,6 +88,7 @@ fn random_tree(
                     max: 100.0,
                     home: 0.0,
                     max_speed: 0.0,
+                    encoder: Encoder::default(),
                     position: 3.0,
                     offset: number(u, 10.0)?,
                     port: 0,

@@ -7,7 +7,9 @@ use crate::matrix::{
     IDENTITY, Matrix, Place, TO_URDF, Vector, angles, apply, between, of_rpy, transposed, unit,
 };
 use innermodel_language::Pose;
-use innermodel_language::model::{Axis, Document, Joint, Kind, Node, Prismatic, ROOT, Transform};
+use innermodel_language::model::{
+    Axis, Document, Encoder, Joint, Kind, Node, Prismatic, ROOT, Transform,
+};
 use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap, Span, nearest};
 use rc_xml::XmlSource;
 use roxmltree::Node as Xml;
@@ -362,6 +364,7 @@ impl Reader<'_> {
                         max,
                         home: 0.0,
                         max_speed: 0.0,
+                        encoder: Encoder::default(),
                         port: 0,
                         low: [0.0; 3],
                         high: [0.0; 3],
@@ -388,6 +391,7 @@ impl Reader<'_> {
                         max,
                         home: 0.0,
                         max_speed: 0.0,
+                        encoder: Encoder::default(),
                         position: 0.0,
                         offset: 0.0,
                         port: 0,

@@ -287,3 +287,35 @@ fn problems_wait_in_a_bounded_list() {
     assert_eq!(world.problems().len(), 100);
     assert!(world.problems().is_empty());
 }
+
+#[test]
+fn encoders_read_with_their_errors_and_motors_go_to_the_exact_place() {
+    let text = r#"<innerModel>
+        <joint id="pan" noise="0.01" quantum="0.001"/>
+        <prismaticJoint id="lift" axis="y" quantum="5"/>
+        </innerModel>"#;
+    let mut world = world(text);
+    let to = |target| MotorGoal::Position { target, speed: 0.0 };
+    let limited = world.command(&[("pan", to(0.5)), ("lift", to(52.0))]);
+    assert_eq!(limited.expect("joints"), [false, false]);
+    world.run(10).expect("steps");
+    let exact = world.tree().node("pan").expect("a joint").position();
+    assert_eq!(exact, Some(0.5));
+    assert_eq!(world.motor("lift").expect("a joint").position, 50.0);
+    let (mut sum, mut squares) = (0.0, 0.0);
+    let count = 100_000;
+    for _ in 0..count {
+        world.step().expect("a step");
+        let read = world.motor("pan").expect("a joint").position;
+        assert_eq!(world.motor("pan").expect("a joint").position, read);
+        assert!((read * 1000.0 - (read * 1000.0).round()).abs() < 1e-9);
+        sum += read - 0.5;
+        squares += (read - 0.5).powi(2);
+    }
+    let mean = sum / f64::from(count);
+    let sigma = (squares / f64::from(count) - mean * mean).sqrt();
+    assert!(
+        mean.abs() < 2e-4 && (sigma / 0.01 - 1.0).abs() < 0.03,
+        "{mean} {sigma}"
+    );
+}
