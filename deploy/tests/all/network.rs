@@ -24,6 +24,7 @@ mod params;
 mod partial;
 mod patrol;
 mod pictures;
+mod plan;
 mod probe;
 mod recorded;
 mod recordings;

@@ -40,7 +40,7 @@ impl Drop for RunningTool {
     }
 }
 
-fn json_of(ran: &Ran) -> Value {
+pub(crate) fn json_of(ran: &Ran) -> Value {
     assert_eq!(ran.code, 0, "{ran:?}");
     serde_json::from_str(ran.stdout.lines().next().unwrap_or_default()).expect("JSON")
 }

@@ -1,0 +1,5 @@
+//! Runs the component `planner`.
+
+fn main() -> std::process::ExitCode {
+    planner_generated::run::<planner::SpecificWorker>()
+}

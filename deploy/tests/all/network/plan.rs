@@ -1,0 +1,77 @@
+//! A component that imagines motions in clones of the simulated world, as processes.
+
+use crate::network::observe::json_of;
+use crate::network::site::Site;
+use serde_json::{Value, json};
+
+const PLAN: &str = include_str!("../../../../components/networks/plan.ddsl");
+/// The goal of `planner.pdsl`, in mm.
+const GOAL: [f64; 2] = [0.0, 1800.0];
+const TOLERANCE: f64 = 150.0;
+
+fn call(site: &Site, operation: &str, arguments: &str) -> Value {
+    let operation = format!("rcis.Simulation.{operation}");
+    let args = [
+        "call",
+        &site.network,
+        &operation,
+        arguments,
+        "--format",
+        "json",
+    ];
+    json_of(&site.rcdeploy(&args, false))["result"]["return"].clone()
+}
+
+fn place(site: &Site) -> [f64; 2] {
+    let pose = call(
+        site,
+        "getPose",
+        r#"{"world": "", "id": "base", "base": "root"}"#,
+    );
+    ["x", "z"].map(|axis| pose[axis].as_f64().expect("a number"))
+}
+
+#[test]
+fn the_planner_drives_around_obstacles_and_plans_anew_after_a_surprise() {
+    let site = Site::new("plan");
+    site.write_ddsl(&PLAN.replace("Deployment plan", "Deployment patrol"));
+    let up = site.rcdeploy(
+        &[
+            "up",
+            "--detach",
+            "--profile",
+            "dev",
+            "--set",
+            "rcis.rate=0",
+            "--set",
+            "rcis.paused=true",
+        ],
+        true,
+    );
+    assert_eq!(up.code, 0, "{up:?}");
+    let start = place(&site);
+
+    // In the middle of a plan, somebody moves the robot.
+    call(&site, "step", r#"{"world": "", "count": 40}"#);
+    Site::until("the steps are made", || {
+        call(&site, "getClock", r#"{"world": ""}"#)["pending"] == 0
+    });
+    let before = place(&site);
+    assert!(before[1] > start[1] + 10.0, "{start:?} {before:?}");
+    assert!(!site.log("planner").contains("not where it was expected"));
+    let pose = json!({ "x": before[0] - 200.0, "y": 0.0, "z": before[1], "rx": 0.0, "ry": 0.0, "rz": 0.0 });
+    let moved = json!({ "world": "", "id": "base", "base": "root", "pose": pose }).to_string();
+    call(&site, "teleport", &moved);
+    call(&site, "setPaused", r#"{"paused": false}"#);
+    site.await_in_log("planner", "at the goal");
+
+    let [x, z] = place(&site);
+    let far = (x - GOAL[0]).hypot(z - GOAL[1]);
+    assert!(far <= TOLERANCE, "{far} mm from the goal");
+    let log = site.log("planner");
+    assert_eq!(log.matches("not where it was expected").count(), 1, "{log}");
+    assert!(log.contains(" 1 surprises"), "{log}");
+    assert_eq!(call(&site, "getClones", "{}"), Value::Array(Vec::new()));
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
