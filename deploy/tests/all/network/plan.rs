@@ -45,6 +45,8 @@ fn the_planner_drives_around_obstacles_and_plans_anew_after_a_surprise() {
             "rcis.rate=0",
             "--set",
             "rcis.paused=true",
+            "--set",
+            "planner.turns=3",
         ],
         true,
     );
@@ -71,6 +73,13 @@ fn the_planner_drives_around_obstacles_and_plans_anew_after_a_surprise() {
     let log = site.log("planner");
     assert_eq!(log.matches("not where it was expected").count(), 1, "{log}");
     assert!(log.contains(" 1 surprises"), "{log}");
+    // It imagines much faster than time passes.
+    let figures = log.split("imagined ").nth(1).unwrap_or_default();
+    let mut figures = figures
+        .split([' ', 's'])
+        .filter_map(|word| word.parse().ok());
+    let (imagined, needed): (Option<f64>, Option<f64>) = (figures.next(), figures.next());
+    assert!(imagined > needed && needed > Some(0.0), "{log}");
     assert_eq!(call(&site, "getClones", "{}"), Value::Array(Vec::new()));
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
