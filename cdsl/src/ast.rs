@@ -19,7 +19,7 @@ pub struct Component {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its clauses, each with its keyword.
+    /// Clauses, each with its keyword.
     pub clauses: Vec<(Name, Clause)>,
 }
 

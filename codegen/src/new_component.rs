@@ -57,12 +57,12 @@ pub fn workspace(folder: &Path) -> Result<Workspace, Error> {
 }
 
 impl NewComponent {
-    /// Its folder, from the root of the workspace.
+    /// Folder, from the root of the workspace.
     pub fn folder(&self) -> PathBuf {
         Path::new("components").join(&self.name)
     }
 
-    /// Its descriptions, relative to the root of the workspace.
+    /// Descriptions, relative to the root of the workspace.
     pub fn files(&self, workspace: &Workspace, loader: &FileLoader) -> Result<Files, Error> {
         let name = &self.name;
         let is_rust = self.language == WorkerLanguage::Rust;

@@ -22,9 +22,9 @@ pub struct Project {
     pub path: PathBuf,
     /// The component.
     pub component: Component,
-    /// Its parameters, where its `.cdsl` names a `.pdsl`.
+    /// Parameters, where its `.cdsl` names a `.pdsl`.
     pub parameters: Option<Parameters>,
-    /// Its states, where its `.cdsl` names a `.smdsl` or `.scxml`.
+    /// States, where its `.cdsl` names a `.smdsl` or `.scxml`.
     pub state_machine: Option<StateMachine>,
     /// The files of the modules that its imports reach, in the order of the library.
     pub origins: Vec<Origin>,

@@ -23,7 +23,7 @@ impl WorkerLanguage {
         }
     }
 
-    /// Its name in a `.cdsl`.
+    /// Name in a `.cdsl`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Rust => "rust",

@@ -62,7 +62,7 @@ pub struct Host {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its fields: keyword and string.
+    /// Fields: keyword and string.
     pub fields: Vec<(Name, Name)>,
     /// Whether input was skipped, with an error.
     pub incomplete: bool,
@@ -75,7 +75,7 @@ pub struct Component {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its fields, each with its keyword.
+    /// Fields, each with its keyword.
     pub fields: Vec<(Name, Field)>,
     /// Whether input was skipped, with an error.
     pub incomplete: bool,

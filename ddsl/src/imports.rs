@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 pub(crate) struct File {
     /// The folder of the file.
     pub(crate) folder: PathBuf,
-    /// Its syntax tree.
+    /// Syntax tree.
     pub(crate) tree: ast::Deployment,
 }
 

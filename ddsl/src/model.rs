@@ -43,7 +43,7 @@ pub struct Host {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its host name or IP address.
+    /// Host name or IP address.
     pub address: Name,
     /// The user that runs components there. `None` for ssh's default.
     pub user: Option<Name>,
@@ -54,9 +54,9 @@ pub struct Host {
 /// One component of a network.
 #[derive(Clone, Debug)]
 pub struct Instance {
-    /// Its name without groups.
+    /// Name without groups.
     pub name: Name,
-    /// Its full name in the network: `arm.left.motor`.
+    /// Full name in the network: `arm.left.motor`.
     pub path: String,
     /// The lines of its documentation.
     pub doc: Vec<String>,
@@ -70,7 +70,7 @@ pub struct Instance {
     pub executable: Option<Name>,
     /// The path of its configuration. `None` for the component's `etc/config.toml`.
     pub config: Option<Name>,
-    /// Its host: an index into [`Deployment::hosts`], and the location of the field. `None` for
+    /// Host: an index into [`Deployment::hosts`], and the location of the field. `None` for
     /// this machine.
     pub host: Option<(usize, Span)>,
     /// The TCP address of its management, and the location of the field.
@@ -95,7 +95,7 @@ pub struct Instance {
     pub cpu: Vec<u16>,
     /// The location of the field `cpu`.
     pub cpu_span: Option<Span>,
-    /// Its real-time priority, 1 to 99, and the location of the field.
+    /// Real-time priority, 1 to 99, and the location of the field.
     pub priority: Option<(u8, Span)>,
     /// The location of `time system;`: it has the clock of the system, whatever the network has.
     pub system_time: Option<Span>,
@@ -112,7 +112,7 @@ pub struct Instance {
 pub struct Array {
     /// The array.
     pub name: Name,
-    /// Its members, in the order of the file.
+    /// Members, in the order of the file.
     pub members: Vec<Name>,
 }
 
@@ -198,15 +198,15 @@ impl Policy {
 /// A group of components. Only exported slots are visible outside the group.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// Its name without enclosing groups.
+    /// Name without enclosing groups.
     pub name: Name,
-    /// Its full name in the network.
+    /// Full name in the network.
     pub path: String,
     /// The lines of its documentation.
     pub doc: Vec<String>,
     /// The enclosing group: an index into [`Deployment::groups`].
     pub parent: Option<usize>,
-    /// Its components, including those of inner groups: indices into [`Deployment::instances`].
+    /// Components, including those of inner groups: indices into [`Deployment::instances`].
     pub instances: Range<usize>,
     /// The exported slots. Each name matches one slot inside.
     pub exports: Vec<Name>,

@@ -19,7 +19,7 @@ pub struct Module {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its annotations, `@…`.
+    /// Annotations, `@…`.
     pub annotations: Vec<Annotation>,
     /// Declarations in the module, in the order of the file.
     pub decls: Vec<Decl>,
@@ -32,7 +32,7 @@ pub struct Decl {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its annotations, `@…`.
+    /// Annotations, `@…`.
     pub annotations: Vec<Annotation>,
     /// The kind of declaration, with its content.
     pub kind: DeclKind,
@@ -73,9 +73,9 @@ pub struct Member {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its annotations, `@…`.
+    /// Annotations, `@…`.
     pub annotations: Vec<Annotation>,
-    /// Its type; an array's `[N]` is part of it.
+    /// Type; an array's `[N]` is part of it.
     pub ty: Type,
     /// `= literal`
     pub default: Option<Literal>,
@@ -88,13 +88,13 @@ pub struct Operation {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its annotations, `@…`.
+    /// Annotations, `@…`.
     pub annotations: Vec<Annotation>,
     /// `idempotent`
     pub idempotent: bool,
     /// The keyword `command`, `query` or `publish`.
     pub pattern: Option<Name>,
-    /// Its return type, which may be `void`. Optional after a pattern.
+    /// Return type, which may be `void`. Optional after a pattern.
     pub result: Option<Type>,
     /// Parameters, in their order.
     pub params: Vec<Param>,
@@ -107,7 +107,7 @@ pub struct Operation {
 pub struct Param {
     /// The name as declared.
     pub name: Name,
-    /// Its annotations, `@…`.
+    /// Annotations, `@…`.
     pub annotations: Vec<Annotation>,
     /// `out`
     pub out: bool,
@@ -170,6 +170,6 @@ impl Scoped {
 pub struct Annotation {
     /// The name after `@`.
     pub name: Name,
-    /// Its arguments, with optional names.
+    /// Arguments, with optional names.
     pub args: Vec<(Option<Name>, Literal)>,
 }

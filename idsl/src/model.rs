@@ -58,7 +58,7 @@ pub struct Const {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its type, a primitive or a string.
+    /// Type, a primitive or a string.
     pub ty: Type,
     /// Value of the constant.
     pub value: Literal,
@@ -103,7 +103,7 @@ pub struct Enumerator {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its value on the wire.
+    /// Value on the wire.
     pub value: i32,
 }
 
@@ -209,7 +209,7 @@ impl Primitive {
             .map(|(_, primitive)| *primitive)
     }
 
-    /// Its name with its size, which the canonical form has. ROS uses the same names.
+    /// Name with its size, which the canonical form has. ROS uses the same names.
     pub fn word(self) -> &'static str {
         match self {
             Self::Bool => "bool",
@@ -288,7 +288,7 @@ pub struct Interface {
     pub module: ModuleId,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its operations, in their order.
+    /// Operations, in their order.
     pub operations: Vec<Operation>,
 }
 
@@ -322,7 +322,7 @@ impl Operation {
         self.result.is_some() || !self.outputs.is_empty() || !self.throws.is_empty()
     }
 
-    /// Its pattern in an interface that a component implements or requires.
+    /// Pattern in an interface that a component implements or requires.
     pub fn call_pattern(&self) -> Pattern {
         match self.explicit_pattern {
             Some(pattern) => pattern,

@@ -1,4 +1,4 @@
-//! What differs between two versions.
+//! Differences between two versions.
 
 use crate::link::NodeId;
 use crate::snapshot::Snapshot;
@@ -12,7 +12,7 @@ pub enum Change {
     Removed {
         /// It was this node.
         node: NodeId,
-        /// Its id.
+        /// Id of the node.
         id: String,
     },
     /// A node is new. Its parent comes before it.
@@ -25,11 +25,11 @@ pub enum Change {
     Data(NodeId),
 }
 
-/// What differs between two versions of a model.
+/// Differences between two versions of a model.
 pub type Difference = Vec<Change>;
 
 impl Snapshot {
-    /// What differs from an older version of the same model. The time it takes depends on the
+    /// The differences from an older version of the same model. The time it takes depends on the
     /// changes, not on the size of the tree.
     pub fn since(&self, older: &Self) -> Difference {
         let mut places = BTreeSet::new();

@@ -10,7 +10,7 @@ use rc_diagnostics::foreign;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What a joint did with a position.
+/// Effect of a position on a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Clamped {
     /// It has the position.
@@ -26,7 +26,7 @@ pub enum Clamped {
 pub struct NewNode {
     /// The id, which no other node has.
     pub id: String,
-    /// What it is.
+    /// Kind of the node.
     pub kind: Kind,
     /// Where it is in its parent.
     pub pose: Pose,

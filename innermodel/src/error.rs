@@ -1,8 +1,8 @@
-//! What can be wrong with a question or a change.
+//! Errors of questions and changes.
 
 use thiserror::Error;
 
-/// Why a question has no answer, or why a change was not made. Texts of the caller are cleaned.
+/// Error of a question or of a change, which was not made. Texts of the caller are cleaned.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum Error {
@@ -28,7 +28,7 @@ pub enum Error {
     NotAJoint {
         /// The node.
         id: String,
-        /// Its tag.
+        /// Tag of the node.
         tag: &'static str,
     },
     /// The pose of such a node cannot be set.
@@ -36,7 +36,7 @@ pub enum Error {
     NoPose {
         /// The node.
         id: String,
-        /// Its tag.
+        /// Tag of the node.
         tag: &'static str,
     },
     /// Such a node has no children.
@@ -44,7 +44,7 @@ pub enum Error {
     NoChildren {
         /// The node.
         id: String,
-        /// Its tag.
+        /// Tag of the node.
         tag: &'static str,
     },
     /// A node cannot be below itself.
@@ -60,7 +60,7 @@ pub enum Error {
     NotACloud {
         /// The node.
         id: String,
-        /// Its tag.
+        /// Tag of the node.
         tag: &'static str,
     },
     /// The clouds of a model would have too many points.

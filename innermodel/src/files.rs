@@ -7,7 +7,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error as ThisError;
 
-/// Why a file gives no tree.
+/// Error of a file that gives no tree.
 #[derive(Debug, ThisError)]
 #[non_exhaustive]
 pub enum LoadError {
@@ -114,7 +114,7 @@ pub(crate) fn parse(text: &str) -> Result<(Document, String), LoadError> {
     load(text, Path::new("text.xml"), &Nothing)
 }
 
-/// Why a file cannot have an element, if it cannot.
+/// The reason for which a file cannot have an element, if there is one.
 pub(crate) fn problem(element: &str) -> Option<String> {
     let mut sources = SourceMap::new();
     let text = format!("<innerModel>{element}</innerModel>");

@@ -66,7 +66,7 @@ impl Link {
     }
 }
 
-/// What a joint adds to its pose.
+/// The motion that a joint adds to its pose.
 pub(crate) fn motion(kind: &Kind, position: f64) -> Transform {
     match kind {
         Kind::Joint(joint) if position != 0.0 => Transform::about(joint.axis, position),

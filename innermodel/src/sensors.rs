@@ -1,4 +1,4 @@
-//! What sensors of a file measure.
+//! Measurements of the sensors of a file.
 
 use crate::{Point, Vector};
 use innermodel_language::model::{Camera, Laser};

@@ -8,9 +8,9 @@ use crate::{Kind, NodeRef, Snapshot};
 pub struct Members {
     /// The array: `lasers`.
     pub array: &'static str,
-    /// Its interface: `Laser`.
+    /// Interface of the members: `Laser`.
     pub interface: &'static str,
-    /// Its members, in the order of the tree: ids of nodes.
+    /// Members in the order of the tree: ids of nodes.
     pub members: Vec<String>,
 }
 
@@ -80,7 +80,7 @@ pub fn of(tree: &Snapshot) -> Vec<Members> {
     arrays.filter(|array| !array.members.is_empty()).collect()
 }
 
-/// What a node belongs to: the robot above it, else the outermost node above it.
+/// The owner of a node: the robot above it, else the outermost node above it.
 pub fn owner<'s>(tree: &'s Snapshot, node: NodeRef<'s>) -> &'s str {
     let above = || std::iter::successors(Some(node), NodeRef::parent);
     let robot = above().find(|node| matches!(node.kind(), Kind::Robot(_)));

@@ -287,7 +287,7 @@ impl<'s> NodeRef<'s> {
         &self.data.id
     }
 
-    /// What the node is.
+    /// Kind of the node.
     pub fn kind(&self) -> &'s Kind {
         &self.data.kind
     }

@@ -62,7 +62,7 @@ pub struct Endpoint {
     pub address: Address,
     /// The types of the connection.
     pub types: TypeIdentity,
-    /// Its quality of service.
+    /// Quality of service.
     pub qos: Qos,
     /// Types of the operations, where the component was generated for a middleware with types of
     /// its own; else empty.

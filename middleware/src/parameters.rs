@@ -26,13 +26,13 @@ pub enum ParameterValue {
 /// One parameter. Secret parameters are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// Its path, as in `motors[2].max`.
+    /// Path, as in `motors[2].max`.
     pub path: String,
     /// Current value.
     pub value: ParameterValue,
     /// Documentation from the `.pdsl`.
     pub doc: String,
-    /// Its type and its limits, in words.
+    /// Type and its limits, in words.
     pub allowed: String,
     /// Whether a running component accepts changes of it.
     pub editable: bool,

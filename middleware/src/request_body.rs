@@ -5,7 +5,7 @@ use crate::cdr::EncodeError;
 
 /// The body of a request, which a backend copies or writes into its own memory.
 pub trait RequestBody {
-    /// Its length in bytes.
+    /// Length in bytes.
     fn length(&self) -> usize;
 
     /// The bytes at its begin; the envelope is complete.

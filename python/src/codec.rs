@@ -67,7 +67,7 @@ impl Codec {
             .parts(py, decoded(py, &operation.request, bytes)?)
     }
 
-    /// What a handler returned.
+    /// Encodes the result of a handler.
     fn reply<'py>(
         &self,
         py: Python<'py>,
@@ -79,7 +79,7 @@ impl Codec {
         encoded(py, operation, self.types.reply(&operation.reply, value))
     }
 
-    /// What a call returns that gets these bytes.
+    /// Decodes the result of a call from these bytes.
     fn decode_reply<'py>(
         &self,
         py: Python<'py>,

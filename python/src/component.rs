@@ -22,7 +22,7 @@ use rc_runtime::{Component, Core, ParamChange, Ports, Role, StartError, Values, 
 use rc_values::{Type, Value};
 use std::sync::Arc;
 
-/// What the generated package hands over, ready to start.
+/// Component as the generated package hands it over, ready to start.
 pub(crate) struct Start {
     pub(crate) program: Arc<Program>,
     pub(crate) types: Arc<Types>,
@@ -247,7 +247,7 @@ fn no_topic() -> HandlerError {
     HandlerError("the slot has no such topic".to_owned())
 }
 
-/// Why a result is no reply.
+/// Error of a result that is no reply.
 fn wrong_result(operation: &Operation, misfit: &Misfit) -> String {
     let parts = operation.reply.members.len();
     let what = if parts == 1 {
@@ -258,7 +258,7 @@ fn wrong_result(operation: &Operation, misfit: &Misfit) -> String {
     format!("{what}: {misfit}")
 }
 
-/// What a handler makes of a request.
+/// Outcome of a request at a handler.
 enum Answer {
     /// The case of a reply and its structure.
     Reply(i32, Value),

@@ -102,7 +102,7 @@ impl Types {
         self.members(ty, arguments.iter().map(Ok))
     }
 
-    /// What a handler returned, as the structure of its reply.
+    /// The result of a handler, as the structure of its reply.
     pub(crate) fn reply(
         &self,
         ty: &Arc<Struct>,

@@ -26,7 +26,7 @@ pub(crate) struct Link {
     types: Arc<Types>,
 }
 
-/// What a server replied.
+/// Reply of a server.
 enum Answer {
     Result(Value),
     /// The image of a result.

@@ -38,7 +38,7 @@ pub(crate) trait Number: FromBytes + IntoBytes + Send + 'static {}
 
 impl<T: FromBytes + IntoBytes + Send + 'static> Number for T {}
 
-/// What owns the bytes.
+/// Owner of the bytes.
 enum Backing {
     /// Aligned to 16.
     Owned(#[expect(dead_code, reason = "it owns the memory")] Box<[u128]>),

@@ -55,7 +55,7 @@ impl Types {
         PyTuple::new(py, objects.collect::<PyResult<Vec<_>>>()?)
     }
 
-    /// What a call returns: nothing, the only part of the reply, or all of them.
+    /// The result of a call: nothing, the only part of the reply, or all of them.
     pub(crate) fn answer_object<'py>(
         &self,
         py: Python<'py>,

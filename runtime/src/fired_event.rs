@@ -7,7 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// An event that a tool fires.
 #[derive(Debug)]
 pub(crate) struct FiredEvent {
-    /// Its number in the chart.
+    /// Number in the chart.
     pub(crate) event: u16,
     progress: Mutex<Progress>,
     management: Waker,

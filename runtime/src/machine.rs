@@ -26,7 +26,7 @@ const WARNING_PAUSE: Duration = Duration::from_secs(1);
 
 /// A state or an event of generated code.
 pub trait Numbered: Copy {
-    /// Its number in the chart.
+    /// Number in the chart.
     fn number(self) -> u16;
 }
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Member {
     index: usize,
-    /// Its number among all slots of the component.
+    /// Number among all slots of the component.
     slot: usize,
     name: Arc<str>,
 }
@@ -22,13 +22,13 @@ impl Member {
         }
     }
 
-    /// Its number in the array, in the order in which the worker opened the members, from 0: an
+    /// Number in the array, in the order in which the worker opened the members, from 0: an
     /// index into a list that the worker keeps.
     pub fn index(&self) -> usize {
         self.index
     }
 
-    /// Its name, as the worker opened it: `front`.
+    /// Name, as the worker opened it: `front`.
     pub fn name(&self) -> &str {
         &self.name
     }

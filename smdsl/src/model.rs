@@ -80,7 +80,7 @@ pub struct StateId(pub(crate) usize);
 /// One state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
-    /// Its name, unique in the machine. Case is ignored.
+    /// Name, unique in the machine. Case is ignored.
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
@@ -123,7 +123,7 @@ pub struct Region {
     pub initial: Vec<StateId>,
     /// The actions before `initial` is entered. Only SCXML has them.
     pub actions: Vec<Action>,
-    /// Its states. SMDSL: the initial state, the others, the end state. SCXML: the order of the
+    /// States. SMDSL: the initial state, the others, the end state. SCXML: the order of the
     /// file.
     pub states: Vec<StateId>,
     /// The location of the block's name.

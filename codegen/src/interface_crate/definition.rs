@@ -17,7 +17,7 @@ pub struct Definition {
     /// Where its name stands.
     pub(super) span: Span,
     pub(super) path: PathBuf,
-    /// Its file, from the root; `<shipped>/NAME.idsl` comes with rcgen.
+    /// File, from the root; `<shipped>/NAME.idsl` comes with rcgen.
     pub(super) file: String,
     pub(super) hash: String,
     pub(super) uses: Vec<String>,

@@ -13,13 +13,13 @@ use rc_diagnostics::{Diagnostic, Diagnostics};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a new component's worker is called.
+/// Name of the worker of a new component.
 pub(crate) const WORKER: &str = "SpecificWorker";
 
 /// The module of the worker in `src`.
 pub(crate) const WORKER_MODULE: &str = "specific_worker";
 
-/// What every generated package exports by name.
+/// Names that every generated package exports.
 const OWN: [&str; 24] = [
     "COMPONENT",
     "CallError",
@@ -74,7 +74,7 @@ pub(crate) struct Component<'a> {
     testing: Testing,
 }
 
-/// What the user's new worker holds.
+/// Contents of the user's new worker.
 #[derive(Debug, Serialize)]
 struct User {
     import: String,

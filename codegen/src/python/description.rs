@@ -76,7 +76,7 @@ fn slot(view: &view::Component, slot: &Slot) -> Value {
     all
 }
 
-/// What differs from the default of the role.
+/// Settings that differ from the default of the role.
 fn qos(slot: &Slot) -> Value {
     let qos = &slot.qos;
     let mut all = Map::new();

@@ -32,7 +32,7 @@ pub enum Error {
     System(String),
 }
 
-/// What `pyproject.toml` says.
+/// Contents of a `pyproject.toml`.
 struct Needs {
     path: PathBuf,
     /// Requirements of packages (PEP 508).

@@ -14,7 +14,7 @@ pub(crate) struct Handler {
     /// `def name(self, ctx: Context) -> None:`, on as many lines as it needs.
     pub(crate) signature: String,
     doc: String,
-    /// What an unwritten handler returns; empty for nothing.
+    /// Result of an unwritten handler; empty for nothing.
     placeholder: String,
     /// Names of the package that the signature mentions.
     #[serde(skip)]

@@ -49,10 +49,10 @@ struct Function {
     publish: String,
     /// The type of the reply; `None` where there is none.
     result: String,
-    /// What lends a sample in place, and what it lends; empty where it does not.
+    /// Function that lends a sample in place, and its type; empty where there is none.
     loan: String,
     lent: String,
-    /// What reads the reply in place, and its type; empty where it cannot.
+    /// Function that reads the reply in place, and its type; empty where there is none.
     in_place: String,
     seen: String,
 }
@@ -112,7 +112,7 @@ fn parts(operation: &Operation) -> usize {
     operation.outputs.len() + usize::from(operation.result.is_some())
 }
 
-/// What a call returns.
+/// Result of a call.
 pub(crate) fn reply(
     operation: &Operation,
     path: types::Path,

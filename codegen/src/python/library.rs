@@ -19,7 +19,7 @@ pub(crate) struct TypeModule {
     enums: Vec<Enum>,
     classes: Vec<Class>,
     aliases: Vec<Alias>,
-    /// What annotates values in shared memory.
+    /// Annotation of values in shared memory.
     views: Vec<View>,
     /// Other modules whose types it mentions.
     imports: Vec<String>,

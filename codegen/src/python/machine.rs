@@ -16,7 +16,7 @@ pub(crate) struct Machine<'a> {
 }
 
 impl Machine<'_> {
-    /// What the names of the functions of its states end with.
+    /// Ends of the names of its states' functions.
     pub(crate) fn suffixes(&self) -> impl Iterator<Item = &str> {
         self.states.iter().map(|state| state.suffix.as_str())
     }
@@ -38,7 +38,7 @@ struct Event<'a> {
     number: usize,
 }
 
-/// What the names of a state's functions end with.
+/// End of the names of a state's functions.
 pub(crate) fn suffix(state: &str) -> String {
     names::snake(state).trim_end_matches('_').to_owned()
 }

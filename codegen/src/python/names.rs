@@ -11,7 +11,7 @@ pub(crate) use rc_python_names::{
     exception_member, member, method, parameter, shout, snake, tuple_member,
 };
 
-/// What generated modules import under these names, with a `_` before them.
+/// Modules that generated modules import under these names, with a `_` before them.
 const IMPORTS: [&str; 11] = [
     "abc",
     "dataclasses",
@@ -26,7 +26,7 @@ const IMPORTS: [&str; 11] = [
     "typing",
 ];
 
-/// What every context has.
+/// Members of every context.
 const OF_CONTEXT: [&str; 18] = [
     "is_stopping",
     "lifecycle",
@@ -48,7 +48,7 @@ const OF_CONTEXT: [&str; 18] = [
     "tree",
 ];
 
-/// What every context of a test has, beside the fakes of the slots.
+/// Members of every context of a test, beside the fakes of the slots.
 const OF_TESTS: [&str; 10] = [
     "advance",
     "answer_defaults",
@@ -110,7 +110,7 @@ const STANDARD: &str = include_str!("standard_modules.txt");
 /// Whether a component can have this name, which is that of its package.
 ///
 /// # Errors
-/// Why it cannot.
+/// The reason for which it cannot.
 pub(crate) fn component(name: &str) -> Result<(), &'static str> {
     let package = package(name);
     let follows = |c: char| c.is_ascii_alphanumeric() || c == '_';

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// The generated class that a worker inherits from.
 const BASE: &str = "Worker";
 
-/// What the script prints.
+/// Output of the script.
 #[derive(Deserialize)]
 struct Read {
     version: String,

@@ -61,7 +61,7 @@ pub fn of(
     Ok((missing, all))
 }
 
-/// What is wrong with the worker of a component, for `rcgen check`.
+/// Faults of the worker of a component, for `rcgen check`.
 pub(crate) fn check(
     project: &Project,
     sources: &mut SourceMap,

@@ -39,7 +39,7 @@ struct Answered {
     doc: String,
     /// `def on_name(self, answer: …) -> None:`
     signature: String,
-    /// What makes the value of a reply that nobody sets; empty where there is none.
+    /// Expression for the value of a reply that nobody sets; empty where there is none.
     default: String,
 }
 

@@ -54,9 +54,9 @@ struct Own {
     /// How messages name it.
     what: String,
     span: Span,
-    /// Its name in ROS 2. `None` for a return value.
+    /// Name in ROS 2. `None` for a return value.
     name: Option<String>,
-    /// Its type in ROS 2.
+    /// Type in ROS 2.
     ty: String,
 }
 

@@ -163,7 +163,7 @@ const PACKAGES: [(&str, &str); 11] = [
 /// program.
 ///
 /// # Errors
-/// Why it cannot.
+/// The reason for which it cannot.
 pub fn component(name: &str) -> Result<(), &'static str> {
     let package = package(name);
     let follows = |c: char| c.is_ascii_alphanumeric() || c == '_';

@@ -27,7 +27,7 @@ pub(super) struct Block {
     pub(super) generated: bool,
     /// The place of the trait's name.
     pub(super) span: Span,
-    /// Its scope, an index of [`Code::scopes`].
+    /// Scope, an index of [`Code::scopes`].
     pub(super) scope: usize,
     /// Functions of the block.
     pub(super) methods: Vec<Method>,

@@ -57,7 +57,7 @@ pub struct Component {
     pub dependencies: Vec<Dependency>,
 }
 
-/// What a component in Python says about its interpreter.
+/// Interpreter of a component in Python.
 #[derive(Debug, Serialize)]
 pub struct Python {
     /// The oldest version of Python that it runs on, as `3.12`.
@@ -71,9 +71,9 @@ pub struct Python {
 pub struct Dependency {
     /// Name of the package.
     pub package: String,
-    /// Its version, if one is given.
+    /// Version, if one is given.
     pub version: Option<String>,
-    /// Its path from the folder of the `.cdsl`, if one is given.
+    /// Path from the folder of the `.cdsl`, if one is given.
     pub path: Option<String>,
     /// Cargo features.
     pub features: Vec<String>,

@@ -79,7 +79,7 @@ pub enum Item {
     Named {
         /// The module of this type.
         module: String,
-        /// Its name in the IDSL.
+        /// Name in the IDSL.
         name: String,
     },
     /// A structure without a name of its own.

@@ -30,11 +30,11 @@ pub struct Machine {
 /// One state.
 #[derive(Debug, Serialize)]
 pub struct State {
-    /// Its name, unique in the machine.
+    /// Name, unique in the machine.
     pub name: String,
     /// The names of its ancestors and its own, joined by dots.
     pub path: String,
-    /// Its number in the tables.
+    /// Number in the tables.
     pub number: u16,
     /// Whether it is an end state.
     pub is_end: bool,

@@ -43,7 +43,7 @@ pub enum Type {
     Named {
         /// Module that declares the type.
         module: String,
-        /// Its name in the IDSL.
+        /// Name in the IDSL.
         name: String,
         /// `enum`, `struct`, `exception` or `alias`.
         of: &'static str,

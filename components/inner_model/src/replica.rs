@@ -27,7 +27,7 @@ fn rank(stamp: &Stamp) -> (i64, &str) {
     (stamp.count, &stamp.writer)
 }
 
-/// What an instance knows of the changes of its tree.
+/// State of an instance: the changes of its tree that it knows.
 #[derive(Debug)]
 pub(crate) struct Replica {
     /// The instance.

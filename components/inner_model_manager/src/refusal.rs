@@ -4,7 +4,7 @@ use innermodel::Error;
 use interfaces::rc_inner_model::{InnerModelError, Reason};
 use interfaces::robo_comp_inner_model_manager::{ErrorType, InnerModelManagerError};
 
-/// Why a request is refused.
+/// Error of a request that is refused.
 #[derive(Debug)]
 pub enum Refusal {
     /// The tree does not allow it.
@@ -32,7 +32,7 @@ impl From<Error> for Refusal {
 }
 
 impl Refusal {
-    /// What is wrong, for a person to read.
+    /// Text for a person.
     pub fn text(self) -> String {
         match self {
             Self::Tree(error) => error.to_string(),

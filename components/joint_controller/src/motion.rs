@@ -3,7 +3,7 @@
 use std::f32::consts::TAU;
 use std::time::Duration;
 
-/// What a joint can do, in rad and rad/s.
+/// Limits of a joint, in rad and rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Limits {
     pub(crate) min: f32,

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// change.
 const LIMITS_PAUSE: Duration = Duration::from_secs(1);
 
-/// What the motor can do, and how far the motion has come.
+/// Limits of the motor, and progress of the motion.
 pub struct SpecificWorker {
     /// The limits from the bus; `None` before its first answer.
     limits: Option<Limits>,

@@ -5,7 +5,7 @@ use motor_bus_generated::parameters::MotorsParams;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// What a motor was asked to do last.
+/// Last goal of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Goal {
     /// To be at `target`, in rad, and to get there at no more than `speed`, in rad/s.

@@ -19,7 +19,7 @@ pub enum MapError {
     Unreadable {
         /// Which file.
         path: PathBuf,
-        /// What the system says.
+        /// Text of the system's error.
         error: std::io::Error,
     },
     /// A line says nothing that a map can say.

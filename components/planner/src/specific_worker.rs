@@ -16,7 +16,7 @@ const FOLLOWED: f64 = 0.4;
 /// How often one trial may be stepped further; each request works for at most 5 s.
 const MOST_REQUESTS: u32 = 10;
 
-/// What the planner has done since it started.
+/// State of the planner since it started.
 #[derive(Default)]
 pub struct SpecificWorker {
     /// Steps that the world will have made when the current plan is over.

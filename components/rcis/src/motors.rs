@@ -16,7 +16,7 @@ use rcis_generated::{
 /// Steps of a motor that counts in steps, in one radian or millimetre.
 const STEPS: f64 = 1000.0;
 
-/// Why a goal is refused.
+/// Error of a goal that is refused.
 enum Refused {
     Unknown(UnknownMotorException),
     Failed(HardwareFailedException),

@@ -1,10 +1,10 @@
-//! Why a request changes nothing and has no result.
+//! Errors of requests that change nothing and have no result.
 
 use innermodel_simulation::Error;
 use rcis_generated::SimulationError;
 use rcis_generated::types::rc_simulation::Reason;
 
-/// Why a request is refused.
+/// Error of a request that is refused.
 #[derive(Debug)]
 pub(crate) enum Refusal {
     /// The world does not allow it.

@@ -47,7 +47,7 @@ impl Battery {
         self.level <= 0.0
     }
 
-    /// What it measures.
+    /// Measurement of the battery.
     pub(crate) fn state(&self) -> TBattery {
         let (state, current) = match (self.is_connected, self.level < 1.0) {
             (true, true) => (BatteryStates::Charging, CAPACITY / self.charging),

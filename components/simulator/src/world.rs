@@ -23,7 +23,7 @@ pub(crate) struct Robot {
     pub(crate) radius: f64,
     /// The fastest its wheels go; both values are positive.
     pub(crate) fastest: Speed,
-    /// Its scanner, in the middle.
+    /// Scanner, in the middle.
     pub(crate) lidar: Lidar,
 }
 

@@ -1,4 +1,4 @@
-//! What to do next in a one-sided conversation.
+//! Next turn of a one-sided conversation.
 
 /// The next thing to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

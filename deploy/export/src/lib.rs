@@ -72,7 +72,7 @@ struct Part<'n> {
     needs_elsewhere: Vec<&'n str>,
     /// The groups that it is in, from outside to inside.
     groups: Vec<String>,
-    /// Its configuration, and the files that its parameters name.
+    /// Configuration, and the files that its parameters name.
     files: Vec<PathBuf>,
     /// Whether it uses shared memory, and DDS.
     memory: bool,

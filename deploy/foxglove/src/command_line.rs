@@ -3,7 +3,7 @@
 use lexopt::{Arg, Parser, ValueExt};
 use std::net::{IpAddr, Ipv4Addr};
 
-/// What `--help` prints.
+/// Text of `--help`.
 const HELP: &str = "\
 Serves a running network to Foxglove, on a WebSocket
 
@@ -21,7 +21,7 @@ Options:
 Exit codes: 0 success, 1 a name is wrong, 2 the command line is wrong, 3 the system refused something
 ";
 
-/// Why the program fails: its exit code, and the reason.
+/// Error that ends the program: its exit code, and the reason.
 #[derive(Debug)]
 pub(crate) struct Failure(pub(crate) u8, pub(crate) String);
 
@@ -37,12 +37,12 @@ impl From<rc_observe::Error> for Failure {
     }
 }
 
-/// What the system refused.
+/// Error of the system.
 pub(crate) fn system(action: &str, error: &dyn std::fmt::Display) -> Failure {
     Failure(3, format!("cannot {action}: {error}"))
 }
 
-/// What is served, and to whom.
+/// Network to serve, and clients that may connect.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Options {
     pub(crate) network: String,
@@ -55,7 +55,7 @@ pub(crate) struct Options {
     pub(crate) origins: Vec<String>,
 }
 
-/// What the command line asks for.
+/// Request of the command line.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Command {
     /// Prints a text.

@@ -1,9 +1,9 @@
-//! Who publishes, subscribes to and serves what, as clients draw it.
+//! Publishers, subscribers and servers, as clients draw them.
 
 use serde_json::{Value as Json, json};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Who publishes, subscribes to and serves what.
+/// Publishers and subscribers of topics, and servers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Graph {
     pub(crate) published: Names,

@@ -20,7 +20,7 @@ const MOST_OF_CLIENT: usize = 8;
 /// How long a call may take.
 const LIMIT: Duration = Duration::from_secs(10);
 
-/// What a job has brought.
+/// Result of a job.
 pub(crate) enum Done {
     /// The reply to a call, or why there is none.
     Called {
@@ -137,7 +137,7 @@ impl Jobs {
         Ok(())
     }
 
-    /// What was done since the last call, and for which client.
+    /// Takes the results since the last call, each with its client.
     pub(crate) fn take(&mut self) -> Vec<(u64, Done)> {
         let done: Vec<(u64, Done)> = self.done.try_iter().collect();
         for (client, _) in &done {

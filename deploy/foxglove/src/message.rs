@@ -73,7 +73,7 @@ impl<'m> Opened<'m> {
         }
     }
 
-    /// What a channel shows of it. `time` is when it was sent, in nanoseconds.
+    /// The form that a channel shows of it. `time` is when it was sent, in nanoseconds.
     pub(crate) fn data(&mut self, channel: &Channel, time: u64) -> Option<Vec<u8>> {
         let frame = &channel.frame;
         let context = Context {

@@ -1,4 +1,4 @@
-//! What the network offers to clients: channels, services, parameters and its graph.
+//! Offers of the network to clients: channels, services, parameters and its graph.
 
 use crate::frames::Frames;
 use crate::graph::Graph;
@@ -61,14 +61,14 @@ impl Reading {
     }
 }
 
-/// What a channel shows of the messages of its source.
+/// Form in which a channel shows the messages of its source.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Form {
     /// The samples.
     Sample,
     /// The requests of the operation with this number.
     Request(i32),
-    /// Its replies.
+    /// Replies of that operation.
     Reply(i32),
     /// A member of the samples in a schema of Foxglove.
     Shape(Shape, usize),
@@ -76,7 +76,7 @@ pub(crate) enum Form {
     ShapeOfResult(i32, Shape, usize),
 }
 
-/// What clients subscribe to.
+/// Channel to which clients subscribe.
 pub(crate) struct Channel {
     pub(crate) topic: String,
     pub(crate) schema: Schema,
@@ -86,7 +86,7 @@ pub(crate) struct Channel {
     pub(crate) frame: String,
 }
 
-/// What clients call.
+/// Service that clients call.
 pub(crate) struct Service {
     pub(crate) operation: Operation,
     advertisement: Json,
@@ -102,7 +102,7 @@ pub(crate) struct Parameter {
 /// A channel, or a service, whatever process is at its other end.
 type Key = (String, String, u64, Form);
 
-/// What the network offers.
+/// Offers of the network.
 #[derive(Default)]
 pub(crate) struct Offers {
     pub(crate) channels: BTreeMap<u64, Channel>,
@@ -116,7 +116,7 @@ pub(crate) struct Offers {
     next: u32,
 }
 
-/// What clients are told after a poll.
+/// Documents that clients get after a poll.
 #[derive(Default)]
 pub(crate) struct Change {
     /// Messages to all clients.
@@ -365,7 +365,7 @@ impl Offers {
         others
     }
 
-    /// What a new client is told.
+    /// Documents for a new client.
     pub(crate) fn advertisements(&self) -> Vec<Json> {
         let channels = self.channels.iter();
         let channels: Vec<Json> = channels.map(|(id, c)| c.advertisement(*id)).collect();

@@ -1,11 +1,11 @@
-//! What a poll of the network finds.
+//! Polls of the network.
 
 use rc_deploy_client::params;
 use rc_management::component::Parameters;
 use rc_observe::Network;
 use std::collections::BTreeMap;
 
-/// What runs, and the parameters of each component.
+/// The running network, and the parameters of each component.
 pub(crate) struct Snapshot {
     pub(crate) network: Network,
     pub(crate) parameters: BTreeMap<String, Parameters>,

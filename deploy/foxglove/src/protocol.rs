@@ -17,7 +17,7 @@ const REPLY: u8 = 3;
 /// The code of a call, from a client.
 const CALL: u8 = 2;
 
-/// What a client asks in text.
+/// Request of a client in text.
 #[derive(Debug, PartialEq, Deserialize)]
 #[serde(tag = "op", rename_all = "camelCase", rename_all_fields = "camelCase")]
 pub(crate) enum Request {
@@ -125,7 +125,7 @@ pub(crate) fn failure(service: u32, call: u32, reason: &str) -> Json {
     json!({"op": "serviceCallFailure", "serviceId": service, "callId": call, "message": reason})
 }
 
-/// What this server is and can do.
+/// Name and capabilities of this server.
 pub(crate) fn server_info(network: &str, session: u64, capabilities: &[&str]) -> Json {
     json!({
         "op": "serverInfo",

@@ -1,4 +1,4 @@
-//! What waits to be sent to a client.
+//! Queue of messages to a client.
 
 use std::collections::VecDeque;
 use tungstenite::Message;
@@ -7,7 +7,7 @@ use tungstenite::Message;
 const SAMPLES: usize = 32 << 20;
 /// How many bytes of other messages wait for a client before it is closed.
 const CONTROL: usize = 32 << 20;
-/// What an entry takes beside its bytes: its place here, and what its allocation costs.
+/// Memory of an entry in addition to its bytes: its place here, and its allocation.
 const ENTRY: usize = 128;
 
 /// Messages of channels, and others. The others go first, and none of them is dropped.

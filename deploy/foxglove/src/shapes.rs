@@ -25,7 +25,7 @@ pub(crate) enum Shape {
     Transforms,
 }
 
-/// What a value does not say itself.
+/// Facts that a value does not say itself.
 pub(crate) struct Context<'c> {
     /// In nanoseconds.
     pub(crate) time: u64,

@@ -1,4 +1,4 @@
-//! What a client has subscribed to.
+//! Subscriptions of a client.
 
 use std::collections::BTreeMap;
 

@@ -31,7 +31,7 @@ pub struct Graph {
 /// A group.
 #[derive(Clone, Debug, Serialize)]
 pub struct Group {
-    /// Its full name.
+    /// Full name.
     pub name: String,
     /// The full name of the group that contains it.
     pub parent: Option<String>,
@@ -42,9 +42,9 @@ pub struct Group {
 /// A component.
 #[derive(Clone, Debug, Serialize)]
 pub struct Component {
-    /// Its full name.
+    /// Full name.
     pub name: String,
-    /// Its name in its `.cdsl`, if that could be read.
+    /// Name in its `.cdsl`, if that could be read.
     pub component: Option<String>,
     /// The full name of the group that contains it.
     pub group: Option<String>,
@@ -52,7 +52,7 @@ pub struct Component {
     pub host: String,
     /// The middleware of its slots that name none.
     pub middleware: &'static str,
-    /// Its clock: `system`, `simulated`, `source` or `ros`.
+    /// Clock: `system`, `simulated`, `source` or `ros`.
     pub clock: &'static str,
     /// Whether it is a peer that is not part of the network. Its name is its address.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -60,10 +60,10 @@ pub struct Component {
     /// Present state of the component, in the picture of a running network.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub live: Option<Live>,
-    /// Its state machine.
+    /// State machine.
     #[serde(skip)]
     pub machine: Option<StateMachine>,
-    /// Its slots, in the order of its `.cdsl`.
+    /// Slots, in the order of its `.cdsl`.
     pub slots: Vec<Slot>,
 }
 
@@ -105,7 +105,7 @@ pub struct Slot {
 /// A finding of the check.
 #[derive(Clone, Debug, Serialize)]
 pub struct Finding {
-    /// Its stable code.
+    /// Stable code.
     pub code: &'static str,
     /// `error`, `warning` or `note`.
     pub severity: &'static str,
@@ -132,7 +132,7 @@ pub struct Finding {
 }
 
 impl Component {
-    /// Its name in its `.cdsl`, if it differs from its own name, its part in the network's time, if
+    /// Name in its `.cdsl`, if it differs from its own name, its part in the network's time, if
     /// it has one, and what it does now.
     pub(crate) fn kind(&self) -> Option<String> {
         if self.external {

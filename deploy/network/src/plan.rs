@@ -15,7 +15,7 @@ pub struct Plan {
     pub network: String,
     /// The file that describes it, for people.
     pub ddsl: PathBuf,
-    /// Its components, in the order of their start.
+    /// Components, in the order of their start.
     pub components: Vec<Component>,
     /// The time over which its last messages are kept in memory.
     #[serde(default)]
@@ -25,25 +25,25 @@ pub struct Plan {
 /// One process of the network.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Component {
-    /// Its name, unique in the network. Names of groups precede it, with dots.
+    /// Name, unique in the network. Names of groups precede it, with dots.
     pub name: String,
     /// The executable.
     pub executable: PathBuf,
     /// Command-line arguments.
     #[serde(default)]
     pub args: Vec<String>,
-    /// Its environment, in addition to that of rcdeploy.
+    /// Environment, in addition to that of rcdeploy.
     #[serde(default)]
     pub env: BTreeMap<String, String>,
-    /// Its working directory.
+    /// Working directory.
     pub directory: PathBuf,
     /// The components that must be ready before this one starts.
     #[serde(default)]
     pub after: Vec<String>,
-    /// Its slots whose peers are not part of the network.
+    /// Slots whose peers are not part of the network.
     #[serde(default)]
     pub external: Vec<String>,
-    /// Its slots that need no peer.
+    /// Slots that need no peer.
     #[serde(default)]
     pub optional: Vec<String>,
     /// Whether it has the life cycle of a managed component.
@@ -55,13 +55,13 @@ pub struct Component {
     /// The limit for its end after SIGTERM.
     #[serde(default = "default_stop")]
     pub stop: Duration,
-    /// Its restart policy.
+    /// Restart policy.
     #[serde(default)]
     pub restart: Restart,
     /// The processors that it may run on. Empty: any.
     #[serde(default)]
     pub cpu: Vec<u16>,
-    /// Its real-time priority (`SCHED_FIFO`, 1 to 99), if it has one.
+    /// Real-time priority (`SCHED_FIFO`, 1 to 99), if it has one.
     #[serde(default)]
     pub priority: Option<u8>,
     /// Whether everything that decides its life is recorded.
@@ -81,9 +81,9 @@ pub struct Component {
 /// Another machine, reached over ssh.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Host {
-    /// Its name in the network.
+    /// Name in the network.
     pub name: String,
-    /// Its name or IP address, or an alias of the user's `~/.ssh/config`.
+    /// Name or IP address, or an alias of the user's `~/.ssh/config`.
     pub address: String,
     /// The user there. `None`: as ssh is configured.
     pub user: Option<String>,

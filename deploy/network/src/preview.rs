@@ -45,7 +45,7 @@ pub struct Preview {
 pub struct Process {
     /// The full name of the component.
     pub name: String,
-    /// Its name in its `.cdsl`.
+    /// Name in its `.cdsl`.
     pub component: Option<String>,
     /// The name of its host.
     pub host: String,
@@ -53,7 +53,7 @@ pub struct Process {
     pub middleware: String,
     /// Clock of the component.
     pub clock: ClockPlan,
-    /// Its number in `waves`, from 1.
+    /// Number in `waves`, from 1.
     pub wave: usize,
     /// The components that must be ready before it starts.
     pub starts_after: Vec<String>,
@@ -63,15 +63,15 @@ pub struct Process {
     pub executable: Option<PathBuf>,
     /// The absolute path of its configuration. `None` if all parameters have their defaults.
     pub configuration: Option<PathBuf>,
-    /// Its working directory.
+    /// Working directory.
     pub directory: PathBuf,
     /// The values of parameters that the network sets, as JSON, by path.
     pub parameters: BTreeMap<String, serde_json::Value>,
     /// All its arguments.
     pub arguments: Vec<String>,
-    /// Its environment, in addition to that of rcdeploy.
+    /// Environment, in addition to that of rcdeploy.
     pub environment: BTreeMap<String, String>,
-    /// Its management socket.
+    /// Management socket.
     pub management: PathBuf,
     /// The TCP address of its management, if it has one.
     pub endpoint: Option<SocketAddr>,
@@ -79,11 +79,11 @@ pub struct Process {
     pub ready_ms: u64,
     /// The limit for its end, in milliseconds.
     pub stop_ms: u64,
-    /// Its restart policy.
+    /// Restart policy.
     pub restart: RestartRule,
     /// The processors that it may run on. Empty: any.
     pub cpu: Vec<u16>,
-    /// Its real-time priority.
+    /// Real-time priority.
     pub priority: Option<u8>,
 }
 

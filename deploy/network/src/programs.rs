@@ -422,7 +422,7 @@ impl Network {
 pub struct Build {
     /// The user's workspace, where it runs.
     pub root: PathBuf,
-    /// Its arguments; none where cargo has nothing to build.
+    /// Arguments; none where cargo has nothing to build.
     pub args: Vec<OsString>,
     /// The packages that it builds, for people.
     pub packages: Vec<String>,

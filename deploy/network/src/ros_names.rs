@@ -30,7 +30,7 @@ struct Node<'a> {
     project: &'a Project,
     /// Domain that the files set.
     domain: Option<i64>,
-    /// Its name in full.
+    /// Name in full.
     name: String,
     rules: Vec<ResolvedRemapping>,
 }
@@ -42,7 +42,7 @@ struct End<'a> {
     slot: &'a Slot,
     operation: &'a Operation,
     address: String,
-    /// Its name in full.
+    /// Name in full.
     name: String,
     is_renamed: bool,
 }

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 pub struct Host {
     /// Name of the host, unique in the network.
     pub name: String,
-    /// Its host name or IP address.
+    /// Host name or IP address.
     pub address: String,
     /// The user there, if the file names one.
     pub user: Option<String>,
@@ -70,7 +70,7 @@ pub struct Connection {
     pub kind: Kind,
     /// Middleware over which it communicates.
     pub middleware: &'static str,
-    /// Its address. `None` if the connection is refused.
+    /// Address. `None` if the connection is refused.
     pub address: Option<String>,
 }
 

@@ -43,7 +43,7 @@ pub struct Offset {
     pub uncertainty_ns: u64,
 }
 
-/// What is known of a clock of another machine.
+/// Estimate of a clock of another machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Estimate {
     /// The first reply has not come.
@@ -65,14 +65,14 @@ pub struct RemoteClock {
     _stop: Sender<()>,
 }
 
-/// What the thread has learned.
+/// Results of the thread.
 #[derive(Default)]
 struct State {
     exchanges: VecDeque<Exchange>,
     failure: Option<Failure>,
 }
 
-/// Why there is no exchange.
+/// Error of an exchange.
 enum Failure {
     Failed(String),
     Refused(String),

@@ -1,9 +1,9 @@
-//! Why a tool cannot look, call or send.
+//! Errors of tools.
 
 use rc_middleware::OpenError;
 use rc_values::ValueError;
 
-/// Why a tool cannot do what was asked for.
+/// Error of a tool that looks, calls or sends.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -87,7 +87,7 @@ pub enum Error {
     NoServer {
         /// The component.
         component: String,
-        /// What the system says.
+        /// Text of the system's error.
         reason: String,
     },
     /// The connection closed before the reply: the component has ended, or its host is lost.
@@ -109,7 +109,7 @@ pub enum Error {
     System {
         /// Failed action.
         action: String,
-        /// Why it failed.
+        /// Reason of the failure.
         reason: String,
     },
 }

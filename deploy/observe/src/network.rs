@@ -29,7 +29,7 @@ pub struct Network {
     pub name: String,
     /// The components that reply, by name.
     pub components: Vec<Component>,
-    /// Why others give no description.
+    /// Errors of the components that give no description.
     pub silent: Vec<String>,
 }
 
@@ -42,7 +42,7 @@ pub struct Component {
     pub host: Option<String>,
     /// Description of the component's connections.
     pub described: Described,
-    /// Its status at the same time.
+    /// Status at the same time.
     pub status: Status,
     /// Types of the component's messages.
     pub catalog: Arc<Catalog>,
@@ -293,7 +293,7 @@ impl Network {
 }
 
 impl Topic {
-    /// Its names, the shortest whole one first.
+    /// The names of the topic, the shortest whole one first.
     pub fn names(&self) -> Vec<String> {
         let ends = self.publishers.iter().chain(&self.subscribers);
         let names = ends.map(|end| format!("{end}.{}", self.operation.name));

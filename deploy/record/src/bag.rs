@@ -110,7 +110,7 @@ impl Selecting {
 /// Figures of one topic.
 #[derive(Clone, Debug)]
 pub struct Topic {
-    /// Its first channel.
+    /// First channel of the topic.
     pub channel: Arc<Channel>,
     /// The number of its messages.
     pub count: u64,
@@ -127,7 +127,7 @@ pub struct Info {
     pub times: Option<(u64, u64)>,
     /// Topics by name.
     pub topics: BTreeMap<String, Topic>,
-    /// Its attachments: name and size.
+    /// Attachments: name and size.
     pub attachments: Vec<(String, usize)>,
     /// Tables of texts, by name (metadata records of MCAP).
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,

@@ -45,7 +45,7 @@ impl Channel {
 pub struct Message {
     /// Channel of the message.
     pub channel: Arc<Channel>,
-    /// Its number at its sender.
+    /// Number at the sender.
     pub sequence: u32,
     /// When it was recorded, in nanoseconds.
     pub log_time: u64,

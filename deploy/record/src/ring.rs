@@ -32,7 +32,7 @@ pub struct Ring {
 pub struct Written {
     /// The file.
     pub path: PathBuf,
-    /// Why it was written.
+    /// Reason of the writing.
     pub reason: String,
     /// The number of its messages.
     pub messages: usize,

@@ -45,7 +45,7 @@ pub(crate) struct Custody {
     starts: u32,
 }
 
-/// What followed the end of a guard.
+/// Result of the end of a guard.
 pub(crate) enum GuardChange {
     /// The first guard has never guarded. The text says why.
     NotStarted(String),

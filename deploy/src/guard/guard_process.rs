@@ -36,7 +36,7 @@ const HOLD_LOOK: Duration = Duration::from_millis(5);
 pub struct GuardCommand {
     /// The program. It must call [`guard()`](fn@guard).
     pub program: PathBuf,
-    /// Its first arguments.
+    /// First arguments.
     pub args: Vec<String>,
 }
 
@@ -70,7 +70,7 @@ pub(crate) enum Report {
     Farewell,
 }
 
-/// What a guard answers, one JSON line each.
+/// Answers of a guard, one JSON line each.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Answer {
@@ -101,7 +101,7 @@ pub enum HoldTask {
     },
 }
 
-/// What [`HoldServices`] has done.
+/// Progress of [`HoldServices`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum HoldProgress {
     /// It holds one service more, or could not create it.

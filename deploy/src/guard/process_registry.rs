@@ -32,15 +32,15 @@ pub struct ProcessRegistry {
 /// One component that runs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RegisteredProcess {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its process, the leader of its group.
+    /// Process, the leader of its group.
     pub process: Identity,
     /// How long it may take to end, in milliseconds.
     pub stop_ms: u64,
 }
 
-/// What [`recover`] found.
+/// Result of [`recover`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Recovered {
     /// The network was stopped properly, or was never up.

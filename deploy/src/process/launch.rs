@@ -134,7 +134,7 @@ impl LocalProcess {
         self.identity.pid
     }
 
-    /// Its entry for the process registry.
+    /// Entry for the process registry.
     pub(crate) fn registered(&self, component: &Component) -> RegisteredProcess {
         RegisteredProcess {
             name: component.name.clone(),

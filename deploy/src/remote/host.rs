@@ -224,7 +224,7 @@ impl Host {
         }
     }
 
-    /// Its destination as in `ssh DESTINATION`.
+    /// Destination as in `ssh DESTINATION`.
     pub(crate) fn destination(&self) -> String {
         ssh::destination(&self.plan)
     }

@@ -18,7 +18,7 @@ pub(super) struct LifecycleControl {
     pub(super) run: Run,
 }
 
-/// What is known of one run of the process.
+/// Life cycle of one run of the process.
 #[derive(Debug, Default)]
 pub(super) struct Run {
     /// Whether its loop runs, so that it takes goals.

@@ -26,7 +26,7 @@ impl ProcessHandle {
         }
     }
 
-    /// What the component speaks over.
+    /// Link of the component.
     pub(crate) fn link(&self) -> Option<&UnixStream> {
         match self {
             Self::Local(process) => process.link(),
@@ -65,7 +65,7 @@ impl ProcessHandle {
         }
     }
 
-    /// What a process that has ended said last.
+    /// Last lines of a process that has ended.
     pub(crate) fn last_words(&mut self) -> Vec<Line> {
         match self {
             Self::Local(process) => process.last_words(),

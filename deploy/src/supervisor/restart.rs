@@ -17,7 +17,7 @@ pub(crate) struct Restarts {
     recent: VecDeque<Instant>,
 }
 
-/// What follows an end.
+/// Consequence of an end.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Next {
     /// Nothing.

@@ -36,14 +36,14 @@ const MEMORY_PAUSE: Duration = Duration::from_secs(30);
 /// served.
 const ENDS: usize = 4;
 
-/// Why the network ends.
+/// Reason for which the network ends.
 #[derive(Debug)]
 pub(super) enum StopReason {
     Asked,
     Failed(String),
 }
 
-/// What the loop waits for.
+/// Source of an event of the loop.
 #[derive(Clone, Copy, Debug)]
 enum Source {
     Signals,

@@ -64,11 +64,11 @@ pub(crate) struct Unit {
     pub(super) stopped: bool,
     /// A command has started it, so its failures do not stop the network.
     pub(super) released: bool,
-    /// Its unsaved parameter changes.
+    /// Unsaved parameter changes.
     pub(super) changes: Changes,
     /// Message about changes that could not be restored in this run.
     pub(super) unkept: Option<String>,
-    /// Its life cycle, if it is managed.
+    /// Life cycle, if it is managed.
     pub(super) lifecycle: Option<LifecycleControl>,
 }
 
@@ -111,7 +111,7 @@ pub(crate) struct Termination {
     lost: bool,
 }
 
-/// What a deadline means for a component.
+/// Meaning of a deadline for a component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Overdue {
     Nothing,
@@ -242,7 +242,7 @@ impl Unit {
         matches!(&self.phase, Phase::Alive(running) if running.stop != Stop::No)
     }
 
-    /// Its entry for the process registry of this machine.
+    /// Entry for the process registry of this machine.
     pub(crate) fn registered(&self) -> Option<RegisteredProcess> {
         match &self.phase {
             Phase::Alive(Running {
@@ -270,7 +270,7 @@ impl Unit {
         }
     }
 
-    /// Its process on another machine.
+    /// Process on another machine.
     pub(crate) fn remote_process(&mut self) -> Option<&mut RemoteProcess> {
         match &mut self.phase {
             Phase::Alive(Running {
@@ -281,7 +281,7 @@ impl Unit {
         }
     }
 
-    /// Its name and the number of its run.
+    /// Name and the number of its run.
     pub(crate) fn run(&self) -> String {
         format!("{}/{}", self.name(), self.runs)
     }

@@ -62,7 +62,7 @@ pub(crate) enum Page {
     Log,
     /// The parameters of the selected component.
     Parameters,
-    /// Its slots and their peers.
+    /// Slots of the component, and their peers.
     Connections,
     /// The keys.
     Help,
@@ -114,7 +114,7 @@ pub(crate) struct Notice {
 #[derive(Clone, Debug)]
 pub(crate) struct Component {
     pub(crate) status: ComponentStatus,
-    /// Its last status, while it runs.
+    /// Last status of the component, while it runs.
     pub(crate) report: Option<Status>,
     /// Per second, for each slot of the report.
     pub(crate) rates: Vec<Rate>,

@@ -25,7 +25,7 @@ const TICK: Duration = Duration::from_secs(1);
 /// The shortest time between two pictures.
 const FRAME: Duration = Duration::from_millis(40);
 
-/// Why the view ended.
+/// Reason for which the view ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum End {
     /// The user has left the view.

@@ -50,7 +50,7 @@ impl Solid {
         Some((self.rays.as_ref()?, self.shape.as_trimesh()?))
     }
 
-    /// What the node is.
+    /// Kind of the node.
     pub(crate) fn kind(&self) -> &Kind {
         &self.kind
     }

@@ -40,7 +40,7 @@ pub struct Near {
     pub points: Option<(Point, Point)>,
 }
 
-/// What a ray meets first.
+/// First hit of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// The node.
@@ -232,7 +232,7 @@ impl Space {
         ids.into_iter().filter_map(|id| self.solid(id))
     }
 
-    /// What a ray meets first within `range` millimetres. Start and direction are in the frame of
+    /// The first hit of a ray within `range` millimetres. Start and direction are in the frame of
     /// `from`; the direction may have any length. Bodies that `counts` refuses are looked through.
     pub fn ray(
         &self,

@@ -1,4 +1,4 @@
-//! What a part of the tree would touch if it moved.
+//! Contacts that a part of the tree would have if it moved.
 
 use crate::allowed::allowed;
 use crate::bodies::{METRE, Solid, Space, pose};

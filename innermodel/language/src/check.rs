@@ -1,4 +1,4 @@
-//! What only the whole document shows.
+//! Checks that need the whole document.
 
 use crate::model::ROOT;
 use rc_diagnostics::{Diagnostic, Diagnostics, Name, Span};

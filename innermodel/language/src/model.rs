@@ -1,4 +1,4 @@
-//! What a file says: a tree of nodes. Lengths are millimetres, angles radians.
+//! Contents of a file: a tree of nodes. Lengths are millimetres, angles radians.
 
 mod devices;
 
@@ -33,7 +33,7 @@ pub struct Node {
     pub id: String,
     /// The place of the parent in [`Document::nodes`]; `None` is the root.
     pub parent: Option<usize>,
-    /// What the node is.
+    /// Kind of the node.
     pub kind: Kind,
     /// Where the node is in its parent. Kinds without a pose of their own have that of the parent.
     pub pose: Pose,
@@ -87,7 +87,7 @@ impl Pose {
     }
 }
 
-/// What a node is.
+/// Kind of a node.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Kind {
     /// `transform`, `translation` or `rotation`.
@@ -270,7 +270,7 @@ impl Engine {
 pub struct Transform {
     /// How it was written.
     pub form: Form,
-    /// Its physics.
+    /// Physics of the body.
     pub engine: Engine,
     /// In kilograms.
     pub mass: f64,
@@ -350,7 +350,7 @@ pub struct Prismatic {
     pub home: f64,
     /// The position at the start, in millimetres.
     pub position: f64,
-    /// What is added to the position, in millimetres.
+    /// A length that is added to the position, in millimetres.
     pub offset: f64,
     /// The greatest speed of its motor, in mm/s; 0 is no limit.
     pub max_speed: f64,
@@ -395,7 +395,7 @@ pub enum Render {
     /// Filled.
     #[default]
     Normal,
-    /// Its edges.
+    /// Edges only.
     Wireframe,
 }
 
@@ -426,7 +426,7 @@ pub struct Axes {
 /// A body of the tags `sphere`, `cylinder` and `cone`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solid {
-    /// Its shape.
+    /// Shape of the body.
     pub shape: Shape,
     /// A colour as `#rrggbb`.
     pub texture: String,

@@ -359,7 +359,7 @@ fn normal(path: &Path) -> PathBuf {
 const T: [&str; 3] = ["tx", "ty", "tz"];
 const R: [&str; 3] = ["rx", "ry", "rz"];
 
-/// What an element says, and its pose.
+/// The kind of an element, and its pose.
 fn kind(element: &Element, from: &mut Attributes<'_, '_>, units: Units) -> (Kind, Pose) {
     let posed = element.attributes.iter().any(|names| names[0] == "tx");
     let turned = element.attributes.iter().any(|names| names[0] == "rx");

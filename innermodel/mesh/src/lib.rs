@@ -54,7 +54,7 @@ impl TriangleMesh {
     }
 }
 
-/// Why a file gives no mesh.
+/// Error of a file that gives no mesh.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum MeshError {

@@ -14,7 +14,7 @@ pub struct Looks {
     pub materials: Vec<Material>,
     /// One for each triangle of the mesh, in the same order.
     pub triangles: Vec<Look>,
-    /// What the mesh names and could not be read.
+    /// Materials and pictures that the mesh names and that could not be read.
     pub problems: Vec<String>,
 }
 
@@ -35,7 +35,7 @@ pub struct Material {
     pub colour: [u8; 3],
     /// Where the picture is.
     pub picture: Option<Picture>,
-    /// What is beyond the left and right, and the upper and lower sides of the picture.
+    /// Treatment of coordinates beyond the left and right, and the upper and lower sides.
     pub wrap: [Wrap; 2],
 }
 
@@ -48,7 +48,7 @@ pub enum Picture {
     Bytes(Arc<[u8]>),
 }
 
-/// What is beyond a side of a picture.
+/// Treatment of coordinates beyond a side of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
     /// The picture again.

@@ -1,4 +1,4 @@
-//! What the motors of joints do.
+//! Motors of joints.
 
 use innermodel_simulation::{MotorGoal, MotorState};
 
@@ -18,7 +18,7 @@ pub(crate) struct Motor {
     rate: f64,
 }
 
-/// What a motor does in a step of the solver.
+/// Goal of a motor in a step of the solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Pull {
     /// It pulls to a place that moves at a speed.
@@ -29,7 +29,7 @@ pub(crate) enum Pull {
     Off,
 }
 
-/// What a joint allows: least and greatest position, greatest speed.
+/// Limits of a joint: least and greatest position, greatest speed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
     pub(crate) min: f64,

@@ -42,7 +42,7 @@ pub struct Physics {
     /// The shapes of bodies.
     parts: Vec<Part>,
     obstacles: BTreeMap<NodeId, RigidBodyHandle>,
-    /// What the nodes are that bodies, obstacles and joints were made of.
+    /// Kinds of the nodes of which bodies, obstacles and joints were made.
     known: BTreeMap<NodeId, Arc<Kind>>,
     /// Nodes that carry joints and that forces do not move.
     carriers: BTreeMap<NodeId, RigidBodyHandle>,

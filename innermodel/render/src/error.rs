@@ -1,10 +1,10 @@
-//! Why a body is not drawn as its node says.
+//! Errors of bodies that are not drawn as their nodes say.
 
 use crate::texture::TextureError;
 use innermodel_mesh::MeshError;
 use thiserror::Error;
 
-/// Why a body is not drawn as its node says.
+/// Error of a body that is not drawn as its node says.
 #[derive(Debug, Error)]
 pub enum DrawError {
     /// Nothing is drawn.

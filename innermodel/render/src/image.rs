@@ -1,4 +1,4 @@
-//! What a camera sees.
+//! Images of a camera.
 
 use innermodel::{NodeId, Snapshot};
 use std::collections::HashMap;

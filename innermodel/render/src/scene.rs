@@ -108,7 +108,7 @@ impl Scene {
         std::mem::take(&mut self.problems)
     }
 
-    /// What a camera sees of a tree.
+    /// Draws a tree as a camera sees it.
     ///
     /// # Errors
     /// The camera has too many pixels.

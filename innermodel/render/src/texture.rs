@@ -17,7 +17,7 @@ const MOST_SIDE: usize = 8192;
 /// How many pixels all pictures of a scene may have.
 pub(crate) const MOST_PIXELS: usize = 1 << 27;
 
-/// Why a file gives no texture.
+/// Error of a file that gives no texture.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TextureError {
@@ -155,7 +155,7 @@ fn from_jpeg(bytes: &[u8], left: usize) -> Result<Texture, TextureError> {
     texture(width, height, data.as_chunks::<3>().0.to_vec())
 }
 
-/// What a surface looks like.
+/// Look of a surface.
 #[derive(Clone, Copy)]
 pub(crate) enum Paint<'c> {
     /// The same everywhere.
@@ -171,7 +171,7 @@ pub(crate) enum Paint<'c> {
     /// A triangle shows a part of a picture.
     Triangle {
         texture: &'c Texture,
-        /// What is beyond the picture.
+        /// Treatment of coordinates beyond the picture.
         wrap: [Wrap; 2],
         /// Each pixel of the picture is multiplied by this colour.
         tint: [u8; 3],

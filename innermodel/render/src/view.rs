@@ -3,7 +3,7 @@
 use innermodel::kinds::Camera;
 use innermodel::{Error, Key, Kind, Matrix, Point, Snapshot, Transform, Vector};
 
-/// What is nearer to the camera is not seen, in millimetres.
+/// Distance from the camera below which nothing is seen, in millimetres.
 const NEAR: f64 = 1.0;
 
 /// From where and how a picture is taken.
@@ -11,7 +11,7 @@ const NEAR: f64 = 1.0;
 pub struct View {
     /// Takes coordinates in the frame of the camera to those in the root.
     pub place: Transform,
-    /// Its pixels.
+    /// Size of the image in pixels.
     pub camera: Camera,
 }
 

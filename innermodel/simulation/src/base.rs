@@ -31,7 +31,7 @@ impl World {
         Ok(speed)
     }
 
-    /// What a base knows of itself.
+    /// State of a base.
     pub fn base(&self, id: &str) -> Result<&BaseState, Error> {
         let (node, _) = self.robot(id)?;
         self.state
@@ -157,7 +157,7 @@ impl World {
     }
 }
 
-/// What wheels count of a motion. The variance grows with the way, so that the length of a step
+/// The motion that wheels count. The variance grows with the way, so that the length of a step
 /// does not matter: after 1 m or 1 rad, the standard deviation is `noise` m or rad.
 fn counted(wheel: &Motion, noise: f64, random: &mut Random) -> Motion {
     if noise <= 0.0 {

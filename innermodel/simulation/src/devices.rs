@@ -1,4 +1,4 @@
-//! What a scene has to serve.
+//! Devices of a scene.
 
 use crate::error::Error;
 use crate::world::World;
@@ -57,7 +57,7 @@ impl World {
         groups
     }
 
-    /// What a node belongs to: the robot above it, else the outermost node above it.
+    /// The owner of a node: the robot above it, else the outermost node above it.
     pub fn owner(&self, id: &str) -> Result<String, Error> {
         let tree = self.tree();
         let node = tree.node(id)?;

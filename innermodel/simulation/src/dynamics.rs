@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::time::Duration;
 
-/// What forces have changed in a step.
+/// Changes of a step with forces.
 #[derive(Clone, Debug, Default)]
 pub struct Moved {
     /// Places in the root.
@@ -16,7 +16,7 @@ pub struct Moved {
     pub joints: Vec<(NodeId, f64)>,
 }
 
-/// Why a body was not pushed.
+/// Error of a push.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotPushed {
     /// Forces do not move the node.

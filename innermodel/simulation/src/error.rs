@@ -1,10 +1,10 @@
-//! Why a world refuses something.
+//! Errors of a world.
 
 use innermodel::Kind;
 use rc_diagnostics::foreign;
 use thiserror::Error;
 
-/// Why a world refuses something. Texts of the caller are cleaned.
+/// Error of a world. Texts of the caller are cleaned.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum Error {
@@ -16,9 +16,9 @@ pub enum Error {
     Kind {
         /// The node.
         id: String,
-        /// What it is.
+        /// Tag of the node.
         tag: &'static str,
-        /// What was expected.
+        /// Kind that was expected.
         expected: &'static str,
     },
     /// The node was added, and the world does not know it yet.
@@ -26,15 +26,15 @@ pub enum Error {
     Unknown {
         /// The node.
         id: String,
-        /// What was expected.
+        /// Kind that was expected.
         expected: &'static str,
     },
     /// A number is infinite or none.
     #[error("{what} for `{id}` is not finite")]
     NotFinite {
-        /// What the number is.
+        /// Meaning of the number.
         what: &'static str,
-        /// For which node.
+        /// The node.
         id: String,
     },
     /// A push would make a body faster than 1 km/s.

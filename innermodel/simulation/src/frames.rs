@@ -1,4 +1,4 @@
-//! What sensors have measured.
+//! Measurements of sensors.
 
 use innermodel::kinds::Camera;
 use innermodel::{NodeId, Point, Snapshot, Vector, sensors};
@@ -86,18 +86,18 @@ impl Picture {
     }
 }
 
-/// What a touch sensor feels.
+/// Measurement of a touch sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
     /// Counts the frames of the sensor from 0.
     pub number: u64,
     /// When it was measured.
     pub time: Duration,
-    /// What a body below the sensor touches.
+    /// Body that a body below the sensor touches.
     pub node: Option<NodeId>,
 }
 
-/// What an inertial sensor measures.
+/// Measurement of an inertial sensor.
 ///
 /// Acceleration and turning are means over the time from the frame before to this one. So their
 /// sums are the speed and the angle, whatever `rate` is. A mean belongs to the middle of that time.

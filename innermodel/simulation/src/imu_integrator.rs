@@ -48,7 +48,7 @@ impl ImuIntegrator {
         self.steps += 1;
     }
 
-    /// What a sensor without errors measures where it is. The next frame begins here.
+    /// The measurement of a sensor without errors where it is. The next frame begins here.
     pub(crate) fn frame(&mut self, seconds: f64) -> ImuSample {
         let passed = f64::from(self.steps.max(1)) * seconds;
         let (faster, turned) = (self.faster, self.turned);

@@ -1,4 +1,4 @@
-//! What all sensors share.
+//! Frames, noise and bodies that all sensors share.
 
 use crate::error::Error;
 use crate::random::Random;

@@ -1,4 +1,4 @@
-//! What would happen.
+//! Prediction of motions.
 
 use crate::error::Error;
 use crate::pose2d::{Pose2D, Speed};
@@ -13,7 +13,7 @@ pub struct Collision {
     pub after: Duration,
     /// The body of the robot.
     pub body: String,
-    /// What it would touch.
+    /// Body that it would touch.
     pub obstacle: String,
 }
 
@@ -24,7 +24,7 @@ pub struct Prediction {
     pub pose: Pose,
     /// On the floor.
     pub place: Pose2D,
-    /// What would stop the base first.
+    /// Contact that would stop the base first.
     pub collision: Option<Collision>,
 }
 

@@ -23,11 +23,11 @@ pub(crate) struct Frame {
     pub(crate) tree: Arc<Snapshot>,
     /// The drift at that time, in units of the sensor. Only an inertial sensor has three.
     pub(crate) bias: [f64; 3],
-    /// What an inertial sensor measures, which depends on earlier places.
+    /// Integrator of an inertial sensor, whose measurement depends on earlier places.
     pub(crate) inertia: Option<ImuSample>,
 }
 
-/// What was measured.
+/// Values of a frame.
 #[derive(Clone, Debug)]
 pub(crate) enum Measured {
     Scan(Arc<Scan>),
@@ -157,7 +157,7 @@ impl Sensor {
         }
     }
 
-    /// What cannot be as its signal says, once for each signal.
+    /// Problems of a signal that cannot be as it says, each once.
     pub(crate) fn check(&mut self, signal: &Signal, step: Duration) -> Vec<String> {
         let numbers = (signal.rate, signal.latency);
         if self.told == Some(numbers) {
@@ -189,7 +189,7 @@ impl Sensor {
         found
     }
 
-    /// What of its state decides about later values.
+    /// The part of the state that decides about later values.
     pub(crate) fn digest(&self) -> (u64, u64, [u64; 3], usize) {
         (
             self.due,

@@ -36,7 +36,7 @@ impl<'s> SensorNoise<'s> {
         noise == 0.0 && quantum == 0.0 && dropout == 0.0 && self.bias == 0.0
     }
 
-    /// What is measured of a value: bias and normal noise are added, then it is rounded. `None`:
+    /// The measurement of a value: bias and normal noise are added, then it is rounded. `None`:
     /// the value is lost. Each value takes the same count of random numbers.
     pub fn measure(&mut self, value: f64) -> Option<f64> {
         let measured = self.inexact(value);

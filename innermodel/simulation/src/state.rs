@@ -1,4 +1,4 @@
-//! What changes with time, besides the tree.
+//! State that changes with time, besides the tree.
 
 use crate::human::Walk;
 use crate::pose2d::{Pose2D, Speed};
@@ -6,7 +6,7 @@ use innermodel::NodeId;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// What changes with time, besides the tree.
+/// State that changes with time, besides the tree.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct State {
     pub(crate) time: Duration,
@@ -17,7 +17,7 @@ pub(crate) struct State {
     pub(crate) people: BTreeMap<NodeId, Walk>,
 }
 
-/// What a base knows of itself.
+/// State of a base.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BaseState {
     /// The commanded speed, within the limits.
@@ -28,11 +28,11 @@ pub struct BaseState {
     pub odometer: Pose2D,
     /// The place by the wheels, since it was corrected.
     pub corrected: Pose2D,
-    /// What stopped the base in the last step: a body of the robot, and the obstacle.
+    /// Bodies that stopped the base in the last step: one of the robot, and the obstacle.
     pub stopped_by: Option<(NodeId, NodeId)>,
 }
 
-/// What a motor shall do.
+/// Goal of a motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum MotorGoal {
     /// It stays where it is.
@@ -56,10 +56,10 @@ pub enum MotorGoal {
     Free,
 }
 
-/// What a motor does.
+/// State of a motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotorState {
-    /// What it shall do.
+    /// Goal of the motor.
     pub goal: MotorGoal,
     /// In rad or mm.
     pub position: f64,

@@ -132,8 +132,8 @@ impl World {
         self.step
     }
 
-    /// What is missing since the last call, such as bodies whose meshes cannot be read, and what
-    /// could not be done. At most 100 lines wait.
+    /// Takes the problems since the last call, such as bodies whose meshes cannot be read. At most
+    /// 100 wait.
     pub fn problems(&mut self) -> Vec<String> {
         std::mem::take(&mut self.problems)
     }

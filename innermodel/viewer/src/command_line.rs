@@ -4,7 +4,7 @@ use innermodel_viewer::Marks;
 use lexopt::{Arg, Parser, ValueExt};
 use std::path::PathBuf;
 
-/// What `--help` prints.
+/// Text of `--help`.
 const HELP: &str = "\
 Shows an InnerModel file in a window, or draws it into a file
 
@@ -34,7 +34,7 @@ prints its pose; f switches frames, n names, r returns to the first view, q ends
 Exit codes: 0 success, 1 the file is wrong, 2 the command line is wrong, 3 the system refused something
 ";
 
-/// Why the program fails.
+/// Error that ends the program.
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// The file is wrong.
@@ -76,7 +76,7 @@ pub(crate) enum Camera {
     Point([f64; 3], Option<[f64; 3]>),
 }
 
-/// What the user wants.
+/// Request of the user.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Request {
     pub(crate) file: PathBuf,
@@ -92,7 +92,7 @@ pub(crate) struct Request {
     pub(crate) points: Vec<(String, PathBuf)>,
 }
 
-/// What the command line asks for.
+/// Request of the command line.
 pub(crate) enum Command {
     /// Prints a text.
     Print(&'static str),

@@ -33,7 +33,7 @@ pub(crate) fn clause(tree: &Snapshot) -> Result<String, Failure> {
     Ok(text + "};\n")
 }
 
-/// What is wrong with the members of an array.
+/// Fault of the members of an array.
 fn problem(array: &Members) -> Option<String> {
     let name = array.array;
     if array.members.len() > member::MOST {

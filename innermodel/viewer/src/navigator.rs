@@ -105,7 +105,7 @@ impl Navigator {
         Vector::new(sin * flat, -down, cos * flat)
     }
 
-    /// What the camera sees on an image of this size, in pixels.
+    /// View of the camera on an image of this size, in pixels.
     pub fn view(&self, width: usize, height: usize) -> View {
         let camera = Camera {
             width: width as f64,

@@ -5,7 +5,7 @@ use font8x8::{BASIC_FONTS, GREEK_FONTS, LATIN_FONTS, UnicodeFonts};
 use innermodel::{NodeId, NodeRef, Point, Snapshot, Vector};
 use innermodel_render::{Image, View};
 
-/// What is drawn over the bodies.
+/// Lines and names over the bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Marks {
     /// The axes of each node that may have children: x red, y green, z blue.

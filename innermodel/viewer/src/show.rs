@@ -17,13 +17,13 @@ const ESCAPE: u32 = 0xff1b;
 /// How a window begins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Its title.
+    /// Title of the window.
     pub title: String,
-    /// Its size at first, in pixels.
+    /// Size at first, in pixels.
     pub size: (u16, u16),
     /// The camera. Otherwise the whole tree is seen.
     pub navigator: Option<Navigator>,
-    /// What is drawn over the bodies.
+    /// Lines and names over the bodies.
     pub marks: Marks,
 }
 

@@ -14,7 +14,7 @@ use x11rb::protocol::xproto::{
 use x11rb::rust_connection::RustConnection;
 use x11rb::wrapper::ConnectionExt as _;
 
-/// Why there is no window.
+/// Error of a window that cannot be opened.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum WindowError {
@@ -50,7 +50,7 @@ impl From<ReplyOrIdError> for WindowError {
     }
 }
 
-/// What the user of a window does.
+/// Action of the user of a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Input {
     /// The window has another size, or has to be drawn again.
@@ -155,7 +155,7 @@ impl Window {
         (self.size.0.into(), self.size.1.into())
     }
 
-    /// What the user did, after at most `limit`.
+    /// The actions of the user, after at most `limit`.
     pub(crate) fn inputs(&mut self, limit: Duration) -> Result<Vec<Input>, WindowError> {
         let mut inputs = self.waiting()?;
         if inputs.is_empty() {

@@ -22,7 +22,7 @@ const RANDOM: u32 = 7;
 pub(crate) struct Place {
     /// Prefix of the names of all its files and shared memory.
     pub(crate) prefix: String,
-    /// Its root folder.
+    /// Root folder.
     pub(crate) root: PathBuf,
 }
 

@@ -40,7 +40,7 @@ impl Role {
         (Self::Observer, "observer"),
     ];
 
-    /// Its name in messages.
+    /// Name in messages.
     pub fn name(self) -> &'static str {
         Self::ALL
             .iter()

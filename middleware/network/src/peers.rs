@@ -33,7 +33,7 @@ pub enum Presence {
 pub struct Peer {
     /// GUID of the peer.
     pub guid: Guid,
-    /// Its announcement; `None` for an endpoint of another program.
+    /// Announcement; `None` for an endpoint of another program.
     pub info: Option<EndpointInfo>,
     /// Whether its types match, as far as it tells.
     pub matches: bool,

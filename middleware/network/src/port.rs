@@ -42,7 +42,7 @@ pub struct EndpointSpec<'a> {
     pub role: Role,
     /// The types of the connection.
     pub types: &'a TypeIdentity,
-    /// Its quality of service.
+    /// Quality of service.
     pub qos: Qos<'static>,
     /// Wakes its owner.
     pub signal: WakeEvent,

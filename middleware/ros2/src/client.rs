@@ -88,7 +88,7 @@ impl Inbox for OfOperation {
 
 /// One operation.
 struct Service {
-    /// Its discriminator in the envelope of a call.
+    /// Discriminator in the envelope of a call.
     id: i32,
     requests: WriterPort,
     replies: ReaderPort,

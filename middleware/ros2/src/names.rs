@@ -78,7 +78,7 @@ fn renamed(address: &str, external: &ExternalType, rules: &[ResolvedRemapping]) 
 pub(crate) struct NodeName {
     /// `/` or `/a/b`.
     pub(crate) namespace: String,
-    /// Its own name.
+    /// Own name.
     pub(crate) name: String,
 }
 

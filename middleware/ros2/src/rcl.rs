@@ -26,7 +26,7 @@ impl Service {
         Self::SetAtomically,
     ];
 
-    /// Its name and its type.
+    /// Name and its type.
     pub(crate) fn names(self) -> NodeService {
         let (name, type_name) = match self {
             Self::Describe => (

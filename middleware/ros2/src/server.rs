@@ -41,7 +41,7 @@ struct Received {
     sample: Sample,
     /// The participant that sent it, as far as it was known then.
     from: Option<GuidPrefix>,
-    /// Its client and its place there.
+    /// Client and its place there.
     turn: (u128, u64),
 }
 
@@ -57,7 +57,7 @@ struct Refused {
     place: usize,
     /// The handle of its writer.
     writer: u64,
-    /// Its identity; only a component gets the reason.
+    /// Identity; only a component gets the reason.
     id: Option<Identity>,
     turn: (u128, u64),
 }
@@ -112,7 +112,7 @@ impl Inbox for OfOperation {
 
 /// One operation.
 struct Service {
-    /// Its discriminator in the envelope of a call.
+    /// Discriminator in the envelope of a call.
     id: i32,
     requests: ReaderPort,
     replies: WriterPort,

@@ -65,9 +65,9 @@ impl Inbox for OfService {
 /// A service of a node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NodeService {
-    /// Its name below the node.
+    /// Name below the node.
     pub(crate) name: &'static str,
-    /// Its type: `rcl_interfaces/srv/GetParameters`.
+    /// Type: `rcl_interfaces/srv/GetParameters`.
     pub(crate) type_name: &'static str,
 }
 

@@ -234,7 +234,7 @@ impl fmt::Display for Type {
 }
 
 impl Type {
-    /// Its memory image, if the type determines its size.
+    /// Memory image, if the type determines its size.
     pub fn layout(&self) -> Option<Layout> {
         Some(match self {
             Self::Primitive(primitive) => Layout::number(primitive.size()),
@@ -289,7 +289,7 @@ impl Layout {
 }
 
 impl Member {
-    /// Its memory image: an optional value is a sequence of at most one.
+    /// Memory image: an optional value is a sequence of at most one.
     pub fn layout(&self) -> Option<Layout> {
         let value = self.ty.layout()?;
         if self.optional {

@@ -20,10 +20,10 @@ pub const BUILTINS: [&str; 8] = [
     "bool", "bytes", "dict", "float", "int", "list", "object", "str",
 ];
 
-/// What every exception has.
+/// Names that every exception has.
 const OF_EXCEPTIONS: [&str; 3] = ["add_note", "args", "with_traceback"];
 
-/// What every tuple has.
+/// Names that every tuple has.
 const OF_TUPLES: [&str; 2] = ["count", "index"];
 
 /// Functions of values in place and of samples on loan, which have the members of their type.

@@ -230,7 +230,7 @@ pub struct Status {
     /// Where its time comes from.
     #[serde(default)]
     pub clock: ClockStatus,
-    /// Its state machine, if it has one.
+    /// State machine, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub machine: Option<MachineStatus>,
     /// The connections, in the order of the `.cdsl`.

@@ -78,7 +78,7 @@ pub struct OperationDescription {
     pub hash: String,
     /// The quality of service of its topic, or of the calls.
     pub qos: QosDescription,
-    /// Its type in a middleware that has types of its own.
+    /// Type in a middleware that has types of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[serde(deserialize_with = "foreign::optional")]
     pub external_type: Option<String>,

@@ -38,7 +38,7 @@ pub struct ErrorData {
 /// One diagnostic of the configuration checker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
-    /// Its code, in kebab case.
+    /// Code, in kebab case.
     #[serde(deserialize_with = "foreign::text")]
     pub code: String,
     /// How to mend it.

@@ -296,10 +296,10 @@ pub struct ComponentStatus {
     /// The conditions that have started and not ended.
     #[serde(default)]
     pub troubles: Vec<Trouble>,
-    /// Its clock, from its last heartbeat, unless it is that of the system.
+    /// Clock, from its last heartbeat, unless it is that of the system.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock: Option<ClockStatus>,
-    /// Its state machine, from its last heartbeat, if it has one.
+    /// State machine, from its last heartbeat, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub machine: Option<MachineStatus>,
     /// How it ended.

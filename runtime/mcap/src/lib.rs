@@ -35,7 +35,7 @@ pub struct Stamp {
     pub log_time: u64,
     /// The time of the network when it was sent: simulated, or that of the system.
     pub publish_time: u64,
-    /// Its number at its sender.
+    /// Number at its sender.
     pub sequence: u32,
 }
 

@@ -82,7 +82,7 @@ pub struct State {
     pub initial: u16,
     /// Transitions from the state, in document order.
     pub transitions: Range,
-    /// Its history states, in `lists`.
+    /// History states, in `lists`.
     pub histories: Range,
     /// The number of a history state.
     pub history: u16,

@@ -182,7 +182,7 @@ impl Program {
         })
     }
 
-    /// Its process ID.
+    /// Process ID.
     pub(crate) fn pid(&self) -> u32 {
         self.child.0.id()
     }

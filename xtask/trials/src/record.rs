@@ -25,7 +25,7 @@ const START: Duration = Duration::from_secs(20);
 const RECORDER: Duration = Duration::from_secs(30);
 /// The pause between two looks.
 const LOOK: Duration = Duration::from_millis(50);
-/// What the kernel counts processor time of ended processes in.
+/// Unit in which the kernel counts processor time of ended processes.
 const TICKS_A_SECOND: f64 = 100.0;
 
 /// Measures for half a minute; with `smoke`, for a moment with few sources and the programs of the

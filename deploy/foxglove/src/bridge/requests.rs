@@ -1,4 +1,4 @@
-//! What clients ask for, and the answers.
+//! Requests of clients, and their answers.
 
 use super::Bridge;
 use crate::client::Client;

@@ -20,7 +20,7 @@ fn members(names: &[&str], ty: &str) -> Vec<Json> {
     all.map(|name| json!({"name": name, "type": ty})).collect()
 }
 
-/// What a client reads by the schema alone.
+/// The value that a client reads by the schema alone.
 fn shown_as(shape: Shape, ty: &Arc<Struct>, value: &Json) -> Option<Json> {
     let value = rc_values::from_json(ty, &json!({"one": value})).expect("a value");
     let (_, at) = shapes(ty).into_iter().find(|(found, _)| *found == shape)?;

@@ -52,7 +52,7 @@ pub(crate) struct Element {
     pub(crate) what: ColumnItem,
     pub(crate) column: usize,
     pub(crate) height: i32,
-    /// Its upper edge.
+    /// Upper edge.
     pub(crate) y: i32,
 }
 

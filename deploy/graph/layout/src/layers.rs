@@ -23,7 +23,7 @@ pub(crate) fn arrange(items: &[Item], nets: &[LevelNet]) -> Placed {
 pub(crate) struct NetRoute {
     source: Touch,
     targets: Vec<Touch>,
-    /// Its lanes by column and sense.
+    /// Lanes by column and sense.
     lanes: HashMap<(usize, bool), usize>,
 }
 

@@ -84,9 +84,9 @@ pub struct Point {
 /// A rectangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Rect {
-    /// Its left edge.
+    /// Left edge.
     pub x: i32,
-    /// Its upper edge.
+    /// Upper edge.
     pub y: i32,
     /// How wide it is.
     pub width: i32,

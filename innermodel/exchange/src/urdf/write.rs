@@ -6,11 +6,11 @@ use crate::shapes::{board, place};
 use innermodel_language::model::{Document, Kind, Node, Plane, Shape};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 
-/// What URDF demands of a joint that moves, and InnerModel files do not say: newtons and metres a
-/// second, or newton metres and radians a second.
+/// Effort and velocity of a joint that moves, which URDF demands and InnerModel lacks: newtons and
+/// metres a second, or newton metres and radians a second.
 const EFFORT: f64 = 1000.0;
 const VELOCITY: f64 = 10.0;
-/// What takes the place of a missing limit where only the other one is there: radians or metres.
+/// Number in place of a missing limit where only the other one is there: radians or metres.
 const FAR: f64 = 10_000.0;
 
 /// The first lines of a file.

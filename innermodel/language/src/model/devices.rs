@@ -1,4 +1,4 @@
-//! What simulated devices are: sensors, bases, batteries and people.
+//! Simulated devices: sensors, bases, batteries and people.
 
 /// How a simulated sensor measures. Everything is 0 in a sensor without errors.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -98,7 +98,7 @@ pub struct Camera {
 /// A camera without depth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColourCamera {
-    /// Its image.
+    /// Image of the camera.
     pub camera: Camera,
     /// How it measures colours.
     pub signal: Signal,
@@ -107,13 +107,13 @@ pub struct ColourCamera {
 /// A camera with depth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rgbd {
-    /// Its image.
+    /// Image of the camera.
     pub camera: Camera,
     /// How it measures depths. Its colours have no errors.
     pub signal: Signal,
     /// The port of its server in RoboComp.
     pub port: u32,
-    /// What RoboComp's simulator reads.
+    /// Text that RoboComp's simulator reads.
     pub ifconfig: String,
 }
 
@@ -131,7 +131,7 @@ pub struct Laser {
     pub angle: f64,
     /// How many points a sweep has.
     pub measures: u32,
-    /// What RoboComp's simulator reads.
+    /// Text that RoboComp's simulator reads.
     pub ifconfig: String,
     /// How it measures.
     pub signal: Signal,

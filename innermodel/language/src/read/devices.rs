@@ -6,7 +6,7 @@ use crate::model::{
     TouchSensor, Ultrasound,
 };
 
-/// What the element of a device says; `None` for another element.
+/// The kind of a device; `None` for another element.
 pub(super) fn kind(tag: &str, from: &mut Attributes<'_, '_>) -> Option<Kind> {
     Some(match tag {
         "touchsensor" => {

@@ -11,7 +11,7 @@ use std::path::Path;
 /// How many bytes of buffers all pictures may have.
 const MOST_INSIDE: usize = 256 << 20;
 
-/// What a file says of looks.
+/// Materials, textures and pictures of a file.
 #[derive(Deserialize, Default)]
 #[serde(default)]
 pub(super) struct Tables {

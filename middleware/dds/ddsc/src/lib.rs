@@ -507,7 +507,7 @@ pub struct End {
     pub lifespan: Option<Duration>,
     /// Silence after which a writer counts as dead.
     pub liveliness: Option<Duration>,
-    /// Its user data.
+    /// User data.
     pub user_data: Vec<u8>,
 }
 

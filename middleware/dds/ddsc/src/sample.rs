@@ -35,7 +35,7 @@ impl Loan {
         data
     }
 
-    /// Its body, behind [`BEFORE_BODY`] bytes.
+    /// Body, behind [`BEFORE_BODY`] bytes.
     pub fn memory(&mut self) -> &mut [u8] {
         // SAFETY: `rc_loan` gave the address and the size of initialised memory with that many
         // bytes in front of it, which this value alone holds.
@@ -71,7 +71,7 @@ impl Sample {
         Self(sample)
     }
 
-    /// Its number among the samples of its writer, from 1.
+    /// Number among the samples of its writer, from 1.
     pub fn sequence(&self) -> u64 {
         self.0.sequence
     }

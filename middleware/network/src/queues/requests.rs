@@ -39,7 +39,7 @@ struct ClientQueue<C, S> {
 pub struct QueuedRequest<S> {
     /// The request.
     pub sample: S,
-    /// Its place among the requests of its client.
+    /// Place among the requests of its client.
     order: u64,
     /// When it arrived.
     pub since: Instant,

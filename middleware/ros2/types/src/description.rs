@@ -20,9 +20,9 @@ pub struct TypeDescription {
 /// The fields of one type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct IndividualType {
-    /// Its name: `sensor_msgs/msg/LaserScan`, `std_srvs/srv/Trigger_Request`.
+    /// Name: `sensor_msgs/msg/LaserScan`, `std_srvs/srv/Trigger_Request`.
     pub name: String,
-    /// Its fields, in their order.
+    /// Fields, in their order.
     pub fields: Vec<FieldDescription>,
 }
 

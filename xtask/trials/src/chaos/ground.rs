@@ -40,7 +40,7 @@ pub(super) struct Ground {
     folder: TempDir,
     /// A disk for logs, if they are not in the folder.
     logs: Option<&'static Path>,
-    /// What moves the clock and slows the disk of all programs.
+    /// Library that moves the clock and slows the disk of all programs.
     shim: Option<Shim>,
 }
 

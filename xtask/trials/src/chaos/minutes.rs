@@ -38,7 +38,7 @@ const BESIDE: Duration = Duration::from_millis(100);
 /// Beyond this multiple of the deadline and of the longest time that the machine let a thread wait,
 /// the machine is no explanation for a late call: the run fails.
 const SLACK: u32 = 5;
-/// What takes longer hangs, on the slowest machine: the run fails.
+/// Time after which something hangs, on the slowest machine: the run fails.
 const HANGS: Duration = Duration::from_mins(1);
 /// The shortest life time of a guard.
 const GUARDED: Duration = Duration::from_secs(6);
@@ -223,7 +223,7 @@ struct Network<'g> {
     guarded: Instant,
     /// Started components, with the start in milliseconds of the day.
     starting: BTreeMap<String, (i64, Instant)>,
-    /// What the trouble is that is there, or was a moment ago.
+    /// The trouble that is there, or was a moment ago.
     after: After,
 }
 

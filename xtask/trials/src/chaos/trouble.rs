@@ -18,7 +18,7 @@ use std::time::Duration;
 
 /// The longest time of a trouble that ends by itself.
 const LONGEST: Duration = Duration::from_secs(1);
-/// What the system says to a process that has no free descriptor.
+/// Error of the system for a process that has no free descriptor.
 pub(super) const NO_DESCRIPTOR: &str = "Too many open files";
 /// The file of a trouble that writes.
 const FILLER: &str = "rc-chaos-filler";
@@ -43,7 +43,7 @@ enum Kind {
     Clock,
 }
 
-/// What a trouble leaves behind, until all components are ready.
+/// Aftermath of a trouble, until all components are ready.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum After {
     Nothing,

@@ -23,7 +23,7 @@ const ANSWER: Duration = Duration::from_secs(30);
 /// before.
 const STARTS: u32 = 3;
 const ANSWERS: u32 = 10;
-/// What `status` may always take: the scheduler of a busy machine.
+/// Time that `status` may always take: the scheduler of a busy machine.
 const NOISE: Duration = Duration::from_millis(50);
 
 /// Events that a kill must not lead to.
@@ -35,7 +35,7 @@ const FAILURES: [&str; 5] = [
     "not-killed",
 ];
 
-/// What to say if a goal is missed.
+/// Text for a goal that is missed.
 pub(super) const MISSED: &str = "components that were killed together recover too slowly";
 
 /// Kills `killed` of `count` components at once, and prints a row. `first` is the time of the first

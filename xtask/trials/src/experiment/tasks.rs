@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-/// What a person, or a tool for them, does.
+/// Step of a person, or of a tool for them.
 pub(super) enum Step {
     /// Types a file.
     Write(String, &'static str),

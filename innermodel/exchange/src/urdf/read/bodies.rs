@@ -182,7 +182,7 @@ fn path(written: &str) -> &str {
     })
 }
 
-/// What a body is, whatever its colour.
+/// Shape and size of a body, whatever its colour.
 fn shape(kind: &Kind) -> Option<(String, Vector)> {
     match kind {
         Kind::Plane(plane) => Some((String::new(), plane.size)),
