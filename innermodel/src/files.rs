@@ -74,8 +74,8 @@ pub fn read_text(
     place: &Path,
     folders: &Folders,
 ) -> Result<(Document, String), LoadError> {
-    struct Foreign<'f>(&'f Folders);
-    impl Loader for Foreign<'_> {
+    struct FolderLoader<'f>(&'f Folders);
+    impl Loader for FolderLoader<'_> {
         fn read(&self, _: &Path) -> io::Result<String> {
             let kind = io::ErrorKind::PermissionDenied;
             Err(io::Error::new(kind, "this text includes no files"))
@@ -89,7 +89,7 @@ pub fn read_text(
             self.0.search()
         }
     }
-    load(text, place, &Foreign(folders))
+    load(text, place, &FolderLoader(folders))
 }
 
 /// No file.

@@ -33,7 +33,7 @@ pub(crate) struct Start {
 }
 
 /// A running worker with its context.
-pub(crate) struct Joint {
+pub(crate) struct PythonComponent {
     pub(crate) program: Arc<Program>,
     types: Arc<Types>,
     /// Not here while a function of the worker runs, as `machine`: the session of the thread has
@@ -47,14 +47,14 @@ pub(crate) struct Joint {
 /// Core and machine while a function of the worker runs. A panic gives them back, too: the runtime
 /// reads the machine for its message.
 struct Taken<'j> {
-    joint: &'j mut Joint,
+    component: &'j mut PythonComponent,
     core: Option<Core>,
     machine: Option<Machine<Number, Number>>,
 }
 
 impl Drop for Taken<'_> {
     fn drop(&mut self) {
-        (self.joint.core, self.joint.machine) = (self.core.take(), self.machine.take());
+        (self.component.core, self.component.machine) = (self.core.take(), self.machine.take());
     }
 }
 
@@ -65,7 +65,7 @@ impl Start {
         core: Core,
         ports: &Ports,
         values: &Values,
-    ) -> Result<Joint, StartError> {
+    ) -> Result<PythonComponent, StartError> {
         Session::open(&self.program, ports)?.begin();
         let machine = self
             .program
@@ -79,7 +79,7 @@ impl Start {
             })
         });
         let (context, worker) = made.inspect_err(|_| Session::end())?;
-        let mut joint = Joint {
+        let mut component = PythonComponent {
             program: self.program,
             types: self.types,
             core,
@@ -87,10 +87,10 @@ impl Start {
             context,
             worker,
         };
-        if !joint.program.description.managed && joint.machine.is_some() {
-            machine::start(&mut joint)?;
+        if !component.program.description.managed && component.machine.is_some() {
+            machine::start(&mut component)?;
         }
-        Ok(joint)
+        Ok(component)
     }
 
     fn make(&self, py: Python<'_>, values: &Values) -> PyResult<(Py<PyAny>, Worker)> {
@@ -105,28 +105,28 @@ impl Start {
     }
 }
 
-impl Drop for Joint {
+impl Drop for PythonComponent {
     fn drop(&mut self) {
         // Before the ports of the runtime, which must outlive it.
         Session::end();
     }
 }
 
-impl Joint {
+impl PythonComponent {
     /// Runs Python on behalf of the worker.
     pub(crate) fn run<T>(&mut self, run: impl FnOnce(Python<'_>, &Self) -> T) -> T {
         let (core, machine) = (self.core.take(), self.machine.take());
         let mut taken = Taken {
-            joint: self,
+            component: self,
             core,
             machine,
         };
         let Taken {
-            joint,
+            component,
             core,
             machine,
         } = &mut taken;
-        session::lend(core, machine, || Python::attach(|py| run(py, joint)))
+        session::lend(core, machine, || Python::attach(|py| run(py, component)))
     }
 
     /// Calls a function of the worker that takes the context only, if there is one.
@@ -134,8 +134,10 @@ impl Joint {
         if !self.worker.has(name) {
             return Ok(());
         }
-        self.run(|py, joint| {
-            let result = joint.worker.call(py, name, (joint.context.bind(py),));
+        self.run(|py, component| {
+            let result = component
+                .worker
+                .call(py, name, (component.context.bind(py),));
             result
                 .map(drop)
                 .map_err(|error| errors::of_worker(py, &error))
@@ -188,10 +190,10 @@ impl Joint {
 
     /// Runs the handler of a sample.
     fn handle(&mut self, operation: &Operation, sample: Sample) -> Result<(), HandlerError> {
-        self.run(|py, joint| {
-            let handled = joint
+        self.run(|py, component| {
+            let handled = component
                 .sample(py, operation, sample)
-                .and_then(|arguments| joint.worker.handle(py, &operation.handler, arguments));
+                .and_then(|arguments| component.worker.handle(py, &operation.handler, arguments));
             handled.map(drop).map_err(|error| {
                 let text = errors::one_line(py, &error);
                 session::note_failure(py, &error);
@@ -266,7 +268,7 @@ enum Answer {
     None,
 }
 
-impl Component for Joint {
+impl Component for PythonComponent {
     fn core(&mut self) -> &mut Core {
         self.core
             .as_mut()
@@ -300,9 +302,9 @@ impl Component for Joint {
     }
 
     fn set_parameters(&mut self, values: &Values) {
-        let set = self.run(|py, joint| {
+        let set = self.run(|py, component| {
             let values = parameters::object(py, values)?;
-            joint
+            component
                 .context
                 .call_method1(py, "_set_parameters", (values,))
                 .map(drop)
@@ -316,10 +318,12 @@ impl Component for Joint {
         if !self.worker.has("params_changed") {
             return Ok(());
         }
-        self.run(|py, joint| {
+        self.run(|py, component| {
             let called = parameters::changes(py, changes).and_then(|changes| {
-                let context = joint.context.bind(py);
-                joint.worker.call(py, "params_changed", (context, changes))
+                let context = component.context.bind(py);
+                component
+                    .worker
+                    .call(py, "params_changed", (context, changes))
             });
             called
                 .map(drop)
@@ -358,10 +362,10 @@ impl Component for Joint {
                 if !self.worker.has("error") {
                     return Err(WorkerError::Failed(reason.to_owned()));
                 }
-                self.run(|py, joint| {
-                    let context = joint.context.bind(py);
+                self.run(|py, component| {
+                    let context = component.context.bind(py);
                     let arguments = (context, transition.word(), reason);
-                    let called = joint.worker.call(py, "error", arguments);
+                    let called = component.worker.call(py, "error", arguments);
                     called
                         .map(drop)
                         .map_err(|error| errors::of_worker(py, &error))
@@ -412,7 +416,7 @@ impl Component for Joint {
         let arguments = request.arguments(&operation.wire, |reader| {
             read(&operation.request, reader).map_err(undecodable)
         })?;
-        match self.run(|py, joint| joint.answer(py, operation, arguments)) {
+        match self.run(|py, component| component.answer(py, operation, arguments)) {
             Answer::Reply(case, value) => request.reply_with(case, |writer| write(&value, writer)),
             Answer::Failed(reason) => request.fail(&reason),
             Answer::None => Ok(()),

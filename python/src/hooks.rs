@@ -1,12 +1,12 @@
 //! The functions of a worker that its state machine calls.
 
-use crate::component::Joint;
+use crate::component::PythonComponent;
 use crate::errors;
 use pyo3::prelude::*;
 use rc_runtime::machine::{Hooks, Parts};
 use rc_runtime::{Component, Core, WorkerError};
 
-impl Hooks for Joint {
+impl Hooks for PythonComponent {
     fn parts(&mut self) -> &mut Parts {
         self.machine
             .as_mut()
@@ -24,8 +24,10 @@ impl Hooks for Joint {
         let Some(name) = self.machine_name(|machine| &machine.guards, guard) else {
             return false;
         };
-        let result = self.run(|py, joint| {
-            let called = joint.worker.call(py, name, (joint.context.bind(py),));
+        let result = self.run(|py, component| {
+            let called = component
+                .worker
+                .call(py, name, (component.context.bind(py),));
             let called = called.and_then(|result| result.bind(py).is_truthy());
             called.map_err(|error| errors::of_worker(py, &error))
         });
@@ -65,7 +67,7 @@ impl Hooks for Joint {
     }
 }
 
-impl Joint {
+impl PythonComponent {
     fn machine_name(
         &self,
         names: impl FnOnce(&'static crate::description::Machine) -> &'static Vec<String>,

@@ -12,7 +12,7 @@ mod description;
 mod errors;
 mod from_python;
 mod hooks;
-mod keeping;
+mod kept_count;
 mod link;
 mod log;
 mod machine_runner;

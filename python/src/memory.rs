@@ -8,7 +8,7 @@
     reason = "the buffer protocol hands out addresses; each block has its argument"
 )]
 
-use crate::keeping::Keeping;
+use crate::kept_count::KeptCount;
 use pyo3::exceptions::PyBufferError;
 use pyo3::ffi;
 use pyo3::prelude::*;
@@ -53,7 +53,7 @@ enum Backing {
     /// A received sample, which lets its publisher have the memory again when it is dropped.
     Kept(
         #[expect(dead_code, reason = "it owns the memory")] Box<dyn KeptSample>,
-        #[expect(dead_code, reason = "it counts the sample")] Keeping,
+        #[expect(dead_code, reason = "it counts the sample")] KeptCount,
     ),
     Taken,
 }
@@ -168,7 +168,7 @@ impl Memory {
     }
 
     /// The memory of a received sample, which is only read.
-    pub(crate) fn kept(sample: Box<dyn KeptSample>, keeping: Keeping) -> Self {
+    pub(crate) fn kept(sample: Box<dyn KeptSample>, kept_count: KeptCount) -> Self {
         let memory = sample.memory();
         Self {
             start: NonNull::from(memory).cast(),
@@ -176,7 +176,7 @@ impl Memory {
             writable: false,
             exports: AtomicUsize::new(0),
             discarded: AtomicBool::new(false),
-            backing: Mutex::new(Backing::Kept(sample, keeping)),
+            backing: Mutex::new(Backing::Kept(sample, kept_count)),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Received samples and replies: values, or images that a view reads in place.
 
 use crate::description::Operation;
-use crate::keeping::Keeping;
+use crate::kept_count::KeptCount;
 use crate::memory::Memory;
 use crate::replies::undecodable;
 use crate::wire::read;
@@ -40,8 +40,8 @@ impl Sample {
             return Self::read(operation, &mut Reader::of(sample.memory(), encoding));
         }
         check(&operation.request, sample.memory())?;
-        match Keeping::one(&operation.kept) {
-            Some(keeping) => Ok(Self::Image(Memory::kept(sample, keeping))),
+        match KeptCount::one(&operation.kept) {
+            Some(kept_count) => Ok(Self::Image(Memory::kept(sample, kept_count))),
             None => Err(HandlerError(format!(
                 "the worker keeps {KEPT_SAMPLES} samples of `{}`, the most that it may, so {}() does \
                  not get the next ones; drop views of earlier samples, or keep what their copy() \

@@ -134,12 +134,12 @@ pub(crate) fn lend<T>(
     run: impl FnOnce() -> T,
 ) -> T {
     /// Takes them back, also from a panic.
-    struct Lending<'a>(
+    struct CoreGuard<'a>(
         &'a mut Option<Core>,
         &'a mut Option<Machine<Number, Number>>,
     );
 
-    impl Lending<'_> {
+    impl CoreGuard<'_> {
         fn swap(&mut self) {
             SESSION.with_borrow_mut(|session| {
                 if let Some(session) = session {
@@ -150,7 +150,7 @@ pub(crate) fn lend<T>(
         }
     }
 
-    impl Drop for Lending<'_> {
+    impl Drop for CoreGuard<'_> {
         fn drop(&mut self) {
             self.swap();
         }
@@ -158,8 +158,8 @@ pub(crate) fn lend<T>(
 
     // Samples whose last view ended on another thread since the last function.
     drop_abandoned();
-    let mut lending = Lending(core, machine);
-    lending.swap();
+    let mut guard = CoreGuard(core, machine);
+    guard.swap();
     run()
 }
 

@@ -46,7 +46,7 @@ const ONE_LOAN: &str = "one loan of a topic exists at a time: send or discard th
                         delete its arrays";
 
 /// A member with its place.
-struct Place<'t> {
+struct MemberView<'t> {
     member: &'t Member,
     at: usize,
     size: usize,
@@ -77,7 +77,7 @@ impl View {
         Ok(())
     }
 
-    fn place(&self, py: Python<'_>, name: &str) -> PyResult<Place<'_>> {
+    fn place(&self, py: Python<'_>, name: &str) -> PyResult<MemberView<'_>> {
         let class = self.types.class(&self.ty.name)?;
         let names = class.attributes.iter();
         let found = names.zip(image_members(&self.ty)).find(|(attribute, _)| {
@@ -98,14 +98,14 @@ impl View {
             )));
         };
         let (member, at, size) = place.map_err(|error| unfit(&error))?;
-        Ok(Place {
+        Ok(MemberView {
             member,
             at: self.at + at,
             size,
         })
     }
 
-    fn get<'py>(&self, py: Python<'py>, place: &Place<'_>) -> PyResult<Bound<'py, PyAny>> {
+    fn get<'py>(&self, py: Python<'py>, place: &MemberView<'_>) -> PyResult<Bound<'py, PyAny>> {
         match &place.member.ty {
             Type::Struct(of) if !place.member.optional => {
                 let view = Self::new(
@@ -133,7 +133,7 @@ impl View {
     }
 
     /// The number of used elements of a sequence. A length above the bound counts as the bound.
-    fn used(&self, place: &Place<'_>, element: &Type) -> PyResult<usize> {
+    fn used(&self, place: &MemberView<'_>, element: &Type) -> PyResult<usize> {
         let length = self.memory.get().read(place.at, 4, |bytes| {
             bytes.try_into().map(u32::from_le_bytes).unwrap_or_default()
         })?;
@@ -176,7 +176,7 @@ impl View {
                     let at = at + item * size;
                     self.get(
                         py,
-                        &Place {
+                        &MemberView {
                             member: &member,
                             at,
                             size,

@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 
 /// A structure, as `templates/rust/in_place.tera` prints it.
 #[derive(Debug, Serialize)]
-pub(crate) struct Place<'a> {
+pub(crate) struct InPlaceType<'a> {
     name: String,
     /// The type that owns its values.
     value: String,
@@ -67,7 +67,7 @@ pub(crate) fn path(ty: &str) -> String {
 }
 
 /// The structures of a type of the module `home`.
-pub(super) fn of<'a>(home: &str, structures: &'a [Structure]) -> Vec<Place<'a>> {
+pub(super) fn of<'a>(home: &str, structures: &'a [Structure]) -> Vec<InPlaceType<'a>> {
     structures.iter().map(|s| place(home, s)).collect()
 }
 
@@ -87,7 +87,7 @@ pub(super) fn structure_name(steps: &[String]) -> String {
     path(&own) + &nested
 }
 
-fn place<'a>(home: &str, of: &'a Structure) -> Place<'a> {
+fn place<'a>(home: &str, of: &'a Structure) -> InPlaceType<'a> {
     let named = of.path.len() == 1;
     let owner = of
         .path
@@ -152,7 +152,7 @@ fn place<'a>(home: &str, of: &'a Structure) -> Place<'a> {
         parts.push(part);
     }
     gap(of.gap, &mut fields, &mut free);
-    Place {
+    InPlaceType {
         name: structure_name(&of.path),
         value: types::owned(&of.value, &types::in_module(home)),
         number: of.number,

@@ -1,6 +1,6 @@
 //! Names and types of Rust for IDSL modules: what `templates/rust/module.rs.tera` prints.
 
-use super::in_place::{self, Place};
+use super::in_place::{self, InPlaceType};
 use super::names;
 use super::operation_names::{
     answer_name, bare, error_name, exception_constant, operation_constant, plain, variant,
@@ -50,7 +50,7 @@ struct TypeDecl<'a> {
     own_default: bool,
     /// Whether a reader checks something.
     checked: bool,
-    in_place: Vec<Place<'a>>,
+    in_place: Vec<InPlaceType<'a>>,
 }
 
 #[derive(Debug, Serialize)]

@@ -43,7 +43,7 @@ pub(crate) struct Model {
     pub(crate) page: Page,
     pub(crate) prompt: Option<Prompt>,
     /// The result of the last command.
-    pub(crate) notice: Option<Notice>,
+    pub(crate) notice: Option<StatusLine>,
     pub(crate) log: VecDeque<String>,
     pub(crate) parameters: Option<Result<Parameters, String>>,
     /// The selected line of the page, or by how many lines it is scrolled. A log is scrolled from
@@ -105,7 +105,7 @@ pub(crate) enum Command {
 
 /// A line below everything.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Notice {
+pub(crate) struct StatusLine {
     pub(crate) text: String,
     pub(crate) failed: bool,
 }
@@ -413,7 +413,7 @@ impl Model {
 
     pub(crate) fn say(&mut self, text: impl Into<String>, failed: bool) {
         let text = text.into();
-        self.notice = Some(Notice { text, failed });
+        self.notice = Some(StatusLine { text, failed });
     }
 
     /// The rows of the table.

@@ -1,6 +1,6 @@
 //! From a document to a scene of glTF 2.0, as one file (`.glb`).
 
-use crate::matrix::{Matrix, OF_MESH, Place, TO_GLTF, apply, product};
+use crate::matrix::{Matrix, OF_MESH, Placement, TO_GLTF, apply, product};
 use crate::shapes::{board, place, solid};
 use innermodel_language::model::{Camera, Document, Kind, Node};
 use innermodel_mesh::{Looks, TriangleMesh};
@@ -142,7 +142,7 @@ impl Writer {
             }
         }
         let there = here.changed(&TO_GLTF, METRE);
-        if there != Place::HERE {
+        if there != Placement::HERE {
             let (r, t) = (there.rotation, there.translation);
             // Column by column.
             out["matrix"] = json!([
@@ -153,7 +153,7 @@ impl Writer {
         self.nodes.push(out);
     }
 
-    fn camera(&mut self, node: &Node, camera: &Camera, here: &mut Place, out: &mut Value) {
+    fn camera(&mut self, node: &Node, camera: &Camera, here: &mut Placement, out: &mut Value) {
         let (width, height, focal) = (camera.width, camera.height, camera.focal);
         if !(width > 0.0 && height > 0.0 && focal > 0.0) {
             return self.misses(node, "cameras without pixels");
@@ -171,7 +171,7 @@ impl Writer {
 
     /// The mesh of a node, if it has a body.
     fn body(&mut self, node: &Node) -> Option<usize> {
-        let of_one = |mesh: TriangleMesh, inner: Place, texture: &str| {
+        let of_one = |mesh: TriangleMesh, inner: Placement, texture: &str| {
             let parts = BTreeMap::from([(texture.to_owned(), mesh.triangles)]);
             (mesh.vertices, inner, parts)
         };
@@ -189,7 +189,7 @@ impl Writer {
                     &plane.texture,
                 )
             }
-            Kind::Solid(body) => of_one(solid(body.shape), Place::HERE, &body.texture),
+            Kind::Solid(body) => of_one(solid(body.shape), Placement::HERE, &body.texture),
             Kind::Mesh(mesh) => {
                 // A file that was not found has a warning already.
                 let path = mesh.path.as_ref()?;
@@ -208,7 +208,7 @@ impl Writer {
                         }
                         (
                             read.vertices,
-                            Place::HERE,
+                            Placement::HERE,
                             by_colour(read.triangles, &looks),
                         )
                     }
@@ -242,7 +242,7 @@ impl Writer {
     }
 
     /// Adds a mesh of which each triangle turns to the left, seen from outside, in `InnerModel`.
-    fn mesh(&mut self, vertices: &[[f64; 3]], inner: &Place, parts: &Parts) -> usize {
+    fn mesh(&mut self, vertices: &[[f64; 3]], inner: &Placement, parts: &Parts) -> usize {
         let axes = TO_GLTF;
         let vertices = vertices.iter().map(|vertex| {
             let turned = apply(&inner.rotation, vertex);

@@ -98,12 +98,12 @@ pub(crate) fn between(from: &Vector, to: &Vector) -> Matrix {
 
 /// The place of a frame in another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct Placement {
     pub(crate) rotation: Matrix,
     pub(crate) translation: Vector,
 }
 
-impl Place {
+impl Placement {
     pub(crate) const HERE: Self = Self {
         rotation: IDENTITY,
         translation: [0.0; 3],

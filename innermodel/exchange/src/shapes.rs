@@ -1,6 +1,6 @@
 //! Where bodies are, and their triangles.
 
-use crate::matrix::{Place, between, of_angles, unit};
+use crate::matrix::{Placement, between, of_angles, unit};
 use innermodel_language::Pose;
 use innermodel_language::model::{Plane, Shape};
 use innermodel_mesh::TriangleMesh;
@@ -9,18 +9,20 @@ use std::f64::consts::PI;
 /// How many sides a ball, a cylinder or a cone has around its axis.
 const SIDES: u32 = 32;
 
-pub(crate) fn place(pose: &Pose) -> Place {
-    Place {
+pub(crate) fn place(pose: &Pose) -> Placement {
+    Placement {
         rotation: of_angles(pose.rotation),
         translation: pose.translation,
     }
 }
 
 /// The place of the box of a plane: turned by the shortest way from −z to its normal, then moved.
-pub(crate) fn board(plane: &Plane) -> Place {
+pub(crate) fn board(plane: &Plane) -> Placement {
     let normal = unit(&plane.normal);
-    Place {
-        rotation: normal.map_or(Place::HERE.rotation, |to| between(&[0.0, 0.0, -1.0], &to)),
+    Placement {
+        rotation: normal.map_or(Placement::HERE.rotation, |to| {
+            between(&[0.0, 0.0, -1.0], &to)
+        }),
         translation: plane.point,
     }
 }

@@ -8,7 +8,7 @@ use crate::motors::Motor;
 use innermodel::{Change, Kind, NodeId, Snapshot, Transform};
 use innermodel_collision::Space;
 use innermodel_collision::parry::math::{Pose, Vector};
-use innermodel_simulation::{Dynamics, GRAVITY, MotorState, Moved, NotPushed};
+use innermodel_simulation::{Dynamics, GRAVITY, MotorState, NotPushed, StepResult};
 use rapier3d_f64::prelude::{PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -245,7 +245,7 @@ impl Dynamics for Physics {
         space: &Space,
         motors: &BTreeMap<NodeId, MotorState>,
         step: Duration,
-    ) -> Moved {
+    ) -> StepResult {
         self.rebuilt(space);
         self.moving = self.elsewhere(space);
         for part in &self.parts {
@@ -280,7 +280,7 @@ impl Dynamics for Physics {
                 }
             }
         }
-        let mut moved = Moved::default();
+        let mut moved = StepResult::default();
         for (node, body) in &self.bodies {
             if let Some(here) = self.world.bodies.get(body.handle)
                 && !body.is_jointed

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 /// Changes of a step with forces.
 #[derive(Clone, Debug, Default)]
-pub struct Moved {
+pub struct StepResult {
     /// Places in the root.
     pub places: Vec<(NodeId, Transform)>,
     /// Positions of joints, in rad or mm.
@@ -39,7 +39,7 @@ pub trait Dynamics: Debug + Send {
         space: &Space,
         motors: &BTreeMap<NodeId, MotorState>,
         step: Duration,
-    ) -> Moved;
+    ) -> StepResult;
 
     /// The tree has what the last step has returned.
     fn applied(&mut self, space: &Space);

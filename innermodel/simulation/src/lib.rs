@@ -54,7 +54,7 @@ mod touch;
 mod world;
 
 pub use devices::Device;
-pub use dynamics::{Dynamics, Moved, NotPushed};
+pub use dynamics::{Dynamics, NotPushed, StepResult};
 pub use edit::WorldSnapshot;
 pub use error::Error;
 pub use frames::{Cloud, CloudPoint, ImuSample, Picture, Range, Scan, Touch};

@@ -45,7 +45,7 @@ struct Drag {
 
 /// What a key or a button asks for; of several, the greatest.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Wish {
+enum ViewerAction {
     Nothing,
     Draw,
     End,
@@ -78,22 +78,22 @@ pub fn run(
     let mut image = show.draw(&window, &now, &clouds)?;
     loop {
         window.show(&image)?;
-        let mut wish = Wish::Nothing;
-        while wish == Wish::Nothing {
+        let mut action = ViewerAction::Nothing;
+        while action == ViewerAction::Nothing {
             let inputs = window.inputs(PAUSE)?;
             for input in inputs {
                 let new = show.input(input, &window, &image, &now, &first);
-                wish = wish.max(new);
+                action = action.max(new);
             }
             let Some((newest, points)) = seen() else {
                 return Ok(());
             };
             if newest.version() != now.version() || !points.is_same(&clouds) {
                 (now, clouds) = (newest, points);
-                wish = wish.max(Wish::Draw);
+                action = action.max(ViewerAction::Draw);
             }
         }
-        if wish == Wish::End {
+        if action == ViewerAction::End {
             return Ok(());
         }
         image = show.draw(&window, &now, &clouds)?;
@@ -135,14 +135,14 @@ impl Show<'_> {
         image: &Image,
         tree: &Snapshot,
         first: &Navigator,
-    ) -> Wish {
+    ) -> ViewerAction {
         match input {
-            Input::Redraw => Wish::Draw,
-            Input::Close => Wish::End,
+            Input::Redraw => ViewerAction::Draw,
+            Input::Close => ViewerAction::End,
             Input::Key(key) => self.key(key, first),
             Input::Pressed(button @ (4 | 5), ..) => {
                 self.navigator.zoom(if button == 4 { 1 } else { -1 });
-                Wish::Draw
+                ViewerAction::Draw
             }
             Input::Pressed(button, x, y) => {
                 let (start, last) = ((x, y), (x, y));
@@ -151,11 +151,11 @@ impl Show<'_> {
                     start,
                     last,
                 });
-                Wish::Nothing
+                ViewerAction::Nothing
             }
             Input::Moved(x, y) => {
                 let Some(drag) = &mut self.drag else {
-                    return Wish::Nothing;
+                    return ViewerAction::Nothing;
                 };
                 let part = |now: i16, last: i16| {
                     (f64::from(now) - f64::from(last)) / window.size().0.max(window.size().1) as f64
@@ -167,31 +167,31 @@ impl Show<'_> {
                 } else {
                     self.navigator.pan(right, down);
                 }
-                Wish::Draw
+                ViewerAction::Draw
             }
             Input::Released(button, x, y) => {
                 let drag = self.drag.take();
                 let is_click = drag.is_some_and(|drag| drag.start == (x, y) && drag.button == 1);
                 if button != 1 || !is_click {
-                    return Wish::Nothing;
+                    return ViewerAction::Nothing;
                 }
                 let place = usize::try_from(x).ok().zip(usize::try_from(y).ok());
                 self.pick(place.and_then(|(x, y)| image.node(x, y)), tree);
-                Wish::Draw
+                ViewerAction::Draw
             }
         }
     }
 
-    fn key(&mut self, key: u32, first: &Navigator) -> Wish {
+    fn key(&mut self, key: u32, first: &Navigator) -> ViewerAction {
         match char::from_u32(key) {
             Some('f') => self.marks.frames = !self.marks.frames,
             Some('n') => self.marks.names = !self.marks.names,
             Some('r') => self.navigator = first.clone(),
-            Some('q') => return Wish::End,
-            _ if key == ESCAPE => return Wish::End,
-            _ => return Wish::Nothing,
+            Some('q') => return ViewerAction::End,
+            _ if key == ESCAPE => return ViewerAction::End,
+            _ => return ViewerAction::Nothing,
         }
-        Wish::Draw
+        ViewerAction::Draw
     }
 
     fn pick(&mut self, node: Option<NodeId>, tree: &Snapshot) {

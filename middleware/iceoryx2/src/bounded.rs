@@ -4,7 +4,7 @@
 //! removes it. Each opening therefore runs on a thread of its own. When the limit expires, the
 //! caller gets an error and the thread is abandoned.
 
-use crate::names::Place;
+use crate::names::Storage;
 use crate::{incomplete_files, service_files};
 use rc_middleware::{OpenError, RunDirectory};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
@@ -49,7 +49,7 @@ const START_AGAIN: &str =
 /// The last part of an error message: files of other users in the way of the network, and what the
 /// user can do; `None` if there are none.
 pub(crate) fn obstacles(directory: &RunDirectory) -> Option<String> {
-    let place = Place::find(directory).ok()??;
+    let place = Storage::find(directory).ok()??;
     let foreign = service_files::foreign(&place);
     (!foreign.is_empty()).then(|| {
         let foreign = foreign.join(", ");
@@ -59,7 +59,7 @@ pub(crate) fn obstacles(directory: &RunDirectory) -> Option<String> {
 
 /// The last part of an error message: the incomplete files, and what the user can do.
 pub(crate) fn recovery_hint(directory: &RunDirectory) -> String {
-    let place = Place::find(directory).ok().flatten();
+    let place = Storage::find(directory).ok().flatten();
     let files = place.as_ref().map_or_else(Vec::new, incomplete_files::list);
     let left = if files.is_empty() {
         "no file of the network is incomplete".to_owned()

@@ -7,7 +7,7 @@
 //! dead, wakes the clean-up thread of its session instead.
 
 use crate::leader::LeaderLock;
-use crate::names::Place;
+use crate::names::Storage;
 use crate::nodes::{self, Dead};
 use crate::rounds::{RoundCounter, Rounds};
 use crate::{open_lock, port_tags};
@@ -39,7 +39,7 @@ pub(crate) struct DeadNodes {
 }
 
 impl DeadNodes {
-    pub(crate) fn of(place: &Place, config: &Config) -> Self {
+    pub(crate) fn of(place: &Storage, config: &Config) -> Self {
         Self {
             config: config.clone(),
             root: place.root.clone(),

@@ -1,14 +1,14 @@
 //! The configuration of a node.
 
 use crate::incomplete_files::CREATION;
-use crate::names::Place;
+use crate::names::Storage;
 use iceoryx2::prelude::{Config, FileName, Path, SemanticString};
 use rc_middleware::qos::{MAX_PUBLISHERS, MAX_READERS};
 use std::fmt::Debug;
 use std::os::unix::ffi::OsStrExt;
 
 /// The configuration of the node. Without one, iceoryx2 reads `./config/iceoryx2.toml`.
-pub(crate) fn configuration(place: &Place) -> Result<Config, String> {
+pub(crate) fn configuration(place: &Storage) -> Result<Config, String> {
     let root = &place.root;
     let says = |error: &dyn Debug| format!("{} as its root: {error:?}", root.display());
     let mut config = Config::default();

@@ -9,7 +9,7 @@
 //! thousands of files.
 
 use crate::leader::LeaderLock;
-use crate::names::Place;
+use crate::names::Storage;
 use crate::service_files::{self, MEMORY};
 use rc_middleware::{WakeEvent, wait};
 use rustix::fs::{FlockOperation, flock, inotify};
@@ -47,7 +47,7 @@ pub(crate) struct IncompleteFileRemover {
 
 impl IncompleteFileRemover {
     /// Starts the thread for one network.
-    pub(crate) fn start(place: &Place) -> io::Result<Self> {
+    pub(crate) fn start(place: &Storage) -> io::Result<Self> {
         let stop = WakeEvent::new()?;
         let mut files = Files::of(place);
         let thread = std::thread::Builder::new().name("iceoryx2-files".to_owned());
@@ -84,7 +84,7 @@ impl Drop for IncompleteFileRemover {
 }
 
 /// The files of a network that are incomplete now.
-pub(crate) fn list(place: &Place) -> Vec<PathBuf> {
+pub(crate) fn list(place: &Storage) -> Vec<PathBuf> {
     let files = Files::of(place);
     files
         .incomplete()
@@ -142,7 +142,7 @@ struct Files {
 }
 
 impl Files {
-    fn of(place: &Place) -> Self {
+    fn of(place: &Storage) -> Self {
         let root = place.root.clone();
         Self {
             prefix: place.prefix.clone(),

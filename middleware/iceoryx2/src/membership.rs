@@ -10,7 +10,7 @@
 //! files, and the first process that joins afterwards does.
 
 use crate::configuration::configuration;
-use crate::names::Place;
+use crate::names::Storage;
 use crate::{nodes, service_files};
 use rc_middleware::RunDirectory;
 use rustix::fs::{FlockOperation, flock};
@@ -29,7 +29,7 @@ impl Membership {
     /// Joins the network. The first process alive removes the files of dead ones and chooses the
     /// place of the new ones, unless an external program is alive. Waits while another process
     /// removes files; the caller limits the time.
-    pub(crate) fn join(directory: &RunDirectory) -> io::Result<(Self, Place)> {
+    pub(crate) fn join(directory: &RunDirectory) -> io::Result<(Self, Storage)> {
         loop {
             let membership = Self {
                 directory: directory.clone(),
@@ -38,14 +38,14 @@ impl Membership {
             let first = flock(&membership.lock, FlockOperation::NonBlockingLockExclusive).is_ok();
             if first && membership.is_current() && !membership.has_external_nodes() {
                 service_files::wipe(directory)?;
-                Place::choose(directory)?;
+                Storage::choose(directory)?;
             }
             // The kernel may release the lock for a moment while it becomes shared, and another
             // process may remove the files in that moment. This process has none yet.
             flock(&membership.lock, FlockOperation::LockShared)?;
             // The last process that left may have removed the file after it was opened here.
             if membership.is_current()
-                && let Some(place) = Place::find(directory)?
+                && let Some(place) = Storage::find(directory)?
             {
                 return Ok((membership, place));
             }
@@ -55,7 +55,7 @@ impl Membership {
     /// Whether an external program has a live node. Call it only while no other process holds the
     /// lock and this process has no node.
     fn has_external_nodes(&self) -> bool {
-        let Ok(Some(place)) = Place::find(&self.directory) else {
+        let Ok(Some(place)) = Storage::find(&self.directory) else {
             return false;
         };
         configuration(&place).is_ok_and(|config| nodes::any_alive(&config))

@@ -19,14 +19,14 @@ const RANDOM: u32 = 7;
 
 /// Where iceoryx2 has the files of a network.
 #[derive(Clone, Debug)]
-pub(crate) struct Place {
+pub(crate) struct Storage {
     /// Prefix of the names of all its files and shared memory.
     pub(crate) prefix: String,
     /// Root folder.
     pub(crate) root: PathBuf,
 }
 
-impl Place {
+impl Storage {
     /// The place that the first process of the network has chosen; `None` before.
     pub(crate) fn find(directory: &RunDirectory) -> io::Result<Option<Self>> {
         let mut prefix = String::new();
@@ -69,9 +69,9 @@ impl Place {
 /// Prefix of the names of all shared memory of the network. If no process has joined it yet, a
 /// prefix is chosen, for a program that uses iceoryx2 without this crate.
 pub fn prefix(directory: &RunDirectory) -> io::Result<String> {
-    let place = match Place::find(directory)? {
+    let place = match Storage::find(directory)? {
         Some(place) => place,
-        None => Place::choose(directory)?,
+        None => Storage::choose(directory)?,
     };
     Ok(place.prefix)
 }
@@ -154,17 +154,17 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("rc-names-{}", std::process::id()));
         let directory = RunDirectory::below(&folder, &"n".repeat(60));
         std::fs::create_dir_all(directory.path()).expect("a folder");
-        assert!(Place::find(&directory).expect("a folder").is_none());
-        let first = Place::choose(&directory).expect("a place");
-        let found = Place::find(&directory).expect("a file").expect("a place");
+        assert!(Storage::find(&directory).expect("a folder").is_none());
+        let first = Storage::choose(&directory).expect("a place");
+        let found = Storage::find(&directory).expect("a file").expect("a place");
         assert_eq!((&first.prefix, &first.root), (&found.prefix, &found.root));
         assert_eq!(first.prefix.len(), length());
         assert!(first.root.as_os_str().len() <= LONGEST_ROOT);
-        let second = Place::choose(&directory).expect("a place");
+        let second = Storage::choose(&directory).expect("a place");
         assert_ne!(first.prefix, second.prefix);
         assert!(second.prefix.starts_with(&start(&directory)));
         std::fs::write(file(&directory), "rc_").expect("written");
-        assert!(Place::find(&directory).expect("a file").is_none());
+        assert!(Storage::find(&directory).expect("a file").is_none());
         std::fs::remove_dir_all(&folder).expect("it is ours");
     }
 }

@@ -1,6 +1,6 @@
 //! The files and shared memory that iceoryx2 has of one network, and their removal.
 
-use crate::names::{self, Place};
+use crate::names::{self, Storage};
 use rc_middleware::RunDirectory;
 use std::fs::Metadata;
 use std::io;
@@ -51,7 +51,7 @@ pub fn leftovers(directory: &RunDirectory) -> Vec<PathBuf> {
 }
 
 /// Files of other users of the machine that block this network.
-pub(crate) fn foreign(place: &Place) -> Vec<String> {
+pub(crate) fn foreign(place: &Storage) -> Vec<String> {
     let own = rustix::process::getuid().as_raw();
     with_prefix(Path::new(MEMORY), &place.prefix)
         .filter(|(_, metadata)| metadata.uid() != own)

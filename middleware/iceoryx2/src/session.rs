@@ -6,7 +6,7 @@ use crate::cleanup::{CleanupThread, DeadNodes};
 use crate::configuration::configuration;
 use crate::incomplete_files::IncompleteFileRemover;
 use crate::membership::Membership;
-use crate::names::Place;
+use crate::names::Storage;
 use crate::ports::{Node, PendingResponse, Service};
 use iceoryx2::prelude::{
     Config, LogLevel, NodeBuilder, NodeName, SignalHandlingMode, set_log_level,
@@ -33,7 +33,7 @@ pub(crate) type PendingCommand = Arc<Mutex<Option<PendingResponse>>>;
 /// The shared state of the ports of one component.
 pub(crate) struct Session {
     pub(crate) environment: Environment,
-    pub(crate) place: Place,
+    pub(crate) place: Storage,
     pub(crate) config: Config,
     pub(crate) node: Node,
     /// Time of the last publication in nanoseconds of the monotonic clock; 0 for none.

@@ -47,10 +47,10 @@ pub(crate) struct Follower {
 
 /// Changes by received ticks.
 #[derive(Debug, Default, PartialEq)]
-pub(crate) struct Moved {
+pub(crate) struct ClockChange {
     /// Time has jumped back, from the first time to the second.
     pub(crate) jump: Option<(Time, Time)>,
-    /// A new tick: time may have moved.
+    /// A new tick: time may have changed.
     pub(crate) ticked: bool,
     /// It is this component's turn.
     pub(crate) turn: bool,
@@ -135,8 +135,8 @@ impl Follower {
     }
 
     /// Takes the ticks that have come. Of several, the newest counts.
-    pub(crate) fn receive(&mut self, now: Instant, sweep: bool) -> Moved {
-        let mut moved = Moved::default();
+    pub(crate) fn receive(&mut self, now: Instant, sweep: bool) -> ClockChange {
+        let mut change = ClockChange::default();
         let woken = std::mem::take(&mut self.woken);
         if woken || sweep {
             let mut newest = None;
@@ -162,14 +162,14 @@ impl Follower {
                     self.number = tick.number - 1;
                 }
                 self.heard = Some(now);
-                self.apply(tick, &mut moved);
+                self.apply(tick, &mut change);
             }
         }
         self.report(now);
-        moved
+        change
     }
 
-    fn apply(&mut self, tick: Tick, moved: &mut Moved) {
+    fn apply(&mut self, tick: Tick, change: &mut ClockChange) {
         let new_source = tick.epoch != self.epoch;
         if new_source {
             if self.epoch != 0 {
@@ -184,11 +184,11 @@ impl Follower {
         let fresh = new_source || tick.number != self.number;
         if fresh {
             if time < before {
-                moved.jump = Some((before, time));
+                change.jump = Some((before, time));
                 self.schedule.restart();
             }
             self.clock.set(time);
-            moved.ticked = tick.number > 0;
+            change.ticked = tick.number > 0;
             self.turn = None;
         }
         self.number = tick.number;
@@ -207,7 +207,7 @@ impl Follower {
             self.unsent |= !fresh && mine;
         } else if mine && self.turn.is_none() {
             self.turn = Some(self.number);
-            moved.turn = true;
+            change.turn = true;
         } else if self.done.is_none() && self.turn.is_none() {
             // It joins, and waits for its turn.
             self.unsent = true;

@@ -48,7 +48,7 @@ enum Starter {
 }
 
 /// One start and one end.
-struct Turn {
+struct Cycle {
     up: Duration,
     down: Duration,
     /// Memory of the starter without its programs, in MB.
@@ -88,7 +88,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     println!("|---|---|---|---|---|---|");
     let (mut missed, mut first) = (Vec::new(), Duration::ZERO);
     for (count, rounds, starters) in sizes {
-        let mut turns: Vec<Vec<Turn>> = starters.iter().map(|_| Vec::new()).collect();
+        let mut turns: Vec<Vec<Cycle>> = starters.iter().map(|_| Vec::new()).collect();
         // In turns, so that a slow minute of the machine slows all.
         for _ in 0..rounds {
             for (&starter, turns) in starters.iter().zip(&mut turns) {
@@ -98,7 +98,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
         }
         let mut totals = Vec::new();
         for (&starter, turns) in starters.iter().zip(&turns) {
-            let [up, down] = [|turn: &Turn| turn.up, |turn: &Turn| turn.down]
+            let [up, down] = [|turn: &Cycle| turn.up, |turn: &Cycle| turn.down]
                 .map(|of| quantile(&mut turns.iter().map(of).collect::<Vec<_>>(), 0.5));
             let mut memory: Vec<f64> = turns.iter().map(|turn| turn.memory).collect();
             let memory = quantile(&mut memory, 0.5);
@@ -237,7 +237,7 @@ impl<'s> Place<'s> {
     }
 
     /// Starts all programs, waits until all run, stops all.
-    fn turn(&self, starter: Starter) -> Result<Turn, Failure> {
+    fn turn(&self, starter: Starter) -> Result<Cycle, Failure> {
         let mut command = self.command(starter)?;
         if starter == Starter::Rcdeploy {
             command.stdout(Stdio::piped());
@@ -264,7 +264,7 @@ impl<'s> Place<'s> {
         if !child.ended_within(LIMIT.max(END)) {
             return Err(format!("{} does not end", starter.name()).into());
         }
-        Ok(Turn {
+        Ok(Cycle {
             up,
             down: start.elapsed(),
             memory,

@@ -47,13 +47,13 @@ struct Calls {
 
 /// Where calls were recorded.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-struct Place {
+struct CallKey {
     interface: String,
     operation: String,
     address: String,
 }
 
-type Recorded = BTreeMap<Place, Rc<Calls>>;
+type Recorded = BTreeMap<CallKey, Rc<Calls>>;
 
 impl Answers {
     /// Reads all calls of a recording, and serves what components require, was recorded, and has no
@@ -171,7 +171,7 @@ fn read(
 ) -> Result<Recorded, RecordError> {
     let mut recorded = Recorded::new();
     // The requests without their replies, by place, client and number.
-    let mut open: HashMap<(Place, String, u32), Vec<u8>> = HashMap::new();
+    let mut open: HashMap<(CallKey, String, u32), Vec<u8>> = HashMap::new();
     let (mut held, mut is_full) = (0, false);
     let mut reader = Reader::open(path)?;
     while let Some(record) = reader.next() {
@@ -187,7 +187,7 @@ fn read(
             continue;
         }
         let entry = |name: &str| channel.get(name).unwrap_or_default().to_owned();
-        let place = Place {
+        let place = CallKey {
             interface: entry(keys::INTERFACE),
             operation: entry(keys::OPERATION),
             address: entry(keys::ADDRESS),
@@ -205,7 +205,7 @@ fn read(
         held += message.data.len() + OVERHEAD;
         if is_request {
             held += place.interface.len() + place.operation.len();
-            held += place.address.len() + sender.len() + size_of::<(Place, String)>();
+            held += place.address.len() + sender.len() + size_of::<(CallKey, String)>();
         }
         if held > MOST {
             let most = MOST >> 20;

@@ -4,7 +4,7 @@ mod bodies;
 
 use super::METRE;
 use crate::matrix::{
-    IDENTITY, Matrix, Place, TO_URDF, Vector, angles, apply, between, of_rpy, transposed, unit,
+    IDENTITY, Matrix, Placement, TO_URDF, Vector, angles, apply, between, of_rpy, transposed, unit,
 };
 use innermodel_language::Pose;
 use innermodel_language::model::{
@@ -77,7 +77,7 @@ struct Edge<'d> {
     child: Name,
 }
 
-fn pose(place: &Place) -> Pose {
+fn pose(place: &Placement) -> Pose {
     Pose {
         translation: place.translation,
         rotation: angles(&place.rotation),
@@ -244,11 +244,11 @@ impl Reader<'_> {
     }
 
     /// The place of the child `origin`, in the frame and unit of InnerModel.
-    fn origin(&mut self, xml: Xml<'_, '_>) -> Place {
+    fn origin(&mut self, xml: Xml<'_, '_>) -> Placement {
         let Some(origin) = child_of(xml, "origin") else {
-            return Place::HERE;
+            return Placement::HERE;
         };
-        let place = Place {
+        let place = Placement {
             translation: self.numbers(origin, "xyz", [0.0; 3]),
             rotation: of_rpy(self.numbers(origin, "rpy", [0.0; 3])),
         };
@@ -346,9 +346,9 @@ impl Reader<'_> {
             }
         }
         let named = name.map_or_else(|| link.clone(), |name| name.text);
-        let is_link = named == *link && turn == IDENTITY && (turns || here == Place::HERE);
+        let is_link = named == *link && turn == IDENTITY && (turns || here == Placement::HERE);
         let id = if is_link { named } else { self.fresh(&named) };
-        let turned = here.then_inner(&Place {
+        let turned = here.then_inner(&Placement {
             rotation: turn,
             translation: [0.0; 3],
         });
@@ -373,7 +373,7 @@ impl Reader<'_> {
             })
         } else {
             // A prismatic joint has no pose of its own.
-            let base = (turned != Place::HERE).then(|| {
+            let base = (turned != Placement::HERE).then(|| {
                 let base = self.fresh(&format!("{id}_base"));
                 self.push(Node {
                     parent,
@@ -402,7 +402,7 @@ impl Reader<'_> {
         if is_link {
             return moving;
         }
-        let back = Place {
+        let back = Placement {
             rotation: transposed(&turn),
             translation: [0.0; 3],
         };

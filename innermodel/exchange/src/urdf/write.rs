@@ -1,7 +1,7 @@
 //! From a document to URDF.
 
 use super::METRE;
-use crate::matrix::{OF_MESH, Place, TO_URDF, Vector, apply, product, rpy};
+use crate::matrix::{OF_MESH, Placement, TO_URDF, Vector, apply, product, rpy};
 use crate::shapes::{board, place};
 use innermodel_language::model::{Document, Kind, Node, Plane, Shape};
 use rc_diagnostics::{Diagnostic, Diagnostics};
@@ -82,7 +82,7 @@ impl Writer {
             .push(Diagnostic::warning("lost-on-export", node.span, message));
     }
 
-    fn origin(&mut self, indent: &str, place: &Place) {
+    fn origin(&mut self, indent: &str, place: &Placement) {
         let (xyz, rpy) = (numbers(place.translation), numbers(rpy(&place.rotation)));
         let line = format!("{indent}<origin xyz=\"{xyz}\" rpy=\"{rpy}\"/>\n");
         self.out.push_str(&line);
@@ -218,7 +218,7 @@ impl Writer {
                 let there = here.changed(&TO_URDF, METRE.recip());
                 // The file has its own axes: a rotation, since both change the hand.
                 let axes = product(&TO_URDF, &OF_MESH);
-                let there = Place {
+                let there = Placement {
                     rotation: product(&there.rotation, &axes),
                     ..there
                 };
@@ -235,7 +235,7 @@ impl Writer {
         &mut self,
         node: &Node,
         geometry: &str,
-        there: &Place,
+        there: &Placement,
         texture: &str,
         collides: bool,
     ) {

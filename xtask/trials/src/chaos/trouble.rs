@@ -45,7 +45,7 @@ enum Kind {
 
 /// Aftermath of a trouble, until all components are ready.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum After {
+pub(super) enum Aftermath {
     Nothing,
     /// Times of events do not measure: the clock was set, or the disk was slow.
     WrongTimes,
@@ -80,15 +80,15 @@ pub(super) struct Troubles {
 impl Troubles {
     /// Makes one trouble, and waits until it is over. Only the clock of the system stays as it was
     /// set, until it is set again.
-    pub(super) fn make(&mut self, ground: &Ground, dice: &mut Dice) -> Result<After, Failure> {
+    pub(super) fn make(&mut self, ground: &Ground, dice: &mut Dice) -> Result<Aftermath, Failure> {
         let status = ground.status("rcdeploy").unwrap_or_default();
         let (supervisor, guard) = (process(&status["pid"]), process(&status["guard"]));
         let at = dice.below(KINDS.len());
         let (kind, time) = (KINDS[at].0, dice.time(LONGEST));
         let (Some(supervisor), Some(guard)) = (supervisor, guard) else {
-            return Ok(After::Nothing);
+            return Ok(Aftermath::Nothing);
         };
-        let mut after = After::Nothing;
+        let mut aftermath = Aftermath::Nothing;
         match (kind, mounts::logs()) {
             (Kind::MassKill, _) => self.killed += kill(ground, &status, 50, dice),
             (Kind::StoppedSupervisor, _) => stop(supervisor, time)?,
@@ -96,14 +96,14 @@ impl Troubles {
             (Kind::NoDescriptor, _) => without_descriptors(supervisor, time)?,
             (Kind::FullMemory, Some(_)) => {
                 full(Path::new(MEMORY), time)?;
-                after = After::Failures;
+                aftermath = Aftermath::Failures;
             }
             (Kind::FullDisk, Some(logs)) => full(logs, time)?,
             // The memory and the disk of others.
-            (Kind::FullMemory | Kind::FullDisk, None) => return Ok(After::Nothing),
+            (Kind::FullMemory | Kind::FullDisk, None) => return Ok(Aftermath::Nothing),
             (Kind::SlowDisk | Kind::SystemClock, _) => {
                 let Some(shim) = ground.shim() else {
-                    return Ok(After::Nothing);
+                    return Ok(Aftermath::Nothing);
                 };
                 if kind == Kind::SystemClock {
                     shim.set_clock(dice.below(2 * FAR) as i64 - FAR as i64)?;
@@ -114,12 +114,12 @@ impl Troubles {
                 self.killed_meanwhile += kill(ground, &status, 20, dice);
                 std::thread::sleep(time);
                 shim.slow_disk(Duration::ZERO)?;
-                after = After::WrongTimes;
+                aftermath = Aftermath::WrongTimes;
             }
             (Kind::Clock, _) => jump(ground, &status, time),
         }
         self.made[at] += 1;
-        Ok(after)
+        Ok(aftermath)
     }
 
     /// Notes that a component has failed because of a trouble.

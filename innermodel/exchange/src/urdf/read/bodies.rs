@@ -1,7 +1,7 @@
 //! The bodies of a link: its `visual` and `collision` elements.
 
 use super::{Reader, child_of, pose};
-use crate::matrix::{OF_MESH, Place, TO_URDF, Vector, product, transposed};
+use crate::matrix::{OF_MESH, Placement, TO_URDF, Vector, product, transposed};
 use crate::urdf::METRE;
 use innermodel_language::Pose;
 use innermodel_language::model::{Kind, Mesh, Node, Plane, Render, Shape, Solid, Transform};
@@ -10,7 +10,7 @@ use roxmltree::Node as Xml;
 /// A body of a link.
 struct Body {
     name: String,
-    place: Place,
+    place: Placement,
     kind: Kind,
 }
 impl Reader<'_> {

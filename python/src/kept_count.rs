@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// One of the samples of a topic that the worker keeps.
-pub(crate) struct Keeping(Arc<AtomicUsize>);
+pub(crate) struct KeptCount(Arc<AtomicUsize>);
 
-impl Keeping {
+impl KeptCount {
     /// Counts one more, up to the limit: the one that is handled, and those of earlier calls.
     pub(crate) fn one(count: &Arc<AtomicUsize>) -> Option<Self> {
         // Only the thread of the worker adds; all threads subtract.
@@ -19,7 +19,7 @@ impl Keeping {
     }
 }
 
-impl Drop for Keeping {
+impl Drop for KeptCount {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::AcqRel);
     }
