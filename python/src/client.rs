@@ -10,8 +10,12 @@ use pyo3::types::{PyDict, PyTuple};
 use rc_observe::{Answer, Topic, call};
 use rc_values::Value;
 use std::collections::HashMap;
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
+
+/// How often a wait looks for Ctrl-C.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// A running network.
 #[pyclass(frozen, module = "robocomp._native")]
@@ -26,7 +30,8 @@ impl Network {
     /// Asks the components of a network for their descriptions.
     #[new]
     fn new(py: Python<'_>, name: &str) -> PyResult<Self> {
-        let network = py.detach(|| rc_observe::Network::look(name));
+        let name = name.to_owned();
+        let network = interruptible(py, move || rc_observe::Network::look(&name))?;
         Ok(Self {
             network: network.map_err(|error| failed(py, &error))?,
             types: OnceLock::new(),
@@ -114,12 +119,14 @@ impl Network {
         };
         let types = self.types(&found.server.component)?;
         let of = &found.operation;
-        let request = types.arguments(&of.request, arguments).map_err(|misfit| {
+        let request = types.arguments(&of.request, arguments);
+        let request = request.map_err(|misfit| {
             let message = format!("{}(): {misfit}", of.name);
             errors::raise(py, "InvalidArgument", &message)
         })?;
         let limit = Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
-        let answer = py.detach(|| call(&self.network.name, &found, &request, limit));
+        let network = self.network.name.clone();
+        let answer = interruptible(py, move || call(&network, &found, &request, limit))?;
         match answer.map_err(|error| of_call(py, &error))? {
             // A reply has the name of its operation, as the class of its parts.
             Answer::Result(Value::Struct(ty, values)) => types.answer_object(py, &ty.name, values),
@@ -151,6 +158,34 @@ impl Network {
         let missing = || PyRuntimeError::new_err("the classes of the component are not set");
         let all = self.types.get();
         all.and_then(|all| all.get(component)).ok_or_else(missing)
+    }
+}
+
+/// Does something that takes its time, on a thread of its own, and waits for it without the
+/// interpreter's lock. Ctrl-C ends the wait; the thread ends at the limit of what it does.
+fn interruptible<T: Send + 'static>(
+    py: Python<'_>,
+    act: impl FnOnce() -> T + Send + 'static,
+) -> PyResult<T> {
+    let (done, mut results) = sync_channel(1);
+    let thread = std::thread::Builder::new().name("client".to_owned());
+    thread.spawn(move || {
+        // Nobody may wait any more.
+        let _ = done.send(act());
+    })?;
+    loop {
+        let result;
+        (results, result) = py.detach(move || {
+            let result = results.recv_timeout(LOOK);
+            (results, result)
+        });
+        match result {
+            Ok(result) => return Ok(result),
+            Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(PyRuntimeError::new_err("the thread of the client panicked"));
+            }
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 import copy
 import os
+import signal
 import threading
 import unittest
 from datetime import timedelta
@@ -25,6 +26,8 @@ class Client(unittest.TestCase):
         types = fixture.types
 
         cls.gate = threading.Event()
+        cls.entered = threading.Event()
+        cls.left = threading.Event()
 
         class SpecificWorker(fixture.worker):
             def initialize(self, ctx):
@@ -50,7 +53,9 @@ class Client(unittest.TestCase):
 
             def note(self, ctx, text):
                 if text == "wait":
+                    cls.entered.set()
                     cls.gate.wait(LIMIT.total_seconds())
+                    cls.left.set()
                 else:
                     self.notes.append(text)
 
@@ -133,6 +138,25 @@ class Client(unittest.TestCase):
             self.assertIsInstance(caught.exception, robocomp.CallError)
         finally:
             self.gate.set()
+
+    def test_ctrl_c_ends_a_call_that_waits(self):
+        self.entered.clear()
+        self.gate.clear()
+        self.left.clear()
+
+        def interrupt():
+            self.entered.wait(LIMIT.total_seconds())
+            os.kill(os.getpid(), signal.SIGINT)
+
+        interrupts = threading.Thread(target=interrupt)
+        interrupts.start()
+        try:
+            with self.assertRaises(KeyboardInterrupt):
+                self.net.server.echo.note("wait")
+            self.assertFalse(self.left.is_set(), "the server still works at the call")
+        finally:
+            self.gate.set()
+            interrupts.join()
 
     def test_a_component_that_has_ended_is_no_server(self):
         network = f"{NETWORK}-ended"
