@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// The pause before a topic that could not be sent to is opened again.
-const AGAIN: Duration = Duration::from_secs(1);
+const AGAIN: Duration = Duration::from_secs(5);
 
 /// Selection of messages to play, and speed.
 #[derive(Clone, Debug)]
@@ -50,7 +50,7 @@ struct Target {
     topic: Topic,
     /// None after an error: its subscribers may have been restarted.
     sender: Option<Sender>,
-    /// When a sender was opened last.
+    /// When it was tried last to open a sender.
     opened: Instant,
 }
 
@@ -67,8 +67,10 @@ impl Target {
     /// [`AGAIN`].
     fn send(&mut self, network: &Network, body: &[u8]) -> Result<(), rc_observe::Error> {
         if self.sender.is_none() && self.opened.elapsed() >= AGAIN {
+            let opened = Sender::open(network, &self.topic);
+            // What hangs takes its time, which must not be most of the time.
             self.opened = Instant::now();
-            self.sender = Some(Sender::open(network, &self.topic)?);
+            self.sender = Some(opened?);
         }
         let Some(sender) = &mut self.sender else {
             return Err(rc_observe::Error::Component {
