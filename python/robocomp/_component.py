@@ -101,6 +101,21 @@ def main(component: Component, worker: str | type, args: Sequence[str] | None = 
     return code
 
 
+# The components on threads of this process.
+_running: list[_native.Embedded] = []
+
+
+def _end_all() -> None:
+    """Ends the components before the interpreter: no thread may run Python code then."""
+    for running in _running:
+        running.stop()
+    if not _native.await_end():
+        print("robocomp: a component has not ended with its process", file=sys.stderr)
+
+
+atexit.register(_end_all)
+
+
 def embed(component: Component, worker: type, args: Sequence[str] = ()) -> _native.Embedded:
     """Runs a component on a thread of this process, with a command line as for its program: for
     tests. It runs until `stop`, at the latest until the interpreter ends."""
@@ -115,7 +130,8 @@ def embed(component: Component, worker: type, args: Sequence[str] = ()) -> _nati
         component.folder,
         list(args),
     )
-    atexit.register(running.end)
+    _running[:] = [other for other in _running if not other.has_ended()]
+    _running.append(running)
     return running
 
 

@@ -6,6 +6,7 @@ use crate::from_python::Misfit;
 use crate::link::Link;
 use crate::parameters;
 use crate::replies::undecodable;
+use crate::run::Alive;
 use crate::sample::Sample;
 use crate::session::{self, Number, Session};
 use crate::types::Types;
@@ -30,6 +31,7 @@ pub(crate) struct Start {
     pub(crate) context: Py<PyAny>,
     /// The class of the worker.
     pub(crate) worker: Py<PyAny>,
+    pub(crate) alive: Alive,
 }
 
 /// A running worker with its context.
@@ -42,6 +44,7 @@ pub(crate) struct PythonComponent {
     pub(crate) machine: Option<Machine<Number, Number>>,
     pub(crate) context: Py<PyAny>,
     pub(crate) worker: Worker,
+    _alive: Alive,
 }
 
 /// Core and machine while a function of the worker runs. A panic gives them back, too: the runtime
@@ -86,6 +89,7 @@ impl Start {
             machine,
             context,
             worker,
+            _alive: self.alive,
         };
         if !component.program.description.managed && component.machine.is_some() {
             machine::start(&mut component)?;

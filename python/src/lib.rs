@@ -48,7 +48,7 @@ mod _native {
     #[pymodule_export]
     use super::names::name_of;
     #[pymodule_export]
-    use super::run::{Embedded, embed, run};
+    use super::run::{Embedded, await_end, embed, run};
     #[pymodule_export]
     use super::samples::Samples;
     #[pymodule_export]

@@ -3,6 +3,8 @@
 import copy
 import os
 import signal
+import subprocess
+import sys
 import threading
 import unittest
 from datetime import timedelta
@@ -82,6 +84,8 @@ class Client(unittest.TestCase):
         args = []
         if MIDDLEWARE in ("dds", "ros2"):
             args += ["--set-middleware", f"{MIDDLEWARE}.domain={os.environ['TEST_DOMAIN']}"]
+
+        cls.args = args
 
         def start(network):
             return robocomp.embed(component, SpecificWorker, ["--network", network, *args])
@@ -181,6 +185,37 @@ class Client(unittest.TestCase):
         server = self.net.server
         self.assertEqual(dir(copy.copy(server)), ["echo"])
         self.assertEqual(dir(copy.copy(server.echo)), dir(server.echo))
+
+    @unittest.skipUnless(MIDDLEWARE == "iceoryx2", "it is the same over each")
+    def test_a_component_that_starts_too_late_ends_before_the_interpreter(self):
+        script = f"""
+import time, robocomp
+from build import Fixture
+from demo import MODULE
+fixture = Fixture("late", [MODULE], "{MIDDLEWARE}")
+class SpecificWorker(fixture.worker):
+    def initialize(self, ctx):
+        time.sleep(11)
+        print("initialized", flush=True)
+    def compute(self, ctx):
+        pass
+component = fixture.component(SpecificWorker)
+try:
+    robocomp.embed(component, SpecificWorker, ["--network", "{NETWORK}-late", *{self.args}])
+except robocomp.StartError as error:
+    print(error, flush=True)
+"""
+        ended = subprocess.run(
+            [sys.executable, "-c", script],
+            capture_output=True,
+            text=True,
+            timeout=60,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        )
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        lines = ended.stdout.splitlines()
+        self.assertIn("does not run within 10s", lines[0])
+        self.assertEqual(lines[-1], "initialized", ended.stdout + ended.stderr)
 
     def test_a_negative_timeout_is_an_error(self):
         negative = timedelta(seconds=-1)
