@@ -152,6 +152,8 @@ class Client(unittest.TestCase):
             self.entered.wait(LIMIT.total_seconds())
             os.kill(os.getpid(), signal.SIGINT)
 
+        # A test run in the background ignores Ctrl-C, and Python then leaves it so.
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
         interrupts = threading.Thread(target=interrupt)
         interrupts.start()
         try:
@@ -161,6 +163,7 @@ class Client(unittest.TestCase):
         finally:
             self.gate.set()
             interrupts.join()
+            signal.signal(signal.SIGINT, before)
 
     def test_a_component_that_has_ended_is_no_server(self):
         network = f"{NETWORK}-ended"
