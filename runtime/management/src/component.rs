@@ -58,8 +58,8 @@ pub enum Request {
     /// Answered at once with [`Clocks`](crate::observation::Clocks).
     Clocks,
     /// Copies the messages of a slot to this client from now on, or no more: notifications
-    /// [`Tapped`](crate::observation::Tapped) and `Dropped`. The end of the connection ends it. Answered with
-    /// [`Done`].
+    /// [`Tapped`](crate::observation::Tapped) and `Dropped`. The end of the connection ends it.
+    /// Answered with [`Done`].
     Tap {
         /// The name of the slot.
         slot: String,
