@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 pub(crate) struct File {
     /// The folder of the file.
     pub(crate) folder: PathBuf,
-    /// Syntax tree.
+    /// Contents of the file.
     pub(crate) tree: ast::Deployment,
 }
 

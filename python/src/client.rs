@@ -119,8 +119,7 @@ impl Network {
         };
         let types = self.types(&found.server.component)?;
         let of = &found.operation;
-        let request = types.arguments(&of.request, arguments);
-        let request = request.map_err(|misfit| {
+        let request = types.arguments(&of.request, arguments).map_err(|misfit| {
             let message = format!("{}(): {misfit}", of.name);
             errors::raise(py, "InvalidArgument", &message)
         })?;

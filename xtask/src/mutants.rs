@@ -7,7 +7,7 @@ use crate::outcome;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus};
+use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The version of `cargo-mutants`.
@@ -22,36 +22,21 @@ const FILES: [&str; 5] = [
 ];
 /// The default number of changes in a run.
 const COUNT: usize = 60;
-/// Tests of other things than the changed files, which take minutes: other tools, other languages,
-/// several middlewares.
-const SKIPPED: [&str; 29] = [
+/// Tests that run whole networks or other tools: they take minutes, or need programs of other
+/// packages.
+const SKIPPED: [&str; 14] = [
     "every_command_runs",
     "the_page_of_commands_is_up_to_date",
     "the_picture_of_the_machine_is_up_to_date",
     "each_command_has_a_man_page_and_both_list_the_exit_codes",
     "files_equal_their_goldens",
-    "network::bytes",
-    "network::camera",
-    "network::completion",
-    "network::dds",
-    "network::exact",
-    "network::foxglove",
-    "network::house",
-    "network::iceoryx2",
-    "network::joints",
-    "network::large",
-    "network::observe",
-    "network::pictures",
-    "network::probe",
-    "network::recorded",
-    "network::ros",
-    "network::swap",
-    "network::variant",
+    "network::",
     "hosts::",
     "inner_model::",
     "mixed::",
     "patrol::",
     "python_worker::",
+    "remote::",
     "time::",
     "a_mismatched_endpoint_that_joins_later",
 ];
@@ -139,15 +124,6 @@ pub(crate) fn run(args: &[&str]) -> Result<(), String> {
     println!("{all} changes; --count {count} --seed {seed} is the shard {shard}");
     let target = target();
     let output = target.join("mutants");
-    let programs = Command::new("cargo")
-        .args(["build", "--workspace", "--bins"])
-        .env("CARGO_TARGET_DIR", output.join("target"))
-        .current_dir(&root)
-        .status();
-    // The tests of the supervisor run whole networks.
-    if !programs.as_ref().is_ok_and(ExitStatus::success) {
-        return outcome(&["build", "--workspace", "--bins"], programs);
-    }
     let mut command = Command::new(&program);
     command
         .args(["mutants", "--shard", &shard, "--sharding", "round-robin"])

@@ -10,7 +10,7 @@ use std::io;
 pub struct Page {
     /// The name of its file, for example `rcgen-init.1`.
     pub file: String,
-    /// Text, in roff.
+    /// Contents of the page, in roff.
     pub text: String,
 }
 

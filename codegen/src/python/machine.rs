@@ -16,7 +16,7 @@ pub(crate) struct Machine<'a> {
 }
 
 impl Machine<'_> {
-    /// Ends of the names of its states' functions.
+    /// Last parts of the names of the states' functions.
     pub(crate) fn suffixes(&self) -> impl Iterator<Item = &str> {
         self.states.iter().map(|state| state.suffix.as_str())
     }
@@ -38,7 +38,7 @@ struct Event<'a> {
     number: usize,
 }
 
-/// End of the names of a state's functions.
+/// Last part of the names of a state's functions.
 pub(crate) fn suffix(state: &str) -> String {
     names::snake(state).trim_end_matches('_').to_owned()
 }

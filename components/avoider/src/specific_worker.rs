@@ -13,7 +13,7 @@ const FULL: f32 = 80.0;
 /// How often the battery is looked at.
 const BATTERY_PERIOD: Duration = Duration::from_secs(1);
 
-/// Knowledge of the robot in its states.
+/// Data that the states share.
 #[derive(Default)]
 pub struct SpecificWorker {
     /// The scan of this period.

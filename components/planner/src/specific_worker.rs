@@ -62,8 +62,9 @@ impl Worker for SpecificWorker {
     }
 
     fn finalize(&mut self, ctx: &mut Context) {
-        if let Err(error) = drive(ctx, REAL, Motion::default()) {
-            warn!("the robot is not stopped: {error}");
+        let stopped = drive(ctx, REAL, Motion::default());
+        if let Err(error) = stopped.and_then(|()| remove(ctx, EXPECTED)) {
+            warn!("the robot is not stopped, or a clone is left: {error}");
         }
     }
 }

@@ -27,7 +27,7 @@ pub const RING: &str = "rcdeploy-ring";
 /// The folder of a network's logs: `robocomp/NETWORK` in `$XDG_STATE_HOME`, else in
 /// `~/.local/state`, else `robocomp-UID/NETWORK` in the folder for temporary files.
 pub fn directory(network: &str) -> PathBuf {
-    base().0.join(network)
+    root().join(network)
 }
 
 /// The folder with the logs of all networks.

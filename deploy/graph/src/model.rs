@@ -31,7 +31,7 @@ pub struct Graph {
 /// A group.
 #[derive(Clone, Debug, Serialize)]
 pub struct Group {
-    /// Full name.
+    /// Name with those of its groups.
     pub name: String,
     /// The full name of the group that contains it.
     pub parent: Option<String>,
@@ -42,7 +42,7 @@ pub struct Group {
 /// A component.
 #[derive(Clone, Debug, Serialize)]
 pub struct Component {
-    /// Full name.
+    /// Name with those of its groups.
     pub name: String,
     /// Name in its `.cdsl`, if that could be read.
     pub component: Option<String>,
@@ -60,7 +60,7 @@ pub struct Component {
     /// Present state of the component, in the picture of a running network.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub live: Option<Live>,
-    /// State machine.
+    /// States and transitions, for the drawing.
     #[serde(skip)]
     pub machine: Option<StateMachine>,
     /// Slots, in the order of its `.cdsl`.
@@ -105,7 +105,7 @@ pub struct Slot {
 /// A finding of the check.
 #[derive(Clone, Debug, Serialize)]
 pub struct Finding {
-    /// Stable code.
+    /// Code of the finding; it never changes.
     pub code: &'static str,
     /// `error`, `warning` or `note`.
     pub severity: &'static str,

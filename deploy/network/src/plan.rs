@@ -55,7 +55,7 @@ pub struct Component {
     /// The limit for its end after SIGTERM.
     #[serde(default = "default_stop")]
     pub stop: Duration,
-    /// Restart policy.
+    /// When it is started again.
     #[serde(default)]
     pub restart: Restart,
     /// The processors that it may run on. Empty: any.

@@ -79,7 +79,7 @@ pub struct Process {
     pub ready_ms: u64,
     /// The limit for its end, in milliseconds.
     pub stop_ms: u64,
-    /// Restart policy.
+    /// When it is started again.
     pub restart: RestartRule,
     /// The processors that it may run on. Empty: any.
     pub cpu: Vec<u16>,

@@ -30,7 +30,7 @@ struct Node<'a> {
     project: &'a Project,
     /// Domain that the files set.
     domain: Option<i64>,
-    /// Name in full.
+    /// Name with its namespace.
     name: String,
     rules: Vec<ResolvedRemapping>,
 }
@@ -42,7 +42,7 @@ struct End<'a> {
     slot: &'a Slot,
     operation: &'a Operation,
     address: String,
-    /// Name in full.
+    /// Name with its namespace.
     name: String,
     is_renamed: bool,
 }

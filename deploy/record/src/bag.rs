@@ -9,7 +9,7 @@ use crate::writer::{ChannelId, Limits, Writer};
 use rc_diagnostics::nearest;
 use rc_mcap::Stamp;
 use rc_middleware::{Cdr, Reader};
-use rc_values::{Struct, Value, cells, csv_cell};
+use rc_values::{Columns, Struct, Value, cells};
 use serde_json::Value as Json;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -23,9 +23,9 @@ use std::time::Duration;
 pub struct Selection {
     /// Topics, or their ends. Empty for all.
     pub topics: Vec<String>,
-    /// The time after the first time of the file from which on messages are meant.
+    /// The time since the beginning of the file from which on messages are meant.
     pub from: Option<Duration>,
-    /// The time after the first time of the file until which messages are meant.
+    /// The time since the beginning of the file until which messages are meant.
     pub to: Option<Duration>,
 }
 
@@ -37,16 +37,11 @@ pub struct Selecting {
 }
 
 impl Selection {
-    /// Begins to read. `reader` leaves out what is later than any message that is meant.
-    pub fn begin(self, reader: &mut reader::Reader) -> Selecting {
-        let first = reader.times().first;
-        if let (Some(first), Some(to)) = (first, self.to) {
-            let to = u64::try_from(to.as_nanos()).unwrap_or(u64::MAX);
-            reader.end_after(first.saturating_add(to));
-        }
+    /// Begins to read.
+    pub fn begin(self, reader: &reader::Reader) -> Selecting {
         Selecting {
             selection: self,
-            first,
+            first: reader.times().first,
         }
     }
 
@@ -100,7 +95,16 @@ impl Selecting {
         is_early && is_late && self.selection.has_topic(&message.channel.topic)
     }
 
-    /// The time since the first one.
+    /// Lets a reader leave out what is later than any message that is meant, also the attachments
+    /// and tables there.
+    pub fn limit(&self, reader: &mut reader::Reader) {
+        if let (Some(first), Some(to)) = (self.first, self.selection.to) {
+            let to = u64::try_from(to.as_nanos()).unwrap_or(u64::MAX);
+            reader.end_after(first.saturating_add(to));
+        }
+    }
+
+    /// The time since the beginning of the file.
     fn after(&mut self, message: &Message) -> Duration {
         let first = *self.first.get_or_insert(message.log_time);
         Duration::from_nanos(message.log_time.saturating_sub(first))
@@ -224,7 +228,8 @@ pub fn each(
     take: &mut dyn FnMut(Message) -> Result<bool, RecordError>,
 ) -> Result<Option<String>, RecordError> {
     let mut reader = reader::Reader::open(path)?;
-    let mut selecting = selection.begin(&mut reader);
+    let mut selecting = selection.begin(&reader);
+    selecting.limit(&mut reader);
     while let Some(record) = reader.next() {
         let Record::Message(message) = record else {
             continue;
@@ -245,7 +250,7 @@ pub fn cut(
 ) -> Result<(u64, Option<String>), RecordError> {
     let mut reader = reader::Reader::open(path)?;
     let mut writer = Writer::create(to, Limits::default())?;
-    let mut selecting = selection.begin(&mut reader);
+    let mut selecting = selection.begin(&reader);
     let mut channels: BTreeMap<u16, ChannelId> = BTreeMap::new();
     let mut count = 0;
     while let Some(record) = reader.next() {
@@ -297,6 +302,8 @@ fn copy(
 pub struct Tables {
     /// The files, one for each topic.
     pub files: Vec<PathBuf>,
+    /// Topics with a column that their table lacks, because the first message did not have it.
+    pub incomplete: Vec<(String, String)>,
     /// Why the recording ends before its end, if it does.
     pub cut: Option<String>,
 }
@@ -304,7 +311,7 @@ pub struct Tables {
 /// The table of a topic.
 struct Table {
     file: Option<(PathBuf, BufWriter<File>)>,
-    columns: Vec<String>,
+    columns: Columns,
 }
 
 /// Whether a message is a row of a table.
@@ -345,6 +352,7 @@ pub fn csv(
     let mut decoder = Decoder::default();
     let mut tables: BTreeMap<String, Table> = BTreeMap::new();
     let mut names: BTreeSet<String> = BTreeSet::new();
+    let mut incomplete = Vec::new();
     let cut = each(path, selection, &mut |message| {
         let topic = &message.channel.topic;
         if !is_row(&message) {
@@ -364,24 +372,18 @@ pub fn csv(
             });
             let file: Option<Result<_, RecordError>> = file;
             let file = file.transpose()?;
-            let columns: Vec<String> = cells.iter().map(|(name, _)| name.clone()).collect();
-            text += "log_time_s,publish_time_s";
-            for name in &columns {
-                text += &format!(",{}", csv_cell(name));
-            }
-            text.push('\n');
+            let columns = Columns::new("log_time_s,publish_time_s", &cells);
+            text += columns.header();
             tables.insert(topic.clone(), Table { file, columns });
         }
         let Some(table) = tables.get_mut(topic) else {
             return Ok(true);
         };
-        text += &seconds(message.log_time);
-        text += &format!(",{}", seconds(message.publish_time));
-        for name in &table.columns {
-            let cell = cells.iter().find(|(column, _)| column == name);
-            text += &format!(",{}", cell.map_or_else(String::new, |(_, c)| csv_cell(c)));
+        if let Some(column) = table.columns.missing(&cells) {
+            incomplete.push((topic.clone(), column.to_owned()));
         }
-        text.push('\n');
+        let times = [message.log_time, message.publish_time].map(seconds);
+        text += &table.columns.row(&times.join(","), &cells);
         let written = match &mut table.file {
             Some((_, file)) => file.write_all(text.as_bytes()),
             None => out.write_all(text.as_bytes()),
@@ -396,7 +398,11 @@ pub fn csv(
             files.push(path);
         }
     }
-    Ok(Tables { files, cut })
+    Ok(Tables {
+        files,
+        incomplete,
+        cut,
+    })
 }
 
 /// The file of a topic: its name without what no file system likes, and a number where another

@@ -36,8 +36,8 @@ pub struct Written {
     pub reason: String,
     /// The number of its messages.
     pub messages: usize,
-    /// How much of the ring's time it holds, if there was no memory for all of it.
-    pub only: Option<Duration>,
+    /// The time that it holds, if there was no memory for all of the ring's time.
+    pub shortened_to: Option<Duration>,
 }
 
 impl Ring {
@@ -72,15 +72,12 @@ impl Ring {
     fn push_at(&mut self, now: Instant, at: usize, stamp: Stamp, data: Vec<u8>) {
         self.held += data.len() + OVERHEAD;
         self.messages.push_back((now, at, stamp, data.into()));
-        while let Some((arrived, _, _, _)) = self.messages.front() {
-            let is_over = now.duration_since(*arrived) > self.time;
-            if !is_over && self.held <= self.bytes {
-                break;
-            }
-            let Some((arrived, at, stamp, data)) = self.messages.pop_front() else {
-                break;
-            };
-            if !is_over {
+        let is_over = |arrived: Instant| now.duration_since(arrived) > self.time;
+        while let Some((arrived, at, stamp, data)) = self
+            .messages
+            .pop_front_if(|(arrived, ..)| self.held > self.bytes || is_over(*arrived))
+        {
+            if !is_over(arrived) {
                 self.short = Some(arrived);
             }
             let replaced = if self.channels[at].is_latched() {
@@ -92,8 +89,8 @@ impl Ring {
         }
     }
 
-    /// How much of its time it holds, if messages had to make room before their time.
-    fn only(&self, now: Instant) -> Option<Duration> {
+    /// The time that it holds, if messages had to make room before their time.
+    fn shortened_to(&self, now: Instant) -> Option<Duration> {
         self.short
             .map(|arrived| now.saturating_duration_since(arrived))
             .filter(|held| *held < self.time)
@@ -130,7 +127,7 @@ impl Ring {
             path: path.to_owned(),
             reason: reason.to_owned(),
             messages: self.before.len() + self.messages.len(),
-            only: self.only(Instant::now()),
+            shortened_to: self.shortened_to(Instant::now()),
         };
         let before: Vec<_> = self
             .before
@@ -144,8 +141,11 @@ impl Ring {
         let thread = thread.spawn(move || {
             let write = || {
                 let mut table = BTreeMap::from([("reason".to_owned(), written.reason.clone())]);
-                if let Some(only) = written.only {
-                    table.insert("only_s".to_owned(), format!("{:.1}", only.as_secs_f64()));
+                if let Some(time) = written.shortened_to {
+                    table.insert(
+                        "shortened_to_s".to_owned(),
+                        format!("{:.1}", time.as_secs_f64()),
+                    );
                 }
                 writer.metadata("ring", &table)?;
                 for file in files {
@@ -225,13 +225,13 @@ mod tests {
             ring.push_at(now, at, stamp(time), vec![0; 10]);
         }
         assert_eq!(ring.len(), 11);
-        assert_eq!(ring.only(begin + Duration::from_secs(129)), None);
+        assert_eq!(ring.shortened_to(begin + Duration::from_secs(129)), None);
         let now = begin + Duration::from_secs(130);
         ring.push_at(now, at, stamp(70), vec![0; 900]);
         assert_eq!((ring.len(), ring.held()), (1, 964));
         // The one of second 129 had to make room.
-        assert_eq!(ring.only(now), Some(Duration::from_secs(1)));
-        assert_eq!(ring.only(now + Duration::from_secs(10)), None);
+        assert_eq!(ring.shortened_to(now), Some(Duration::from_secs(1)));
+        assert_eq!(ring.shortened_to(now + Duration::from_secs(10)), None);
 
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("x.mcap");

@@ -158,6 +158,12 @@ pub(super) fn bag(command: Bag) -> Result<u8, Failure> {
             }
             let tables = bag::csv(&file, selection, out.as_deref(), &mut std::io::stdout())?;
             note_cut(tables.cut);
+            for (topic, column) in tables.incomplete {
+                let (topic, column) = (clean(&topic), clean(&column));
+                print_note(&format_args!(
+                    "the first message of {topic} has no {column}, so its table has no such column"
+                ));
+            }
             for file in tables.files {
                 print_line(format_args!("{}", file.display()));
             }

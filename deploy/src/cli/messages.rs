@@ -7,7 +7,7 @@ use rc_deploy_client::Format;
 use rc_diagnostics::foreign::clean;
 use rc_middleware::{Reader, rpc};
 use rc_observe::{Error, MessageKind, Network, Observed, Observer, Operation, Processes, Source};
-use rc_values::{Style, Value, cells, csv_cell, decode_from};
+use rc_values::{Columns, Style, Value, cells, decode_from};
 use serde_json::json;
 use std::io::{self, Write};
 use std::os::fd::AsFd;
@@ -32,9 +32,14 @@ pub(super) const ENDS: [i32; 3] = [
     signal_hook::consts::SIGHUP,
 ];
 
-/// Becomes readable at Ctrl-C. The second one ends the process at once, even if it waits for
-/// somebody who reads what it prints.
+/// Becomes readable at Ctrl-C.
 pub(super) fn interrupts() -> Result<UnixStream, Failure> {
+    signals(&ENDS)
+}
+
+/// Lets the second Ctrl-C end the process at once: it may wait for somebody who does not read what
+/// it prints. Not for a command that has something to finish.
+fn end_at_second_interrupt() -> Result<(), Failure> {
     let first = Arc::new(AtomicBool::new(false));
     for signal in ENDS {
         // Actions run in the order in which they were registered.
@@ -42,7 +47,7 @@ pub(super) fn interrupts() -> Result<UnixStream, Failure> {
             .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&first)))
             .map_err(|e| system(&e))?;
     }
-    signals(&ENDS)
+    Ok(())
 }
 
 /// Becomes readable at these signals.
@@ -82,6 +87,7 @@ pub(super) fn watch(
     mut take: impl FnMut(&Source, &Observed<'_>) -> Result<bool, Failure>,
     mut turn: impl FnMut(&Source) -> Result<bool, Failure>,
 ) -> Result<u8, Failure> {
+    end_at_second_interrupt()?;
     let interrupts = interrupts()?;
     let network = look(&watched.network)?;
     let mut processes = Processes::of(&network);
@@ -168,7 +174,7 @@ pub(super) fn echo(watched: &TopicArguments, echo: &Echo) -> Result<u8, Failure>
     let (mut shown, mut printed): (u64, Option<Instant>) = (0, None);
     let mut lost = 0;
     let mut calls = Calls::default();
-    let mut columns = Columns::default();
+    let mut columns = None;
     let take = |source: &Source, observed: &Observed<'_>| {
         lost += observed.lost;
         if echo.csv && echo.fields.is_empty() && matches!(source, Source::Calls(_)) {
@@ -297,7 +303,7 @@ fn csv(
     echo: &Echo,
     observed: &Observed<'_>,
     decoded: &Decoded,
-    columns: &mut Columns,
+    columns: &mut Option<Columns>,
 ) -> Result<String, Failure> {
     let mut found = Vec::new();
     let chosen = chosen(echo, &decoded.value)?;
@@ -307,59 +313,15 @@ fn csv(
     for (path, value) in chosen {
         found.extend(cells(&path, &value));
     }
+    let is_first = columns.is_none();
+    let columns = columns.get_or_insert_with(|| Columns::new("sent_ns", &found));
     if let Some(name) = columns.missing(&found) {
         print_note(&format_args!(
-            "the first message had no {name}, so the table has no column for it; choose it with --field"
+            "the first message has no {name}, so the table has no such column; choose it with --field"
         ));
     }
-    Ok(columns.lines(&observed.header.sent.to_string(), &found))
-}
-
-/// The columns of a table: those of the first message. An optional structure may be missing in
-/// some messages.
-#[derive(Default)]
-struct Columns {
-    names: Vec<String>,
-    /// Whether a column was missing.
-    is_noted: bool,
-}
-
-impl Columns {
-    /// A cell that has no column, once.
-    fn missing<'c>(&mut self, found: &'c [(String, String)]) -> Option<&'c str> {
-        if self.names.is_empty() || self.is_noted {
-            return None;
-        }
-        // A structure that is missing has a cell of its own, in place of those of its members.
-        let has = |name: &String| {
-            let is_part = |column: &String| {
-                let rest = column.strip_prefix(name.as_str());
-                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-            };
-            self.names.iter().any(is_part)
-        };
-        let (name, _) = found.iter().find(|(name, _)| !has(name))?;
-        self.is_noted = true;
-        Some(name)
-    }
-
-    /// The line of a message, after that of the names for the first one.
-    fn lines(&mut self, first: &str, found: &[(String, String)]) -> String {
-        let line = |first: &str, cells: &mut dyn Iterator<Item = &str>| {
-            let rest = cells.map(|cell| format!(",{}", csv_cell(cell)));
-            format!("{first}{}\n", rest.collect::<String>())
-        };
-        let mut text = String::new();
-        if self.names.is_empty() {
-            self.names = found.iter().map(|(name, _)| name.clone()).collect();
-            text = line("sent_ns", &mut self.names.iter().map(String::as_str));
-        }
-        let cell = |name: &String| {
-            let cell = found.iter().find(|(found, _)| found == name);
-            cell.map_or("", |(_, cell)| cell)
-        };
-        text + &line(first, &mut self.names.iter().map(cell))
-    }
+    let header = if is_first { columns.header() } else { "" };
+    Ok(header.to_owned() + &columns.row(&observed.header.sent.to_string(), &found))
 }
 
 /// The calls whose replies have not come.
@@ -451,27 +413,4 @@ fn ros_reply(
         }
     }
     Ok(("reply", decode_from(&of.reply, reader)?))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_table_keeps_its_columns_where_an_optional_structure_is_missing() {
-        let cell = |(name, cell): (&str, &str)| (name.to_owned(), cell.to_owned());
-        let whole = [("pose.x", "1"), ("pose.y", "2"), ("name", "a")].map(cell);
-        let without = [("pose", "null"), ("name", "b")].map(cell);
-        let mut columns = Columns::default();
-        assert_eq!(columns.missing(&whole), None);
-        let text = columns.lines("5", &whole) + &columns.lines("6", &without);
-        assert_eq!(text, "sent_ns,pose.x,pose.y,name\n5,1,2,a\n6,,,b\n");
-        assert_eq!(columns.missing(&without), None);
-
-        let mut columns = Columns::default();
-        let text = columns.lines("5", &without) + &columns.lines("6", &whole);
-        assert_eq!(text, "sent_ns,pose,name\n5,null,b\n6,,a\n");
-        assert_eq!(columns.missing(&whole), Some("pose.x"));
-        assert_eq!(columns.missing(&whole), None, "it is said once");
-    }
 }

@@ -261,12 +261,12 @@ impl RingFiles {
                     path,
                     reason,
                     messages,
-                    only,
+                    shortened_to,
                 } = written;
-                if let Some(only) = only {
+                if let Some(time) = shortened_to {
                     print_note(&format_args!(
                         "the memory of the ring holds the last {:.1} s only; --ring-mib gives it more",
-                        only.as_secs_f64()
+                        time.as_secs_f64()
                     ));
                 }
                 print_line(format_args!(

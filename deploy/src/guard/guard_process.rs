@@ -36,7 +36,7 @@ const HOLD_LOOK: Duration = Duration::from_millis(5);
 pub struct GuardCommand {
     /// The program. It must call [`guard()`](fn@guard).
     pub program: PathBuf,
-    /// First arguments.
+    /// Arguments that come before those of the guard.
     pub args: Vec<String>,
 }
 

@@ -32,7 +32,7 @@ pub struct ProcessRegistry {
 /// One component that runs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RegisteredProcess {
-    /// Name.
+    /// Name of the component in the network.
     pub name: String,
     /// Process, the leader of its group.
     pub process: Identity,

@@ -134,7 +134,7 @@ impl LocalProcess {
         self.identity.pid
     }
 
-    /// Entry for the process registry.
+    /// Describes the process for the registry of this machine.
     pub(crate) fn registered(&self, component: &Component) -> RegisteredProcess {
         RegisteredProcess {
             name: component.name.clone(),

@@ -26,7 +26,7 @@ impl ProcessHandle {
         }
     }
 
-    /// Link of the component.
+    /// Socket over which the component and its supervisor exchange messages.
     pub(crate) fn link(&self) -> Option<&UnixStream> {
         match self {
             Self::Local(process) => process.link(),

@@ -11,7 +11,7 @@ const NEAR: f64 = 1.0;
 pub struct View {
     /// Takes coordinates in the frame of the camera to those in the root.
     pub place: Transform,
-    /// Size of the image in pixels.
+    /// Width, height and focal length of the image, in pixels.
     pub camera: Camera,
 }
 

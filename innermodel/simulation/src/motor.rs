@@ -79,8 +79,8 @@ impl World {
         Ok(checked.into_iter().map(|(.., clamped)| clamped).collect())
     }
 
-    /// What the motor of a joint does. Its position is the one that its encoder reads; reading it
-    /// twice in a step gives the same number. The tree has the exact one.
+    /// State of the motor of a joint. The position is that of the encoder, the same as long as no
+    /// step is made. The tree has the exact one.
     pub fn motor(&self, id: &str) -> Result<MotorState, Error> {
         let tree = self.tree();
         let node = tree.node(id)?;

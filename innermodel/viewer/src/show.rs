@@ -43,7 +43,7 @@ struct Drag {
     last: (i16, i16),
 }
 
-/// What a key or a button asks for; of several, the greatest.
+/// Effect of a key or a button; of several, the greatest counts.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum ViewerAction {
     Nothing,

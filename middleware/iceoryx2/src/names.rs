@@ -22,7 +22,7 @@ const RANDOM: u32 = 7;
 pub(crate) struct Storage {
     /// Prefix of the names of all its files and shared memory.
     pub(crate) prefix: String,
-    /// Root folder.
+    /// Folder of its files; shared memory is elsewhere.
     pub(crate) root: PathBuf,
 }
 

@@ -78,7 +78,7 @@ fn renamed(address: &str, external: &ExternalType, rules: &[ResolvedRemapping]) 
 pub(crate) struct NodeName {
     /// `/` or `/a/b`.
     pub(crate) namespace: String,
-    /// Own name.
+    /// Name without its namespace.
     pub(crate) name: String,
 }
 

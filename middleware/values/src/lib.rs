@@ -47,7 +47,7 @@ mod types;
 mod value;
 
 pub use catalog::{Catalog, Exception, Interface, Operation, Pattern};
-pub use cells::{cells, csv_cell};
+pub use cells::{Columns, cells, csv_cell};
 pub use decode::{decode, decode_from};
 pub use encode::{encode, encode_body};
 pub use error::{DescriptionError, ValueError};

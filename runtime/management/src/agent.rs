@@ -97,7 +97,7 @@ pub enum AgentMessage {
     Started {
         /// The component.
         name: String,
-        /// Process ID.
+        /// Process that was started.
         pid: i32,
     },
     /// A component could not be started.

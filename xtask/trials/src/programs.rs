@@ -182,7 +182,7 @@ impl Program {
         })
     }
 
-    /// Process ID.
+    /// The process of the program.
     pub(crate) fn pid(&self) -> u32 {
         self.child.0.id()
     }

@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"planner","parameters":[{"name":"base","doc":["The robot: a base of the scene."],"kind":{"scalar":{"type":"string"}},"default":{"text":"base"}},{"name":"x","doc":["The goal, in mm of the root of the scene."],"kind":{"scalar":{"type":"double"}},"default":{"float":0.0}},{"name":"z","kind":{"scalar":{"type":"double"}},"default":{"float":1800.0}},{"name":"tolerance","doc":["The robot is at the goal where it is so near, in mm."],"kind":{"scalar":{"type":"double"}},"default":{"float":150.0},"range":{"min":{"float":10.0},"max":{"float":10000.0}}},{"name":"speed","doc":["The speed of the motions that are tried, in mm/s."],"kind":{"scalar":{"type":"double"}},"default":{"float":500.0},"range":{"min":{"float":10.0},"max":{"float":5000.0}}},{"name":"turns","doc":["How many turns are tried for each of the two parts of a motion."],"kind":{"scalar":{"type":"int"}},"default":{"int":9},"range":{"min":{"int":3},"max":{"int":33}}},{"name":"part","doc":["How long each part of a motion takes."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":1500000000},"range":{"min":{"duration":100000000},"max":{"duration":30000000000}}},{"name":"bound","doc":["A plan is given up where the world is so far from the imagined one, in mm."],"kind":{"scalar":{"type":"double"}},"default":{"float":60.0},"range":{"min":{"float":1.0},"max":{"float":10000.0}}}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"planner","parameters":[{"name":"base","doc":["The robot: a base of the scene."],"kind":{"scalar":{"type":"string"}},"default":{"text":"base"}},{"name":"x","doc":["The goal, in mm of the root of the scene."],"kind":{"scalar":{"type":"double"}},"default":{"float":0.0}},{"name":"z","kind":{"scalar":{"type":"double"}},"default":{"float":1800.0}},{"name":"tolerance","doc":["Distance from the goal at which the robot has arrived, in mm."],"kind":{"scalar":{"type":"double"}},"default":{"float":150.0},"range":{"min":{"float":10.0},"max":{"float":10000.0}}},{"name":"speed","doc":["The speed of the motions that are tried, in mm/s."],"kind":{"scalar":{"type":"double"}},"default":{"float":500.0},"range":{"min":{"float":10.0},"max":{"float":5000.0}}},{"name":"turns","doc":["Number of turns that are tried in each of the two parts of a motion."],"kind":{"scalar":{"type":"int"}},"default":{"int":9},"range":{"min":{"int":3},"max":{"int":33}}},{"name":"part","doc":["Time of each part of a motion."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":1500000000},"range":{"min":{"duration":100000000},"max":{"duration":30000000000}}},{"name":"bound","doc":["Distance of the robot from the imagined one at which a plan is given up, in mm."],"kind":{"scalar":{"type":"double"}},"default":{"float":60.0},"range":{"min":{"float":1.0},"max":{"float":10000.0}}}]}"###;
 
 /// The parameters `planner`.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub struct Params {
     pub x: f64,
     /// Allowed: a number of 64 bits.
     pub z: f64,
-    /// The robot is at the goal where it is so near, in mm.
+    /// Distance from the goal at which the robot has arrived, in mm.
     ///
     /// Allowed: a number of 64 bits, from 10 to 10000.
     pub tolerance: f64,
@@ -27,15 +27,15 @@ pub struct Params {
     ///
     /// Allowed: a number of 64 bits, from 10 to 5000.
     pub speed: f64,
-    /// How many turns are tried for each of the two parts of a motion.
+    /// Number of turns that are tried in each of the two parts of a motion.
     ///
     /// Allowed: an integer of 32 bits, from 3 to 33.
     pub turns: i32,
-    /// How long each part of a motion takes.
+    /// Time of each part of a motion.
     ///
     /// Allowed: a duration such as "50ms", or a number of milliseconds, from 100ms to 30s.
     pub part: std::time::Duration,
-    /// A plan is given up where the world is so far from the imagined one, in mm.
+    /// Distance of the robot from the imagined one at which a plan is given up, in mm.
     ///
     /// Allowed: a number of 64 bits, from 1 to 10000.
     pub bound: f64,

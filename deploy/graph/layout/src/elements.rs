@@ -52,7 +52,7 @@ pub(crate) struct Element {
     pub(crate) what: ColumnItem,
     pub(crate) column: usize,
     pub(crate) height: i32,
-    /// Upper edge.
+    /// Distance of the upper edge from that of the drawing.
     pub(crate) y: i32,
 }
 

@@ -84,9 +84,9 @@ pub struct Point {
 /// A rectangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Rect {
-    /// Left edge.
+    /// Distance of the left edge from that of the drawing.
     pub x: i32,
-    /// Upper edge.
+    /// Distance of the upper edge from that of the drawing.
     pub y: i32,
     /// How wide it is.
     pub width: i32,

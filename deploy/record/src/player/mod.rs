@@ -119,7 +119,8 @@ impl Player {
     /// Opens a recording for a network that runs.
     pub fn open(path: &Path, network: Network, playing: Playing) -> Result<Self, RecordError> {
         let mut reader = Reader::open(path)?;
-        let selecting = playing.selection.clone().begin(&mut reader);
+        let selecting = playing.selection.clone().begin(&reader);
+        selecting.limit(&mut reader);
         let mut player = Self {
             path: path.to_owned(),
             first: reader.times().first,
@@ -155,8 +156,7 @@ impl Player {
         let stop = Arc::clone(&self.playing.stop);
         // What is later is read, too: a call may be answered by what was recorded then.
         let mut whole = Reader::open(&self.path)?;
-        let mut selecting = self.playing.selection.clone().begin(&mut whole);
-        whole.end_after(u64::MAX);
+        let mut selecting = self.playing.selection.clone().begin(&whole);
         // The channels with messages, and whether any of these is played.
         let mut channels: BTreeMap<u16, (Arc<Channel>, bool)> = BTreeMap::new();
         let mut see = |message: &Message| {
@@ -333,7 +333,8 @@ impl Player {
             from: Some(self.playing.selection.from.unwrap_or_default().max(to)),
             ..self.playing.selection.clone()
         };
-        self.selecting = selection.begin(&mut self.reader);
+        self.selecting = selection.begin(&self.reader);
+        self.selecting.limit(&mut self.reader);
         (self.begin, self.held, self.last, self.next) = (None, None, None, None);
         (self.given, self.sought) = (0, to);
         self.advance()

@@ -365,6 +365,15 @@ fn a_time_is_found_in_a_file_that_is_not_in_the_order_of_time() {
     assert_eq!(times(&merged, 11), [30, 31, 21], "times begin at 20 s");
     let ordered = write("ordered.mcap", &[20, 21, 30, 31, 32]);
     assert_eq!(times(&ordered, 11), [21, 30, 31]);
+    // What is cut out keeps the tables behind it.
+    let part = folder.path().join("part.mcap");
+    let selection = Selection {
+        to: Some(Duration::from_secs(1)),
+        ..Selection::default()
+    };
+    assert_eq!(cut(&ordered, selection, &part).expect("a part"), (2, None));
+    let info = Info::read(&part).expect("a recording");
+    assert!(info.metadata["second"].contains_key("32"), "{info:?}");
     let summary = Reader::open(&ordered).expect("a recording").times();
     assert_eq!(
         (summary.first, summary.is_ordered),
@@ -378,7 +387,7 @@ fn a_time_is_found_in_a_file_that_is_not_in_the_order_of_time() {
     // A file that was cut has no summary, and is read to its end.
     let mut bytes = std::fs::read(&ordered).expect("to read");
     bytes.truncate(bytes.len() - 9);
-    let cut = folder.path().join("cut.mcap");
-    std::fs::write(&cut, &bytes).expect("to write");
-    assert_eq!(times(&cut, 11), [21, 30, 31]);
+    let short = folder.path().join("short.mcap");
+    std::fs::write(&short, &bytes).expect("to write");
+    assert_eq!(times(&short, 11), [21, 30, 31]);
 }

@@ -3,7 +3,7 @@
 
 use crate::network::recorded::{Tool, info, play};
 use crate::network::recordings::count;
-use crate::network::site::{PATROL, Site};
+use crate::network::site::{PATROL, Ran, Site};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::process::Command;
@@ -26,6 +26,16 @@ fn programs(site: &Site, network: &str) -> Vec<(Value, Value)> {
         .collect();
     named.sort_by_key(|(name, _)| name.to_string());
     named
+}
+
+/// Calls an operation of `Simulation`.
+pub(crate) fn control(site: &Site, operation: &str, request: &str) -> Ran {
+    let operation = format!("rcis.Simulation.{operation}");
+    let network = &site.network;
+    site.rcdeploy(
+        &["call", network, &operation, request, "--format", "json"],
+        false,
+    )
 }
 
 #[test]
@@ -108,18 +118,7 @@ fn a_follower_that_hangs_is_named_to_those_who_step() {
     ];
     let up = site.rcdeploy(&up, true);
     assert_eq!(up.code, 0, "{up:?}");
-    let call = |operation: &str, request: &str| {
-        let operation = format!("rcis.Simulation.{operation}");
-        let args = [
-            "call",
-            &site.network,
-            &operation,
-            request,
-            "--format",
-            "json",
-        ];
-        site.rcdeploy(&args, false)
-    };
+    let call = |operation: &str, request: &str| control(&site, operation, request);
     let clock = || {
         let ran = call("getClock", r#"{"world": ""}"#);
         assert_eq!(ran.code, 0, "{ran:?}");

@@ -1,6 +1,7 @@
 //! Tools look at the patrol, call its operations and send to its topics, and are no peers.
 
 use crate::network::site::{PATROL, Ran, Site};
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use std::process::{Child, Command, Stdio};
 
@@ -199,4 +200,36 @@ fn tools_are_no_peers_and_take_no_place() {
     drop(tools);
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
+}
+
+#[test]
+fn a_second_interrupt_ends_a_command_whose_output_nobody_reads() {
+    let site = patrol("unread");
+    site.tell("simulator", "period", &json!({ "ms": 5 }));
+    let mut echo = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+    echo.args(["echo", &site.network, "newFullPose"]);
+    site.place(&mut echo);
+    echo.stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut echo = RunningTool(echo.spawn().expect("to start"));
+    let output = echo.0.stdout.take().expect("a pipe");
+    rustix::pipe::fcntl_setpipe_size(&output, 4096).expect("a small pipe");
+    // It writes until nothing more fits.
+    let (mut held, mut looks) = (0, 0);
+    Site::until("a pipe that is full", || {
+        let before = held;
+        held = rustix::io::ioctl_fionread(&output).expect("a pipe");
+        looks = if held > 0 && held == before {
+            looks + 1
+        } else {
+            0
+        };
+        looks > 20
+    });
+    let pid = Pid::from_child(&echo.0);
+    // Signals of one kind that wait together count once.
+    Site::until("its end", || {
+        let _ = kill_process(pid, Signal::INT);
+        echo.0.try_wait().expect("a child").is_some()
+    });
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
 }

@@ -1,5 +1,6 @@
 //! A component that imagines motions in clones of the simulated world, as processes.
 
+use crate::network::house::control;
 use crate::network::observe::json_of;
 use crate::network::site::Site;
 use serde_json::{Value, json};
@@ -9,17 +10,8 @@ const PLAN: &str = include_str!("../../../../components/networks/plan.ddsl");
 const GOAL: [f64; 2] = [0.0, 1800.0];
 const TOLERANCE: f64 = 150.0;
 
-fn call(site: &Site, operation: &str, arguments: &str) -> Value {
-    let operation = format!("rcis.Simulation.{operation}");
-    let args = [
-        "call",
-        &site.network,
-        &operation,
-        arguments,
-        "--format",
-        "json",
-    ];
-    json_of(&site.rcdeploy(&args, false))["result"]["return"].clone()
+fn call(site: &Site, operation: &str, request: &str) -> Value {
+    json_of(&control(site, operation, request))["result"]["return"].clone()
 }
 
 fn place(site: &Site) -> [f64; 2] {
@@ -61,7 +53,8 @@ fn the_planner_drives_around_obstacles_and_plans_anew_after_a_surprise() {
     let before = place(&site);
     assert!(before[1] > start[1] + 10.0, "{start:?} {before:?}");
     assert!(!site.log("planner").contains("not where it was expected"));
-    let pose = json!({ "x": before[0] - 200.0, "y": 0.0, "z": before[1], "rx": 0.0, "ry": 0.0, "rz": 0.0 });
+    let [x, z] = [before[0] - 200.0, before[1]];
+    let pose = json!({ "x": x, "y": 0.0, "z": z, "rx": 0.0, "ry": 0.0, "rz": 0.0 });
     let moved = json!({ "world": "", "id": "base", "base": "root", "pose": pose }).to_string();
     call(&site, "teleport", &moved);
     call(&site, "setPaused", r#"{"paused": false}"#);

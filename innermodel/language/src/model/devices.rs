@@ -113,7 +113,7 @@ pub struct Rgbd {
     pub signal: Signal,
     /// The port of its server in RoboComp.
     pub port: u32,
-    /// Text that RoboComp's simulator reads.
+    /// Kept for RoboComp's simulator, which reads it.
     pub ifconfig: String,
 }
 
@@ -131,7 +131,7 @@ pub struct Laser {
     pub angle: f64,
     /// How many points a sweep has.
     pub measures: u32,
-    /// Text that RoboComp's simulator reads.
+    /// Kept for RoboComp's simulator, which reads it.
     pub ifconfig: String,
     /// How it measures.
     pub signal: Signal,

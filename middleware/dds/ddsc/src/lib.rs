@@ -507,7 +507,7 @@ pub struct End {
     pub lifespan: Option<Duration>,
     /// Silence after which a writer counts as dead.
     pub liveliness: Option<Duration>,
-    /// User data.
+    /// USER_DATA of the endpoint, as its program has set it.
     pub user_data: Vec<u8>,
 }
 
