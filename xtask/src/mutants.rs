@@ -1,7 +1,9 @@
 //! Changes the code in small ways, one at a time, and counts the changes that no test notices.
 //!
 //! `cargo-mutants` makes the changes. It is installed below the target folder. A run takes a sample
-//! of all changes, spread over all files, which the seed chooses.
+//! of all changes, spread over all files, which the seed chooses. The tests run in a sandbox.
+
+mod sandbox;
 
 use crate::outcome;
 use std::fs;
@@ -91,9 +93,13 @@ pub(crate) fn run(args: &[&str]) -> Result<(), String> {
     let count = number("--count", COUNT)?.max(1);
     let seed = number("--seed", now.map_or(0, |since| since.as_secs() as usize))?;
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let program = match install() {
-        Ok(program) => program,
-        Err(why) => {
+    let (sandbox, program) = match (sandbox::words(), install()) {
+        (Ok(sandbox), Ok(program)) => (sandbox, program),
+        (Err(why), _) => {
+            println!("skipped: mutants: changed code could harm this machine: {why}");
+            return Ok(());
+        }
+        (_, Err(why)) => {
             println!("skipped: mutants: {why}");
             return Ok(());
         }
@@ -134,6 +140,8 @@ pub(crate) fn run(args: &[&str]) -> Result<(), String> {
             "--minimum-test-timeout",
             "60",
         ])
+        .args(["--cargo-arg=--config", "--cargo-arg"])
+        .arg(sandbox::setting(&sandbox))
         .arg("--output")
         .arg(&output)
         .args(&files)
