@@ -1,12 +1,12 @@
 //! A worker in Python as the runtime sees it.
 
+use crate::alive::Alive;
 use crate::description::{Operation, Program};
 use crate::errors;
 use crate::from_python::Misfit;
 use crate::link::Link;
 use crate::parameters;
 use crate::replies::undecodable;
-use crate::run::Alive;
 use crate::sample::Sample;
 use crate::session::{self, Number, Session};
 use crate::types::Types;

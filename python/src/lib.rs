@@ -4,6 +4,7 @@
 //! The generated package of a component hands over its description, the classes of its types, of
 //! its context and of its worker. [`run`] joins them with the runtime.
 
+mod alive;
 mod backends;
 mod client;
 mod codec;
@@ -36,6 +37,8 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
+    use super::alive::await_end;
+    #[pymodule_export]
     use super::client::Network;
     #[pymodule_export]
     use super::codec::{Codec, configuration};
@@ -48,7 +51,7 @@ mod _native {
     #[pymodule_export]
     use super::names::name_of;
     #[pymodule_export]
-    use super::run::{Embedded, await_end, embed, run};
+    use super::run::{Embedded, embed, run};
     #[pymodule_export]
     use super::samples::Samples;
     #[pymodule_export]

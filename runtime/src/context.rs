@@ -2,7 +2,7 @@
 //! dereference to it.
 
 use crate::clock::{Clock, Time};
-use crate::exact::Exact;
+use crate::exact::mode::Exact;
 use crate::lifecycle::{Lifecycle, LifecycleState};
 use crate::status::Shared;
 use rc_management::component::State;

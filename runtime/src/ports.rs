@@ -2,7 +2,8 @@
 
 use crate::clock::SimulatedClock;
 use crate::description::Description;
-use crate::exact::{Exact, replayed_client, replayed_publisher};
+use crate::exact::mode::Exact;
+use crate::exact::replayed_ports;
 use crate::member::{Member, MemberError};
 use crate::settings::topic_qos;
 use crate::slots::{OpenSlot, SlotTable};
@@ -222,7 +223,7 @@ impl Connections {
     /// The sending end of one operation of a published slot.
     pub fn publisher(&self, slot: usize, operation: usize) -> Result<TypedPublisher, OpenError> {
         let port = if let Some(replay) = self.exact.replay() {
-            replayed_publisher(replay, slot, operation)
+            Box::new(replayed_ports::Publishing::new(replay, slot, operation))
         } else {
             let open = self.slot(slot)?;
             let endpoint = self.topic_endpoint(&open, operation)?;
@@ -255,7 +256,7 @@ impl Connections {
     /// The calling end of a required slot.
     pub fn client(&self, slot: usize) -> Result<TypedClient, OpenError> {
         let port = if let Some(replay) = self.exact.replay() {
-            replayed_client(replay, slot)
+            Box::new(replayed_ports::Calling::new(replay, slot))
         } else {
             let open = self.slot(slot)?;
             let port = self.backend(&open)?.client(&call_endpoint(&open)?)?;

@@ -11,7 +11,10 @@ use crate::description::Description;
 use crate::description::ROS2;
 use crate::error::StartError;
 use crate::event_loop::EventLoop;
-use crate::exact::{self, Exact, Recorded, Recorder};
+use crate::exact;
+use crate::exact::component::Recorded;
+use crate::exact::mode::Exact;
+use crate::exact::recorder::Recorder;
 use crate::lifecycle::{self, Goal, LifecycleState};
 use crate::link::Link;
 use crate::log::{self, print, print_error};
@@ -21,11 +24,11 @@ use crate::ports::{Connections, Ports};
 use crate::probe;
 use crate::settings::settings;
 use crate::slots::SlotTable;
+use crate::start::Start;
 use crate::status::{NetworkTime, Shared};
 use crate::testing::defaults::DefaultReply;
 use crate::time::protocol::turn_of;
 use crate::time::{ClockChoice, ends};
-use rc_configuration::Values;
 use rc_management::component::ClockKind;
 use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
@@ -43,11 +46,6 @@ const LINGER: Duration = Duration::from_millis(100);
 /// The same for one that leaves a source of time, which would wait for it if the last message did
 /// not arrive.
 const LEAVE_LINGER: Duration = Duration::from_secs(2);
-
-/// Creates the component: its publishers and clients, its context, its worker.
-pub trait Start<C>: FnOnce(Core, &Ports, &Values) -> Result<C, StartError> {}
-
-impl<C, F: FnOnce(Core, &Ports, &Values) -> Result<C, StartError>> Start<C> for F {}
 
 /// Runs a component with the command line of this process, until it ends. Returns the exit code.
 ///
@@ -82,7 +80,7 @@ pub fn run_with<C: Component>(
             print(&format!("{}: {}\n", arguments.name, result.text()));
             return result.code();
         }
-        Task::Replay(arguments) => exact::replay(description, start, &arguments),
+        Task::Replay(arguments) => exact::run::replay(description, start, &arguments),
         Task::Run(arguments) => WakeEvent::new()
             .map_err(|e| StartError::cannot_create("an event", &e))
             .and_then(|wake_event| {
@@ -275,7 +273,7 @@ fn run_component<C: Component>(
     )?;
     let seed = seed(kind, &arguments.name);
     let parameters = &configuration.parameters;
-    let began = exact::Start::new(
+    let began = exact::start::Start::new(
         description,
         &arguments.name,
         &arguments.network,
@@ -382,7 +380,7 @@ fn seed(kind: ClockKind, name: &str) -> u64 {
 /// Begins an exact recording, if the command line names one.
 fn record(
     arguments: &Arguments,
-    began: &exact::Start,
+    began: &exact::start::Start,
     shared: &Arc<Shared>,
 ) -> Result<Exact, StartError> {
     let Some(path) = &arguments.record else {

@@ -10,14 +10,14 @@ use std::rc::Rc;
 use std::time::Duration;
 
 /// A publisher.
-pub(super) struct Publishing {
+pub(crate) struct Publishing {
     replay: Rc<Replay>,
     slot: usize,
     operation: usize,
 }
 
 impl Publishing {
-    pub(super) fn new(replay: &Rc<Replay>, slot: usize, operation: usize) -> Self {
+    pub(crate) fn new(replay: &Rc<Replay>, slot: usize, operation: usize) -> Self {
         Self {
             replay: Rc::clone(replay),
             slot,
@@ -44,7 +44,7 @@ impl Publisher for Publishing {
 }
 
 /// A client.
-pub(super) struct Calling {
+pub(crate) struct Calling {
     replay: Rc<Replay>,
     slot: usize,
     guid: [u8; 16],
@@ -52,7 +52,7 @@ pub(super) struct Calling {
 }
 
 impl Calling {
-    pub(super) fn new(replay: &Rc<Replay>, slot: usize) -> Self {
+    pub(crate) fn new(replay: &Rc<Replay>, slot: usize) -> Self {
         let opened = replay.take(Kind::Opened, slot, 0);
         Self {
             replay: Rc::clone(replay),
