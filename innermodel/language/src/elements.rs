@@ -42,7 +42,7 @@ const RY: &[&str] = ROTATION[1];
 const RZ: &[&str] = ROTATION[2];
 
 macro_rules! attributes {
-    ($($name:expr),* $(,)?) => { &[ID, ALLOWED, $($name),*] };
+    ($($name:expr),* $(,)?) => { &[ID, $($name,)* ALLOWED] };
 }
 
 /// Outermost in each file.

@@ -2,8 +2,8 @@
 //!
 //! [`load`] reads a file with all that it includes into a [`Document`] and reports what is wrong.
 //! [`print`] writes a document that loads as an equal one. [`format`] lays out a text and leaves
-//! its content alone. Lengths of a document are millimetres, angles radians, whatever the file
-//! says.
+//! its content alone. [`rewrite`] changes single elements of a text. Lengths of a document are
+//! millimetres, angles radians, whatever the file says.
 //!
 //! This crate does no input or output: a [`Loader`] hands it the texts. The crate `innermodel` has
 //! the tree that changes at run time.
@@ -16,6 +16,7 @@ mod include;
 pub mod model;
 mod print;
 mod read;
+pub mod rewrite;
 mod units;
 
 pub use format::{format, is_innermodel};

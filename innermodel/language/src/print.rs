@@ -73,23 +73,28 @@ fn tag(node: &Node) -> &'static str {
     }
 }
 
+/// A value as it stands in double quotes.
+pub(crate) fn escape(value: &str) -> String {
+    let mut out = String::with_capacity(value.len());
+    for c in value.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '"' => out.push_str("&quot;"),
+            '\n' => out.push_str("&#10;"),
+            '\t' => out.push_str("&#9;"),
+            '\r' => out.push_str("&#13;"),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
 struct Writer<'o>(&'o mut String);
 
 impl Writer<'_> {
     fn text(&mut self, name: &str, value: &str) {
-        self.0.push_str(&format!(" {name}=\""));
-        for c in value.chars() {
-            match c {
-                '&' => self.0.push_str("&amp;"),
-                '<' => self.0.push_str("&lt;"),
-                '"' => self.0.push_str("&quot;"),
-                '\n' => self.0.push_str("&#10;"),
-                '\t' => self.0.push_str("&#9;"),
-                '\r' => self.0.push_str("&#13;"),
-                c => self.0.push(c),
-            }
-        }
-        self.0.push('"');
+        self.0.push_str(&format!(" {name}=\"{}\"", escape(value)));
     }
 
     fn text_or(&mut self, name: &str, value: &str, default: &str) {

@@ -23,7 +23,7 @@ const MAX_DEPTH: usize = 512;
 /// How many files one document may include, each time counted.
 const MAX_INCLUDES: usize = 1000;
 
-fn xml(source: SourceId, text: &str) -> XmlSource<'_> {
+pub(crate) fn xml(source: SourceId, text: &str) -> XmlSource<'_> {
     XmlSource {
         source,
         text,

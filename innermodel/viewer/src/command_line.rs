@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// Text of `--help`.
 const HELP: &str = "\
-Shows an InnerModel file in a window, or draws it into a file
+Shows or edits an InnerModel file in a window, or draws it into a file
 
 Usage: rcview [OPTIONS] FILE.xml
 
@@ -17,6 +17,7 @@ Options:
       --size <WxH>         The size of the image or the window in pixels [default: that of the camera for an
                            image, otherwise 960x640]
       --ids                Gives each node a colour of its own in the image, and prints the colours
+      --edit               Opens an editor: select, move, turn, add and remove nodes; h lists the keys
       --slots              Prints the members of slot arrays that a simulator of the file has, as a .ddsl
                            lists them
       --frames             Draws the axes of frames: x red, y green, z blue
@@ -86,6 +87,7 @@ pub(crate) struct Request {
     pub(crate) size: (usize, usize),
     pub(crate) has_size: bool,
     pub(crate) ids: bool,
+    pub(crate) edit: bool,
     pub(crate) slots: bool,
     pub(crate) marks: Marks,
     pub(crate) joints: Vec<(String, f64)>,
@@ -98,6 +100,8 @@ pub(crate) enum Command {
     Print(&'static str),
     /// Shows or draws a file.
     View(Request),
+    /// Opens an editor.
+    Edit(Request),
 }
 
 /// Reads the command line.
@@ -111,6 +115,7 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
         size: (960, 640),
         has_size: false,
         ids: false,
+        edit: false,
         slots: false,
         marks: Marks::default(),
         joints: Vec::new(),
@@ -136,6 +141,7 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
                 request.has_size = true;
             }
             Arg::Long("ids") => request.ids = true,
+            Arg::Long("edit") => request.edit = true,
             Arg::Long("slots") => request.slots = true,
             Arg::Long("frames") => request.marks.frames = true,
             Arg::Long("names") => request.marks.names = true,
@@ -170,6 +176,19 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
     if request.ids && request.png.is_none() {
         let text = "`--ids` needs `--png FILE`".to_owned();
         return Err(Failure::Usage(text));
+    }
+    if request.edit {
+        let other = [
+            ("--png", request.png.is_some()),
+            ("--slots", request.slots),
+            ("--joint", !request.joints.is_empty()),
+            ("--points", !request.points.is_empty()),
+        ];
+        if let Some((name, _)) = other.into_iter().find(|(_, is_there)| *is_there) {
+            let text = format!("`--edit` cannot be used with `{name}`");
+            return Err(Failure::Usage(text));
+        }
+        return Ok(Command::Edit(request));
     }
     Ok(Command::View(request))
 }

@@ -1,16 +1,23 @@
-//! A window that shows a tree of `innermodel`, and what `rcview` draws into files.
+//! A window that shows a tree of `innermodel`, an editor of its files, and what `rcview` draws into
+//! files.
 //!
 //! [`Viewer`] shows the tree of a component while the component runs: a thread of its own draws
 //! each new version. The window speaks the protocol of X11 itself, and the processor draws: neither
 //! a library of the system nor a graphics card is needed.
 
+mod content;
+mod edit;
+mod input;
 mod navigator;
 mod overlay;
 mod show;
 mod viewer;
+mod viewport;
 mod window;
 
+pub use edit::{EDITOR_KEYS, EditError, Editor, Handle, Mode, OpenError, edit};
 pub use innermodel;
+pub use input::{Input, Key, Modifiers, Pixel, ViewerAction};
 pub use navigator::{Navigator, scene};
 pub use overlay::{Marks, draw};
 pub use show::{Options, run};

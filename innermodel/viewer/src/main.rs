@@ -1,4 +1,4 @@
-//! `rcview`: shows an InnerModel file in a window, or draws it into a file.
+//! `rcview`: shows or edits an InnerModel file in a window, or draws it into a file.
 
 mod command_line;
 mod members;
@@ -6,19 +6,22 @@ mod points;
 
 use command_line::{Camera, Command, Failure, Request};
 use innermodel::kinds::Camera as Pixels;
-use innermodel::{Folders, InnerModel, Point, Snapshot, Time};
+use innermodel::{Clouds, Folders, InnerModel, Point, Snapshot, Time};
 use innermodel_render::{Image, Scene, View, camera, id_colours, look_at};
-use innermodel_viewer::{Navigator, Options, draw, run, scene};
+use innermodel_viewer::{Editor, Navigator, OpenError, Options, draw, edit, run, scene};
 use rc_diagnostics::foreign::clean;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 fn main() -> ExitCode {
     let outcome =
         command_line::parse(lexopt::Parser::from_env()).and_then(|command| match command {
             Command::View(request) => view(&request),
+            Command::Edit(request) => edit_file(&request),
             Command::Print(text) => print(text),
         });
     match outcome {
@@ -43,17 +46,9 @@ fn view(request: &Request) -> Result<(), Failure> {
         return print(&members::clause(&tree)?);
     }
     let clouds = model.clouds();
-    let (centre, radius) = scene(&tree, &clouds);
-    let around = Navigator::around(&tree, &clouds);
+    let (_, radius) = scene(&tree, &clouds);
+    let view = first_view(&tree, &clouds, request)?;
     let (width, height) = request.size;
-    let view = match &request.camera {
-        None => around.view(width, height),
-        Some(Camera::Node(id)) => node_view(&tree, id, request)?,
-        Some(Camera::Point(from, to)) => {
-            let to = to.map_or(centre, Point::from);
-            look_at(Point::from(*from), to, around.view(width, height).camera)
-        }
-    };
     if let Some(path) = &request.png {
         return to_file(&model, &view, radius, request, path);
     }
@@ -69,6 +64,50 @@ fn view(request: &Request) -> Result<(), Failure> {
     };
     let shown = run(&|| Some(Arc::clone(&model)), &options, &say);
     shown.map_err(|error| Failure::System(format!("{error}; `--png FILE` needs no window")))
+}
+
+/// The view that the command line asks for.
+fn first_view(tree: &Snapshot, clouds: &Clouds, request: &Request) -> Result<View, Failure> {
+    let (width, height) = request.size;
+    let around = Navigator::around(tree, clouds).view(width, height);
+    match &request.camera {
+        None => Ok(around),
+        Some(Camera::Node(id)) => node_view(tree, id, request),
+        Some(Camera::Point(from, to)) => {
+            let to = to.map_or(scene(tree, clouds).0, Point::from);
+            Ok(look_at(Point::from(*from), to, around.camera))
+        }
+    }
+}
+
+fn edit_file(request: &Request) -> Result<(), Failure> {
+    let folders = Folders::new(request.include.iter().cloned());
+    let mut editor = Editor::open(&request.file, folders).map_err(|error| {
+        let text = error.to_string().trim_end().to_owned();
+        match error {
+            OpenError::Unreadable { .. } => Failure::System(text),
+            _ => Failure::Input(text),
+        }
+    })?;
+    for line in editor.warnings().lines() {
+        let _ = writeln!(std::io::stderr(), "{line}");
+    }
+    let (tree, clouds) = (editor.model().snapshot(), editor.model().clouds());
+    if request.camera.is_some() {
+        let view = first_view(&tree, &clouds, request)?;
+        let navigator = Navigator::at(&view, scene(&tree, &clouds).1);
+        editor = editor.seen_from(navigator);
+    }
+    editor = editor.with_marks(request.marks);
+    // A signal ends the window, not the process: changes that are not saved would be lost.
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        let registered = signal_hook::flag::register(signal, Arc::clone(&stop));
+        registered.map_err(|error| Failure::System(error.to_string()))?;
+    }
+    let title = format!("{} – rcview", request.file.display());
+    let size = (pixels(request.size.0), pixels(request.size.1));
+    edit(&mut editor, &title, size, &stop).map_err(|error| Failure::System(error.to_string()))
 }
 
 /// A length that a window can have.

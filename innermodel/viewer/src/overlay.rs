@@ -5,6 +5,9 @@ use font8x8::{BASIC_FONTS, GREEK_FONTS, LATIN_FONTS, UnicodeFonts};
 use innermodel::{NodeId, NodeRef, Point, Snapshot, Vector};
 use innermodel_render::{Image, View};
 
+/// The most characters of a text that are drawn.
+const LONGEST: usize = 160;
+
 /// Lines and names over the bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Marks {
@@ -66,6 +69,14 @@ fn line(image: &mut Image, from: (f64, f64), to: (f64, f64), colour: [u8; 3]) {
     }
 }
 
+/// Draws a line of three pixels.
+pub(crate) fn thick_line(image: &mut Image, from: (f64, f64), to: (f64, f64), colour: [u8; 3]) {
+    for (x, y) in [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
+        let moved = |(a, b): (f64, f64)| (a + x, b + y);
+        line(image, moved(from), moved(to), colour);
+    }
+}
+
 /// Writes black on white, so that it is read over every body.
 pub(crate) fn text(image: &mut Image, left: f64, top: f64, words: &str) {
     let fonts = |c| {
@@ -74,7 +85,7 @@ pub(crate) fn text(image: &mut Image, left: f64, top: f64, words: &str) {
             .or_else(|| GREEK_FONTS.get(c))
             .or_else(|| BASIC_FONTS.get('?'))
     };
-    for (at, glyph) in words.chars().take(80).filter_map(fonts).enumerate() {
+    for (at, glyph) in words.chars().take(LONGEST).filter_map(fonts).enumerate() {
         for (row, bits) in glyph.iter().enumerate() {
             for column in 0..8 {
                 let ink = bits >> column & 1 == 1;

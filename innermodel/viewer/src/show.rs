@@ -1,18 +1,15 @@
-//! The window and its user: orbit, pick, frames and names.
+//! The window of a tree and its user: orbit, pick, frames and names.
 
-use crate::navigator::{Navigator, scene};
+use crate::content::{self, Content};
+use crate::input::{Input, Key, ViewerAction};
+use crate::navigator::Navigator;
 use crate::overlay::{self, Marks};
-use crate::window::{Input, Window, WindowError};
+use crate::viewport::{Gesture, Viewport};
+use crate::window::WindowError;
 use innermodel::{Clouds, InnerModel, NodeId, Snapshot};
-use innermodel_render::{Image, Scene};
+use innermodel_render::{Image, TooLarge};
 use rc_diagnostics::foreign::clean;
 use std::sync::Arc;
-use std::time::Duration;
-
-/// How often a new version of the tree is looked for.
-const PAUSE: Duration = Duration::from_millis(30);
-/// The keys, by their numbers in X11.
-const ESCAPE: u32 = 0xff1b;
 
 /// How a window begins.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,26 +26,11 @@ pub struct Options {
 
 /// The state of an open window.
 struct Show<'s> {
-    scene: Scene,
-    navigator: Navigator,
-    marks: Marks,
-    /// The button that is down, and where it was pressed and last seen.
-    drag: Option<Drag>,
+    model: &'s dyn Fn() -> Option<Arc<InnerModel>>,
+    tree: Arc<Snapshot>,
+    clouds: Clouds,
+    viewport: Viewport,
     say: &'s dyn Fn(&str),
-}
-
-struct Drag {
-    button: u8,
-    start: (i16, i16),
-    last: (i16, i16),
-}
-
-/// Effect of a key or a button; of several, the greatest counts.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum ViewerAction {
-    Nothing,
-    Draw,
-    End,
 }
 
 /// Shows the newest version of a tree and its point clouds in a window, until its user closes it or
@@ -61,142 +43,69 @@ pub fn run(
     options: &Options,
     say: &dyn Fn(&str),
 ) -> Result<(), WindowError> {
-    let seen = || model().map(|model| (model.snapshot(), model.clouds()));
-    let Some((mut now, mut clouds)) = seen() else {
+    let Some(first) = model() else {
         return Ok(());
     };
-    let mut window = Window::open(&options.title, options.size)?;
-    let first = options.navigator.clone();
-    let first = first.unwrap_or_else(|| Navigator::around(&now, &clouds));
+    let (tree, clouds) = (first.snapshot(), first.clouds());
+    let navigator = options.navigator.clone();
+    let navigator = navigator.unwrap_or_else(|| Navigator::around(&tree, &clouds));
     let mut show = Show {
-        scene: Scene::new(),
-        navigator: first.clone(),
-        marks: options.marks,
-        drag: None,
+        model,
+        tree,
+        clouds,
+        viewport: Viewport::new(navigator, options.marks),
         say,
     };
-    let mut image = show.draw(&window, &now, &clouds)?;
-    loop {
-        window.show(&image)?;
-        let mut action = ViewerAction::Nothing;
-        while action == ViewerAction::Nothing {
-            let inputs = window.inputs(PAUSE)?;
-            for input in inputs {
-                let new = show.input(input, &window, &image, &now, &first);
-                action = action.max(new);
+    content::show(&options.title, options.size, &mut show)
+}
+
+impl Content for Show<'_> {
+    fn draw(&mut self, size: (usize, usize)) -> Result<Image, TooLarge> {
+        let drawn = self.viewport.draw(&self.tree, &self.clouds, size, self.say);
+        let mut image = drawn?;
+        let help = "drag: turn, right: move, wheel: zoom, click: pick, f: frames, n: names, q: end";
+        let bottom = image.height as f64 - 12.0;
+        overlay::text(&mut image, 4.0, bottom, help);
+        Ok(image)
+    }
+
+    fn input(&mut self, input: Input) -> ViewerAction {
+        match input {
+            Input::Redraw => return ViewerAction::Draw,
+            Input::Close | Input::Key(Key::Escape | Key::Character('q'), _) => {
+                return ViewerAction::End;
             }
-            let Some((newest, points)) = seen() else {
-                return Ok(());
-            };
-            if newest.version() != now.version() || !points.is_same(&clouds) {
-                (now, clouds) = (newest, points);
-                action = action.max(ViewerAction::Draw);
+            Input::Key(key, _) => return self.viewport.key(key),
+            _ => {}
+        }
+        match self.viewport.input(input) {
+            Gesture::None => ViewerAction::Nothing,
+            Gesture::Camera => ViewerAction::Draw,
+            Gesture::Click(at) => {
+                self.pick(self.viewport.node(at));
+                ViewerAction::Draw
             }
         }
-        if action == ViewerAction::End {
-            return Ok(());
+    }
+
+    /// Looks for a new version of the tree.
+    fn poll(&mut self) -> ViewerAction {
+        let Some(model) = (self.model)() else {
+            return ViewerAction::End;
+        };
+        let (newest, points) = (model.snapshot(), model.clouds());
+        if newest.version() == self.tree.version() && points.is_same(&self.clouds) {
+            return ViewerAction::Nothing;
         }
-        image = show.draw(&window, &now, &clouds)?;
+        (self.tree, self.clouds) = (newest, points);
+        ViewerAction::Draw
     }
 }
 
 impl Show<'_> {
-    fn draw(
-        &mut self,
-        window: &Window,
-        tree: &Snapshot,
-        clouds: &Clouds,
-    ) -> Result<Image, WindowError> {
-        let (width, height) = window.size();
-        // A window has at most 65,535 pixels in a row; the image has a bound.
-        let (width, height) = (width.clamp(1, 4096), height.clamp(1, 4096));
-        let view = self.navigator.view(width, height);
-        self.scene.set_clouds(clouds.clone());
-        let drawn = self.scene.draw(tree, &view);
-        for problem in self.scene.problems() {
-            (self.say)(&format!(
-                "`{}` is not drawn as the file says: {}",
-                clean(&problem.id),
-                clean(&problem.error.to_string())
-            ));
-        }
-        let mut image = drawn?;
-        let length = scene(tree, clouds).1 * 0.08;
-        overlay::draw(&mut image, tree, &view, self.marks, length);
-        let help = "drag: turn, right: move, wheel: zoom, click: pick, f: frames, n: names, q: end";
-        overlay::text(&mut image, 4.0, height as f64 - 12.0, help);
-        Ok(image)
-    }
-
-    fn input(
-        &mut self,
-        input: Input,
-        window: &Window,
-        image: &Image,
-        tree: &Snapshot,
-        first: &Navigator,
-    ) -> ViewerAction {
-        match input {
-            Input::Redraw => ViewerAction::Draw,
-            Input::Close => ViewerAction::End,
-            Input::Key(key) => self.key(key, first),
-            Input::Pressed(button @ (4 | 5), ..) => {
-                self.navigator.zoom(if button == 4 { 1 } else { -1 });
-                ViewerAction::Draw
-            }
-            Input::Pressed(button, x, y) => {
-                let (start, last) = ((x, y), (x, y));
-                self.drag = Some(Drag {
-                    button,
-                    start,
-                    last,
-                });
-                ViewerAction::Nothing
-            }
-            Input::Moved(x, y) => {
-                let Some(drag) = &mut self.drag else {
-                    return ViewerAction::Nothing;
-                };
-                let part = |now: i16, last: i16| {
-                    (f64::from(now) - f64::from(last)) / window.size().0.max(window.size().1) as f64
-                };
-                let (right, down) = (part(x, drag.last.0), part(y, drag.last.1));
-                drag.last = (x, y);
-                if drag.button == 1 {
-                    self.navigator.orbit(right, down);
-                } else {
-                    self.navigator.pan(right, down);
-                }
-                ViewerAction::Draw
-            }
-            Input::Released(button, x, y) => {
-                let drag = self.drag.take();
-                let is_click = drag.is_some_and(|drag| drag.start == (x, y) && drag.button == 1);
-                if button != 1 || !is_click {
-                    return ViewerAction::Nothing;
-                }
-                let place = usize::try_from(x).ok().zip(usize::try_from(y).ok());
-                self.pick(place.and_then(|(x, y)| image.node(x, y)), tree);
-                ViewerAction::Draw
-            }
-        }
-    }
-
-    fn key(&mut self, key: u32, first: &Navigator) -> ViewerAction {
-        match char::from_u32(key) {
-            Some('f') => self.marks.frames = !self.marks.frames,
-            Some('n') => self.marks.names = !self.marks.names,
-            Some('r') => self.navigator = first.clone(),
-            Some('q') => return ViewerAction::End,
-            _ if key == ESCAPE => return ViewerAction::End,
-            _ => return ViewerAction::Nothing,
-        }
-        ViewerAction::Draw
-    }
-
-    fn pick(&mut self, node: Option<NodeId>, tree: &Snapshot) {
-        self.marks.picked = node;
-        let Some(node) = node.and_then(|node| tree.node(node).ok()) else {
+    fn pick(&mut self, node: Option<NodeId>) {
+        self.viewport.marks.picked = node;
+        let Some(node) = node.and_then(|node| self.tree.node(node).ok()) else {
             return;
         };
         let pose = node.to_root().pose();

@@ -1,5 +1,6 @@
 //! A window of X11: shows images, and returns what its user does.
 
+use crate::input::{Input, Key, Modifiers};
 use innermodel_render::{Image, TooLarge};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::time::Duration;
@@ -9,7 +10,7 @@ use x11rb::errors::{ConnectError, ConnectionError, ReplyError, ReplyOrIdError};
 use x11rb::protocol::Event;
 use x11rb::protocol::xproto::{
     AtomEnum, ConnectionExt, CreateGCAux, CreateWindowAux, EventMask, Gcontext, ImageFormat,
-    ImageOrder, PropMode, Screen, Window as WindowId, WindowClass,
+    ImageOrder, KeyButMask, PropMode, Screen, Window as WindowId, WindowClass,
 };
 use x11rb::rust_connection::RustConnection;
 use x11rb::wrapper::ConnectionExt as _;
@@ -50,21 +51,11 @@ impl From<ReplyOrIdError> for WindowError {
     }
 }
 
-/// Action of the user of a window.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Input {
-    /// The window has another size, or has to be drawn again.
-    Redraw,
-    /// A button of the pointer went down (1 left, 2 middle, 3 right, 4 and 5 the wheel).
-    Pressed(u8, i16, i16),
-    /// A button went up.
-    Released(u8, i16, i16),
-    /// The pointer moved with a button down.
-    Moved(i16, i16),
-    /// A key, by its number in X11: letters have that of ASCII.
-    Key(u32),
-    /// The user closed the window.
-    Close,
+fn modifiers(state: KeyButMask) -> Modifiers {
+    Modifiers {
+        shift: state.contains(KeyButMask::SHIFT),
+        control: state.contains(KeyButMask::CONTROL),
+    }
 }
 
 /// Where a colour has its eight bits in a pixel.
@@ -188,12 +179,15 @@ impl Window {
                 self.size = size;
                 is_new.then_some(Input::Redraw)
             }
-            Event::ButtonPress(b) => Some(Input::Pressed(b.detail, b.event_x, b.event_y)),
-            Event::ButtonRelease(b) => Some(Input::Released(b.detail, b.event_x, b.event_y)),
-            Event::MotionNotify(m) => Some(Input::Moved(m.event_x, m.event_y)),
+            Event::ButtonPress(b) => {
+                let at = (b.event_x, b.event_y);
+                Some(Input::Pressed(b.detail, at, modifiers(b.state)))
+            }
+            Event::ButtonRelease(b) => Some(Input::Released(b.detail, (b.event_x, b.event_y))),
+            Event::MotionNotify(m) => Some(Input::Moved((m.event_x, m.event_y))),
             Event::KeyPress(key) => {
-                let row = usize::from(key.detail.checked_sub(self.least_key)?);
-                self.keys.get(row * self.keys_each).copied().map(Input::Key)
+                let key_of = self.key(key.detail, key.state)?;
+                Some(Input::Key(key_of, modifiers(key.state)))
             }
             Event::ClientMessage(message) if message.data.as_data32()[0] == self.delete => {
                 Some(Input::Close)
@@ -201,6 +195,29 @@ impl Window {
             Event::DestroyNotify(_) => Some(Input::Close),
             _ => None,
         }
+    }
+
+    /// The key with a code. The first column of the table has the symbols without Shift, the second
+    /// one those with it; letters that differ in case only may be in the first one alone.
+    fn key(&self, code: u8, state: KeyButMask) -> Option<Key> {
+        let row = usize::from(code.checked_sub(self.least_key)?) * self.keys_each;
+        let plain = Key::of_symbol(*self.keys.get(row)?)?;
+        let shifted = (self.keys_each > 1).then(|| self.keys.get(row + 1));
+        let shifted = shifted.flatten().and_then(|symbol| Key::of_symbol(*symbol));
+        let Key::Character(letter) = plain else {
+            return Some(plain);
+        };
+        let is_letter = letter.is_alphabetic();
+        let shift = state.contains(KeyButMask::SHIFT);
+        let capital = is_letter && state.contains(KeyButMask::LOCK);
+        if shift == capital {
+            return Some(plain);
+        }
+        Some(match shifted {
+            Some(key) => key,
+            None if is_letter => Key::Character(letter.to_uppercase().next().unwrap_or(letter)),
+            None => plain,
+        })
     }
 
     /// Shows an image, from the top left.

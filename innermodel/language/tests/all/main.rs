@@ -10,6 +10,7 @@ mod layout;
 mod loading;
 mod random;
 mod real_files;
+mod rewriting;
 
 use innermodel_language::{Document, Loader, load};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};

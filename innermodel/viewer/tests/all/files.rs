@@ -147,6 +147,12 @@ fn wrong_requests_are_refused_with_what_is_allowed() {
         (&["--ids"], 2, "`--ids` needs `--png FILE`"),
         (&["--pngg"], 2, "--pngg"),
         (
+            &["--edit", "--png", "x.png"],
+            2,
+            "`--edit` cannot be used with `--png`",
+        ),
+        (&["--edit"], 3, "cannot open a window"),
+        (
             &["--png", "/no/such/folder/x.png"],
             3,
             "/no/such/folder/x.png",

@@ -2,6 +2,8 @@
 
 #[path = "../../../../codegen/tests/all/debian.rs"]
 mod debian;
+mod edited_files;
+mod editing;
 mod files;
 #[path = "../../../../deploy/tests/all/python.rs"]
 mod python;

@@ -3,8 +3,9 @@
 use crate::python::skipped;
 use crate::screen::Screen;
 use crate::{rcview, scene};
-use innermodel::{ColouredPoint, InnerModel, Time};
-use innermodel_viewer::{Viewer, innermodel};
+use innermodel::{ColouredPoint, Folders, InnerModel, Time};
+use innermodel_render::Image;
+use innermodel_viewer::{Editor, Input, Key, Modifiers, Viewer, innermodel};
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex, mpsc};
@@ -12,7 +13,7 @@ use std::time::{Duration, Instant};
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{
     AtomEnum, BUTTON_PRESS_EVENT, BUTTON_RELEASE_EVENT, ButtonPressEvent, ConnectionExt, EventMask,
-    ImageFormat, KEY_PRESS_EVENT, KeyButMask, Window,
+    ImageFormat, KEY_PRESS_EVENT, KeyButMask, MOTION_NOTIFY_EVENT, Window,
 };
 use x11rb::rust_connection::RustConnection;
 
@@ -107,6 +108,18 @@ impl User {
         })
     }
 
+    /// Waits until a window shows an image.
+    fn sees(&self, window: Window, image: &Image) {
+        let is_there = |shown: &[u8]| {
+            let pixels = shown.chunks_exact(4).zip(&image.colours);
+            let mut pixels = pixels.map(|(shown, colour)| (shown, colour.to_owned()));
+            pixels.all(|(shown, [red, green, blue])| shown[..3] == [blue, green, red])
+        };
+        until("an image", || {
+            self.pixels(window).filter(|shown| is_there(shown))
+        });
+    }
+
     fn event(&self, window: Window, form: u8, detail: u8, x: i16, y: i16) {
         let event = ButtonPressEvent {
             response_type: form,
@@ -129,6 +142,10 @@ impl User {
     }
 
     fn press(&self, window: Window, key: char) {
+        self.press_symbol(window, key as u32);
+    }
+
+    fn press_symbol(&self, window: Window, symbol: u32) {
         let setup = self.connection.setup();
         let (least, most) = (setup.min_keycode, setup.max_keycode);
         let keys = self
@@ -136,10 +153,7 @@ impl User {
             .get_keyboard_mapping(least, most - least + 1);
         let keys = keys.expect("keys").reply().expect("keys");
         let each = usize::from(keys.keysyms_per_keycode);
-        let found = keys
-            .keysyms
-            .chunks(each)
-            .position(|row| row[0] == key as u32);
+        let found = keys.keysyms.chunks(each).position(|row| row[0] == symbol);
         let code = least + found.expect("the key") as u8;
         self.event(window, KEY_PRESS_EVENT, code, 0, 0);
     }
@@ -224,6 +238,80 @@ fn the_window_of_a_component_is_live() {
     until("the window again", || user.window("component"));
     drop(input);
     assert!(component.end().success());
+}
+
+/// The same keys and drags as in an editor without a window make the same file.
+#[test]
+fn a_file_is_edited_in_a_window() {
+    const SIZE: (usize, usize) = (320, 240);
+    const RETURN: u32 = 0xff0d;
+    let Some(screen) = screen("a_file_is_edited_in_a_window") else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("world.xml");
+    let text = "<innerModel><!-- mine --><sphere id=\"ball\" radius=\"100\"/></innerModel>";
+    std::fs::write(&file, text).expect("a file");
+    let start = || {
+        let mut command = rcview();
+        command.arg("--edit").arg(&file).args(["--size", "320x240"]);
+        command.env("DISPLAY", &screen.name).stderr(Stdio::piped());
+        Process::start(&mut command)
+    };
+    let mut twin = Editor::open(&file, Folders::default()).expect("an editor");
+    let mut process = start();
+    let user = User::new(&screen);
+    let window = until("the window", || user.window("world.xml – rcview"));
+    for key in "/ball".chars() {
+        twin.input(Input::Key(Key::Character(key), Modifiers::default()));
+        user.press(window, key);
+    }
+    twin.input(Input::Key(Key::Return, Modifiers::default()));
+    user.press_symbol(window, RETURN);
+    user.sees(window, &twin.draw(SIZE).expect("a picture"));
+    let handle = twin.handles()[1].points[1];
+    let at = (handle.0 as i16, handle.1 as i16);
+    let to = (at.0, at.1 - 30);
+    let select = Modifiers::default();
+    twin.input(Input::Pressed(1, at, select));
+    twin.input(Input::Moved(to));
+    twin.input(Input::Released(1, to));
+    let moved = twin.model().snapshot().node("ball").expect("a node").pose();
+    assert!(moved.translation[1] > 10.0, "{moved:?}");
+    user.event(window, BUTTON_PRESS_EVENT, 1, at.0, at.1);
+    user.event(window, MOTION_NOTIFY_EVENT, 0, to.0, to.1);
+    user.event(window, BUTTON_RELEASE_EVENT, 1, to.0, to.1);
+    user.press(window, 's');
+    let height = moved.translation[1];
+    let expected = text.replace("id=\"ball\"", &format!("id=\"ball\" ty=\"{height}\""));
+    until("the saved file", || {
+        let saved = std::fs::read_to_string(&file).expect("the file");
+        (saved == expected).then_some(())
+    });
+    // A change that is not saved outlives the end of the process.
+    for key in ['a', 't'] {
+        twin.input(Input::Key(Key::Character(key), Modifiers::default()));
+        user.press(window, key);
+    }
+    user.sees(window, &twin.draw(SIZE).expect("a picture"));
+    until("the end", || {
+        let id = rustix::process::Pid::from_child(&process.0);
+        rustix::process::kill_process(id, rustix::process::Signal::TERM).expect("to end it");
+        let _ = process.0.try_wait().expect("a child")?;
+        Some(())
+    });
+    let mut said = String::new();
+    let output = process.0.stderr.take().expect("its output");
+    std::io::Read::read_to_string(&mut { output }, &mut said).expect("a text");
+    assert_eq!(process.end().code(), Some(3), "{said}");
+    assert!(said.contains("ended by a signal; the changes are not saved, but in "));
+    let unsaved = std::fs::read_to_string(folder.path().join("world.xml.unsaved"));
+    assert!(
+        unsaved
+            .expect("a file")
+            .contains("<transform id=\"transform_1\"")
+    );
+    assert_eq!(std::fs::read_to_string(&file).expect("the file"), expected);
 }
 
 /// The option of a `.cdsl` and two parameters show the tree of a component, without code. Without a
