@@ -60,7 +60,7 @@ pub(super) fn words() -> Result<Vec<String>, String> {
             .output()
         {
             Ok(output) if output.status.success() => return Ok(words),
-            Ok(output) => why = String::from_utf8_lossy(&output.stderr).trim().to_owned(),
+            Ok(output) => why = String::from_utf8_lossy(&output.stderr).trim().into(),
             Err(error) => why = format!("unshare cannot be started: {error}"),
         }
     }
