@@ -12,7 +12,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The interfaces that come with this program, so that it works wherever it is installed.
-const SHIPPED: [(&str, &str); 23] = [
+const SHIPPED: [(&str, &str); 24] = [
     (
         "BatteryStatus.idsl",
         include_str!("../../components/interfaces/BatteryStatus.idsl"),
@@ -52,6 +52,10 @@ const SHIPPED: [(&str, &str); 23] = [
     (
         "GenericBase.idsl",
         include_str!("../../components/interfaces/GenericBase.idsl"),
+    ),
+    (
+        "HumanCameraBody.idsl",
+        include_str!("../../components/interfaces/HumanCameraBody.idsl"),
     ),
     (
         "IMU.idsl",

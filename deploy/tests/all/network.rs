@@ -1,6 +1,7 @@
 //! Complete networks of the components of this repository.
 
 mod bytes;
+mod caller;
 mod camera;
 mod changed;
 mod completion;
@@ -44,6 +45,7 @@ mod states;
 mod swap;
 mod terminal;
 mod time;
+mod track;
 mod tree;
 mod variant;
 mod watched;

@@ -23,6 +23,7 @@ pub mod robo_comp_differential_robot;
 pub mod robo_comp_full_pose_estimation;
 pub mod robo_comp_full_pose_estimation_pub;
 pub mod robo_comp_generic_base;
+pub mod robo_comp_human_camera_body;
 pub mod robo_comp_imu;
 pub mod robo_comp_inner_model_manager;
 pub mod robo_comp_joint_motor;

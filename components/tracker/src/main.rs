@@ -1,0 +1,5 @@
+//! Runs the component `tracker`.
+
+fn main() -> std::process::ExitCode {
+    tracker_generated::run::<tracker::SpecificWorker>()
+}

@@ -1,0 +1,138 @@
+//! A component that follows a person in the depths of a simulated camera, as processes.
+
+use crate::network::caller::Caller;
+use crate::network::recorded::{Tool, down};
+use crate::network::site::Site;
+use serde_json::{Value, json};
+use std::process::{Command, Stdio};
+
+const TRACK: &str = include_str!("../../../../components/networks/track.ddsl");
+/// The images of a minute.
+const IMAGES: usize = 300;
+/// Steps of 100 ms between two images.
+const STEPS: u32 = 2;
+/// How far the head may be from the true place, in mm.
+const BOUND: f64 = 100.0;
+/// Within so many images, the person has walked so far that it is no thing.
+const FOUND_WITHIN: usize = 10;
+
+fn three(of: &Value) -> [f64; 3] {
+    ["x", "y", "z"].map(|axis| of[axis].as_f64().expect("a number"))
+}
+
+/// The time in ms, and the true place of the head in the frame of the camera, which is that of its
+/// stand.
+fn truth(world: &mut Caller, tree: &mut Caller) -> (i64, [f64; 3]) {
+    let clock = &world.call("getClock", &json!({ "world": "" }))["return"];
+    let time = clock["time"].as_i64().expect("a time") / 1_000_000;
+    let skeleton = &world.call("getSkeleton", &json!({ "world": "", "id": "ann" }))["return"];
+    let joints = skeleton.as_array().expect("joints");
+    let head = joints.iter().find(|joint| joint["name"] == "head");
+    let place = &head.expect("a head")["place"];
+    let coord = json!({ "x": place["x"], "y": place["y"], "z": place["z"] });
+    let request = json!({ "base": "stand", "item": "root", "coordInItem": coord });
+    let there = tree.call("transform", &request);
+    (time, three(&there["coordInBase"]))
+}
+
+/// Makes steps, and waits until they are over.
+fn step(world: &mut Caller, count: u32) {
+    world.call("step", &json!({ "world": "", "count": count }));
+    Site::until("the steps", || {
+        world.call("getClock", &json!({ "world": "" }))["return"]["pending"] == 0
+    });
+}
+
+#[test]
+fn the_tracker_holds_the_head_of_a_walking_person_for_a_minute() {
+    let site = Site::new("track");
+    site.write_ddsl(&TRACK.replace("Deployment track", "Deployment patrol"));
+    let up = [
+        "up",
+        "--detach",
+        "--profile",
+        "dev",
+        "--set",
+        "rcis.rate=0",
+        "--set",
+        "rcis.step=100ms",
+        "--set",
+        "rcis.paused=true",
+    ];
+    let up = site.rcdeploy(&up, true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let mut world = Caller::new(&site, "rcis", "Simulation");
+    let mut tree = Caller::new(&site, "rcis", "InnerModelManager");
+
+    let file = site.path("people");
+    let topic = "tracker.HumanCameraBody.newPeopleData";
+    let mut echo = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+    echo.args(["echo", &site.network, topic, "--format", "json"]);
+    site.place(&mut echo);
+    let output = std::fs::File::create(&file).expect("a file");
+    echo.stdout(output).stderr(Stdio::null());
+    let _echo = Tool(echo.spawn().expect("rcdeploy"));
+    let text = || std::fs::read_to_string(&file).expect("the file");
+    let samples = || text().lines().count();
+    let mut heads = Vec::new();
+    Site::until("a sample", || {
+        step(&mut world, STEPS);
+        heads.push(truth(&mut world, &mut tree));
+        samples() > 0
+    });
+    while heads.len() < IMAGES {
+        let before = samples();
+        step(&mut world, STEPS);
+        heads.push(truth(&mut world, &mut tree));
+        Site::until("the sample of the image before", || samples() > before);
+    }
+    step(&mut world, STEPS);
+    Site::until("the last sample", || {
+        let last = heads.last().map(|(time, _)| *time);
+        text().lines().any(|line| time(&people(line)) == last)
+    });
+
+    let text = text();
+    let mut farthest = 0.0_f64;
+    let mut ids = Vec::new();
+    let mut missed = Vec::new();
+    let mut seen = 0;
+    for line in text.lines() {
+        let people = people(line);
+        // Images before the first one that was watched have no true place here.
+        let of = |(at, _): &&(i64, [f64; 3])| time(&people) == Some(*at);
+        let Some((at, truth)) = heads.iter().find(of) else {
+            continue;
+        };
+        seen += 1;
+        let list = people["peoplelist"].as_array().expect("a list");
+        assert!(list.len() < 2, "one person at {at} ms: {people}");
+        let Some(person) = list.first() else {
+            missed.push(*at);
+            continue;
+        };
+        let is = three(&person["joints"]["head"]);
+        let squares = (0..3).map(|axis| (is[axis] - truth[axis]).powi(2));
+        let far = squares.sum::<f64>().sqrt();
+        farthest = farthest.max(far);
+        assert!(far <= BOUND, "{far} mm at {at} ms: {is:?} {truth:?}");
+        ids.push(person["id"].clone());
+    }
+    println!("the head is at most {farthest:.1} mm from its place in {seen} images");
+    assert!(seen + FOUND_WITHIN > IMAGES, "{seen} images");
+    // Only the first images are too few to know that it walks.
+    assert!(missed.len() <= FOUND_WITHIN, "no person at {missed:?} ms");
+    assert!(missed.iter().all(|at| *at <= 1500), "{missed:?}");
+    ids.dedup();
+    assert_eq!(ids.len(), 1, "{ids:?}");
+    down(&site);
+}
+
+fn people(line: &str) -> Value {
+    let sample: Value = serde_json::from_str(line).expect("JSON");
+    sample["value"]["people"].clone()
+}
+
+fn time(people: &Value) -> Option<i64> {
+    people["timestamp"].as_i64()
+}
