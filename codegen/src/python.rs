@@ -2,6 +2,7 @@
 //! `templates/python` hold the code.
 
 pub(crate) mod component;
+pub mod component_interpreter;
 mod description;
 mod documentation;
 pub mod environment;

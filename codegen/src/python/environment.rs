@@ -1,16 +1,13 @@
 //! `.venv` of a component in Python: a virtual environment with the packages of its
 //! `pyproject.toml`. Made on request only.
 
-use super::interpreter;
-use pep440_rs::{Version, VersionSpecifiers};
+use super::interpreter::{self, OWN_ENVIRONMENT, PROGRAM};
+use pep440_rs::VersionSpecifiers;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 use toml_edit::{DocumentMut, Item, TableLike, Value};
-
-/// The interpreter of an environment.
-const OWN: &str = "bin/python";
 
 /// A file in an environment that is not finished.
 const BEGUN: &str = ".begun-by-rcgen";
@@ -93,19 +90,12 @@ impl Needs {
 
     /// Whether an interpreter can run the component.
     fn check(&self, python: &Path) -> Result<(), Error> {
-        const SCRIPT: &str = "import sys; print('%d.%d.%d' % sys.version_info[:3])";
-        let said = interpreter::run(python, SCRIPT, &[]);
-        let said = said.map_err(|error| Error::System(error.to_string()))?;
-        let said = String::from_utf8_lossy(&said);
+        let needed = interpreter::needed_by_this(self.oldest);
+        let version = interpreter::version(python);
+        let version = version.map_err(|error| Error::System(format!("{error}; {needed}")))?;
         let name = python.display();
-        let version: Version = said.trim().parse().map_err(|_| {
-            let said = rc_diagnostics::foreign::clean(said.trim());
-            Error::System(format!("`{name}` is no Python: it printed `{said}`"))
-        })?;
-        let (major, minor) = self.oldest;
-        let oldest = Version::new([u64::from(major), u64::from(minor)]);
-        let needed = if version < oldest {
-            interpreter::needed_by_this(self.oldest)
+        let needed = if !interpreter::is_new_enough(&version, self.oldest) {
+            needed
         } else if self.python.contains(&version) {
             return Ok(());
         } else {
@@ -115,7 +105,7 @@ impl Needs {
                 self.path.display()
             )
         };
-        let help = if python.ends_with(OWN) {
+        let help = if python.ends_with(PROGRAM) {
             "delete this environment"
         } else {
             "`rcgen venv --python` names another one"
@@ -128,7 +118,7 @@ impl Needs {
     /// The interpreter of a new environment: `python3` of the path, or the first of `python3.N`
     /// there that fits.
     fn interpreter(&self) -> Result<PathBuf, Error> {
-        let usual = PathBuf::from("python3");
+        let usual = PathBuf::from(interpreter::IN_PATH);
         let refused = match self.check(&usual) {
             Ok(()) => return Ok(usual),
             Err(refused) => refused,
@@ -148,11 +138,11 @@ impl Needs {
 /// [`Error`]: no interpreter fits, or the one of the environment does not.
 pub fn make_empty(folder: &Path, oldest: (u32, u32)) -> Result<(), Error> {
     let needs = Needs::read(folder, oldest, false)?;
-    create(&needs, &folder.join(".venv"), None)
+    create(&needs, &folder.join(OWN_ENVIRONMENT), None)
 }
 
 fn create(needs: &Needs, place: &Path, python: Option<&Path>) -> Result<(), Error> {
-    let (own, begun) = (place.join(OWN), place.join(BEGUN));
+    let (own, begun) = (place.join(PROGRAM), place.join(BEGUN));
     let system = |error: std::io::Error| Error::System(format!("{}: {error}", place.display()));
     if begun.exists() {
         std::fs::remove_dir_all(place).map_err(system)?;
@@ -214,8 +204,8 @@ pub fn make(
     dev: bool,
 ) -> Result<PathBuf, Error> {
     let needs = Needs::read(folder, oldest, dev)?;
-    let place = folder.join(".venv");
-    let own = place.join(OWN);
+    let place = folder.join(OWN_ENVIRONMENT);
+    let own = place.join(PROGRAM);
     let uv = in_path("uv");
     create(&needs, &place, python)?;
     let mut install: Vec<OsString> = match &uv {
@@ -237,7 +227,7 @@ pub fn make(
 fn in_path(name: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     let mut all = std::env::split_paths(&path).map(|folder| folder.join(name));
-    all.find(|program| program.is_file())
+    all.find(|program| interpreter::may_run(program))
 }
 
 fn run(program: &Path, args: &[impl AsRef<OsStr>]) -> Result<(), Error> {

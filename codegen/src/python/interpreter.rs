@@ -1,7 +1,9 @@
 //! Interpreters of Python for a component, and what they print.
 
+use pep440_rs::Version;
 use rc_cdsl::model::OLDEST_PYTHON;
 use std::io::Read;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::mpsc::Receiver;
@@ -13,19 +15,38 @@ const PATIENCE: Duration = Duration::from_secs(20);
 /// The most bytes that it may print: the names of a worker of many thousand lines.
 const MOST: usize = 16 << 20;
 
-/// Why no interpreter can be used; the text says what is needed.
+/// The virtual environment of a component, in its folder.
+pub(super) const OWN_ENVIRONMENT: &str = ".venv";
+
+/// The interpreter of a virtual environment.
+pub(super) const PROGRAM: &str = "bin/python";
+
+/// The interpreter of the path.
+pub(super) const IN_PATH: &str = "python3";
+
+/// Why no interpreter can be used.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct Unusable(pub String);
 
+/// The active virtual environment.
+pub(super) fn active_environment() -> Option<PathBuf> {
+    let active = std::env::var_os("VIRTUAL_ENV").filter(|value| !value.is_empty());
+    let active = active.map(PathBuf::from);
+    active.filter(|folder| may_run(&folder.join(PROGRAM)))
+}
+
 /// The interpreter that reads workers: that of the active virtual environment, or `python3` of the
 /// path. A program in the folder of a component may be a stranger's; reading needs no packages.
 pub(super) fn active() -> PathBuf {
-    let active = std::env::var_os("VIRTUAL_ENV").filter(|value| !value.is_empty());
-    let active = active.map(|folder| PathBuf::from(folder).join("bin/python"));
-    active
-        .filter(|python| python.exists())
-        .unwrap_or_else(|| "python3".into())
+    active_environment().map_or_else(|| IN_PATH.into(), |folder| folder.join(PROGRAM))
+}
+
+/// Whether a path is a program.
+pub(super) fn may_run(path: &Path) -> bool {
+    let is_program =
+        |file: std::fs::Metadata| file.is_file() && file.permissions().mode() & 0o111 != 0;
+    path.metadata().is_ok_and(is_program)
 }
 
 /// The needed version, for messages about one component.
@@ -37,6 +58,26 @@ pub fn needed_by_this((major, minor): (u32, u32)) -> String {
 pub(super) fn needed() -> String {
     let (major, minor) = OLDEST_PYTHON;
     format!("a component in Python needs Python {major}.{minor} or newer")
+}
+
+/// Whether a version is not older than the oldest that is needed.
+pub(super) fn is_new_enough(version: &Version, (major, minor): (u32, u32)) -> bool {
+    *version >= Version::new([u64::from(major), u64::from(minor)])
+}
+
+/// The version of an interpreter, which says it.
+pub(super) fn version(python: &Path) -> Result<Version, Unusable> {
+    const SCRIPT: &str = "import sys; print('%d.%d.%d' % sys.version_info[:3])";
+    let said = run(python, SCRIPT, &[])?;
+    let said = String::from_utf8_lossy(&said);
+    let said = said.trim();
+    said.parse().map_err(|_| {
+        let said = rc_diagnostics::foreign::clean(said);
+        Unusable(format!(
+            "`{}` is no Python: it printed `{said}`",
+            python.display()
+        ))
+    })
 }
 
 /// Reads a pipe to its end, or until it is too long. The thread ends with the last writer.
@@ -69,7 +110,7 @@ fn run_for(
     let mut command = Command::new(python);
     command.args(["-I", "-S", "-X", "utf8", "-c", script]);
     let ended = end_of(patience, command.args(args));
-    let failed = |why: &str| Unusable(format!("`{}` {why}; {}", python.display(), needed()));
+    let failed = |why: &str| Unusable(format!("`{}` {why}", python.display()));
     let ended = ended.map_err(|why| failed(&why))?;
     if ended.is_success {
         return Ok(ended.out);

@@ -185,18 +185,14 @@ pub(super) fn read(
             Unusable(format!("`{}` printed no JSON: {error}", python.display()))
         })?;
         let version = rc_diagnostics::foreign::clean(&read.version);
-        read.files.ok_or_else(|| {
-            Unusable(format!(
-                "`{}` is Python {version}; {}",
-                python.display(),
-                interpreter::needed()
-            ))
-        })
+        read.files
+            .ok_or_else(|| Unusable(format!("`{}` is Python {version}", python.display())))
     });
     let read = match read {
         Ok(read) => read,
         Err(Unusable(reason)) => {
-            let message = format!("the worker cannot be checked: {reason}");
+            let versions = interpreter::needed();
+            let message = format!("the worker cannot be checked: {reason}; {versions}");
             let finding = if needed {
                 Diagnostic::error
             } else {

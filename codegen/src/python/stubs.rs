@@ -1,6 +1,7 @@
 //! Handlers that a worker in Python lacks, and those that do not fit.
 
 use super::component::{self, Component, WORKER, WORKER_MODULE};
+use super::component_interpreter::{self, InPath, Next};
 use super::handlers::Handler;
 use super::source::{self, Class, Code, Method};
 use crate::project::Project;
@@ -61,7 +62,7 @@ pub fn of(
     Ok((missing, all))
 }
 
-/// Faults of the worker of a component, for `rcgen check`.
+/// Faults of the worker of a component and of its interpreter, for `rcgen check`.
 pub(crate) fn check(
     project: &Project,
     sources: &mut SourceMap,
@@ -79,6 +80,16 @@ pub(crate) fn check(
             .map(|missing| missing.errors(project))
             .unwrap_or_default(),
     );
+    if !found.iter().any(|finding| finding.code == "no-python") {
+        let place = project.component.name.span;
+        let fault =
+            component_interpreter::check(project, place, Next::Starts, &mut InPath::default());
+        found.extend(fault.map(|mut fault| {
+            // The component may be for another machine.
+            fault.severity = Severity::Warning;
+            fault
+        }));
+    }
     Ok(())
 }
 

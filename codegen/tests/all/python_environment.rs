@@ -217,3 +217,44 @@ fn a_check_runs_no_program_of_the_component() {
         assert!(!trace.exists(), "{command} ran it");
     }
 }
+
+/// The component may be for another machine, so it is a warning.
+#[test]
+fn a_check_warns_of_an_interpreter_that_cannot_run_the_component() {
+    let component = component();
+    let folder = component.path();
+    let check = || {
+        let mut rcgen = Command::new(env!("CARGO_BIN_EXE_rcgen"));
+        rcgen.args(["check", "eyes.cdsl", "--format", "short"]);
+        rcgen.current_dir(folder).env_remove("VIRTUAL_ENV");
+        let output = rcgen.output().expect("rcgen starts");
+        let said = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        said
+    };
+    let said = check();
+    if said.contains("no-python") {
+        return skipped(
+            "a_check_warns_of_an_interpreter_that_cannot_run_the_component",
+            "there is no Python 3.11 in the path",
+        );
+    }
+    assert_eq!(said, "");
+    let clause = CDSL.replace("language python;", "language python; python \"3.999\";");
+    fs::write(folder.join("eyes.cdsl"), clause).expect("a file");
+    let said = check();
+    let needed = "; this component needs Python 3.999 or newer";
+    assert!(
+        said.contains("warning[old-python]: `python3` is Python 3.") && said.contains(needed),
+        "{said}"
+    );
+    let own = folder.join(".venv");
+    script(&own.join("bin/python"), "#!/bin/sh\nexit 1\n");
+    fs::create_dir_all(own.join("lib/python3.999/site-packages")).expect("a folder");
+    fs::write(own.join("pyvenv.cfg"), "version = 3.999.0\n").expect("a file");
+    let said = check();
+    assert!(
+        said.contains("warning[no-numpy]: `./.venv` has no NumPy"),
+        "{said}"
+    );
+}

@@ -1,5 +1,5 @@
 //! The description of a network: reads it, checks it, and makes a plan. This crate starts no
-//! process but cargo.
+//! process but cargo, and Python for components in Python.
 //!
 //! ```text
 //! .ddsl → load → Network → plan → Plan      what is to run, in which order, with which limits
@@ -7,6 +7,7 @@
 //!                        → topology         machines and connections, for pictures
 //!                        → generating    what is stale is generated
 //!                        → programs         where executables are, and how cargo builds them
+//!                        → interpreters     whether components in Python can start
 //!                        → services         the shared memory that guards hold open
 //! ```
 
@@ -14,6 +15,7 @@ mod addresses;
 mod configuration;
 mod error;
 mod generating;
+mod interpreters;
 mod launcher;
 mod load;
 mod model;
@@ -33,6 +35,7 @@ mod workspaces;
 
 pub use error::Error;
 pub use generating::Generated;
+pub use interpreters::Next;
 pub use load::{Overrides, load};
 pub use model::{Network, NetworkTime, Profile};
 pub use network_time::ClockPlan;

@@ -74,7 +74,7 @@ pub(super) fn examine(input: &Input, unbuilt: bool) -> impl FnOnce(&Network, &mu
         if !unbuilt {
             machine::check(network, false, found);
             network.check_generated(found);
-            network.check_executables(input.profile, found);
+            network.check_programs(input.profile, found);
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::process::machine;
 use crate::process::own_program::own_program;
 use rc_deploy_client::error::print_error;
 use rc_deploy_client::status;
-use rc_deploy_network::{Network, Profile};
+use rc_deploy_network::{Network, Next, Profile};
 use rc_diagnostics::Diagnostics;
 use rc_middleware::RunDirectory;
 use std::process::Command as Process;
@@ -37,19 +37,20 @@ pub(super) fn up(
         let network = load(input, human, |network, found| {
             machine::check(network, true, found);
             network.check_generated(found);
+            network.check_interpreters(Next::IsBuilt, found);
         })?;
         cargo_build(&network, input.profile)?;
         let mut found = Diagnostics::new();
-        network.check_executables(input.profile, &mut found);
+        network.check_programs(input.profile, &mut found);
         if found.is_empty() {
             network
         } else {
-            load(input, human, |n, f| n.check_executables(input.profile, f))?
+            load(input, human, |n, f| n.check_programs(input.profile, f))?
         }
     } else {
         load(input, human, |network, found| {
             machine::check(network, true, found);
-            network.check_executables(input.profile, found);
+            network.check_programs(input.profile, found);
         })?
     };
     let plan = network.plan(input.profile)?;

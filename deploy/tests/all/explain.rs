@@ -10,12 +10,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Words in the sources that look like codes and are none.
-const NO_CODES: [&str; 20] = [
+const NO_CODES: [&str; 21] = [
     "build-dependencies",
     "default-features",
     "default-members",
     "default-run",
     "dev-dependencies",
+    "include-system-site-packages",
     "innermodel-viewer",
     "on-failure",
     "optional-dependencies",

@@ -10,6 +10,7 @@ mod descriptors;
 mod events;
 mod explain;
 mod export;
+mod interpreters;
 mod killed;
 mod lifecycle;
 mod logs;

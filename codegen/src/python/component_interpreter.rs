@@ -1,0 +1,171 @@
+//! The interpreter that the launcher of a component takes: whether it is new enough, and whether it
+//! has `NumPy`. At most `python3` of the path runs for that: the files of a virtual environment tell.
+
+use super::interpreter::{self, Unusable};
+use crate::project::Project;
+use pep440_rs::Version;
+use rc_diagnostics::{Diagnostic, Span};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+/// Files of paths that set up their environment and add no package: of setuptools, of virtualenv.
+const HARMLESS: [&str; 2] = ["distutils-precedence.pth", "_virtualenv.pth"];
+
+/// The version of `python3`, or why it tells none. It is asked once for all components.
+#[derive(Debug, Default)]
+pub struct InPath(Option<Result<Version, Unusable>>);
+
+/// What happens to the component next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// It starts as it is.
+    Starts,
+    /// It is built, which makes the environment that its `.cdsl` asks for.
+    IsBuilt,
+}
+
+/// What a launcher takes.
+enum Taken {
+    /// The active virtual environment.
+    Active(PathBuf),
+    /// `.venv` of the component.
+    Own(PathBuf),
+    /// `python3` of the path.
+    InPath,
+}
+
+impl Taken {
+    /// In the order of the launcher.
+    fn by(folder: &Path) -> Self {
+        let own = folder.join(interpreter::OWN_ENVIRONMENT);
+        match interpreter::active_environment() {
+            Some(active) => Self::Active(active),
+            None if interpreter::may_run(&own.join(interpreter::PROGRAM)) => Self::Own(own),
+            None => Self::InPath,
+        }
+    }
+}
+
+/// Reports, at `place`, an interpreter on which the launcher of a component would fail: it is
+/// missing, too old, or has no `NumPy`. What its files do not tell is left to the launcher.
+pub fn check(
+    project: &Project,
+    place: Span,
+    next: Next,
+    in_path: &mut InPath,
+) -> Option<Diagnostic> {
+    let make = format!("`rcgen venv {}`", project.path.display());
+    let error =
+        |code, message: String, help: String| Diagnostic::error(code, place, message).help(help);
+    let oldest = project.oldest_python();
+    let needed = interpreter::needed_by_this(oldest);
+    let old = |program: &Path, version: &Version, help: String| {
+        let program = program.display();
+        let message = format!("`{program}` is Python {version}; {needed}");
+        let is_old = !interpreter::is_new_enough(version, oldest);
+        is_old.then(|| error("old-python", message, help))
+    };
+    let (environment, help_old, help_numpy) = match Taken::by(project.code()) {
+        Taken::InPath => {
+            let makes = project.component.python.is_some_and(|python| python.venv);
+            if makes && next == Next::IsBuilt {
+                return None;
+            }
+            let program = Path::new(interpreter::IN_PATH);
+            let asked = in_path
+                .0
+                .get_or_insert_with(|| interpreter::version(program));
+            return match asked {
+                Ok(version) => {
+                    let help = format!("with a newer one in the path, {make} makes an environment");
+                    old(program, version, help)
+                }
+                Err(Unusable(reason)) => {
+                    let help = "install it, or activate a virtual environment that has it";
+                    let message = format!("{reason}; {needed}");
+                    Some(error("no-python", message, help.to_owned()))
+                }
+            };
+        }
+        Taken::Active(environment) => {
+            let program = environment.join(interpreter::PROGRAM);
+            let install = format!("`{} -m pip install numpy`", program.display());
+            let other = "deactivate this environment, or activate another one".to_owned();
+            (environment, other, format!("{install} installs it"))
+        }
+        Taken::Own(environment) => {
+            let anew = format!("delete this environment; {make} makes a new one");
+            (environment, anew, format!("{make} installs it"))
+        }
+    };
+    let settings = Settings::read(&environment)?;
+    let program = environment.join(interpreter::PROGRAM);
+    let numpy = || {
+        let message = format!("`{}` has no NumPy", environment.display());
+        let lacks = settings.lacks_numpy(&environment)?;
+        lacks.then(|| error("no-numpy", message, help_numpy))
+    };
+    old(&program, &settings.version, help_old).or_else(numpy)
+}
+
+/// What `pyvenv.cfg` says about a virtual environment.
+struct Settings {
+    version: Version,
+    /// Whether it has the packages of the interpreter that it was made with.
+    is_open: bool,
+}
+
+impl Settings {
+    /// `None` for a folder that is no virtual environment, or does not tell its version.
+    fn read(environment: &Path) -> Option<Self> {
+        let text = rc_files::read(&environment.join("pyvenv.cfg")).ok()?;
+        let pairs = text.lines().filter_map(|line| line.split_once('='));
+        let value = |wanted: &str| {
+            let of = pairs.clone().find(|(key, _)| key.trim() == wanted);
+            of.map(|(_, value)| value.trim().to_ascii_lowercase())
+        };
+        // `venv` writes the first, `virtualenv` and `uv` the second, as `3.12.1.final.0`.
+        let version = value("version").or_else(|| value("version_info"))?;
+        let numbers: Option<Vec<u64>> =
+            version.split('.').take(2).map(|n| n.parse().ok()).collect();
+        let numbers = numbers.filter(|numbers| numbers.len() == 2)?;
+        Some(Self {
+            version: Version::new(numbers),
+            is_open: value("include-system-site-packages").is_some_and(|value| value == "true"),
+        })
+    }
+
+    /// Whether an interpreter of the environment cannot find `NumPy`. `None` if only it can tell.
+    fn lacks_numpy(&self, environment: &Path) -> Option<bool> {
+        if self.is_open {
+            return None;
+        }
+        let release = self.version.release();
+        let packages = format!("lib/python{}.{}/site-packages", release[0], release[1]);
+        for entry in environment.join(packages).read_dir().ok()? {
+            let name = entry.ok()?.file_name();
+            let name = name.to_str()?;
+            // Also what an installation from sources leaves.
+            if name
+                .trim_start_matches("__editable__.")
+                .starts_with("numpy")
+            {
+                return Some(false);
+            }
+            let adds_paths = Path::new(name).extension().is_some_and(|end| end == "pth");
+            if adds_paths && !HARMLESS.contains(&name) {
+                return None;
+            }
+        }
+        let more = std::env::var_os("PYTHONPATH").unwrap_or_default();
+        for folder in std::env::split_paths(&more) {
+            match folder.join("numpy").metadata() {
+                Ok(_) => return Some(false),
+                Err(error) if error.kind() == ErrorKind::NotFound => {}
+                // An archive, or a folder that cannot be read.
+                Err(_) => return None,
+            }
+        }
+        Some(true)
+    }
+}

@@ -1,0 +1,38 @@
+//! The interpreters of components in Python: launchers would fail on those that are missing, too old
+//! or without `NumPy`.
+
+use crate::model::{Network, Profile};
+use rc_codegen::python::component_interpreter::{self, InPath};
+use rc_codegen::worker_language::WorkerLanguage;
+use rc_diagnostics::Diagnostics;
+use std::collections::HashSet;
+use std::path::Path;
+
+pub use rc_codegen::python::component_interpreter::Next;
+
+impl Network {
+    /// Checks all that starts a component: its executable, and for one in Python the interpreter.
+    pub fn check_programs(&self, profile: Profile, found: &mut Diagnostics) {
+        self.check_executables(profile, found);
+        self.check_interpreters(Next::Starts, found);
+    }
+
+    /// Checks the interpreters of the components that start on this machine.
+    pub fn check_interpreters(&self, next: Next, found: &mut Diagnostics) {
+        let mut in_path = InPath::default();
+        let mut seen: HashSet<&Path> = HashSet::new();
+        for (instance, project, _) in self.built() {
+            let is_python = project.language() == WorkerLanguage::Python;
+            let is_elsewhere = self.deployment.remote_host(instance).is_some();
+            if is_python && !is_elsewhere && seen.insert(&project.path) {
+                let place = instance.cdsl.as_ref().unwrap_or(&instance.name).span;
+                found.extend(component_interpreter::check(
+                    project,
+                    place,
+                    next,
+                    &mut in_path,
+                ));
+            }
+        }
+    }
+}
