@@ -3,12 +3,13 @@
 use crate::matrix::{Matrix, OF_MESH, Placement, TO_GLTF, apply, product};
 use crate::shapes::{board, place, solid};
 use innermodel_language::model::{Camera, Document, Kind, Node};
-use innermodel_mesh::{Looks, TriangleMesh};
+use innermodel_mesh::{AlphaMode, Looks, TriangleMesh};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// Triangles by their textures.
+/// Triangles by their textures: files, or colours as `#rrggbb`, with the opacity behind them for
+/// bodies through which others are seen.
 type Parts = BTreeMap<String, Vec<[u32; 3]>>;
 
 /// Takes millimetres to metres.
@@ -238,11 +239,16 @@ impl Writer {
             }
             _ => return None,
         };
-        Some(self.mesh(&vertices, &inner, &parts))
+        let mesh = self.mesh(&vertices, &inner, &parts);
+        if mesh.is_none() {
+            self.misses(node, "numbers so great");
+        }
+        mesh
     }
 
     /// Adds a mesh of which each triangle turns to the left, seen from outside, in `InnerModel`.
-    fn mesh(&mut self, vertices: &[[f64; 3]], inner: &Placement, parts: &Parts) -> usize {
+    /// There is none if a number is too great.
+    fn mesh(&mut self, vertices: &[[f64; 3]], inner: &Placement, parts: &Parts) -> Option<usize> {
         let axes = TO_GLTF;
         let vertices = vertices.iter().map(|vertex| {
             let turned = apply(&inner.rotation, vertex);
@@ -250,6 +256,9 @@ impl Writer {
             apply(&axes, &moved).map(|n| n as f32)
         });
         let vertices: Vec<[f32; 3]> = vertices.collect();
+        if vertices.iter().flatten().any(|number| !number.is_finite()) {
+            return None;
+        }
         let bounds = |pick: fn(f32, f32) -> f32, start: f32| {
             [0, 1, 2].map(|n| vertices.iter().map(|v| v[n]).fold(start, pick))
         };
@@ -288,7 +297,7 @@ impl Writer {
             }));
         }
         self.meshes.push(json!({"primitives": primitives}));
-        self.meshes.len() - 1
+        Some(self.meshes.len() - 1)
     }
 
     /// Adds a view of the bytes from `start` on.
@@ -304,9 +313,11 @@ impl Writer {
         if let Some(known) = self.colours.iter().position(|known| known == texture) {
             return known;
         }
-        let digits = texture.strip_prefix('#').filter(|digits| digits.len() == 6);
-        let number = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
+        let digits = texture.strip_prefix('#').unwrap_or_default();
+        let (digits, alpha) = digits.split_at_checked(6).unwrap_or_default();
+        let number = u32::from_str_radix(digits, 16).ok();
         let [_, red, green, blue] = number.unwrap_or(0x00b4_b4b4).to_be_bytes();
+        let alpha = u8::from_str_radix(alpha, 16).ok();
         // Colours of glTF are linear.
         let [red, green, blue] = [red, green, blue].map(|part| {
             let part = f64::from(part) / 255.0;
@@ -316,12 +327,17 @@ impl Writer {
                 ((part + 0.055) / 1.055).powf(2.4)
             }
         });
-        self.materials.push(json!({
+        let opacity = alpha.map_or(1.0, |alpha| f64::from(alpha) / 255.0);
+        let mut material = json!({
             "pbrMetallicRoughness": {
-                "baseColorFactor": [red, green, blue, 1.0], "metallicFactor": 0.0,
+                "baseColorFactor": [red, green, blue, opacity], "metallicFactor": 0.0,
             },
             "doubleSided": true,
-        }));
+        });
+        if alpha.is_some() {
+            material["alphaMode"] = json!("BLEND");
+        }
+        self.materials.push(material);
         self.colours.push(texture.to_owned());
         self.colours.len() - 1
     }
@@ -335,7 +351,11 @@ fn by_colour(triangles: Vec<[u32; 3]>, looks: &Looks) -> Parts {
         let material = material.and_then(|at| looks.materials.get(at as usize));
         let texture = material.map_or(String::new(), |material| {
             let [red, green, blue] = material.colour;
-            format!("#{red:02x}{green:02x}{blue:02x}")
+            let alpha = (material.alpha * 255.0).round() as u8;
+            match material.alpha_mode {
+                AlphaMode::Blend => format!("#{red:02x}{green:02x}{blue:02x}{alpha:02x}"),
+                _ => format!("#{red:02x}{green:02x}{blue:02x}"),
+            }
         });
         parts.entry(texture).or_default().push(triangle);
     }

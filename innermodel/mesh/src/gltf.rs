@@ -12,7 +12,10 @@ use serde::Deserialize;
 use std::borrow::Cow;
 use std::path::Path;
 
+/// Numbers of `mode`: what each three corners are.
 const TRIANGLES: u32 = 4;
+const STRIP: u32 = 5;
+const FAN: u32 = 6;
 /// How deep nodes may be nested.
 const MAX_DEPTH: usize = 64;
 /// How many triangles a scene may have, with all that it repeats.
@@ -234,6 +237,12 @@ impl Reader<'_> {
                 .meshes
                 .get(mesh)
                 .ok_or_else(|| wrong("a mesh is missing"))?;
+            self.visited += mesh.primitives.len();
+            if self.visited > MAX_NODES {
+                return Err(wrong(
+                    "the scene has more than a million nodes and primitives",
+                ));
+            }
             for primitive in &mesh.primitives {
                 self.primitive(primitive, &here)?;
             }
@@ -248,7 +257,8 @@ impl Reader<'_> {
         let Some(position) = primitive.attributes.position else {
             return Ok(());
         };
-        if primitive.mode.unwrap_or(TRIANGLES) != TRIANGLES {
+        let mode = primitive.mode.unwrap_or(TRIANGLES);
+        if !(TRIANGLES..=FAN).contains(&mode) {
             return Ok(());
         }
         let first = self.mesh.vertices.len() as u32;
@@ -270,9 +280,12 @@ impl Reader<'_> {
                 .collect(),
             None => (0..count).collect(),
         };
-        let triangles = corners
-            .chunks_exact(3)
-            .map(|c| [0, 1, 2].map(|n| first.saturating_add(c[n])));
+        if corners.iter().any(|corner| *corner >= count) {
+            return Err(wrong("a triangle has a corner that is not there"));
+        }
+        let corners = triangles(corners, mode);
+        let triangles = corners.chunks_exact(3);
+        let triangles = triangles.map(|three| [0, 1, 2].map(|n| first + three[n]));
         self.mesh.triangles.extend(triangles);
         self.paint(primitive, &corners)?;
         if self.mesh.triangles.len() > MAX_TRIANGLES {
@@ -325,6 +338,23 @@ impl Reader<'_> {
         }
         Ok(numbers)
     }
+}
+
+/// The corners of triangles, three for each one. In a strip, each corner makes a triangle with the
+/// two before it, of which every second one is turned; in a fan, with the one before and the first.
+fn triangles(corners: Vec<u32>, mode: u32) -> Vec<u32> {
+    let of_last = |number: usize, three: &[u32]| match mode {
+        STRIP if number % 2 == 1 => [three[0], three[2], three[1]],
+        FAN => [corners[0], three[1], three[2]],
+        _ => [three[0], three[1], three[2]],
+    };
+    if mode == TRIANGLES {
+        return corners;
+    }
+    let windows = corners.windows(3).enumerate();
+    windows
+        .flat_map(|(number, three)| of_last(number, three))
+        .collect()
 }
 
 fn value(bytes: &[u8], form: u32) -> f64 {

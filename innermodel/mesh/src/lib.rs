@@ -13,7 +13,7 @@ use std::io::{self, Read};
 use std::path::Path;
 use thiserror::Error;
 
-pub use looks::{Look, Looks, Material, Picture, Wrap};
+pub use looks::{AlphaMode, Look, Looks, Material, Picture, Wrap};
 
 /// The largest file that is read, in bytes.
 const LARGEST: u64 = 512 << 20;
@@ -84,7 +84,7 @@ pub fn read(path: &Path) -> Result<TriangleMesh, MeshError> {
 }
 
 /// Reads a mesh with its colours, and finds its pictures: `.obj` names them in files of materials
-/// (`Kd` and `map_Kd`), glTF as base colours. STL has neither. Pictures are not read. What cannot
+/// (`Kd`, `map_Kd`, `d` and `Tr`), glTF as base colours with `alphaMode`. STL has neither. Pictures are not read. What cannot
 /// be read of materials is a problem in [`Looks`], and the mesh is there without it.
 pub fn read_with_looks(path: &Path) -> Result<(TriangleMesh, Looks), MeshError> {
     let mut looks = Looks::default();

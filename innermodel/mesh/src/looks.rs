@@ -37,6 +37,22 @@ pub struct Material {
     pub picture: Option<Picture>,
     /// Treatment of coordinates beyond the left and right, and the upper and lower sides.
     pub wrap: [Wrap; 2],
+    /// Opacity from 0 to 1, which that of the picture multiplies.
+    pub alpha: f32,
+    /// Effect of the opacity.
+    pub alpha_mode: AlphaMode,
+}
+
+/// Effect of the opacity of a material: `alphaMode` of glTF.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum AlphaMode {
+    /// None: the surface hides what is behind it.
+    #[default]
+    Opaque,
+    /// The surface has holes where its opacity is less.
+    Mask(f32),
+    /// What is behind the surface is seen through it.
+    Blend,
 }
 
 /// A picture, in any format.

@@ -1,7 +1,7 @@
 //! Wavefront OBJ: its vertices and faces, and with `Looks` the colours and pictures of its
 //! materials. Normals and curves are not used.
 
-use crate::looks::{Look, Looks, MOST_MATERIALS, Material, Picture, Wrap, colour, find};
+use crate::looks::{AlphaMode, Look, Looks, MOST_MATERIALS, Material, Picture, Wrap, colour, find};
 use crate::{MeshError, TriangleMesh};
 use rc_diagnostics::foreign::clean;
 use std::collections::HashMap;
@@ -174,6 +174,8 @@ impl<'p> Painter<'p> {
                     colour: [u8::MAX; 3],
                     picture: None,
                     wrap: [Wrap::Repeat; 2],
+                    alpha: 1.0,
+                    alpha_mode: AlphaMode::Opaque,
                 });
                 continue;
             }
@@ -192,6 +194,9 @@ impl<'p> Painter<'p> {
                         _ => {}
                     }
                 }
+                // The opacity, and what it lacks to 1.
+                "d" => set_alpha(material, rest, |opacity| opacity),
+                "Tr" => set_alpha(material, rest, |lack| 1.0 - lack),
                 "map_Kd" => {
                     let (file, clamps);
                     (file, clamps, *mapping) = picture(rest);
@@ -207,6 +212,21 @@ impl<'p> Painter<'p> {
         for (at, (name, mapping)) in names.into_iter().enumerate() {
             self.names.insert(name, ((first + at) as u32, mapping));
         }
+    }
+}
+
+/// Sets the opacity of a material to a function of the last number of a line: `d -halo` has a word
+/// before it.
+fn set_alpha(material: &mut Material, line: &str, opacity: fn(f32) -> f32) {
+    let number = line.split_whitespace().next_back();
+    let number = number.and_then(|word| word.parse::<f32>().ok());
+    if let Some(number) = number.filter(|number| number.is_finite()) {
+        material.alpha = opacity(number).clamp(0.0, 1.0);
+        material.alpha_mode = if material.alpha < 1.0 {
+            AlphaMode::Blend
+        } else {
+            AlphaMode::Opaque
+        };
     }
 }
 

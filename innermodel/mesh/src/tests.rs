@@ -216,3 +216,81 @@ fn materials_and_their_files_have_bounds() {
         "{missing}"
     );
 }
+
+/// A file of primitives, each with its mode, the number of its vertices and its indices, over the
+/// same four vertices.
+fn primitives(list: &[(u32, usize, &[u8])]) -> Result<TriangleMesh, MeshError> {
+    let mut bytes = Vec::new();
+    for number in [
+        [0.0_f32, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [1.0, 1.0, 0.0],
+    ]
+    .as_flattened()
+    {
+        bytes.extend(number.to_le_bytes());
+    }
+    let (mut views, mut accessors, mut parts) = (String::new(), String::new(), Vec::new());
+    for (at, (mode, count, indices)) in list.iter().enumerate() {
+        let (start, length) = (bytes.len(), indices.len());
+        bytes.extend(*indices);
+        views += &format!(r#",{{"buffer":0,"byteOffset":{start},"byteLength":{length}}}"#);
+        accessors += &format!(
+            r#"{{"bufferView":0,"componentType":5126,"count":{count},"type":"VEC3"}},
+            {{"bufferView":{},"componentType":5121,"count":{length},"type":"SCALAR"}},"#,
+            at + 1
+        );
+        let (points, corners) = (2 * at, 2 * at + 1);
+        parts.push(format!(
+            r#"{{"attributes":{{"POSITION":{points}}},"indices":{corners},"mode":{mode}}}"#
+        ));
+    }
+    let (parts, accessors) = (parts.join(","), accessors.trim_end_matches(','));
+    let json = format!(
+        r#"{{"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{parts}]}}],
+        "accessors":[{accessors}],"bufferViews":[{{"buffer":0,"byteLength":48}}{views}],
+        "buffers":[{{"byteLength":{},"uri":"data:;base64,{}"}}]}}"#,
+        bytes.len(),
+        STANDARD.encode(&bytes)
+    );
+    written("a.gltf", json.as_bytes())
+}
+
+#[test]
+fn strips_and_fans_are_triangles() {
+    let mesh = primitives(&[
+        (5, 4, &[0, 1, 2, 3]),
+        (6, 4, &[0, 1, 3, 2]),
+        (1, 4, &[0, 1]),
+    ]);
+    let mesh = mesh.expect("a mesh");
+    assert_eq!(mesh.triangles, [[0, 1, 2], [1, 3, 2], [4, 5, 7], [4, 7, 6]]);
+}
+
+/// A primitive has its own vertices: those of another one are none of its corners.
+#[test]
+fn corners_are_vertices_of_their_primitive() {
+    assert!(primitives(&[(4, 3, &[0, 1, 2]), (4, 3, &[0, 2, 1])]).is_ok());
+    for wrong in [3, 255] {
+        let found = primitives(&[(4, 3, &[0, 1, wrong]), (4, 3, &[0, 1, 2])]);
+        let error = found.expect_err("a wrong corner").to_string();
+        assert_eq!(error, "a triangle has a corner that is not there");
+    }
+}
+
+/// Few bytes that repeat each other a billion times are refused.
+#[test]
+fn what_repeats_has_a_bound() {
+    let children = vec!["1"; 1000].join(",");
+    let primitives = vec![r#"{"attributes":{}}"#; 2000].join(",");
+    let json = format!(
+        r#"{{"scenes":[{{"nodes":[0]}}],"nodes":[{{"children":[{children}]}},{{"mesh":0}}],
+        "meshes":[{{"primitives":[{primitives}]}}]}}"#
+    );
+    let error = written("a.gltf", json.as_bytes()).expect_err("too many");
+    assert_eq!(
+        error.to_string(),
+        "the scene has more than a million nodes and primitives"
+    );
+}

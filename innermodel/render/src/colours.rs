@@ -5,7 +5,7 @@ use innermodel::{Kind, Vector};
 /// The colour where nothing is.
 pub(crate) const SKY: [u8; 3] = [200, 215, 235];
 /// The colour of bodies without one.
-const PLAIN: [u8; 3] = [180, 180, 180];
+pub(crate) const PLAIN: [u8; 3] = [180, 180, 180];
 
 /// The colour of `#rrggbb`.
 pub(crate) fn colour(kind: &Kind) -> [u8; 3] {

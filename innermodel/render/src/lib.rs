@@ -20,6 +20,7 @@
 mod colours;
 mod error;
 mod image;
+mod layers;
 mod points;
 mod scene;
 mod solids;

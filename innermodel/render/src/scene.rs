@@ -3,13 +3,15 @@
 use crate::colours::{SKY, colour};
 use crate::error::DrawError;
 use crate::image::Image;
+use crate::layers::{self, Layers};
 use crate::surfaces::Surface;
 use crate::texture::{self, Paint, Texture, TextureError};
+use crate::triangles::{Canvas, Target};
 use crate::view::{Projection, View};
-use crate::{points, solids, triangles};
+use crate::{points, solids};
 use innermodel::kinds::{Display, Mesh, Render, Shape};
 use innermodel::shapes::{Body, bars, body};
-use innermodel::{Clouds, Kind, NodeRef, Snapshot, Transform, Vector};
+use innermodel::{Clouds, Kind, NodeId, NodeRef, Snapshot, Transform, Vector};
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -86,6 +88,32 @@ enum Part {
     Solid(Shape),
 }
 
+/// A mesh through which others are seen.
+struct Blending {
+    node: NodeId,
+    mesh: Arc<Surface>,
+    /// From the mesh to the camera.
+    place: Transform,
+    wireframe: bool,
+}
+
+/// Draws what others are seen through in front of an image of all others.
+fn blend(image: &mut Image, projection: &Projection, light: Option<Vector>, meshes: &[Blending]) {
+    let mut layers = Layers::new(image);
+    for _ in 0..layers::MOST {
+        for blending in meshes {
+            let target = Target::Layer(&mut layers);
+            let mut canvas = Canvas::new(target, projection, blending.node, light);
+            canvas.wireframe = blending.wireframe;
+            canvas.surface(&blending.mesh, &blending.place);
+        }
+        if !layers.next() {
+            break;
+        }
+    }
+    layers.finish();
+}
+
 impl Scene {
     /// No mesh is read yet.
     pub fn new() -> Self {
@@ -128,18 +156,15 @@ impl Scene {
             known.is_drawn = false;
         }
         let light = self.light.map(|light| to_camera.vector(&light));
+        // Meshes through which others are seen, drawn once all others are there.
+        let mut blending = Vec::new();
         for node in tree.nodes() {
             let here = to_camera * node.to_root();
             if let Kind::Axes(axes) = node.kind() {
                 for (size, place, colour) in bars(axes.lengths, axes.widths) {
-                    let mut canvas = triangles::Canvas {
-                        image: &mut image,
-                        projection: &projection,
-                        paint: Paint::Colour(colour),
-                        wireframe: false,
-                        node: node.node_id(),
-                        light,
-                    };
+                    let target = Target::Image(&mut image);
+                    let mut canvas = Canvas::new(target, &projection, node.node_id(), light);
+                    canvas.paint = Paint::Colour(colour);
                     canvas.surface(&Surface::cuboid(size), &(here * place));
                 }
                 continue;
@@ -162,18 +187,27 @@ impl Scene {
                 _ => Paint::Colour(colour(node.kind())),
             };
             let is_wire = |mesh: &Mesh| mesh.render == Render::Wireframe;
-            let mut canvas = triangles::Canvas {
-                image: &mut image,
-                projection: &projection,
-                paint,
-                wireframe: matches!(node.kind(), Kind::Mesh(mesh) if is_wire(mesh)),
-                node: node.node_id(),
-                light,
-            };
+            let target = Target::Image(&mut image);
+            let mut canvas = Canvas::new(target, &projection, node.node_id(), light);
+            canvas.paint = paint;
+            canvas.wireframe = matches!(node.kind(), Kind::Mesh(mesh) if is_wire(mesh));
             match part {
-                Part::Triangles(mesh) => canvas.surface(&mesh, &(here * place)),
+                Part::Triangles(mesh) => {
+                    canvas.surface(&mesh, &(here * place));
+                    if mesh.blends() {
+                        blending.push(Blending {
+                            node: node.node_id(),
+                            wireframe: canvas.wireframe,
+                            mesh,
+                            place: here * place,
+                        });
+                    }
+                }
                 Part::Solid(shape) => solids::draw(&mut canvas, shape, &(here * place)),
             }
+        }
+        if !blending.is_empty() {
+            blend(&mut image, &projection, light, &blending);
         }
         self.meshes.retain(|_, known| known.is_drawn);
         self.textures.retain(|_, known| known.is_drawn);

@@ -1,26 +1,25 @@
 //! Balls, cylinders and cones on the raster: where a ray meets them is known in closed form.
 
-use crate::colours::shade;
 use crate::triangles::{Canvas, pixels};
 use innermodel::kinds::Shape;
 use innermodel::shapes::meet;
 use innermodel::{Transform, Vector};
 
 /// Draws a body.
-pub(crate) fn draw(canvas: &mut Canvas<'_>, shape: Shape, to_camera: &Transform) {
+pub(crate) fn draw(canvas: &mut Canvas<'_, '_>, shape: Shape, to_camera: &Transform) {
     let reach = match shape {
         Shape::Sphere { radius } => radius.abs(),
         Shape::Cylinder { radius, length } | Shape::Cone { radius, length } => {
             radius.hypot(length / 2.0)
         }
     };
-    let (projection, light) = (canvas.projection, canvas.light.as_ref());
-    let image = &mut *canvas.image;
+    let projection = canvas.projection;
+    let (width, height) = (canvas.image().width, canvas.image().height);
     let centre = to_camera.translation;
     if centre.z + reach < projection.near {
         return;
     }
-    let (mut columns, mut rows) = (0..image.width, 0..image.height);
+    let (mut columns, mut rows) = (0..width, 0..height);
     if centre.z - reach > projection.near {
         // The box around the ball that contains the body.
         let corners = [0, 1, 2, 3, 4, 5, 6, 7].map(|corner: u32| {
@@ -33,8 +32,8 @@ pub(crate) fn draw(canvas: &mut Canvas<'_>, shape: Shape, to_camera: &Transform)
             };
             projection.pixel(&(centre + Vector::new(side(0), side(1), side(2))))
         });
-        columns = pixels(corners.map(|p| p.0), image.width);
-        rows = pixels(corners.map(|p| p.1), image.height);
+        columns = pixels(corners.map(|p| p.0), width);
+        rows = pixels(corners.map(|p| p.1), height);
     }
     let back = to_camera.inverse();
     for row in rows {
@@ -47,15 +46,8 @@ pub(crate) fn draw(canvas: &mut Canvas<'_>, shape: Shape, to_camera: &Transform)
                 projection.near,
             );
             if let Some((depth, normal)) = found {
-                let (at, paint) = (row * image.width + column, canvas.paint);
-                image.set(at, depth, canvas.node, || {
-                    shade(
-                        paint.at(&(way * depth)),
-                        &to_camera.vector(&normal),
-                        &way,
-                        light,
-                    )
-                });
+                let normal = to_camera.vector(&normal);
+                canvas.pixel(row * width + column, depth, &way, &normal);
             }
         }
     }

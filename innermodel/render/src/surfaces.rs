@@ -2,9 +2,9 @@
 
 use crate::error::DrawError;
 use crate::texture::{Paint, Texture};
-use crate::triangles::Canvas;
+use crate::triangles::{Canvas, Target};
 use innermodel::{Point, Transform};
-use innermodel_mesh::{Looks, MeshError, Picture, TriangleMesh};
+use innermodel_mesh::{AlphaMode, Looks, MeshError, Picture, TriangleMesh};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -70,6 +70,12 @@ impl Surface {
             known.push((picture, texture));
         }
         problems.truncate(MOST_PROBLEMS);
+        for (material, texture) in looks.materials.iter_mut().zip(&textures) {
+            let is_opaque = texture.as_ref().is_none_or(|texture| texture.is_opaque());
+            if material.alpha >= 1.0 && is_opaque {
+                material.alpha_mode = AlphaMode::Opaque;
+            }
+        }
         let surface = Self {
             mesh,
             looks,
@@ -79,26 +85,40 @@ impl Surface {
         Ok((surface, problems))
     }
 
+    /// Whether other surfaces are seen through a part of it.
+    pub(crate) fn blends(&self) -> bool {
+        let materials = &self.looks.materials;
+        materials.iter().any(|m| m.alpha_mode == AlphaMode::Blend)
+    }
+
     /// How many pixels its pictures have.
     pub(crate) fn pixels(&self) -> usize {
         self.pixels
     }
 }
 
-impl<'c> Canvas<'c> {
-    /// Draws a surface. Triangles without a material have the paint of the canvas.
+impl<'c> Canvas<'c, '_> {
+    /// Draws those triangles of a surface that belong to the target. Triangles without a material
+    /// have the paint of the canvas.
     pub(crate) fn surface(&mut self, surface: &'c Surface, to_camera: &Transform) {
         let vertices = &surface.mesh.vertices;
         let corner = |at: u32| to_camera.point(&Point::from(vertices[at as usize])).coords;
         let plain = self.paint;
+        let is_layer = matches!(self.target, Target::Layer(_));
         for (number, triangle) in surface.mesh.triangles.iter().enumerate() {
-            let corners = triangle.map(corner);
             let look = surface.looks.triangles.get(number);
             let material = look.and_then(|look| Some((look, look.material? as usize)));
             let material = material.and_then(|(look, at)| {
                 let material = surface.looks.materials.get(at)?;
                 Some((look, material, surface.textures.get(at)?))
             });
+            (self.alpha, self.alpha_mode) = material.map_or((1.0, AlphaMode::Opaque), |found| {
+                (found.1.alpha, found.1.alpha_mode)
+            });
+            if (self.alpha_mode == AlphaMode::Blend) != is_layer {
+                continue;
+            }
+            let corners = triangle.map(corner);
             self.paint = match material {
                 None => plain,
                 Some((look, material, Some(texture))) => Paint::Triangle {
@@ -113,5 +133,6 @@ impl<'c> Canvas<'c> {
             self.triangle(corners);
         }
         self.paint = plain;
+        (self.alpha, self.alpha_mode) = (1.0, AlphaMode::Opaque);
     }
 }

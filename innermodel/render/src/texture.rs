@@ -47,6 +47,8 @@ pub(crate) struct Texture {
     width: usize,
     height: usize,
     pixels: Vec<[u8; 3]>,
+    /// The opacity of each pixel. Empty if all are opaque.
+    alphas: Vec<u8>,
 }
 
 impl Texture {
@@ -84,15 +86,31 @@ impl Texture {
         }
     }
 
+    /// Whether nothing is seen through it.
+    pub(crate) fn is_opaque(&self) -> bool {
+        self.alphas.iter().all(|alpha| *alpha == u8::MAX)
+    }
+
     /// How many pixels it has.
     pub(crate) fn pixels(&self) -> usize {
         self.pixels.len()
     }
 
-    /// The colour at a place, from (0, 0) at the top left to (1, 1).
-    fn at(&self, u: f64, v: f64) -> [u8; 3] {
+    /// The pixel at a place, from (0, 0) at the top left to (1, 1).
+    fn place(&self, u: f64, v: f64) -> usize {
         let place = |part: f64, count: usize| ((part * count as f64) as usize).min(count - 1);
-        self.pixels[place(v, self.height) * self.width + place(u, self.width)]
+        place(v, self.height) * self.width + place(u, self.width)
+    }
+
+    /// The colour at a place.
+    fn at(&self, u: f64, v: f64) -> [u8; 3] {
+        self.pixels[self.place(u, v)]
+    }
+
+    /// The opacity at a place, from 0 to 1.
+    fn alpha(&self, u: f64, v: f64) -> f32 {
+        let alpha = self.alphas.get(self.place(u, v));
+        alpha.map_or(1.0, |alpha| f32::from(*alpha) / 255.0)
     }
 }
 
@@ -100,7 +118,12 @@ fn wrong(error: &dyn std::fmt::Display) -> TextureError {
     TextureError::Wrong(error.to_string())
 }
 
-fn texture(width: usize, height: usize, pixels: Vec<[u8; 3]>) -> Result<Texture, TextureError> {
+fn texture(
+    width: usize,
+    height: usize,
+    pixels: Vec<[u8; 3]>,
+    alphas: Vec<u8>,
+) -> Result<Texture, TextureError> {
     if width == 0 || height == 0 || pixels.len() != width * height {
         return Err(TextureError::Wrong("the picture is cut".to_owned()));
     }
@@ -108,6 +131,7 @@ fn texture(width: usize, height: usize, pixels: Vec<[u8; 3]>) -> Result<Texture,
         width,
         height,
         pixels,
+        alphas,
     })
 }
 
@@ -139,7 +163,15 @@ fn from_png(bytes: &[u8], left: usize) -> Result<Texture, TextureError> {
         [grey, ..] => [grey; 3],
         [] => [0; 3],
     });
-    texture(width, height, pixels.collect())
+    // Grey or three colours, perhaps with the opacity behind them.
+    let alphas = if samples.is_multiple_of(2) {
+        data.chunks_exact(samples)
+            .map(|pixel| pixel[samples - 1])
+            .collect()
+    } else {
+        Vec::new()
+    };
+    texture(width, height, pixels.collect(), alphas)
 }
 
 fn from_jpeg(bytes: &[u8], left: usize) -> Result<Texture, TextureError> {
@@ -152,7 +184,7 @@ fn from_jpeg(bytes: &[u8], left: usize) -> Result<Texture, TextureError> {
     let (width, height) = decoder.dimensions().unwrap_or_default();
     check_size(width, height, left)?;
     let data = decoder.decode().map_err(|e| wrong(&e))?;
-    texture(width, height, data.as_chunks::<3>().0.to_vec())
+    texture(width, height, data.as_chunks::<3>().0.to_vec(), Vec::new())
 }
 
 /// Look of a surface.
@@ -183,6 +215,23 @@ pub(crate) enum Paint<'c> {
 }
 
 impl Paint<'_> {
+    /// The opacity that a picture has at a point of the surface, in the frame of the camera. Those
+    /// of boxes are opaque.
+    pub(crate) fn alpha(&self, point: &Vector) -> f32 {
+        let Self::Triangle {
+            texture,
+            wrap,
+            corners,
+            places,
+            ..
+        } = self
+        else {
+            return 1.0;
+        };
+        let [u, v] = interpolated(point, corners, places);
+        texture.alpha(wrap[0].place(u), wrap[1].place(v))
+    }
+
     /// The colour at a point of the surface, in the frame of the camera.
     pub(crate) fn at(&self, point: &Vector) -> [u8; 3] {
         let (texture, size, to_box) = match self {

@@ -1,20 +1,33 @@
 //! Triangles on the raster.
 
-use crate::colours::shade;
+use crate::colours::{PLAIN, shade};
 use crate::image::Image;
+use crate::layers::Layers;
 use crate::texture::Paint;
 use crate::view::Projection;
 use innermodel::{NodeId, Vector};
+use innermodel_mesh::AlphaMode;
 use std::ops::Range;
 
 /// Half the width of a line, in pixels.
 const HALF_LINE: f64 = 0.75;
 
+/// Which surfaces are drawn, and where.
+pub(crate) enum Target<'c, 'i> {
+    /// Those that hide what is behind them.
+    Image(&'c mut Image),
+    /// Those through which others are seen.
+    Layer(&'c mut Layers<'i>),
+}
+
 /// Where the body of one node is drawn.
-pub(crate) struct Canvas<'c> {
-    pub(crate) image: &'c mut Image,
+pub(crate) struct Canvas<'c, 'i> {
+    pub(crate) target: Target<'c, 'i>,
     pub(crate) projection: &'c Projection,
     pub(crate) paint: Paint<'c>,
+    /// Opacity of the surface, without that of its picture.
+    pub(crate) alpha: f32,
+    pub(crate) alpha_mode: AlphaMode,
     /// Whether only the edges of triangles are drawn.
     pub(crate) wireframe: bool,
     pub(crate) node: NodeId,
@@ -22,7 +35,54 @@ pub(crate) struct Canvas<'c> {
     pub(crate) light: Option<Vector>,
 }
 
-impl Canvas<'_> {
+impl<'c, 'i> Canvas<'c, 'i> {
+    /// A canvas for bodies without a colour that hide what is behind them.
+    pub(crate) fn new(
+        target: Target<'c, 'i>,
+        projection: &'c Projection,
+        node: NodeId,
+        light: Option<Vector>,
+    ) -> Self {
+        Self {
+            target,
+            projection,
+            paint: Paint::Colour(PLAIN),
+            alpha: 1.0,
+            alpha_mode: AlphaMode::Opaque,
+            wireframe: false,
+            node,
+            light,
+        }
+    }
+
+    /// The image that is drawn, or in front of which layers are.
+    pub(crate) fn image(&self) -> &Image {
+        match &self.target {
+            Target::Image(image) => image,
+            Target::Layer(layers) => layers.image,
+        }
+    }
+
+    /// Draws a pixel of a surface with this normal, which a ray in the direction `way` meets.
+    pub(crate) fn pixel(&mut self, at: usize, depth: f64, way: &Vector, normal: &Vector) {
+        let (paint, light) = (&self.paint, self.light.as_ref());
+        let place = way * depth;
+        let alpha = || self.alpha * paint.alpha(&place);
+        let colour = || shade(paint.at(&place), normal, way, light);
+        match &mut self.target {
+            Target::Image(image) => {
+                let is_hole = match self.alpha_mode {
+                    AlphaMode::Mask(least) => depth < image.depths[at] && alpha() < least,
+                    AlphaMode::Opaque | AlphaMode::Blend => false,
+                };
+                if !is_hole {
+                    image.set(at, depth, self.node, colour);
+                }
+            }
+            Target::Layer(layers) => layers.set(at, depth, self.node, alpha, colour),
+        }
+    }
+
     /// Draws a triangle with its corners in the frame of the camera.
     pub(crate) fn triangle(&mut self, corners: [Vector; 3]) {
         let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
@@ -65,8 +125,9 @@ impl Canvas<'_> {
             let (a, b) = (points[at], points[(at + 1) % 3]);
             (b.0 - a.0).hypot(b.1 - a.1)
         });
-        let columns = pixels(points.map(|p| p.0), self.image.width);
-        let rows = pixels(points.map(|p| p.1), self.image.height);
+        let width = self.image().width;
+        let columns = pixels(points.map(|p| p.0), width);
+        let rows = pixels(points.map(|p| p.1), self.image().height);
         // The plane of the triangle: normal · p = offset.
         let offset = normal.dot(&corners[0]);
         for row in rows {
@@ -86,11 +147,7 @@ impl Canvas<'_> {
                 let way = self.projection.ray(centre.0, centre.1);
                 let depth = offset / normal.dot(&way);
                 if depth >= self.projection.near {
-                    let (at, paint) = (row * self.image.width + column, self.paint);
-                    let light = self.light.as_ref();
-                    self.image.set(at, depth, self.node, || {
-                        shade(paint.at(&(way * depth)), normal, &way, light)
-                    });
+                    self.pixel(row * width + column, depth, &way, normal);
                 }
             }
         }

@@ -4,6 +4,7 @@ use crate::{model, scene};
 use innermodel::{Kind, NodeId, Point, Vector};
 use innermodel_collision::Space;
 use innermodel_exchange::gltf;
+use innermodel_mesh::AlphaMode;
 
 /// Rays from the middle of a scene meet the exported triangles where they meet the bodies.
 #[test]
@@ -81,7 +82,8 @@ fn triangles_face_outwards() {
     }
 }
 
-/// The materials of a mesh file are those of the exported one, each on its triangle.
+/// The materials of a mesh file are those of the exported one, each on its triangle, with their
+/// opacity.
 #[test]
 fn meshes_keep_their_colours() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -90,7 +92,7 @@ fn meshes_keep_their_colours() {
     };
     write(
         "two.mtl",
-        "newmtl red\nKd 1 0.2 0\nnewmtl blue\nKd 0 0 0.5\n",
+        "newmtl red\nKd 1 0.2 0\nnewmtl blue\nKd 0 0 0.5\nd 0.6\n",
     );
     let faces = "usemtl blue\nf 1 2 3\nusemtl red\nf 1 3 4\nusemtl none\nf 1 2 4\n";
     let text = format!("mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{faces}");
@@ -108,7 +110,7 @@ fn meshes_keep_their_colours() {
     let (mesh, looks) = innermodel_mesh::read_with_looks(&path).expect("a scene");
     assert_eq!(looks.problems, [""; 0]);
     // The farthest corner of each triangle from the first vertex tells which one it is.
-    let mut seen: Vec<([i64; 3], [u8; 3])> = Vec::new();
+    let mut seen: Vec<([i64; 3], [u8; 3], bool)> = Vec::new();
     for (triangle, look) in mesh.triangles.iter().zip(&looks.triangles) {
         let corners = triangle.map(|at| mesh.vertices[at as usize]);
         let sum = [0, 1, 2].map(|axis| {
@@ -116,14 +118,17 @@ fn meshes_keep_their_colours() {
             (sum.abs() * 10.0).round() as i64
         });
         let at = look.material.expect("a material") as usize;
-        seen.push((sum, looks.materials[at].colour));
+        let material = &looks.materials[at];
+        let is_seen_through = material.alpha_mode == AlphaMode::Blend;
+        assert!((material.alpha - if is_seen_through { 0.6 } else { 1.0 }).abs() < 1e-6);
+        seen.push((sum, material.colour, is_seen_through));
     }
     seen.sort_unstable();
     // Grey is the colour of bodies without one.
     let expected = [
-        ([1, 1, 0], [180; 3]),
-        ([1, 2, 0], [255, 51, 0]),
-        ([2, 1, 0], [0, 0, 128]),
+        ([1, 1, 0], [180; 3], false),
+        ([1, 2, 0], [255, 51, 0], false),
+        ([2, 1, 0], [0, 0, 128], true),
     ];
     assert_eq!(seen, expected);
 }

@@ -2,7 +2,7 @@
 
 use super::{Primitive, Reader, Root, base64, decoded};
 use crate::MeshError;
-use crate::looks::{Look, MOST_MATERIALS, Material, Picture, Wrap, colour, find};
+use crate::looks::{AlphaMode, Look, MOST_MATERIALS, Material, Picture, Wrap, colour, find};
 use serde::Deserialize;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -25,6 +25,8 @@ pub(super) struct Tables {
 #[serde(rename_all = "camelCase", default)]
 struct Described {
     pbr_metallic_roughness: Base,
+    alpha_mode: String,
+    alpha_cutoff: Option<f32>,
 }
 
 #[derive(Deserialize, Default)]
@@ -131,22 +133,24 @@ impl Reader<'_> {
             };
             let factor = |at: usize| {
                 let factor = base.base_color_factor.as_ref();
-                encoded(
-                    factor
-                        .and_then(|factor| factor.get(at))
-                        .copied()
-                        .unwrap_or(1.0),
-                )
+                let factor = factor.and_then(|factor| factor.get(at));
+                factor.copied().unwrap_or(1.0)
             };
             let wraps = sampler.map_or([None; 2], |sampler| [sampler.wrap_s, sampler.wrap_t]);
             looks.materials.push(Material {
-                colour: colour([factor(0), factor(1), factor(2)]),
+                colour: colour([factor(0), factor(1), factor(2)].map(encoded)),
                 picture,
                 wrap: wraps.map(|wrap| match wrap {
                     Some(33071) => Wrap::Clamp,
                     Some(33648) => Wrap::Mirror,
                     _ => Wrap::Repeat,
                 }),
+                alpha: factor(3).clamp(0.0, 1.0) as f32,
+                alpha_mode: match described.alpha_mode.as_str() {
+                    "MASK" => AlphaMode::Mask(described.alpha_cutoff.unwrap_or(0.5)),
+                    "BLEND" => AlphaMode::Blend,
+                    _ => AlphaMode::Opaque,
+                },
             });
         }
         if tables.materials.len() > MOST_MATERIALS {

@@ -3,6 +3,7 @@
 mod clouds;
 mod meshes;
 mod textures;
+mod transparency;
 
 use innermodel::kinds::Camera;
 use innermodel::{Folders, InnerModel, NodeId, Point, Vector, sensors};
