@@ -2,7 +2,8 @@
 
 mod bodies;
 
-use super::METRE;
+use super::write::VELOCITY;
+use super::{METRE, is_exported};
 use crate::matrix::{
     IDENTITY, Matrix, Placement, TO_URDF, Vector, angles, apply, between, of_rpy, transposed, unit,
 };
@@ -70,9 +71,10 @@ struct Reader<'a> {
     colours: BTreeMap<String, String>,
 }
 
-/// A joint with the names of its links.
+/// A joint with its name and those of its links.
 struct Edge<'d> {
     xml: Xml<'d, 'd>,
+    name: Name,
     parent: Name,
     child: Name,
 }
@@ -129,7 +131,12 @@ impl Reader<'_> {
         }
         let mut below: BTreeMap<&str, Vec<&Edge<'d>>> = BTreeMap::new();
         let mut children: HashSet<&str> = HashSet::new();
+        let mut names: HashSet<&str> = HashSet::new();
         for edge in &edges {
+            if !names.insert(&edge.name.text) {
+                let message = format!("duplicate joint `{}`", edge.name.text);
+                self.error("duplicate-id", edge.name.span, message);
+            }
             for link in [&edge.parent, &edge.child] {
                 if !links.contains_key(&link.text) {
                     let message = format!("there is no link `{}`", link.text);
@@ -243,19 +250,39 @@ impl Reader<'_> {
         self.numbers(xml, name, [default])[0]
     }
 
+    /// The lengths of an attribute in millimetres; the default, in metres, where it is missing or
+    /// wrong.
+    fn lengths<const N: usize>(
+        &mut self,
+        xml: Xml<'_, '_>,
+        name: &str,
+        default: [f64; N],
+    ) -> [f64; N] {
+        let lengths = self.numbers(xml, name, default).map(|n| n * METRE);
+        if lengths.iter().all(|length| length.is_finite()) {
+            return lengths;
+        }
+        if let Some(value) = self.text.attribute(xml, name) {
+            let message = format!("`{name}` is too great, found `{}`", value.text);
+            self.error("bad-value", value.span, message);
+        }
+        default.map(|n| n * METRE)
+    }
+
     /// The place of the child `origin`, in the frame and unit of InnerModel.
     fn origin(&mut self, xml: Xml<'_, '_>) -> Placement {
         let Some(origin) = child_of(xml, "origin") else {
             return Placement::HERE;
         };
         let place = Placement {
-            translation: self.numbers(origin, "xyz", [0.0; 3]),
+            translation: self.lengths(origin, "xyz", [0.0; 3]),
             rotation: of_rpy(self.numbers(origin, "rpy", [0.0; 3])),
         };
-        place.changed(&transposed(&TO_URDF), METRE)
+        place.changed(&transposed(&TO_URDF), 1.0)
     }
 
     fn edge<'d>(&mut self, xml: Xml<'d, 'd>) -> Option<Edge<'d>> {
+        let name = self.attribute(xml, "name");
         let mut link = |tag: &str| {
             let Some(end) = child_of(xml, tag) else {
                 let span = self.text.tag(xml);
@@ -271,6 +298,7 @@ impl Reader<'_> {
         let (parent, child) = (link("parent"), link("child"));
         Some(Edge {
             xml,
+            name: name?,
             parent: parent?,
             child: child?,
         })
@@ -280,7 +308,6 @@ impl Reader<'_> {
     fn joint(&mut self, edge: &Edge<'_>, parent: Option<usize>) -> usize {
         let xml = edge.xml;
         let here = self.origin(xml);
-        let name = self.text.attribute(xml, "name");
         // The root of the tree has this id.
         let is_root = edge.child.text == ROOT;
         let link = if is_root {
@@ -333,21 +360,33 @@ impl Reader<'_> {
         let sense = if turns { -1.0 } else { 1.0 };
         let axis = apply(&transposed(&TO_URDF), &axis).map(|n| n * sense);
         let (axis, turn) = self.axis(&axis, xml);
-        let unit = if turns { 1.0 } else { METRE };
         let (mut min, mut max) = (f64::NEG_INFINITY, f64::INFINITY);
+        let limit = child_of(xml, "limit");
+        let max_speed = limit.map_or(0.0, |limit| self.max_speed(limit, turns));
         if form.text != "continuous"
-            && let Some(limit) = child_of(xml, "limit")
+            && let Some(limit) = limit
         {
-            min = self.number(limit, "lower", 0.0) * unit;
-            max = self.number(limit, "upper", 0.0) * unit;
+            let mut bound = |name: &str| {
+                let [bound] = if turns {
+                    self.numbers(limit, name, [0.0])
+                } else {
+                    self.lengths(limit, name, [0.0])
+                };
+                bound
+            };
+            (min, max) = (bound("lower"), bound("upper"));
             if min > max {
                 let message = "`lower` is greater than `upper`".to_owned();
                 self.error("bad-value", self.text.tag(limit), message);
             }
         }
-        let named = name.map_or_else(|| link.clone(), |name| name.text);
-        let is_link = named == *link && turn == IDENTITY && (turns || here == Placement::HERE);
-        let id = if is_link { named } else { self.fresh(&named) };
+        let named = &edge.name.text;
+        let is_link = named == link && turn == IDENTITY && (turns || here == Placement::HERE);
+        let id = if is_link {
+            named.clone()
+        } else {
+            self.fresh(named)
+        };
         let turned = here.then_inner(&Placement {
             rotation: turn,
             translation: [0.0; 3],
@@ -363,7 +402,7 @@ impl Reader<'_> {
                         min,
                         max,
                         home: 0.0,
-                        max_speed: 0.0,
+                        max_speed,
                         encoder: Encoder::default(),
                         port: 0,
                         low: [0.0; 3],
@@ -390,7 +429,7 @@ impl Reader<'_> {
                         min,
                         max,
                         home: 0.0,
-                        max_speed: 0.0,
+                        max_speed,
                         encoder: Encoder::default(),
                         position: 0.0,
                         offset: 0.0,
@@ -411,6 +450,23 @@ impl Reader<'_> {
             pose: pose(&back),
             ..Node::new(link, Kind::Transform(Transform::default()))
         })
+    }
+
+    /// The greatest speed of a joint. Our own exports have one where a joint has none, since URDF
+    /// demands it.
+    fn max_speed(&mut self, limit: Xml<'_, '_>, turns: bool) -> f64 {
+        let [speed] = if turns {
+            self.numbers(limit, "velocity", [0.0])
+        } else {
+            self.lengths(limit, "velocity", [0.0])
+        };
+        let none = VELOCITY * if turns { 1.0 } else { METRE };
+        let is_ours = is_exported(self.text.text.as_bytes());
+        if is_ours && speed == none {
+            0.0
+        } else {
+            speed.max(0.0)
+        }
     }
 
     /// An axis of InnerModel, and the rotation that takes it to the wanted one.

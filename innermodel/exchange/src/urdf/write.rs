@@ -6,10 +6,10 @@ use crate::shapes::{board, place};
 use innermodel_language::model::{Document, Kind, Node, Plane, Shape};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 
-/// Effort and velocity of a joint that moves, which URDF demands and InnerModel lacks: newtons and
+/// Effort and velocity of a joint that moves, which URDF demands and InnerModel may lack: newtons and
 /// metres a second, or newton metres and radians a second.
 const EFFORT: f64 = 1000.0;
-const VELOCITY: f64 = 10.0;
+pub(super) const VELOCITY: f64 = 10.0;
 /// Number in place of a missing limit where only the other one is there: radians or metres.
 const FAR: f64 = 10_000.0;
 
@@ -116,12 +116,16 @@ impl Writer {
         };
         self.link(document, Some(at), mass);
         let mut here = place(&node.pose);
+        let mut velocity = VELOCITY;
         let (form, axis, limits) = match &node.kind {
             Kind::Joint(joint) => {
                 let mut axis = [0.0; 3];
                 axis[joint.axis.index()] = 1.0;
                 // A rotation changes its sense where the hand changes.
                 let axis = apply(&TO_URDF, &axis).map(|n| -n);
+                if joint.max_speed > 0.0 {
+                    velocity = joint.max_speed;
+                }
                 if joint.home != 0.0 {
                     self.misses(node, "positions of rest");
                 }
@@ -135,6 +139,9 @@ impl Writer {
                 let mut axis = [0.0; 3];
                 axis[joint.axis.index()] = 1.0;
                 here.translation[joint.axis.index()] += joint.offset;
+                if joint.max_speed > 0.0 {
+                    velocity = joint.max_speed / METRE;
+                }
                 if joint.home != 0.0 || joint.position != 0.0 {
                     self.misses(node, "positions at the start or of rest");
                 }
@@ -166,7 +173,7 @@ impl Writer {
         if let Some(axis) = axis {
             self.out
                 .push_str(&format!("    <axis xyz=\"{}\"/>\n", numbers(axis)));
-            let mut limit = format!("effort=\"{EFFORT}\" velocity=\"{VELOCITY}\"");
+            let mut limit = format!("effort=\"{EFFORT}\" velocity=\"{velocity}\"");
             if form != "continuous" {
                 if !(limits.0.is_finite() && limits.1.is_finite()) {
                     self.misses(

@@ -1,6 +1,7 @@
 //! What other tools get is what the tree says.
 
 mod gltf;
+mod hostile;
 mod urdf;
 
 use innermodel::language::Document;

@@ -122,7 +122,7 @@ fn bodies_and_prismatic_joints_are_imported() {
     let expected = r##"<innerModel>
     <plane id="floor" size="3000,100,2000" texture="#0000ff" repeat="1" nz="-1" collide="1"/>
     <transform id="lift_base" ty="1000">
-        <prismaticJoint id="lift" axis="y" min="-500" max="1500">
+        <prismaticJoint id="lift" axis="y" min="-500" max="1500" maxspeed="1000">
             <transform id="slide" mass="2.5">
                 <cylinder id="pole" ty="500" radius="100" length="1000"/>
                 <mesh id="hand" rx="-1.5707963267948966" rz="-1.5707963267948966" file="meshes/hand.stl" scale="1000,1000,2000"/>

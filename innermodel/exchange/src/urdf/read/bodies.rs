@@ -2,7 +2,6 @@
 
 use super::{Reader, child_of, pose};
 use crate::matrix::{OF_MESH, Placement, TO_URDF, Vector, product, transposed};
-use crate::urdf::METRE;
 use innermodel_language::Pose;
 use innermodel_language::model::{Kind, Mesh, Node, Plane, Render, Shape, Solid, Transform};
 use roxmltree::Node as Xml;
@@ -91,8 +90,14 @@ impl Reader<'_> {
     /// The body of a `visual` or a `collision`.
     fn body(&mut self, xml: Xml<'_, '_>, link: &str) -> Option<Body> {
         let here = self.origin(xml);
-        let geometry = child_of(xml, "geometry")?;
-        let geometry = geometry.children().find(Xml::is_element)?;
+        let geometry = child_of(xml, "geometry");
+        let shape = geometry.and_then(|geometry| geometry.children().find(Xml::is_element));
+        let Some(geometry) = shape else {
+            let tag = self.text.tag(xml);
+            let message = format!("`<{}>` has no geometry", self.text.slice(tag));
+            self.error("missing-attribute", tag, message);
+            return None;
+        };
         let material = child_of(xml, "material");
         let texture = material.and_then(|material| {
             let own = self.colour(material);
@@ -110,7 +115,7 @@ impl Reader<'_> {
         let mut there = here;
         let kind = match geometry.tag_name().name() {
             "box" => {
-                let [x, y, z] = self.numbers(geometry, "size", [1.0; 3]).map(|n| n * METRE);
+                let [x, y, z] = self.sizes(geometry, "size", |n| n >= 0.0, "cannot be negative")?;
                 Kind::Plane(Plane {
                     texture: texture.clone(),
                     picture: None,
@@ -122,22 +127,22 @@ impl Reader<'_> {
                 })
             }
             "sphere" => solid(Shape::Sphere {
-                radius: self.number(geometry, "radius", 1.0) * METRE,
+                radius: self.size(geometry, "radius")?,
             }),
             "cylinder" => solid(Shape::Cylinder {
-                radius: self.number(geometry, "radius", 1.0) * METRE,
-                length: self.number(geometry, "length", 1.0) * METRE,
+                radius: self.size(geometry, "radius")?,
+                length: self.size(geometry, "length")?,
             }),
             "mesh" => {
                 let file = self.attribute(geometry, "filename")?;
-                let scale = self.numbers(geometry, "scale", [1.0; 3]);
+                let scale = self.lengths(geometry, "scale", [1.0; 3]);
                 // The file has its own axes: a rotation, since both change the hand.
                 let axes = product(&transposed(&TO_URDF), &OF_MESH);
                 there.rotation = product(&there.rotation, &axes);
                 Kind::Mesh(Mesh {
                     file: path(&file.text).to_owned(),
                     path: None,
-                    scale: scale.map(|n| n * METRE),
+                    scale,
                     render: Render::Normal,
                     collide: false,
                 })
@@ -155,6 +160,30 @@ impl Reader<'_> {
             place: there,
             kind,
         })
+    }
+
+    /// Lengths in millimetres, which have to be there and to meet a condition.
+    fn sizes<const N: usize>(
+        &mut self,
+        xml: Xml<'_, '_>,
+        name: &str,
+        is_right: fn(f64) -> bool,
+        rule: &str,
+    ) -> Option<[f64; N]> {
+        let value = self.attribute(xml, name)?;
+        let sizes = self.lengths(xml, name, [1.0; N]);
+        if sizes.iter().all(|size| is_right(*size)) {
+            return Some(sizes);
+        }
+        let message = format!("`{name}` {rule}, found `{}`", value.text);
+        self.error("bad-value", value.span, message);
+        None
+    }
+
+    /// A length in millimetres, which has to be there and greater than 0.
+    fn size(&mut self, xml: Xml<'_, '_>, name: &str) -> Option<f64> {
+        let [size] = self.sizes(xml, name, |n| n > 0.0, "must be greater than 0")?;
+        Some(size)
     }
 
     /// The colour of a material as `#rrggbb`.
