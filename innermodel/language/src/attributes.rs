@@ -132,7 +132,19 @@ impl<'a, 'd> Attributes<'a, 'd> {
         if written.is_nan() {
             return default;
         }
-        self.units.length(written)
+        self.millimetres(name, written, default)
+    }
+
+    /// A length in millimetres. One that is finite in metres only is reported.
+    fn millimetres(&mut self, name: &str, written: f64, default: f64) -> f64 {
+        let length = self.units.length(written);
+        if !length.is_finite()
+            && let Some(value) = self.value(name).cloned()
+        {
+            self.bad_number(name, &value, "a finite length");
+            return default;
+        }
+        length
     }
 
     /// A number that meets a condition; if it does not, it is reported.
@@ -155,7 +167,6 @@ impl<'a, 'd> Attributes<'a, 'd> {
 
     /// A length of at least 0, in millimetres.
     pub(crate) fn length_at_least_0(&mut self, name: &str, default: f64) -> f64 {
-        let units = self.units;
         if self.value(name).is_none() {
             return default;
         }
@@ -163,7 +174,7 @@ impl<'a, 'd> Attributes<'a, 'd> {
         if written.is_nan() {
             default
         } else {
-            units.length(written)
+            self.millimetres(name, written, default)
         }
     }
 
@@ -192,7 +203,8 @@ impl<'a, 'd> Attributes<'a, 'd> {
         let units = self.units;
         let point = |word: &str| {
             let (x, z) = word.split_once(',')?;
-            Some([units.length(finite(x)?), units.length(finite(z)?)])
+            let point = [finite(x)?, finite(z)?].map(|number| units.length(number));
+            point.iter().all(|n| n.is_finite()).then_some(point)
         };
         let points: Option<Vec<_>> = value.text.split_whitespace().map(point).collect();
         points.unwrap_or_else(|| {
@@ -226,7 +238,12 @@ impl<'a, 'd> Attributes<'a, 'd> {
             };
             match value.text.trim().parse::<f64>() {
                 Ok(number) if number.is_nan() => {}
-                Ok(number) if length => return units.length(number),
+                Ok(number) if length => {
+                    let limit = units.length(number);
+                    if limit.is_finite() || number.is_infinite() {
+                        return limit;
+                    }
+                }
                 Ok(number) => return number,
                 Err(_) => {}
             }
@@ -258,7 +275,7 @@ impl<'a, 'd> Attributes<'a, 'd> {
     }
 
     /// One, two or three numbers, separated by commas.
-    pub(crate) fn list(&mut self, name: &str) -> Option<Vec<f64>> {
+    fn list(&mut self, name: &str) -> Option<Vec<f64>> {
         let value = self.value(name).cloned()?;
         let parts: Vec<Option<f64>> = value.text.split(',').map(finite).collect();
         let numbers: Option<Vec<f64>> = parts.into_iter().collect();
@@ -270,6 +287,24 @@ impl<'a, 'd> Attributes<'a, 'd> {
             &value,
             "one, two or three numbers separated by commas",
         );
+        None
+    }
+
+    /// One, two or three lengths in millimetres.
+    pub(crate) fn lengths_of_list(&mut self, name: &str) -> Option<Vec<f64>> {
+        let mut lengths = self.list(name)?;
+        for length in &mut lengths {
+            *length = self.units.length(*length);
+        }
+        if lengths.iter().all(|length| length.is_finite()) {
+            return Some(lengths);
+        }
+        let value = self.value(name).cloned()?;
+        let message = format!(
+            "expected finite lengths for `{name}`, found `{}`",
+            value.text
+        );
+        self.push(Diagnostic::error("bad-number", value.span, message));
         None
     }
 

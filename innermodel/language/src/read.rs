@@ -20,6 +20,8 @@ use std::path::{Path, PathBuf};
 
 /// How deep elements may be nested, over all included files.
 const MAX_DEPTH: usize = 512;
+/// How deep files may include each other.
+const MAX_FILES: usize = 64;
 /// How many files one document may include, each time counted.
 const MAX_INCLUDES: usize = 1000;
 
@@ -32,15 +34,33 @@ pub(crate) fn xml(source: SourceId, text: &str) -> XmlSource<'_> {
     }
 }
 
-/// Whether a text is well-formed and is an InnerModel file. Reads no other file.
+/// Whether a text is well-formed and is an InnerModel file whose elements are not nested too deep.
+/// Reads no other file.
 pub fn parse(sources: &SourceMap, source: SourceId) -> Diagnostics {
     let mut found = Diagnostics::new();
     let text = xml(source, sources.text(source));
     match text.parse() {
-        Ok(document) => root(text, document.root_element(), &mut found),
+        Ok(document) => {
+            root(text, document.root_element(), &mut found);
+            // Each line of the layout is indented, so the depth bounds its length.
+            let mut rest = vec![(document.root_element(), 0)];
+            while let Some((node, depth)) = rest.pop() {
+                if depth > MAX_DEPTH {
+                    found.push(too_deep(text.tag(node)));
+                    break;
+                }
+                let elements = node.children().filter(roxmltree::Node::is_element);
+                rest.extend(elements.map(|child| (child, depth + 1)));
+            }
+        }
         Err(problem) => found.push(problem),
     }
     found
+}
+
+fn too_deep(tag: Span) -> Diagnostic {
+    let message = format!("elements are nested more than {MAX_DEPTH} deep");
+    Diagnostic::error("nested-too-deep", tag, message)
 }
 
 fn root(text: XmlSource<'_>, root: roxmltree::Node<'_, '_>, found: &mut Diagnostics) {
@@ -177,9 +197,7 @@ impl Reader<'_> {
             return;
         };
         if depth == MAX_DEPTH {
-            let message = format!("elements are nested more than {MAX_DEPTH} deep");
-            self.found
-                .push(Diagnostic::error("nested-too-deep", tag, message));
+            self.found.push(too_deep(tag));
             return;
         }
         if element.tag == "include" {
@@ -317,6 +335,12 @@ impl Reader<'_> {
                 .push(Diagnostic::error("include-cycle", path.span, message));
             return;
         }
+        if self.open.len() > MAX_FILES {
+            let message = format!("files include each other more than {MAX_FILES} deep");
+            self.found
+                .push(Diagnostic::error("nested-too-deep", path.span, message));
+            return;
+        }
         self.includes += 1;
         if self.includes > MAX_INCLUDES {
             let message = format!("more than {MAX_INCLUDES} files are included");
@@ -404,9 +428,9 @@ fn kind(element: &Element, from: &mut Attributes<'_, '_>, units: Units) -> (Kind
                 port: from.count("port", 0),
             })
         }
-        "plane" => Kind::Plane(bodies::plane(from, units)),
+        "plane" => Kind::Plane(bodies::plane(from)),
         "display" => Kind::Display(Display {
-            plane: bodies::plane(from, units),
+            plane: bodies::plane(from),
             port: from.count("port", 0),
         }),
         "mesh" => Kind::Mesh(Mesh {

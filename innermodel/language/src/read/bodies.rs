@@ -7,18 +7,12 @@ use crate::units::Units;
 
 /// One number: a plate of that width and height, and of a hundredth of it in depth. Two: width and
 /// height, and a hundredth of the lesser one in depth. Three: width, height and depth.
-pub(super) fn plane(from: &mut Attributes<'_, '_>, units: Units) -> Plane {
-    let size = match from.list("size").as_deref() {
-        Some(written) => {
-            let lengths: Vec<f64> = written.iter().map(|l| units.length(*l)).collect();
-            match lengths[..] {
-                [width, height, depth] => [width, height, depth],
-                [width, height] => [width, height, width.min(height) / 100.0],
-                [width] => [width, width, width / 100.0],
-                _ => [2500.0, 2500.0, 25.0],
-            }
-        }
-        None => [2500.0, 2500.0, 25.0],
+pub(super) fn plane(from: &mut Attributes<'_, '_>) -> Plane {
+    let size = match from.lengths_of_list("size").as_deref() {
+        Some([width, height, depth]) => [*width, *height, *depth],
+        Some([width, height]) => [*width, *height, width.min(*height) / 100.0],
+        Some([width]) => [*width, *width, width / 100.0],
+        _ => [2500.0, 2500.0, 25.0],
     };
     let normal = from.numbers(["nx", "ny", "nz"]);
     Plane {
@@ -38,13 +32,12 @@ pub(super) fn plane(from: &mut Attributes<'_, '_>, units: Units) -> Plane {
 
 /// One number for all three, two for x and y (z as x), or three.
 pub(super) fn scale(from: &mut Attributes<'_, '_>, units: Units) -> [f64; 3] {
-    let scale = match from.list("scale").as_deref() {
+    match from.lengths_of_list("scale").as_deref() {
         Some([x, y, z]) => [*x, *y, *z],
         Some([x, y]) => [*x, *y, *x],
         Some([all]) => [*all; 3],
-        _ => [1.0; 3],
-    };
-    scale.map(|number| units.length(number))
+        _ => [units.length(1.0); 3],
+    }
 }
 
 pub(super) fn axes(from: &mut Attributes<'_, '_>) -> Kind {

@@ -237,3 +237,84 @@ fn files_that_include_twice_as_many_end() {
     let (_, found, _) = loaded(&files, Path::new("main.xml"), text);
     assert!(found.iter().any(|d| d.code == "too-many-includes"));
 }
+
+/// A number of metres may be too great in millimetres.
+#[test]
+fn a_length_is_finite_in_millimetres() {
+    check(
+        r#"<innerModel units="metres">
+            <transform id="t" tx="1e306" ty="1e305" rx="1e306"/>
+            <plane id="p" size="1,1e306"/>
+            <mesh id="m" file="" scale="-1e306"/>
+            <prismaticJoint id="j" min="-1e306" max="inf" offset="1e307"/>
+            <sphere id="s" radius="1e306"/>
+            <human id="h" path="0,0 1e306,0" speed="1e306"/>
+        </innerModel>"#,
+        &expect![[r#"
+            world.xml:2:35: error[bad-number]: expected a finite length for `tx`, found `1e306`
+            world.xml:3:33: error[bad-number]: expected finite lengths for `size`, found `1,1e306`
+            world.xml:4:32: warning[missing-mesh]: cannot find the mesh `` (it is looked for beside this file, then by its base name along the search path: `-I FOLDER`)
+            world.xml:4:41: error[bad-number]: expected finite lengths for `scale`, found `-1e306`
+            world.xml:5:41: error[bad-number]: expected a number or `inf` for `min`, found `-1e306`
+            world.xml:5:67: error[bad-number]: expected a finite length for `offset`, found `1e307`
+            world.xml:6:36: error[bad-number]: expected a finite length for `radius`, found `1e306`
+            world.xml:7:33: error[bad-number]: expected points such as `0,0 1000,500` for `path`, found `0,0 1e306,0`
+            world.xml:7:53: error[bad-number]: expected a finite length for `speed`, found `1e306`
+        "#]],
+    );
+}
+
+/// Each of many files includes the next one.
+#[test]
+fn a_long_chain_of_files_ends() {
+    let names: Vec<(String, String)> = (0..2000)
+        .map(|n| {
+            let next = format!(
+                r#"<innerModel><include path="{}.xml"/></innerModel>"#,
+                n + 1
+            );
+            (format!("{n}.xml"), next)
+        })
+        .collect();
+    let pairs: Vec<(&str, &str)> = names
+        .iter()
+        .map(|(a, b)| (a.as_str(), b.as_str()))
+        .collect();
+    let text = r#"<innerModel><include path="0.xml"/></innerModel>"#;
+    let (_, _, output) = loaded(&Texts::of(&pairs), Path::new("main.xml"), text);
+    let expected =
+        "63.xml:1:28: error[nested-too-deep]: files include each other more than 64 deep\n";
+    assert_eq!(output, expected);
+}
+
+/// 10,000 levels are refused, closed or not, also where a text is only laid out.
+#[test]
+fn deep_nesting_is_refused() {
+    for tag in ["transform", "unknown", "plane"] {
+        let open = format!("<{tag} id='a'>").repeat(10_000);
+        let close = format!("</{tag}>").repeat(10_000);
+        for text in [
+            format!("<innerModel>{open}{close}</innerModel>"),
+            format!("<innerModel>{open}"),
+        ] {
+            let mut sources = rc_diagnostics::SourceMap::new();
+            let source = sources.add("world.xml", text.as_str());
+            assert!(innermodel_language::parse(&sources, source).has_errors());
+            let (_, found, _) = loaded(&Texts::default(), Path::new("world.xml"), &text);
+            assert!(found.has_errors(), "{tag}");
+        }
+    }
+    // As deep as it may be.
+    let open: String = (0..512).map(|n| format!("<transform id='t{n}'>")).collect();
+    let text = format!(
+        "<innerModel>{open}{}</innerModel>",
+        "</transform>".repeat(512)
+    );
+    let document = crate::right(&text);
+    let formatted = innermodel_language::format(&text);
+    assert_eq!(crate::right(&formatted), document);
+    assert_eq!(
+        crate::right(&innermodel_language::print(&document)),
+        document
+    );
+}
