@@ -19,7 +19,7 @@ impl Edit {
         let mut made: Vec<NodeId> = Vec::with_capacity(document.nodes.len());
         for node in &document.nodes {
             let parent = node.parent.map_or(Some(top), |at| made.get(at).copied());
-            let id = self.add(
+            let id = self.insert(
                 parent.ok_or(Error::Removed)?,
                 NewNode {
                     id: node.id.clone(),

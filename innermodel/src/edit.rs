@@ -102,10 +102,7 @@ impl Edit {
                 tag: kind.tag(),
             });
         }
-        let numbers = pose.translation.iter().chain(&pose.rotation);
-        if numbers.into_iter().any(|n| !n.is_finite()) {
-            return Err(Error::NotFinite(foreign::clean(&id)));
-        }
+        check_pose(&id, &pose)?;
         self.place_at(place, &kind, pose)
     }
 
@@ -129,16 +126,18 @@ impl Edit {
         }
         let parent = self.next.link(place).ok_or(Error::Removed)?.parent;
         let wanted = self.next.between_places(parent, base) * Transform::of(&pose);
-        self.set_transform(place, wanted)
+        let pose = self.pose_for(place, wanted)?;
+        let node = self.next.at(place).ok_or(Error::Removed)?.node_id();
+        self.set_pose(node, pose)
     }
 
-    /// Sets the pose so that the node, with its joint, gets this transform in its parent.
-    fn set_transform(&mut self, place: u32, wanted: Transform) -> Result<(), Error> {
-        let (kind, _) = self.kind(place)?;
+    /// The pose with which a node, with its joint, has this transform in its parent.
+    fn pose_for(&self, place: u32, wanted: Transform) -> Result<Pose, Error> {
+        let (kind, id) = self.kind(place)?;
         let position = self.next.link(place).ok_or(Error::Removed)?.position;
         let pose = (wanted * link::motion(&kind, position).inverse()).pose();
-        let id = self.next.at(place).ok_or(Error::Removed)?.node_id();
-        self.set_pose(id, pose)
+        check_pose(&id, &pose)?;
+        Ok(pose)
     }
 
     /// Sets the angle of a joint in radians, or the position of a prismatic one in millimetres.
@@ -173,8 +172,24 @@ impl Edit {
         Ok(clamped)
     }
 
+    /// Makes several changes, or none of them if `make` fails. Other changes of the edit stay.
+    pub fn attempt<T, E>(&mut self, make: impl FnOnce(&mut Self) -> Result<T, E>) -> Result<T, E> {
+        let before = self.next.clone();
+        let result = make(self);
+        if result.is_err() {
+            self.next = before;
+        }
+        result
+    }
+
     /// Adds a node below `parent`, behind its other children.
     pub fn add(&mut self, parent: impl Key, node: NewNode) -> Result<NodeId, Error> {
+        check_possible(&node.id, &node.kind)?;
+        self.insert(parent, node)
+    }
+
+    /// Adds a node of a kind that a file can say.
+    pub(crate) fn insert(&mut self, parent: impl Key, node: NewNode) -> Result<NodeId, Error> {
         let parent = self.next.place(parent)?;
         self.may_have_children(parent)?;
         if node.id.is_empty() {
@@ -183,10 +198,7 @@ impl Edit {
         if self.next.ids.get(&node.id).is_some() {
             return Err(Error::DuplicateId(foreign::clean(&node.id)));
         }
-        let mut numbers = node.pose.translation.iter().chain(&node.pose.rotation);
-        if numbers.any(|n| !n.is_finite()) {
-            return Err(Error::NotFinite(foreign::clean(&node.id)));
-        }
+        check_pose(&node.id, &node.pose)?;
         check_kind(&node.id, &node.kind)?;
         check_texts(&node.id, &node.allowed)?;
         let start = match &node.kind {
@@ -331,8 +343,9 @@ impl Edit {
         let (Some(key), Some(to)) = (named(place), named(parent)) else {
             return Err(Error::Removed);
         };
+        let pose = self.pose_for(place, wanted)?;
         self.move_to(key, to)?;
-        self.set_transform(place, wanted)
+        self.place_at(place, &kind, pose)
     }
 
     /// Changes what a node is: a size, a texture, the limits of a joint.
@@ -350,12 +363,7 @@ impl Edit {
             });
         }
         let (_, id) = self.kind(place)?;
-        check_kind(&id, &kind)?;
-        let element = innermodel_language::element(&model::Node::new(&id, kind.clone()));
-        if let Some(reason) = files::problem(&element) {
-            let id = foreign::clean(&id);
-            return Err(Error::Impossible { id, reason });
-        }
+        check_possible(&id, &kind)?;
         let position = within_limits(&kind, link.position);
         let pose = if kind.has_pose() {
             link.pose
@@ -401,6 +409,27 @@ fn check_kind(id: &str, kind: &Kind) -> Result<(), Error> {
     }
     let node = model::Node::new(id, kind.clone());
     check_texts(id, &[innermodel_language::element(&node)])
+}
+
+/// Checks that a file can have a node of this kind, with all its numbers.
+fn check_possible(id: &str, kind: &Kind) -> Result<(), Error> {
+    check_kind(id, kind)?;
+    let element = innermodel_language::element(&model::Node::new("node", kind.clone()));
+    match files::problem(&element) {
+        None => Ok(()),
+        Some(reason) => Err(Error::Impossible {
+            id: foreign::clean(id),
+            reason,
+        }),
+    }
+}
+
+fn check_pose(id: &str, pose: &Pose) -> Result<(), Error> {
+    let mut numbers = pose.translation.iter().chain(&pose.rotation);
+    if numbers.all(|number| number.is_finite()) {
+        return Ok(());
+    }
+    Err(Error::NotFinite(foreign::clean(id)))
 }
 
 fn check_texts(id: &str, texts: &[String]) -> Result<(), Error> {

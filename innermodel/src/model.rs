@@ -81,7 +81,8 @@ impl InnerModel {
 
     /// Makes changes, and publishes them as one new version, which was made at `time`. If `make`
     /// fails, nothing has changed. If `time` is before that of the present version, the clock was
-    /// set back: later versions leave the history.
+    /// set back: later versions leave the history. `make` changes the model by its [`Edit`] alone:
+    /// for another change of it, it would wait for itself.
     pub fn change<T, E>(
         &self,
         time: Time,

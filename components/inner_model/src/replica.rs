@@ -214,7 +214,7 @@ impl Replica {
         let applied = model.change(time, |edit| {
             let mut applied = Vec::new();
             for changed in nodes {
-                match put(edit, &changed.node, place, folders) {
+                match edit.attempt(|edit| put(edit, &changed.node, place, folders)) {
                     Ok(()) => applied.push((&changed.node.id, &changed.stamp, true)),
                     Err(refusal) => {
                         let (id, stamp) = (changed.node.id.clone(), changed.stamp.clone());

@@ -45,8 +45,11 @@ impl InnerModel for SpecificWorker {
         point: Point,
         source: String,
     ) -> Result<Point, calls::TransformError> {
-        let there = self.world.tree().transform(&to, point_in(&point), &source);
-        of_tree(there.map(|point| point_out(&point)))
+        let tree = self.world.tree();
+        reply(finite([point.x, point.y, point.z]).and_then(|()| {
+            let there = tree.transform(&to, point_in(&point), &source)?;
+            Ok(point_out(&there))
+        }))
     }
 
     fn transform_direction(
@@ -57,8 +60,12 @@ impl InnerModel for SpecificWorker {
         source: String,
     ) -> Result<Direction, calls::TransformDirectionError> {
         let tree = self.world.tree();
-        let there = tree.transform_vector(&to, direction_in(&direction), &source);
-        of_tree(there.map(|direction| direction_out(&direction)))
+        reply(
+            finite([direction.x, direction.y, direction.z]).and_then(|()| {
+                let there = tree.transform_vector(&to, direction_in(&direction), &source)?;
+                Ok(direction_out(&there))
+            }),
+        )
     }
 
     fn get_pose(
@@ -284,10 +291,32 @@ impl InnerModel for SpecificWorker {
         range: f64,
         ignored: String,
     ) -> Result<Vec<Hit>, calls::CastRayError> {
+        let numbers = [
+            start.x,
+            start.y,
+            start.z,
+            direction.x,
+            direction.y,
+            direction.z,
+        ];
         let (start, direction) = (point_in(&start), direction_in(&direction));
+        let is_ray = direction.norm() > 0.0 && direction.norm().is_finite() && range >= 0.0;
+        let numbers = finite(numbers).and_then(|()| {
+            let why = "a ray needs a direction with a length, and a range of at least 0";
+            is_ray
+                .then_some(())
+                .ok_or_else(|| Refusal::Value(why.to_owned()))
+        });
         let space = self.world.space();
-        of_tree(cast(space, &source, &ignored, start, direction, range))
+        reply(numbers.and_then(|()| Ok(cast(space, &source, &ignored, start, direction, range)?)))
     }
+}
+
+fn finite<const N: usize>(numbers: [f64; N]) -> Result<(), Refusal> {
+    if numbers.iter().all(|number| number.is_finite()) {
+        return Ok(());
+    }
+    Err(Refusal::Value("a number is not finite".to_owned()))
 }
 
 /// Casts a ray that looks through the bodies of a node.

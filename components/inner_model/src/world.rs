@@ -77,14 +77,14 @@ impl World {
         self.space.insert(space)
     }
 
-    /// Meshes that could not be read since the last call.
+    /// Bodies that meet nothing since the last call.
     pub(crate) fn problems(&mut self) -> Vec<String> {
         let problems = self.space.as_mut().map(Space::problems);
         let problems = problems.into_iter().flatten();
         problems
             .map(|problem| {
                 let (id, error) = (clean(&problem.id), clean(&problem.error.to_string()));
-                format!("the mesh of `{id}`: {error}")
+                format!("the body of `{id}`: {error}")
             })
             .collect()
     }

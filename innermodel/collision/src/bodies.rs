@@ -12,9 +12,14 @@ use parry3d_f64::shape::{SharedShape, TriMesh};
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
+use thiserror::Error;
 
 /// Collisions are computed in metres, for which the tolerances of the library are made.
 pub(crate) const METRE: f64 = 1000.0;
+
+/// The greatest coordinate of a body in metres. The library's algorithms fail with numbers whose
+/// squares are infinite, or whose differences have no digits left.
+const FARTHEST: f64 = 1e9;
 
 /// The scale of a mesh, bit by bit.
 type Scale = [u64; 3];
@@ -22,13 +27,25 @@ type Scale = [u64; 3];
 /// A mesh that was read: its shape, and its triangles for rays.
 type Known = (SharedShape, Arc<RayTree>);
 
-/// A mesh that gives no body.
+/// A body that meets nothing.
 #[derive(Debug)]
 pub struct Problem {
     /// The id of the node.
     pub id: String,
     /// Why.
-    pub error: MeshError,
+    pub error: BodyError,
+}
+
+/// Error of a body that meets nothing.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum BodyError {
+    /// Its mesh cannot be read.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// It is too large, or too far from the root. It meets others again when it comes nearer.
+    #[error("it reaches further than 1,000,000 km from the root")]
+    TooFar,
 }
 
 /// A body, with its shape in metres.
@@ -37,6 +54,8 @@ pub(crate) struct Solid {
     pub(crate) node: NodeId,
     pub(crate) shape: SharedShape,
     pub(crate) pose: Pose,
+    /// Whether it is near enough to meet others.
+    is_near: bool,
     /// The triangles of a mesh for rays.
     rays: Option<Arc<RayTree>>,
     /// From the frame of the body to that of the node.
@@ -138,7 +157,7 @@ impl Space {
         Some((&solid.shape, &solid.pose))
     }
 
-    /// Meshes that gave no body since the last call.
+    /// Bodies that meet nothing since the last call.
     pub fn problems(&mut self) -> Vec<Problem> {
         std::mem::take(&mut self.problems)
     }
@@ -180,7 +199,13 @@ impl Space {
 
     pub(crate) fn solid(&self, node: NodeId) -> Option<&Solid> {
         let place = self.places.get(&node)?;
-        self.solids.get(*place as usize)?.as_ref()
+        self.near(*place)
+    }
+
+    /// The body at a place, if it is near enough to meet others.
+    pub(crate) fn near(&self, place: u32) -> Option<&Solid> {
+        let solid = self.solids.get(place as usize)?.as_ref();
+        solid.filter(|solid| solid.is_near)
     }
 
     /// Adds the body of a node, if it has one.
@@ -192,7 +217,7 @@ impl Space {
         let (shape, rays) = match self.shape(&body) {
             Ok(found) => found,
             Err(error) => {
-                let id = node.id().to_owned();
+                let (id, error) = (node.id().to_owned(), BodyError::Mesh(error));
                 self.problems.push(Problem { id, error });
                 return false;
             }
@@ -201,19 +226,18 @@ impl Space {
             node: node.node_id(),
             shape,
             rays,
-            pose: pose(&(node.to_root() * inner)),
+            pose: Pose::identity(),
+            is_near: true,
             inner,
             kind: Arc::clone(&kind),
         };
-        let bounds = solid.bounds(&solid.pose);
         let place = self.free.pop().unwrap_or_else(|| {
             self.solids.push(None);
             self.solids.len() as u32 - 1
         });
         self.solids[place as usize] = Some(solid);
         self.places.insert(node.node_id(), place);
-        self.bvh.insert(bounds, place);
-        true
+        self.place(node)
     }
 
     fn remove(&mut self, node: NodeId) -> bool {
@@ -235,11 +259,19 @@ impl Space {
             return false;
         };
         solid.pose = pose(&(node.to_root() * solid.inner));
-        let bounds = solid.bounds(&solid.pose);
+        let was_near = std::mem::replace(&mut solid.is_near, false);
+        let bounds = is_near(&solid.pose).then(|| solid.bounds(&solid.pose));
+        let bounds = bounds.filter(|bounds| is_within(bounds.mins) && is_within(bounds.maxs));
         // An update in place would let the boxes around it grow for ever, and keep it beside
         // bodies that it has left. Taken out and put in, it costs the depth of the tree.
         self.bvh.remove(place);
-        self.bvh.insert(bounds, place);
+        if let Some(bounds) = bounds {
+            solid.is_near = true;
+            self.bvh.insert(bounds, place);
+        } else if was_near {
+            let (id, error) = (node.id().to_owned(), BodyError::TooFar);
+            self.problems.push(Problem { id, error });
+        }
         true
     }
 
@@ -292,6 +324,16 @@ impl Space {
         self.meshes.insert(key, known.clone());
         Ok(known)
     }
+}
+
+/// Whether all coordinates are numbers that the library can compute with.
+fn is_within(point: Vector) -> bool {
+    point.abs().cmple(Vector::splat(FARTHEST)).all()
+}
+
+/// Whether a pose is one. A sum of finite numbers may be none.
+fn is_near(pose: &Pose) -> bool {
+    is_within(pose.translation) && pose.rotation.is_finite()
 }
 
 pub(crate) fn vector(v: &innermodel::Vector) -> Vector {

@@ -28,7 +28,7 @@ mod queries;
 mod rays;
 mod touching;
 
-pub use bodies::{Problem, Space};
+pub use bodies::{BodyError, Problem, Space};
 pub use parry3d_f64 as parry;
 pub use queries::{Caster, Contact, Hit, Near};
 pub use touching::Touching;

@@ -79,7 +79,7 @@ impl Caster<'_> {
             range / METRE,
             |node, best| slabs.enter(node, best),
             |place, best| {
-                let solid = self.space.solids.get(place as usize)?.as_ref()?;
+                let solid = self.space.near(place)?;
                 if !counts(solid.node) {
                     return None;
                 }
@@ -87,7 +87,7 @@ impl Caster<'_> {
             },
         );
         let (place, distance) = first?;
-        let solid = self.space.solids.get(place as usize)?.as_ref()?;
+        let solid = self.space.near(place)?;
         Some((solid.node, distance * METRE))
     }
 }
@@ -128,14 +128,15 @@ impl Space {
     /// All contacts of bodies with `collide` that are not allowed to touch.
     pub fn collisions(&self) -> Vec<Contact> {
         let mut found = Vec::new();
-        for (place, a) in self.solids.iter().enumerate() {
-            let Some(a) = a.as_ref().filter(|solid| self.collides(solid)) else {
+        for place in 0..self.solids.len() as u32 {
+            let Some(a) = self.near(place).filter(|solid| self.collides(solid)) else {
                 continue;
             };
             let bounds = a.bounds(&a.pose);
             for other in self.bvh.intersect_aabb(&bounds) {
-                let b = self.solids.get(other as usize).and_then(Option::as_ref);
-                let b = b.filter(|b| other as usize > place && self.collides(b));
+                let b = self
+                    .near(other)
+                    .filter(|b| other > place && self.collides(b));
                 if let Some(b) = b
                     && !allowed(&self.tree, a.node, b.node)
                     && let Some(contact) = touching(a, b)
@@ -253,7 +254,7 @@ impl Space {
             to_root.rotation * (vector(&direction) / length),
         );
         let solid = |place: u32| {
-            let solid = self.solids.get(place as usize)?.as_ref()?;
+            let solid = self.near(place)?;
             counts(solid.node).then_some(solid)
         };
         let slabs = Slabs::new(&ray);

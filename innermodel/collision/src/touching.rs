@@ -38,8 +38,10 @@ impl Space {
         for solid in colliding.filter_map(|node| self.solid(node.node_id())) {
             let there = motion * solid.pose;
             for other in self.bvh.intersect_aabb(&solid.bounds(&there)) {
-                let other = self.solids.get(other as usize).and_then(Option::as_ref);
-                let Some(other) = other.filter(|other| !inside.contains(&other.node)) else {
+                let Some(other) = self
+                    .near(other)
+                    .filter(|other| !inside.contains(&other.node))
+                else {
                     continue;
                 };
                 if counts(solid.node, other.node)

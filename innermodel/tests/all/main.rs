@@ -1,6 +1,7 @@
 //! Tests of the tree.
 
 mod changes;
+mod hostile;
 mod numbers;
 mod oracle;
 mod past;

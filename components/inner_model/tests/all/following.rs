@@ -208,3 +208,22 @@ fn wrong_changes_are_refused() {
     let text = format!("{:?}", refused.expect_err("a file"));
     assert!(text.contains("includes no files"), "{text}");
 }
+
+/// A change of which one part is impossible changes nothing of its node.
+#[test]
+fn half_a_change_is_none() {
+    let (mut a, mut b) = (start("arm.xml"), start_at("arm.xml", 1));
+    settle(&mut a, &mut b);
+    let (worker, ctx) = context(&mut a);
+    worker
+        .move_(ctx, "cup".into(), "tip".into(), false)
+        .expect("a move");
+    let mut sample = samples(&mut a);
+    // The cup has children, and an imu may have none.
+    sample[0].nodes[0].node.element = r#"<imu id="cup"/>"#.into();
+    let (worker, ctx) = context(&mut b);
+    let before = worker.get_node(ctx, "cup".into()).expect("a node");
+    deliver(&sample, &mut b);
+    let (worker, ctx) = context(&mut b);
+    assert_eq!(worker.get_node(ctx, "cup".into()), Ok(before));
+}

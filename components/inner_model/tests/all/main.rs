@@ -1,6 +1,7 @@
 //! The worker without processes.
 
 mod following;
+mod hostile;
 mod manager;
 mod service;
 

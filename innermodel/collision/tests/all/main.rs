@@ -1,6 +1,7 @@
 //! Tests of collisions.
 
 mod coal;
+mod hostile;
 #[path = "../../../../deploy/tests/all/python.rs"]
 mod python;
 mod rays;

@@ -1,7 +1,7 @@
 //! Distances and contacts of shapes equal their closed forms.
 
 use innermodel::{Error, InnerModel, Point, Pose, Time};
-use innermodel_collision::Space;
+use innermodel_collision::{BodyError, Space};
 use innermodel_mesh::MeshError;
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
@@ -114,8 +114,14 @@ fn what_has_no_body_is_reported() {
     let mut space = Space::new(&model.snapshot());
     assert!(space.is_empty());
     let problems = space.problems();
-    assert!(matches!(problems[0].error, MeshError::Unreadable(_)));
-    assert!(matches!(problems[1].error, MeshError::NeedsConversion(..)));
+    assert!(matches!(
+        problems[0].error,
+        BodyError::Mesh(MeshError::Unreadable(_))
+    ));
+    assert!(matches!(
+        problems[1].error,
+        BodyError::Mesh(MeshError::NeedsConversion(..))
+    ));
     assert_eq!(space.distance("t", "m"), Ok(None));
     assert!(matches!(
         space.collide("t", "x"),
