@@ -362,7 +362,7 @@ fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
     let more = [
         ("self::interfaces::*", !view.slots.is_empty()),
         ("machine::StateMachine", view.machine.is_some()),
-        ("innermodel_viewer::innermodel", view.viewer),
+        ("innermodel_viewer::{self, innermodel}", view.viewer),
         ("rc_runtime::lifecycle", view.managed),
         (
             "rc_runtime::{Member, MemberError, SlotArray}",

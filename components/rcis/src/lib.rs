@@ -13,6 +13,7 @@ mod requests;
 mod robots;
 mod scene;
 mod specific_worker;
+mod window;
 mod worlds;
 
 pub use specific_worker::SpecificWorker;

@@ -4,6 +4,7 @@ use crate::scene;
 use crate::worlds::Worlds;
 use innermodel_physics::Physics;
 use innermodel_simulation::World;
+use rcis_generated::innermodel_viewer::Actions;
 use rcis_generated::network_time::Order;
 use rcis_generated::tracing::{info, warn};
 use rcis_generated::{Context, ParamChange, Worker, WorkerError};
@@ -33,6 +34,8 @@ pub struct SpecificWorker {
     /// Steps that were asked for and are not made yet.
     pub(crate) pending: u64,
     pub(crate) paused: bool,
+    /// What the user of the window wants.
+    pub(crate) actions: Actions,
     /// The number of the period in which the last pose was published, in simulated time.
     published: Option<u128>,
     /// Warnings that were logged.
@@ -68,12 +71,14 @@ impl Worker for SpecificWorker {
             yaws: std::collections::HashMap::new(),
             pending: 0,
             paused: ctx.params.paused,
+            actions: ctx.viewer.actions(),
             published: None,
             logged: HashSet::new(),
         })
     }
 
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        self.obey_window();
         // While a follower is missing, the runtime goes on waiting.
         if !ctx.time.missing().is_empty() {
             return Ok(());

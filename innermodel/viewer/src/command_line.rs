@@ -30,7 +30,7 @@ Options:
   -V, --version            Prints the version
 
 In the window: drag to turn, drag with the right button to move, the wheel zooms, a click picks a node and
-prints its pose; f switches frames, n names, r returns to the first view, q ends.
+prints its pose, p picks the node above; f switches frames, n names, r returns to the first view, q ends.
 
 Exit codes: 0 success, 1 the file is wrong, 2 the command line is wrong, 3 the system refused something
 ";

@@ -18,11 +18,12 @@ pub(crate) trait Content {
     fn poll(&mut self) -> ViewerAction;
 }
 
-/// Shows a content in a window, until it ends.
+/// Shows a content in a window, until it ends or `is_on` is false.
 pub(crate) fn show(
     title: &str,
     size: (u16, u16),
     content: &mut dyn Content,
+    is_on: &dyn Fn() -> bool,
 ) -> Result<(), WindowError> {
     let mut window = Window::open(title, size)?;
     loop {
@@ -33,6 +34,9 @@ pub(crate) fn show(
                 action = action.max(content.input(input));
             }
             action = action.max(content.poll());
+            if !is_on() {
+                return Ok(());
+            }
         }
         if action == ViewerAction::End {
             return Ok(());

@@ -19,27 +19,18 @@ use rc_diagnostics::foreign::clean;
 use std::sync::atomic::{AtomicBool, Ordering};
 use thiserror::Error;
 
-/// An editor that ends when it is told to.
-struct Stoppable<'e> {
-    editor: &'e mut Editor,
-    stop: &'e AtomicBool,
-}
-
-impl Content for Stoppable<'_> {
+impl Content for Editor {
     fn draw(&mut self, size: (usize, usize)) -> Result<Image, TooLarge> {
-        self.editor.draw(size)
+        Self::draw(self, size)
     }
 
     fn input(&mut self, input: Input) -> ViewerAction {
-        self.editor.input(input)
+        Self::input(self, input)
     }
 
+    /// Nothing but its user changes what is shown.
     fn poll(&mut self) -> ViewerAction {
-        if self.stop.load(Ordering::Relaxed) {
-            ViewerAction::End
-        } else {
-            ViewerAction::Nothing
-        }
+        ViewerAction::Nothing
     }
 }
 
@@ -76,7 +67,7 @@ pub fn edit(
     size: (u16, u16),
     stop: &AtomicBool,
 ) -> Result<(), EditError> {
-    let shown = content::show(title, size, &mut Stoppable { editor, stop });
+    let shown = content::show(title, size, editor, &|| !stop.load(Ordering::Relaxed));
     let cause = match shown {
         Ok(()) if stop.load(Ordering::Relaxed) => "ended by a signal".to_owned(),
         Ok(()) => return Ok(()),

@@ -5,21 +5,25 @@
 //! each new version. The window speaks the protocol of X11 itself, and the processor draws: neither
 //! a library of the system nor a graphics card is needed.
 
+mod actions;
 mod content;
 mod edit;
+mod grab;
 mod input;
 mod navigator;
 mod overlay;
-mod show;
+mod sight;
+mod tree_view;
 mod viewer;
 mod viewport;
 mod window;
 
+pub use actions::{Action, Actions};
 pub use edit::{EDITOR_KEYS, EditError, Editor, Handle, Mode, OpenError, edit};
 pub use innermodel;
 pub use input::{Input, Key, Modifiers, Pixel, ViewerAction};
 pub use navigator::{Navigator, scene};
 pub use overlay::{Marks, draw};
-pub use show::{Options, run};
+pub use tree_view::{Options, TreeView, run};
 pub use viewer::Viewer;
 pub use window::WindowError;

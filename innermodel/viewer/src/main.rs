@@ -62,7 +62,7 @@ fn view(request: &Request) -> Result<(), Failure> {
     let say = |line: &str| {
         let _ = writeln!(std::io::stdout(), "{line}");
     };
-    let shown = run(&|| Some(Arc::clone(&model)), &options, &say);
+    let shown = run(&model, &options, None, &|| true, &say);
     shown.map_err(|error| Failure::System(format!("{error}; `--png FILE` needs no window")))
 }
 

@@ -1,7 +1,8 @@
 //! The window of a component.
 
+use crate::actions::Actions;
 use crate::overlay::Marks;
-use crate::show::{self, Options};
+use crate::tree_view::{self, Options};
 use innermodel::InnerModel;
 use std::fmt;
 use std::sync::Arc;
@@ -18,6 +19,8 @@ pub struct Viewer {
     title: String,
     /// Gets a line if there is no window, and for each picked node.
     say: Arc<dyn Fn(&str) + Send + Sync>,
+    /// Where changes of its user go.
+    actions: Option<Actions>,
     open: Option<(Arc<AtomicBool>, JoinHandle<()>)>,
 }
 
@@ -43,8 +46,15 @@ impl Viewer {
             model,
             title: title.into(),
             say: Arc::new(say),
+            actions: None,
             open: None,
         }
+    }
+
+    /// Lets the user of the window, when it is opened next, move and push objects. Nobody changes
+    /// the tree here: whoever owns it takes the changes from the queue, all the time, and makes them.
+    pub fn actions(&mut self) -> Actions {
+        self.actions.get_or_insert_default().clone()
     }
 
     /// Opens the window, or closes it. A window that its user closed is opened again.
@@ -59,6 +69,7 @@ impl Viewer {
         }
         let on = Arc::new(AtomicBool::new(true));
         let (model, say, is_on) = (self.model.clone(), self.say.clone(), on.clone());
+        let actions = self.actions.clone();
         let options = Options {
             title: self.title.clone(),
             size: SIZE,
@@ -68,8 +79,8 @@ impl Viewer {
         let started = thread::Builder::new()
             .name("viewer".to_owned())
             .spawn(move || {
-                let shown = || is_on.load(Ordering::Relaxed).then(|| Arc::clone(&model));
-                if let Err(error) = show::run(&shown, &options, &*say) {
+                let is_on = || is_on.load(Ordering::Relaxed);
+                if let Err(error) = tree_view::run(&model, &options, actions, &is_on, &*say) {
                     say(&error.to_string());
                 }
             });

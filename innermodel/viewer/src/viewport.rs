@@ -3,7 +3,8 @@
 use crate::input::{Input, Key, Pixel, ViewerAction};
 use crate::navigator::{Navigator, scene};
 use crate::overlay::{self, Marks};
-use innermodel::{Clouds, NodeId, Point, Snapshot, Vector};
+use crate::sight::Sight;
+use innermodel::{Clouds, NodeId, Point, Snapshot};
 use innermodel_render::{Image, Scene, TooLarge, View};
 use rc_diagnostics::foreign::clean;
 
@@ -33,6 +34,7 @@ struct Seen {
     width: usize,
     height: usize,
     nodes: Vec<Option<NodeId>>,
+    depths: Vec<f64>,
 }
 
 /// Meaning of an action for the camera.
@@ -85,6 +87,7 @@ impl Viewport {
             height,
             // A window shows the colours only.
             nodes: std::mem::take(&mut image.nodes),
+            depths: std::mem::take(&mut image.depths),
         });
         Ok(image)
     }
@@ -100,19 +103,28 @@ impl Viewport {
         *seen.nodes.get(place)?
     }
 
+    /// The point of the root at a pixel, on the surface that is seen there.
+    pub(crate) fn point(&self, at: Pixel) -> Option<Point> {
+        let (seen, place) = self.place(at)?;
+        let depth = *seen.depths.get(place)?;
+        let sight = self.sight(at)?;
+        depth.is_finite().then(|| sight.from + sight.way * depth)
+    }
+
     fn place(&self, (x, y): Pixel) -> Option<(&Seen, usize)> {
         let seen = self.seen.as_ref()?;
         let (x, y) = (usize::try_from(x).ok()?, usize::try_from(y).ok()?);
         (x < seen.width && y < seen.height).then_some((seen, y * seen.width + x))
     }
 
-    /// The line of sight at the centre of a pixel: a point, and a direction with the depth 1, both
-    /// in the root.
-    pub(crate) fn ray(&self, (x, y): Pixel) -> Option<(Point, Vector)> {
+    /// The line of sight at the centre of a pixel.
+    pub(crate) fn sight(&self, (x, y): Pixel) -> Option<Sight> {
         let View { place, camera } = self.view()?;
         let (u, v) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let way = place.vector(&innermodel::sensors::ray(camera, u, v));
-        Some((Point::from(place.translation), way))
+        Some(Sight {
+            from: Point::from(place.translation),
+            way: place.vector(&innermodel::sensors::ray(camera, u, v)),
+        })
     }
 
     /// Moves the camera: the left button turns it, the others move it, the wheel zooms.

@@ -25,7 +25,8 @@ pub struct Context {
     pub params: Params,
     /// The tree of the file that the parameter `inner_model` names. The parameter `viewer` shows it in a window.
     pub tree: Arc<InnerModel>,
-    viewer: Viewer,
+    /// The window of the tree.
+    pub viewer: Viewer,
     /// requires `JointMotor`
     pub joint_motor: interfaces::joint_motor::JointMotorClient,
 }

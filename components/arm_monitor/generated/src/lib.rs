@@ -20,7 +20,7 @@ pub mod types;
 
 pub use adapter::{Worker, embed, run};
 pub use context::Context;
-pub use innermodel_viewer::innermodel;
+pub use innermodel_viewer::{self, innermodel};
 pub use parameters::Params;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::network_time;

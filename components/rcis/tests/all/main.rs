@@ -3,6 +3,7 @@
 mod control;
 mod devices;
 mod manager;
+mod window;
 
 use innermodel::{Folders, InnerModel};
 use rcis::SpecificWorker;

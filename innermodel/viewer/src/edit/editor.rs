@@ -302,8 +302,8 @@ impl Editor {
                 true
             }
             (Input::Moved(at), State::Drag(drag)) => {
-                if let Some(ray) = self.viewport.ray(at) {
-                    drag.follow(ray);
+                if let Some(sight) = self.viewport.sight(at) {
+                    drag.follow(&sight);
                     let (id, mode, axis) = (drag.id.clone(), drag.mode, drag.axis);
                     let value = drag.value();
                     let now = self.model().snapshot().time();
@@ -338,7 +338,7 @@ impl Editor {
             &self.selected_in(&tree)?,
             self.mode,
             handle,
-            self.viewport.ray(at)?,
+            &self.viewport.sight(at)?,
         )
     }
 

@@ -1,5 +1,6 @@
 //! Handles at a node: lines and rings that move or turn it. Each one changes one attribute.
 
+use crate::sight::Sight;
 use innermodel::kinds::{Axis, Plane};
 use innermodel::language::rewrite::{self, Value};
 use innermodel::{Edit, Error, Kind, NodeRef, Point, Pose, Transform, Vector};
@@ -195,25 +196,12 @@ impl Lever {
 
     /// Where a line of sight meets the handle: millimetres along its line, or an angle of its ring.
     /// `None` where it meets it nowhere in front of the user.
-    pub(crate) fn meet(&self, from: &Point, way: &Vector) -> Option<f64> {
-        let back = self.origin - from;
-        match self.mode {
-            Mode::Move => {
-                // The point of the line that is nearest to the line of sight.
-                let (along, square) = (self.axis.dot(way), way.norm_squared());
-                let (own, other) = (self.axis.dot(&back), way.dot(&back));
-                let apart = square - along * along;
-                let depth = (other - along * own) / apart;
-                let place = (along * other - square * own) / apart;
-                (apart > 1e-9 * square && depth > 0.0).then_some(place)
-            }
-            Mode::Turn => {
-                let depth = back.dot(&self.axis) / way.dot(&self.axis);
-                let place = way * depth - back;
-                let is_seen = depth.is_finite() && depth > 0.0;
-                is_seen.then(|| place.dot(&self.second).atan2(place.dot(&self.first)))
-            }
+    fn meet(&self, sight: &Sight) -> Option<f64> {
+        if self.mode == Mode::Move {
+            return sight.along(&self.origin, &self.axis);
         }
+        let place = sight.on_plane(&self.origin, &self.axis)? - self.origin;
+        Some(place.dot(&self.second).atan2(place.dot(&self.first)))
     }
 }
 
@@ -272,7 +260,7 @@ impl Drag {
         node: &NodeRef<'_>,
         mode: Mode,
         handle: &Handle,
-        (from, way): (Point, Vector),
+        sight: &Sight,
     ) -> Option<Self> {
         let lever = Lever::new(node, mode, handle.axis);
         Some(Self {
@@ -280,7 +268,7 @@ impl Drag {
             mode,
             axis: handle.axis,
             attribute: handle.attribute,
-            last: lever.meet(&from, &way)?,
+            last: lever.meet(sight)?,
             lever,
             way: 0.0,
             old: values(node, mode)[handle.axis],
@@ -288,8 +276,8 @@ impl Drag {
     }
 
     /// Follows a line of sight.
-    pub(crate) fn follow(&mut self, (from, way): (Point, Vector)) {
-        let Some(now) = self.lever.meet(&from, &way) else {
+    pub(crate) fn follow(&mut self, sight: &Sight) {
+        let Some(now) = self.lever.meet(sight) else {
             return;
         };
         let mut by = now - self.last;

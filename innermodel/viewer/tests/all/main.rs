@@ -5,6 +5,7 @@ mod debian;
 mod edited_files;
 mod editing;
 mod files;
+mod pointing;
 #[path = "../../../../deploy/tests/all/python.rs"]
 mod python;
 mod screen;

@@ -3,9 +3,12 @@
 use crate::python::skipped;
 use crate::screen::Screen;
 use crate::{rcview, scene};
-use innermodel::{ColouredPoint, Folders, InnerModel, Time};
+use innermodel::{ColouredPoint, Folders, InnerModel, Point, Pose, Time};
 use innermodel_render::Image;
-use innermodel_viewer::{Editor, Input, Key, Modifiers, Viewer, innermodel};
+use innermodel_viewer::{
+    Action, Actions, Editor, Input, Key, Marks, Modifiers, Navigator, Options, TreeView, Viewer,
+    ViewerAction, innermodel,
+};
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex, mpsc};
@@ -18,6 +21,10 @@ use x11rb::protocol::xproto::{
 use x11rb::rust_connection::RustConnection;
 
 const LIMIT: Duration = Duration::from_mins(5);
+
+/// The tree of the component.
+const TREE: &str = r##"<innerModel><transform id="t"><sphere id="s" radius="100" texture="#ff0000"/>
+    </transform><sphere id="u" tx="300" radius="50"/><pointcloud id="seen"/></innerModel>"##;
 
 /// A process that a test starts. Dropping it ends it.
 struct Process(Child);
@@ -108,19 +115,32 @@ impl User {
         })
     }
 
+    /// Whether a window shows an image.
+    fn shows(&self, window: Window, image: &Image) -> Option<()> {
+        let shown = self.pixels(window)?;
+        let mut pixels = shown.chunks_exact(4).zip(&image.colours);
+        let is_there =
+            pixels.all(|(shown, [red, green, blue])| shown[..3] == [*blue, *green, *red]);
+        is_there.then_some(())
+    }
+
     /// Waits until a window shows an image.
     fn sees(&self, window: Window, image: &Image) {
-        let is_there = |shown: &[u8]| {
-            let pixels = shown.chunks_exact(4).zip(&image.colours);
-            let mut pixels = pixels.map(|(shown, colour)| (shown, colour.to_owned()));
-            pixels.all(|(shown, [red, green, blue])| shown[..3] == [blue, green, red])
-        };
-        until("an image", || {
-            self.pixels(window).filter(|shown| is_there(shown))
-        });
+        until("an image", || self.shows(window, image));
     }
 
     fn event(&self, window: Window, form: u8, detail: u8, x: i16, y: i16) {
+        self.event_with(window, form, detail, (x, y), KeyButMask::default());
+    }
+
+    fn event_with(
+        &self,
+        window: Window,
+        form: u8,
+        detail: u8,
+        (x, y): (i16, i16),
+        state: KeyButMask,
+    ) {
         let event = ButtonPressEvent {
             response_type: form,
             detail,
@@ -133,7 +153,7 @@ impl User {
             root_y: y,
             event_x: x,
             event_y: y,
-            state: KeyButMask::default(),
+            state,
             same_screen: true,
         };
         let none = EventMask::NO_EVENT;
@@ -230,6 +250,49 @@ fn the_window_of_a_component_is_live() {
     let moved = user.changed(window, &first);
     std::io::Write::write_all(&mut input, b"points\n").expect("to ask");
     user.changed(window, &moved);
+    // The user drags a body; the owner of the tree moves it when it takes the wish. A view without a
+    // window shows what the window then shows.
+    let model = Arc::new(InnerModel::parse(TREE).expect("a model"));
+    let actions = Actions::new();
+    let options = Options {
+        title: String::new(),
+        size: (640, 480),
+        navigator: None,
+        marks: Marks::default(),
+    };
+    let twin = TreeView::new(Arc::clone(&model), &options, &|_| {});
+    let mut twin = twin.with_actions(actions.clone());
+    obey(&model, &actions, "move");
+    obey(&model, &actions, "points");
+    twin.poll();
+    user.sees(window, &twin.draw((640, 480)).expect("a picture"));
+    let view = Navigator::around(
+        &InnerModel::parse(TREE).expect("a model").snapshot(),
+        &model.clouds(),
+    );
+    let at = view
+        .view(640, 480)
+        .pixel(&Point::new(300.0, 0.0, 0.0))
+        .expect("in front");
+    let at = (at.0 as i16, at.1 as i16);
+    let (control, to) = (KeyButMask::CONTROL, (at.0 + 30, at.1 + 10));
+    let with = Modifiers {
+        control: true,
+        ..Modifiers::default()
+    };
+    user.event_with(window, BUTTON_PRESS_EVENT, 1, at, control);
+    user.event_with(window, MOTION_NOTIFY_EVENT, 0, to, control);
+    user.event_with(window, BUTTON_RELEASE_EVENT, 1, to, control);
+    twin.input(Input::Pressed(1, at, with));
+    twin.input(Input::Moved(to));
+    twin.input(Input::Released(1, to));
+    obey(&model, &actions, "obey");
+    assert_eq!(twin.poll(), ViewerAction::Draw, "the body is elsewhere");
+    let moved = twin.draw((640, 480)).expect("a picture");
+    until("the body at its new place", || {
+        std::io::Write::write_all(&mut input, b"obey\n").expect("to ask");
+        user.shows(window, &moved)
+    });
     std::io::Write::write_all(&mut input, b"hide\n").expect("to ask");
     until("no window", || {
         user.window("component").is_none().then_some(())
@@ -365,38 +428,55 @@ fn a_component_with_the_option_has_a_window() {
     }
 }
 
+/// Changes a tree.
+fn obey(model: &InnerModel, actions: &Actions, order: &str) {
+    match order {
+        "move" => model
+            .change(Time::ZERO, |edit| {
+                edit.set_pose("t", Pose::new(0.0, 90.0, 0.0, 0.0, 0.0, 0.0))
+            })
+            .expect("a change"),
+        // In front of the bodies.
+        "points" => model
+            .set_points(
+                "seen",
+                vec![ColouredPoint {
+                    position: [100.0, 50.0, -110.0],
+                    colour: [9; 3],
+                }],
+            )
+            .expect("points"),
+        "obey" => {
+            for action in actions.take() {
+                let Action::Move { id, place } = action else {
+                    panic!("{action:?}");
+                };
+                let pose = Pose::new(place.x, place.y, place.z, 0.0, 0.0, 0.0);
+                let moved = model.change(Time::ZERO, |edit| edit.set_pose(&id, pose));
+                moved.expect("a change");
+            }
+        }
+        other => panic!("{other}"),
+    }
+}
+
 /// Not a test: the process that the test above starts.
 #[test]
 #[ignore = "another test starts it"]
 fn component() {
-    let text = r##"<innerModel><transform id="t"><sphere id="s" radius="100" texture="#ff0000"/>
-        </transform><sphere id="u" tx="300" radius="50"/><pointcloud id="seen"/></innerModel>"##;
-    let model = Arc::new(InnerModel::parse(text).expect("a model"));
+    let model = Arc::new(InnerModel::parse(TREE).expect("a model"));
     let said = Arc::new(Mutex::new(Vec::new()));
     let lines = Arc::clone(&said);
     let mut viewer = Viewer::new("component", Arc::clone(&model), move |line: &str| {
         lines.lock().expect("no panic").push(line.to_owned());
     });
+    let actions = viewer.actions();
     viewer.show(true);
     for line in std::io::stdin().lines() {
         match line.expect("a line").as_str() {
-            "move" => model
-                .change(Time::ZERO, |edit| {
-                    edit.set_pose("t", innermodel::Pose::new(0.0, 90.0, 0.0, 0.0, 0.0, 0.0))
-                })
-                .expect("a change"),
-            // In front of the bodies.
-            "points" => model
-                .set_points(
-                    "seen",
-                    vec![ColouredPoint {
-                        position: [100.0, 50.0, -110.0],
-                        colour: [9; 3],
-                    }],
-                )
-                .expect("points"),
             "hide" => viewer.show(false),
-            _ => viewer.show(true),
+            "show" => viewer.show(true),
+            other => obey(&model, &actions, other),
         }
     }
     assert_eq!(*said.lock().expect("no panic"), Vec::<String>::new());
