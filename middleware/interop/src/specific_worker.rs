@@ -2,8 +2,9 @@
 
 use interop_generated::tracing::warn;
 use interop_generated::{
-    AskError, CallError, Camera, CameraInfo, Context, Header, Image, Interop, Nonsense, Orders,
-    ParamChange, Report, Reports, ShiftError, Talk, Worker, WorkerError,
+    AskError, Broken, CallError, Camera, CameraInfo, Context, Everything, FailError, Gone, Header,
+    Image, Interop, Mirror, Nonsense, Orders, ParamChange, Report, Reports, ShiftError, Talk,
+    Worker, WorkerError,
 };
 use std::time::Duration;
 
@@ -126,6 +127,22 @@ impl Interop for SpecificWorker {
 
     fn add(&mut self, _ctx: &mut Context, a: i64, b: i64) -> i64 {
         a.wrapping_add(b)
+    }
+}
+
+impl Mirror for SpecificWorker {
+    fn echo(&mut self, _ctx: &mut Context, all: Everything) -> Everything {
+        all
+    }
+
+    fn fail(&mut self, _ctx: &mut Context, which: i32) -> Result<(), FailError> {
+        let code = which;
+        let what = "asked to".to_owned();
+        Err(match which {
+            0 => return Ok(()),
+            1 => Gone {}.into(),
+            _ => Broken { what, code }.into(),
+        })
     }
 }
 

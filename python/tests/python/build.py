@@ -1,7 +1,6 @@
-"""Components for tests, from descriptions that generated code in Rust embeds."""
+"""Components for tests, from descriptions."""
 
 import json
-import re
 from pathlib import Path
 from typing import Any
 
@@ -20,20 +19,6 @@ QOS = {
     "timeout_ns": 2_000_000_000,
     "spin_ns": 0,
 }
-
-
-def generated_module(file: str) -> dict[str, Any]:
-    """The description of an IDSL module in a generated crate of types."""
-    text = (ROOT / file).read_text()
-    found = re.search(r'RC_DESCRIPTION: &str = r#"(.*?)"#', text, re.DOTALL)
-    return json.loads(found.group(1))
-
-
-def generated_hashes(file: str) -> dict[str, str]:
-    """The hashes of interfaces in a generated description."""
-    text = (ROOT / file).read_text()
-    pairs = re.findall(r'type_name: "([^"]+)",\s+type_hash: 0x([0-9a-f]{16})', text)
-    return dict(pairs)
 
 
 def hash_of(text: str) -> str:
@@ -65,7 +50,6 @@ class Fixture:
         }
         self._attributes: list[tuple[str, type]] = []
         self._handlers: dict[str, Any] = {}
-        self.hashes: dict[str, str] = {}
 
     def _interface(self, full: str) -> dict[str, Any]:
         module, name = full.split("::")
@@ -95,7 +79,7 @@ class Fixture:
                 "role": role,
                 "interface": interface["name"],
                 "type_name": full,
-                "type_hash": self.hashes.get(full, hash_of(full)),
+                "type_hash": hash_of(full),
                 "middleware": self.description["middleware"],
                 "qos": qos,
                 "operations": operations,

@@ -56,16 +56,16 @@ pub(crate) struct Adapter<W> {
 
 /// Runs the component with the command line of this process until it ends.
 pub fn run<
-    W: Worker + slots::Camera + slots::Interop + slots::Orders + slots::Reports
-        + slots::Talk,
+    W: Worker + slots::Camera + slots::Interop + slots::Mirror + slots::Orders
+        + slots::Reports + slots::Talk,
 >() -> ExitCode {
     rc_runtime::run(&DESCRIPTION, start::<W>)
 }
 
 /// Runs the component on a thread of this process, with a command line as for its binary: for tests.
 pub fn embed<
-    W: Worker + slots::Camera + slots::Interop + slots::Orders + slots::Reports
-        + slots::Talk + 'static,
+    W: Worker + slots::Camera + slots::Interop + slots::Mirror + slots::Orders
+        + slots::Reports + slots::Talk + 'static,
 >(args: &[&str]) -> Result<Embedded, StartError> {
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
 }
@@ -81,8 +81,8 @@ pub(crate) fn start<W: Worker>(
 }
 
 impl<
-    W: Worker + slots::Camera + slots::Interop + slots::Orders + slots::Reports
-        + slots::Talk,
+    W: Worker + slots::Camera + slots::Interop + slots::Mirror + slots::Orders
+        + slots::Reports + slots::Talk,
 > Component for Adapter<W> {
     fn core(&mut self) -> &mut Core {
         self.ctx.core()
@@ -127,6 +127,7 @@ impl<
         match slot {
             0 => slots::interop::serve(&mut self.worker, &mut self.ctx, request),
             1 => slots::camera::serve(&mut self.worker, &mut self.ctx, request),
+            2 => slots::mirror::serve(&mut self.worker, &mut self.ctx, request),
             _ => request.unknown(),
         }
     }
@@ -138,7 +139,7 @@ impl<
         reader: &mut Reader<'_>,
     ) -> Result<(), HandlerError> {
         match slot {
-            4 => {
+            5 => {
                 slots::reports::receive(
                     &mut self.worker,
                     &mut self.ctx,
@@ -146,8 +147,8 @@ impl<
                     reader,
                 )
             }
-            5 => slots::talk::receive(&mut self.worker, &mut self.ctx, operation, reader),
-            6 => {
+            6 => slots::talk::receive(&mut self.worker, &mut self.ctx, operation, reader),
+            7 => {
                 slots::orders::receive(
                     &mut self.worker,
                     &mut self.ctx,

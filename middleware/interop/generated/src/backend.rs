@@ -15,6 +15,9 @@ pub(crate) const TYPES_INTEROP: &[&str] = &[];
 /// The middleware's names for the types of `Camera`, if it has its own.
 pub(crate) const TYPES_CAMERA: &[&str] = &[];
 
+/// The middleware's names for the types of `Mirror`, if it has its own.
+pub(crate) const TYPES_MIRROR: &[&str] = &[];
+
 /// The middleware's names for the types of `Oracle`, if it has its own.
 pub(crate) const TYPES_ORACLE: &[&str] = &[];
 
@@ -43,4 +46,4 @@ pub(crate) const TYPES_IMAGES: &[&str] = &[];
 pub(crate) const TYPES_ARCHIVE: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"interop\",\"model\":\"17b778da48ceab77\",\"middleware\":\"dds\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"interop\",\"model\":\"6905812edbb7fedc\",\"middleware\":\"dds\"}\0";

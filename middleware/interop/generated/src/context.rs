@@ -43,14 +43,14 @@ impl Context {
         Ok(Self {
             core,
             params: Params::from_values(values),
-            oracle: interfaces::oracle::OracleClient::new(ports.client(2)?),
+            oracle: interfaces::oracle::OracleClient::new(ports.client(3)?),
             camera_driver: interfaces::camera_driver::CameraDriverClient::new(
-                ports.client(3)?,
+                ports.client(4)?,
             ),
-            echoes: interfaces::echoes::EchoesPublisher::new(ports.publishers(7))?,
-            gossip: interfaces::gossip::GossipPublisher::new(ports.publishers(8))?,
-            images: interfaces::images::ImagesPublisher::new(ports.publishers(9))?,
-            archive: interfaces::archive::ArchivePublisher::new(ports.publishers(10))?,
+            echoes: interfaces::echoes::EchoesPublisher::new(ports.publishers(8))?,
+            gossip: interfaces::gossip::GossipPublisher::new(ports.publishers(9))?,
+            images: interfaces::images::ImagesPublisher::new(ports.publishers(10))?,
+            archive: interfaces::archive::ArchivePublisher::new(ports.publishers(11))?,
         })
     }
 
@@ -63,12 +63,12 @@ impl Context {
     }
 
     pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
-        peers[2] = usize::from(self.oracle.is_connected());
-        peers[3] = usize::from(self.camera_driver.is_connected());
-        peers[7] = self.echoes.subscribers();
-        peers[8] = self.gossip.subscribers();
-        peers[9] = self.images.subscribers();
-        peers[10] = self.archive.subscribers();
+        peers[3] = usize::from(self.oracle.is_connected());
+        peers[4] = usize::from(self.camera_driver.is_connected());
+        peers[8] = self.echoes.subscribers();
+        peers[9] = self.gossip.subscribers();
+        peers[10] = self.images.subscribers();
+        peers[11] = self.archive.subscribers();
     }
 }
 

@@ -37,6 +37,19 @@ const SLOT_CAMERA: Slot = Slot {
     external_types: backend::TYPES_CAMERA,
 };
 
+const SLOT_MIRROR: Slot = Slot {
+    name: "Mirror",
+    role: Role::Implements,
+    interface: "Mirror",
+    type_name: "RcTypes::Mirror",
+    type_hash: 0x1fb1f096cd612576,
+    backend: backend::MIDDLEWARE,
+    qos: Qos::CALL,
+    is_array: false,
+    operations: interfaces::mirror::OPERATIONS,
+    external_types: backend::TYPES_MIRROR,
+};
+
 const SLOT_ORACLE: Slot = Slot {
     name: "Oracle",
     role: Role::Requires,
@@ -177,7 +190,7 @@ const SLOT_ARCHIVE: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "interop",
-    model_hash: 0x17b778da48ceab77,
+    model_hash: 0x6905812edbb7fedc,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: Some(parameters::SCHEMA),
@@ -185,6 +198,7 @@ pub(crate) static DESCRIPTION: Description = Description {
     slots: &[
         SLOT_INTEROP,
         SLOT_CAMERA,
+        SLOT_MIRROR,
         SLOT_ORACLE,
         SLOT_CAMERA_DRIVER,
         SLOT_REPORTS,
@@ -195,7 +209,10 @@ pub(crate) static DESCRIPTION: Description = Description {
         SLOT_IMAGES,
         SLOT_ARCHIVE,
     ],
-    types: &[::interfaces::rc_interop::RC_DESCRIPTION],
+    types: &[
+        ::interfaces::rc_interop::RC_DESCRIPTION,
+        ::interfaces::rc_types::RC_DESCRIPTION,
+    ],
     backends: backend::BACKENDS,
     simulates_time: false,
     managed: false,

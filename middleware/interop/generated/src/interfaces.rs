@@ -14,6 +14,8 @@ pub use ::interfaces::rc_interop::images;
 pub use self::images::ImagesPublisher;
 pub use ::interfaces::rc_interop::interop;
 pub use self::interop::{ShiftError, ShiftAnswer};
+pub use ::interfaces::rc_types::mirror;
+pub use self::mirror::FailError;
 pub use ::interfaces::rc_interop::oracle;
 pub use self::oracle::{OracleClient, AskError, AskAnswer};
 pub use ::interfaces::rc_interop::orders;

@@ -29,6 +29,7 @@ pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
 pub use self::interfaces::*;
 pub use slots::Camera;
 pub use slots::Interop;
+pub use slots::Mirror;
 pub use slots::Orders;
 pub use slots::Reports;
 pub use slots::Talk;

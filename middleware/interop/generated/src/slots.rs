@@ -3,12 +3,14 @@
 
 pub(crate) mod interop;
 pub(crate) mod camera;
+pub(crate) mod mirror;
 pub(crate) mod reports;
 pub(crate) mod talk;
 pub(crate) mod orders;
 
 pub use interop::Interop;
 pub use camera::Camera;
+pub use mirror::Mirror;
 pub use reports::Reports;
 pub use talk::Talk;
 pub use orders::Orders;

@@ -80,10 +80,10 @@ impl TestContext {
             context_,
             oracle: OracleFake::new(&bed),
             camera_driver: CameraDriverFake::new(&bed),
-            echoes: FakeSubscriber::new(&bed, 7, read_echoes),
-            gossip: FakeSubscriber::new(&bed, 8, read_gossip),
-            images: FakeSubscriber::new(&bed, 9, read_images),
-            archive: FakeSubscriber::new(&bed, 10, read_archive),
+            echoes: FakeSubscriber::new(&bed, 8, read_echoes),
+            gossip: FakeSubscriber::new(&bed, 9, read_gossip),
+            images: FakeSubscriber::new(&bed, 10, read_images),
+            archive: FakeSubscriber::new(&bed, 11, read_archive),
             bed_: bed,
         })
     }
@@ -136,12 +136,12 @@ impl TestContext {
 /// Runs the whole component on a thread of this process, as [`embed`](crate::embed) does. A call that no server takes gets
 /// default values, and a slot without a server counts as connected.
 pub fn embed_with_defaults<
-    W: Worker + slots::Camera + slots::Interop + slots::Orders + slots::Reports
-        + slots::Talk + 'static,
+    W: Worker + slots::Camera + slots::Interop + slots::Mirror + slots::Orders
+        + slots::Reports + slots::Talk + 'static,
 >(args: &[&str]) -> Result<Embedded, StartError> {
     const DEFAULTS: &[(usize, DefaultReply)] = &[
-        (2, default_oracle),
-        (3, default_camera_driver),
+        (3, default_oracle),
+        (4, default_camera_driver),
     ];
     testing::embed(&DESCRIPTION, adapter::start::<W>, DEFAULTS, args)
 }
@@ -206,7 +206,7 @@ pub struct OracleFake(FakeServer<OracleCall>);
 
 impl OracleFake {
     fn new(bed: &TestBed) -> Self {
-        let server = FakeServer::new(bed, 2, read_oracle);
+        let server = FakeServer::new(bed, 3, read_oracle);
         server.or_default(&interfaces::oracle::TELL, default_oracle);
         Self(server)
     }
@@ -305,7 +305,7 @@ pub struct CameraDriverFake(FakeServer<CameraDriverCall>);
 
 impl CameraDriverFake {
     fn new(bed: &TestBed) -> Self {
-        let server = FakeServer::new(bed, 3, read_camera_driver);
+        let server = FakeServer::new(bed, 4, read_camera_driver);
         Self(server)
     }
 

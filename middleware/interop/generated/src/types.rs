@@ -3,6 +3,14 @@
 
 pub use ::interfaces::rc_interop;
 pub use self::rc_interop::{
-    Kind, KindInPlace, Point, PointInPlace, Mark, Scores, Report, Nonsense, Time,
-    TimeInPlace, Header, RegionOfInterest, RegionOfInterestInPlace, CameraInfo, Image,
+    Mark, Scores, Report, Nonsense, Time, TimeInPlace, Header, RegionOfInterest,
+    RegionOfInterestInPlace, CameraInfo, Image,
+};
+pub use ::interfaces::rc_types;
+pub use self::rc_types::{
+    Bare, BareInPlace, Outline, Outlines, Numbers, NumbersInPlace, Sequences, Bounded,
+    BoundedInPlaceTextsItem, BoundedInPlaceRowsItem, BoundedInPlace, Arrays, Names,
+    ByBool, ByByte, ByInt8, ByShort, ByUint16, ByInt, ByUint32, ByLong, ByUint64, ByWord,
+    ByKind, Dictionaries, Optionals, Defaults, Everything, Picture, PictureInPlace,
+    Broken, VeryBroken, Gone,
 };

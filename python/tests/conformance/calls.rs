@@ -1,0 +1,224 @@
+//! Calls in both directions: values of every type, and every error.
+
+use crate::other_end::OtherEnd;
+use crate::values::{LEAST, MOST, SOME, broken, outline, picture, sample, very_broken};
+use crate::{LIMIT, LOOK, topics, until};
+use interfaces::rc_types::types::{self, FailError, TypesClient};
+use interfaces::rc_types::{Gone, Kind, Point};
+use interfaces::rc_types::{mirror, repeats};
+use rc_middleware::in_place::InPlace;
+use rc_middleware::typed::{Request, TypedClient};
+use rc_middleware::{Backend, CallError, Header, Reply, Server, wait};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{TryRecvError, channel};
+use std::time::Duration;
+
+/// What the mirror does beside throwing the exceptions.
+const REFUSES: i32 = 4;
+const IS_SLOW: i32 = 5;
+
+fn client(other: &OtherEnd, backend: &dyn Backend) -> TypesClient {
+    let endpoint = other
+        .network
+        .calls(&other.package, "Types", types::OPERATIONS);
+    let port = backend.client(&endpoint).expect("a client");
+    let mut client = TypesClient::new(TypedClient::new(port, LIMIT));
+    // Over ROS 2, a server may be found first and be ready for this client some time later.
+    until("the server is found", || {
+        client.is_connected() && !matches!(client.wait(0), Err(CallError::NoServer(_)))
+    });
+    client
+}
+
+pub(crate) fn values_are_equal_at_both_ends(other: &OtherEnd) {
+    let backend = other.network.join("values");
+    let mut client = client(other, &*backend);
+    for which in [LEAST, MOST, SOME] {
+        let own = sample(which);
+        assert_eq!(client.differs(&own).as_deref(), Ok(""));
+        assert_eq!(client.make(which).as_ref(), Ok(&own));
+        assert_eq!(client.echo(&own), Ok(own));
+    }
+    let mut large = sample(MOST);
+    large.sequences.bytes = vec![7; 1 << 20];
+    assert_eq!(client.echo(&large), Ok(large));
+
+    let point = Point { x: 0.5, y: -0.5 };
+    for (length, text, point) in [(0, "", None), (3, "Grüße!", Some(point))] {
+        let line = outline(length);
+        let several = client.several(i32::MIN, text, &line, Kind::Nothing, &point);
+        let answer = (i32::MIN, text.to_owned(), line, Kind::Nothing, point);
+        assert_eq!(several, Ok(answer));
+    }
+    let texts = vec!["a".to_owned(), String::new()];
+    assert_eq!(client.outputs(), Ok((i64::MIN, texts)));
+}
+
+pub(crate) fn errors_reach_the_caller(other: &OtherEnd) {
+    let backend = other.network.join("errors");
+    let mut client = client(other, &*backend);
+    assert_eq!(client.fail(0), Ok(()));
+    assert_eq!(client.fail(LEAST), Err(FailError::Broken(broken())));
+    let very_broken = FailError::VeryBroken(very_broken());
+    assert_eq!(client.fail(MOST), Err(very_broken));
+    assert_eq!(client.fail(SOME), Err(FailError::Gone(Gone {})));
+
+    // A result and an argument beyond their range, and an argument beyond its bound.
+    assert_eq!(client.ranged(4), Ok(9));
+    let answer = client.ranged(5);
+    let Err(CallError::Refused(reason)) = &answer else {
+        panic!("{answer:?}");
+    };
+    assert!(reason.contains("ranged()"), "{reason}");
+    let answer = client.ranged(10);
+    assert!(matches!(answer, Err(CallError::Invalid(_))), "{answer:?}");
+    let answer = client.several(0, "too long!", &[], Kind::Wall, &None);
+    assert!(matches!(answer, Err(CallError::Invalid(_))), "{answer:?}");
+
+    // A late reply is none to the next question.
+    client.set_timeout(Duration::from_millis(50));
+    let answer = client.wait(300);
+    assert!(
+        matches!(answer, Err(CallError::Deadline { .. })),
+        "{answer:?}"
+    );
+    client.set_timeout(LIMIT);
+    assert_eq!(client.make(SOME), Ok(sample(SOME)));
+}
+
+pub(crate) fn commands_keep_their_order(other: &OtherEnd) {
+    let backend = other.network.join("notes");
+    let mut client = client(other, &*backend);
+    let before = client.noted().expect("numbers").len();
+    let mut note = sample(SOME);
+    for number in 0..10 {
+        note.number = number;
+        client.note(&note).expect("a command");
+    }
+    let noted = client.noted().expect("numbers");
+    assert_eq!(noted[before..], (0..10).collect::<Vec<i32>>());
+}
+
+pub(crate) fn replies_travel_in_place(other: &OtherEnd) {
+    let backend = other.network.join("pictures");
+    let mut client = client(other, &*backend);
+    for (number, bytes) in [(0, 0), (1, 3), (11, 1 << 16)] {
+        let sent = picture(number, bytes);
+        let mut turned = sent.clone();
+        turned.data.reverse();
+        let read = client.turned_in_place(&sent, InPlace::value);
+        assert_eq!(read, Ok(Ok(turned.clone())));
+        assert_eq!(client.turned(&sent), Ok(turned));
+    }
+}
+
+/// Serves one request.
+fn answer(header: Header, body: &[u8], reply: &mut dyn Reply) {
+    let mut request = Request::open(header, body, reply).expect("an envelope");
+    if request.operation == mirror::ECHO.id {
+        let all = request.arguments(&mirror::ECHO, mirror::read_echo);
+        let _ = mirror::reply_echo(&mut request, all.expect("a value"));
+        return request.close();
+    }
+    let which = request.arguments(&mirror::FAIL, mirror::read_fail);
+    let _ = match which.expect("a number") {
+        LEAST => mirror::refuse_fail(&mut request, broken().into()),
+        MOST => mirror::refuse_fail(&mut request, very_broken().into()),
+        SOME => mirror::refuse_fail(&mut request, Gone {}.into()),
+        REFUSES => request.fail(&"not today"),
+        IS_SLOW => {
+            // Longer than the limit of the call.
+            std::thread::sleep(Duration::from_millis(300));
+            mirror::reply_fail(&mut request)
+        }
+        which => panic!("{which} is no number of the mirror"),
+    };
+    request.close();
+}
+
+/// Serves until `ends`, or until a request waits after it `dies`.
+fn serve(server: &mut dyn Server, ends: &AtomicBool, dies: &AtomicBool) {
+    while !ends.load(Ordering::Relaxed) {
+        let woken = wait(&[server.descriptor()], LOOK) != 0;
+        if woken && dies.load(Ordering::Relaxed) {
+            return;
+        }
+        server.acknowledge(woken);
+        while server.serve(&mut answer).expect("to serve") {}
+    }
+}
+
+/// The component calls this test, and says what it got.
+pub(crate) fn calls_are_made(other: &OtherEnd) {
+    let backend = other.network.join("asker");
+    let mut client = client(other, &*backend);
+    let mut mirrored = |number| client.mirrored(number).expect("an answer");
+    assert_eq!(mirrored(SOME), "NoServer");
+    let (ends, dies) = (AtomicBool::new(false), AtomicBool::new(false));
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let backend = other.network.join("mirror");
+            let slot = &other.package;
+            let endpoint = other.network.calls(slot, "Mirror", mirror::OPERATIONS);
+            let mut server = backend.server(&endpoint).expect("a server");
+            serve(&mut *server, &ends, &dies);
+        });
+        let _stop = Stop(&ends);
+        until("the component finds the mirror", || {
+            mirrored(LEAST).is_empty()
+        });
+        for which in [LEAST, MOST, SOME] {
+            assert_eq!(mirrored(which), "");
+            assert_eq!(mirrored(-which), "", "an exception");
+        }
+        let refused = mirrored(-REFUSES);
+        assert!(
+            refused.starts_with("Refused: ") && refused.contains("not today"),
+            "{refused}"
+        );
+        assert_eq!(mirrored(-IS_SLOW), "Deadline");
+        // A late reply is none to the next call.
+        assert_eq!(mirrored(MOST), "");
+        dies.store(true, Ordering::Relaxed);
+        assert_eq!(mirrored(MOST), "ServerDied");
+    });
+    until("the mirror is gone", || mirrored(SOME) == "NoServer");
+}
+
+/// Ends the mirror, also after a failed assertion.
+struct Stop<'a>(&'a AtomicBool);
+
+impl Drop for Stop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+pub(crate) fn a_call_ends_with_its_server(mut other: OtherEnd) {
+    let backend = other.network.join("last");
+    let mut client = client(&other, &*backend);
+    let (sender, met) = channel();
+    let killer = std::thread::spawn(move || {
+        let backend = other.network.join("watcher");
+        // The component publishes this when a call of `wait` begins.
+        let mut begins = topics::repeats_of_nothing(&other, &*backend);
+        let mut begun = |limit| topics::take(&mut *begins, limit, repeats::read_nothing);
+        let is_met = begun(LIMIT).is_some();
+        sender.send(()).expect("a test that waits");
+        while begun(Duration::from_millis(300)).is_some() {}
+        sender.send(()).expect("a test that waits");
+        let is_under_way = begun(LIMIT).is_some();
+        other.kill();
+        is_met && is_under_way
+    });
+    while met.try_recv() == Err(TryRecvError::Empty) {
+        assert_eq!(client.wait(0), Ok(()));
+    }
+    met.recv_timeout(LIMIT).expect("a thread that listens");
+    let answer = client.wait(60_000);
+    assert_eq!(killer.join().ok(), Some(true));
+    assert!(
+        matches!(answer, Err(CallError::ServerDied(_))),
+        "{answer:?}"
+    );
+}

@@ -1,0 +1,240 @@
+//! The component `every_type` as a process, and a network in which the test has endpoints of its
+//! own.
+
+use crate::{LIMIT, python};
+use rc_codegen::{FileLoader, Project, generate};
+use rc_diagnostics::{Diagnostics, SourceMap};
+use rc_middleware::typed::Operation;
+use rc_middleware::{
+    Address, Backend, Endpoint, Environment, ExternalType, Qos, RunDirectory, Settings,
+    TypeIdentity, WakeEvent,
+};
+use serde_json::Value;
+use std::fs::File;
+use std::io::{Read as _, Seek as _};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command};
+
+/// What the package needs beside Python.
+const NUMPY: &str = "numpy==2.3.4";
+/// The component.
+const COMPONENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/every_type");
+
+/// A middleware with a domain.
+pub(crate) struct Over {
+    pub(crate) backend: rc_cdsl::model::Backend,
+    pub(crate) domain: i64,
+    pub(crate) connect: fn(&Environment) -> Box<dyn Backend>,
+}
+
+impl Over {
+    fn name(&self) -> &'static str {
+        self.backend.word()
+    }
+}
+
+/// The generated package of the component, for one middleware.
+pub(crate) struct Package {
+    python: &'static Path,
+    folder: tempfile::TempDir,
+    /// Its slots, as the package hands them over to the runtime.
+    slots: Value,
+}
+
+/// Generates the component. `None` without Python 3.11 or `NumPy`: the test is listed as skipped.
+pub(crate) fn package(over: &Over) -> Option<Package> {
+    let test = format!("conformance over {}", over.name());
+    let python = python::packages("python-numpy", NUMPY, &test)?;
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
+    let cdsl = Path::new(COMPONENT).join("every_type.cdsl");
+    let right = |found: Diagnostics| assert!(!found.has_errors(), "{found:?}");
+    let (project, found) = Project::load(&cdsl, &mut sources, &loader).expect("a file");
+    right(found);
+    let project = project.expect("a component");
+    let (files, found) = generate::component(&project, over.backend, "").expect("templates");
+    right(found);
+    files.write(folder.path()).expect("to write");
+    for file in ["specific_worker.py", "values.py"] {
+        let from = Path::new(COMPONENT).join("src").join(file);
+        std::fs::copy(from, folder.path().join("src").join(file)).expect("to copy");
+    }
+    let description = folder.path().join("generated/every_type/description.json");
+    let description = std::fs::read_to_string(description).expect("a description");
+    let mut description: Value = serde_json::from_str(&description).expect("JSON");
+    Some(Package {
+        python,
+        folder,
+        slots: description["slots"].take(),
+    })
+}
+
+impl Package {
+    fn slot(&self, name: &str) -> &Value {
+        let mut slots = self.slots.as_array().into_iter().flatten();
+        let slot = slots.find(|slot| slot["name"] == name);
+        slot.unwrap_or_else(|| panic!("there is no slot {name}"))
+    }
+}
+
+/// A network of its own.
+pub(crate) struct Network {
+    name: String,
+    over: &'static Over,
+}
+
+impl Drop for Network {
+    fn drop(&mut self) {
+        let directory = RunDirectory::open(&self.name).expect("the run directory");
+        let _ = rc_iceoryx2::wipe(&directory);
+        let _ = directory.remove();
+    }
+}
+
+impl Network {
+    pub(crate) fn new(over: &'static Over) -> Self {
+        let name = format!("py-other-{}-{}", over.name(), std::process::id());
+        Self { name, over }
+    }
+
+    /// Joins it.
+    pub(crate) fn join(&self, instance: &str) -> Box<dyn Backend> {
+        let mut settings = Settings::default();
+        if self.over.domain > 0 {
+            let domain = rc_settings::Value::Int(self.over.domain);
+            settings.set(self.over.name(), "domain", domain);
+            let interfaces = rc_settings::Value::Texts(vec!["lo".to_owned()]);
+            settings.set(self.over.name(), "interfaces", interfaces);
+        }
+        (self.over.connect)(&Environment {
+            network: self.name.clone(),
+            instance: instance.to_owned(),
+            directory: RunDirectory::open(&self.name).expect("a run directory"),
+            wake_event: WakeEvent::new().expect("a wake event"),
+            settings,
+        })
+    }
+
+    /// The other end of a slot of the component, which has calls.
+    pub(crate) fn calls(
+        &self,
+        package: &Package,
+        slot: &str,
+        operations: &[Operation],
+    ) -> Endpoint {
+        let described = package.slot(slot);
+        let name = described["type_name"].as_str().expect("a name").to_owned();
+        let hash = described["type_hash"].as_str().expect("a hash");
+        let hash = u64::from_str_radix(hash, 16).expect("a hash");
+        Endpoint {
+            address: self.address(slot),
+            types: TypeIdentity { name, hash },
+            qos: Qos {
+                timeout: LIMIT,
+                ..Qos::CALL
+            },
+            external_types: external(described, operations, operations),
+        }
+    }
+
+    /// The other end of one topic of a slot of the component.
+    pub(crate) fn topic(
+        &self,
+        package: &Package,
+        slot: &str,
+        operations: &[Operation],
+        operation: &Operation,
+        qos: Qos,
+    ) -> Endpoint {
+        let described = package.slot(slot);
+        let name = described["type_name"].as_str().expect("a name");
+        Endpoint {
+            address: self.address(slot).join(operation.name),
+            types: TypeIdentity {
+                name: format!("{name}/{}", operation.name),
+                hash: operation.type_hash,
+            },
+            qos,
+            external_types: external(described, operations, std::slice::from_ref(operation)),
+        }
+    }
+
+    fn address(&self, slot: &str) -> Address {
+        Address::parse(&format!("{}/{slot}", self.name)).expect("an address")
+    }
+}
+
+/// The types of ROS 2 of some operations of a slot, which has them over this middleware only.
+fn external(slot: &Value, all: &[Operation], of: &[Operation]) -> Vec<ExternalType> {
+    let names = slot["external_types"].as_array().into_iter().flatten();
+    let pairs = all.iter().zip(names);
+    let pairs = pairs.filter(|(operation, _)| of.iter().any(|own| own.id == operation.id));
+    pairs
+        .map(|(operation, name)| ExternalType {
+            slot: slot["name"].as_str().expect("a name").to_owned(),
+            operation: operation.name.to_owned(),
+            id: operation.id,
+            type_name: name.as_str().expect("a name").to_owned(),
+        })
+        .collect()
+}
+
+/// The process at the other end.
+pub(crate) struct OtherEnd {
+    process: Child,
+    /// What it says, which is shown if a test fails.
+    said: File,
+    pub(crate) package: Package,
+    pub(crate) network: Network,
+}
+
+impl Drop for OtherEnd {
+    fn drop(&mut self) {
+        self.kill();
+        if std::thread::panicking() {
+            let mut said = String::new();
+            let _ = self.said.rewind();
+            let _ = self.said.read_to_string(&mut said);
+            eprintln!("{said}");
+        }
+    }
+}
+
+fn native() -> PathBuf {
+    let own = std::env::current_exe().expect("this program");
+    own.with_file_name("librobocomp_python.so")
+}
+
+impl OtherEnd {
+    pub(crate) fn start(network: Network, package: Package) -> Self {
+        let generated = package.folder.path().join("generated");
+        let paths = [Path::new(env!("CARGO_MANIFEST_DIR")), &generated];
+        let name = &network.name;
+        let mut command = Command::new(package.python);
+        command
+            .current_dir(package.folder.path())
+            .env("PYTHONPATH", std::env::join_paths(paths).expect("paths"))
+            .env("PYTHONDONTWRITEBYTECODE", "1")
+            .env("ROBOCOMP_NATIVE", native())
+            .args(["-m", "every_type", "--network", name, "--log", "error"]);
+        if network.over.domain > 0 {
+            let (over, domain) = (network.over.name(), network.over.domain);
+            for setting in [format!("domain={domain}"), "interfaces=lo".to_owned()] {
+                command.args(["--set-middleware", &format!("{over}.{setting}")]);
+            }
+        }
+        let said = tempfile::tempfile().expect("a file");
+        command.stderr(said.try_clone().expect("a descriptor"));
+        Self {
+            said,
+            process: command.spawn().expect("the interpreter"),
+            package,
+            network,
+        }
+    }
+
+    pub(crate) fn kill(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
