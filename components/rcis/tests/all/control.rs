@@ -236,6 +236,8 @@ fn snapshots_and_clones_have_names() {
     assert_eq!(reason!(again, SnapshotError), Reason::DuplicateName);
     let more = worker.snapshot(ctx, world(), "d".into());
     assert_eq!(reason!(more, SnapshotError), Reason::TooMany);
+    let again = Simulation::clone(&mut worker, ctx, world(), "a".into());
+    assert_eq!(reason!(again, CloneError), Reason::DuplicateName);
     let more = Simulation::clone(&mut worker, ctx, world(), "d".into());
     assert_eq!(reason!(more, CloneError), Reason::TooMany);
     worker.forget_snapshot(ctx, "a".into()).expect("a snapshot");

@@ -198,3 +198,28 @@ fn refusals_have_the_codes_of_the_interface() {
     // No sensor sees points: this is logged, and changes nothing.
     worker.set_point_cloud_data(ctx, table(), Vec::new());
 }
+
+/// With these, every code of the interface is reached but `Collision`: the simulator refuses no
+/// contact.
+#[test]
+fn results_that_no_float_holds_are_internal_errors() {
+    let mut test = crate::context("<innerModel/>");
+    let mut worker =
+        <SpecificWorker as rcis_generated::Worker>::initialize(&mut test).expect("a worker");
+    let ctx: &mut Context = &mut test;
+    for (item, base) in [("far", "root"), ("farther", "far")] {
+        let pose = at(3e38, 0.0, 0.0);
+        let added = worker.add_transform(ctx, item.into(), "static".into(), base.into(), pose);
+        assert_eq!(added, Ok(true));
+    }
+    let (root, farther) = (|| "root".to_owned(), || "farther".to_owned());
+    let pose = InnerModelManager::get_pose(&mut worker, ctx, root(), farther());
+    assert_eq!(code!(pose, GetPoseError), ErrorType::InternalError);
+    let point = worker.transform(ctx, root(), farther(), Coord3D::default());
+    assert_eq!(code!(point, TransformError), ErrorType::InternalError);
+    let matrix = worker.get_transformation_matrix(ctx, root(), farther());
+    assert_eq!(
+        code!(matrix, GetTransformationMatrixError),
+        ErrorType::InternalError
+    );
+}
