@@ -2,6 +2,7 @@
 
 use crate::SpecificWorker;
 use crate::elements::MOST_NODES;
+use crate::pictures::id_image;
 use crate::refusal::{Refusal, reply};
 use crate::requests::{LONGEST_WORK, clock, one_element, pose_in, pose_out, speed, wrong};
 use crate::worlds::{check_new, unknown};
@@ -10,8 +11,8 @@ use innermodel_simulation::{Dynamics, MotorGoal, Speed, World};
 use rcis_generated::interfaces::simulation as calls;
 use rcis_generated::types::rc_simulation::Reason;
 use rcis_generated::{
-    Attribute, BodyJoint, Clock, Collision, Context, Direction, Names, Point, Pose, Prediction,
-    Signal, Simulation, Skeleton,
+    Attribute, BodyJoint, Clock, Collision, Context, Direction, IdImage, Names, Point, Pose,
+    Prediction, Signal, Simulation, Skeleton,
 };
 use std::time::{Duration, Instant};
 
@@ -262,6 +263,15 @@ impl Simulation for SpecificWorker {
                 })
                 .collect())
         })
+    }
+
+    fn get_id_image(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        camera: String,
+    ) -> Result<IdImage, calls::GetIdImageError> {
+        self.with(&world, |world| Ok(id_image(&*world.picture(&camera)?)))
     }
 
     fn set_physics(

@@ -2,6 +2,7 @@
 
 use crate::SpecificWorker;
 use crate::ranges::period_ms;
+use innermodel::NodeId;
 use innermodel_simulation::{Error, Picture};
 use rcis_generated::interfaces::rgbd as calls;
 use rcis_generated::interfaces::{camera_rgbd_simple as rgbd_calls, camera_simple as simple_calls};
@@ -10,9 +11,10 @@ use rcis_generated::types::{
     robo_comp_rgbd as full,
 };
 use rcis_generated::{
-    Cameras, ColorSeq, Context, DepthSeq, Image, Member, MotorStateMap, PixelFormat, PointSeq,
-    Registration, RgbdCameras, Rgbds, SimpleCameras, TBaseState, TRGBDParams,
+    Cameras, ColorSeq, Context, DepthSeq, IdImage, Image, Member, MotorStateMap, PixelFormat,
+    PointSeq, Registration, RgbdCameras, Rgbds, SimpleCameras, TBaseState, TRGBDParams,
 };
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -168,6 +170,29 @@ fn cloud(picture: &Picture) -> PointSeq {
         }
     });
     points.collect()
+}
+
+/// The nodes of the pixels, each of them named once.
+pub(crate) fn id_image(picture: &Picture) -> IdImage {
+    let (mut numbers, mut ids) = (HashMap::new(), Vec::new());
+    let mut number = |node: &Option<NodeId>| {
+        // The picture has the tree that it shows, so each of its nodes is there.
+        let node = node.and_then(|node| picture.tree.node(node).ok());
+        node.map_or(-1, |node| {
+            *numbers.entry(node.node_id()).or_insert_with(|| {
+                ids.push(node.id().to_owned());
+                ids.len() as i32 - 1
+            })
+        })
+    };
+    let pixels = picture.image.nodes.iter().map(&mut number).collect();
+    IdImage {
+        time: i64::try_from(picture.time.as_nanos()).unwrap_or(i64::MAX),
+        width: side(picture.image.width),
+        height: side(picture.image.height),
+        pixels,
+        ids,
+    }
 }
 
 impl Cameras for SpecificWorker {

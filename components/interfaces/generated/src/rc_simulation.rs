@@ -13,7 +13,9 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RcSimulation","types":[
 {"name":"Prediction","struct":[{"name":"pose","type":"RcInnerModel::Pose"},{"name":"collision","type":"RcSimulation::Collision","optional":true}]},
 {"name":"BodyJoint","struct":[{"name":"name","type":"string"},{"name":"place","type":"RcInnerModel::Point"}]},
 {"name":"Skeleton","alias":"sequence<RcSimulation::BodyJoint>"},
-{"name":"Names","alias":"sequence<string>"}
+{"name":"Names","alias":"sequence<string>"},
+{"name":"Pixels","alias":"sequence<int32>"},
+{"name":"IdImage","struct":[{"name":"time","type":"int64","unit":"ns"},{"name":"width","type":"int32","unit":"px"},{"name":"height","type":"int32","unit":"px"},{"name":"ids","type":"sequence<string>"},{"name":"pixels","type":"sequence<int32>"}]}
 ],"interfaces":[
 {"name":"Simulation","operations":[
 {"name":"getClock","id":679178614,"hash":"6806ed33ad72e390","pattern":"query","inputs":[{"name":"world","type":"string"}],"result":"RcSimulation::Clock","throws":[["RcSimulation::SimulationError",-1798164732]]},
@@ -34,6 +36,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RcSimulation","types":[
 {"name":"print","id":756962295,"hash":"d455f1308d507657","pattern":"query","inputs":[{"name":"world","type":"string"}],"result":"string","throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"getDigest","id":1414759136,"hash":"18b593af4fee3a4d","pattern":"query","inputs":[{"name":"world","type":"string"}],"result":"int64","throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"getSkeleton","id":1406619736,"hash":"98459db3cb2121a5","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"id","type":"string"}],"result":"sequence<RcSimulation::BodyJoint>","throws":[["RcSimulation::SimulationError",-1798164732]]},
+{"name":"getIdImage","id":-1248329053,"hash":"6a2e1562e0f1edc0","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"camera","type":"string"}],"result":"RcSimulation::IdImage","throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"setPhysics","id":-1185477340,"hash":"cb8619d51acd6c6c","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"active","type":"bool"}],"throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"push","id":-647912671,"hash":"af562263ef568c14","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"id","type":"string"},{"name":"impulse","type":"RcInnerModel::Direction"}],"throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"release","id":-706068718,"hash":"44774d6a3e5fb498","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"joint","type":"string"}],"throws":[["RcSimulation::SimulationError",-1798164732]]},
@@ -442,6 +445,46 @@ pub type Skeleton = Vec<BodyJoint>;
 
 pub type Names = Vec<String>;
 
+/// Numbers, row by row from the top.
+pub type Pixels = Vec<i32>;
+
+/// Which nodes the pixels of a picture show.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct IdImage {
+    /// When it was taken, since the start.
+    ///
+    /// Unit: ns.
+    pub time: i64,
+    /// Unit: px.
+    pub width: i32,
+    /// Unit: px.
+    pub height: i32,
+    /// The ids of the nodes that are seen.
+    pub ids: Names,
+    /// The place of the node in `ids`, from 0; -1 where nothing is seen.
+    pub pixels: Pixels,
+}
+
+impl Cdr for IdImage {
+    fn encode(&self, writer: &mut Writer<'_>) {
+        writer.put(&self.time);
+        writer.put(&self.width);
+        writer.put(&self.height);
+        writer.put(&self.ids);
+        writer.put(&self.pixels);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        Ok(Self {
+            time: reader.get()?,
+            width: reader.get()?,
+            height: reader.get()?,
+            ids: reader.get()?,
+            pixels: reader.get()?,
+        })
+    }
+}
+
 /// The interface `Simulation`.
 ///
 /// One simulated world. `world` names a clone; empty for the world that all sensors see.
@@ -635,6 +678,18 @@ pub mod simulation {
         ],
     };
 
+    /// `getIdImage`
+    pub const GET_ID_IMAGE: Operation = Operation {
+        name: "getIdImage",
+        id: -1248329053,
+        type_hash: 0x6a2e1562e0f1edc0,
+        two_way: true,
+        replies: &[
+            ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+            ReplyVariant::of::<super::IdImage>(0),
+        ],
+    };
+
     /// `setPhysics`
     pub const SET_PHYSICS: Operation = Operation {
         name: "setPhysics",
@@ -769,6 +824,7 @@ pub mod simulation {
         PRINT,
         GET_DIGEST,
         GET_SKELETON,
+        GET_ID_IMAGE,
         SET_PHYSICS,
         PUSH,
         RELEASE,
@@ -2025,6 +2081,80 @@ pub mod simulation {
             )
     }
 
+    /// The errors of `getIdImage`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub enum GetIdImageError {
+        /// The server threw the exception `SimulationError`.
+        SimulationError(super::SimulationError),
+        /// The call brought no reply.
+        Call(CallError),
+    }
+
+    impl std::fmt::Display for GetIdImageError {
+        fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            match self {
+                Self::SimulationError(error) => error.fmt(f),
+                Self::Call(error) => error.fmt(f),
+            }
+        }
+    }
+
+    impl std::error::Error for GetIdImageError {}
+
+    impl From<CallError> for GetIdImageError {
+        fn from(error: CallError) -> Self {
+            Self::Call(error)
+        }
+    }
+
+    impl From<super::SimulationError> for GetIdImageError {
+        fn from(error: super::SimulationError) -> Self {
+            Self::SimulationError(error)
+        }
+    }
+
+    impl From<DecodeError> for GetIdImageError {
+        fn from(error: DecodeError) -> Self {
+            Self::Call(error.into())
+        }
+    }
+
+    /// Reads the parameters of `getIdImage`.
+    pub fn read_get_id_image(
+        reader: &mut Reader<'_>,
+    ) -> Result<(String, String), DecodeError> {
+        let world: String = reader.get()?;
+        let camera: String = reader.get()?;
+        Ok((world, camera))
+    }
+
+    /// Replies to `getIdImage` with an error.
+    pub fn refuse_get_id_image(
+        request: &mut Request<'_>,
+        error: GetIdImageError,
+    ) -> Result<(), HandlerError> {
+        match error {
+            GetIdImageError::SimulationError(error) => {
+                request.reply_with(SIMULATION_ERROR, |writer| writer.put(&error))
+            }
+            GetIdImageError::Call(error) => request.fail(&error),
+        }
+    }
+
+    /// Replies to `getIdImage`.
+    pub fn reply_get_id_image(
+        request: &mut Request<'_>,
+        result: super::IdImage,
+    ) -> Result<(), HandlerError> {
+        request
+            .reply_with(
+                0,
+                |writer| {
+                    writer.put(&result);
+                },
+            )
+    }
+
     /// The errors of `setPhysics`.
     #[derive(Clone, Debug, PartialEq)]
     pub enum SetPhysicsError {
@@ -3225,6 +3355,31 @@ pub mod simulation {
                         }
                         rc_middleware::typed::expect_result(case)?;
                         let result: super::Skeleton = reader.get()?;
+                        Ok(result)
+                    },
+                )
+        }
+
+        /// The nodes in the last picture of a camera, with or without depth: the true segments for those who look for objects.
+        pub fn get_id_image(
+            &mut self,
+            world: &str,
+            camera: &str,
+        ) -> Result<super::IdImage, GetIdImageError> {
+            self.client
+                .call_with(
+                    &GET_ID_IMAGE,
+                    |writer| {
+                        rc_middleware::cdr::text(world, writer);
+                        rc_middleware::cdr::text(camera, writer);
+                    },
+                    |case, reader| {
+                        if case == SIMULATION_ERROR {
+                            let error: super::SimulationError = reader.get()?;
+                            return Err(error.into());
+                        }
+                        rc_middleware::typed::expect_result(case)?;
+                        let result: super::IdImage = reader.get()?;
                         Ok(result)
                     },
                 )

@@ -6,7 +6,7 @@ pub use self::simulation::{
     SimulationClient, GetClockError, StepError, AddError, RemoveError, SetError,
     TeleportError, MoveToError, ReParentError, SetAttributeError, RemoveAttributeError,
     SetSignalError, GetSignalError, CollideError, GetPoseError, PrintError,
-    GetDigestError, GetSkeletonError, SetPhysicsError, PushError, ReleaseError,
-    SnapshotError, RestoreError, ForgetSnapshotError, PredictError, CloneError,
-    RemoveCloneError, DriveError,
+    GetDigestError, GetSkeletonError, GetIdImageError, SetPhysicsError, PushError,
+    ReleaseError, SnapshotError, RestoreError, ForgetSnapshotError, PredictError,
+    CloneError, RemoveCloneError, DriveError,
 };

@@ -186,6 +186,8 @@ pub enum SimulationCall {
     GetDigest { world: String },
     /// `getSkeleton`
     GetSkeleton { world: String, id: String },
+    /// `getIdImage`
+    GetIdImage { world: String, camera: String },
     /// `setPhysics`
     SetPhysics { world: String, active: bool },
     /// `push`
@@ -408,6 +410,17 @@ fn read_simulation(request: &mut Request<'_>) -> Result<SimulationCall, HandlerE
             .map(|(world, id)| SimulationCall::GetSkeleton {
                 world,
                 id,
+            });
+    }
+    if request.operation == interfaces::simulation::GET_ID_IMAGE.id {
+        return request
+            .arguments(
+                &interfaces::simulation::GET_ID_IMAGE,
+                interfaces::simulation::read_get_id_image,
+            )
+            .map(|(world, camera)| SimulationCall::GetIdImage {
+                world,
+                camera,
             });
     }
     if request.operation == interfaces::simulation::SET_PHYSICS.id {
@@ -682,6 +695,14 @@ fn default_simulation(request: &mut Request<'_>) -> Result<(), HandlerError> {
             )?;
         return interfaces::simulation::reply_get_skeleton(request, Default::default());
     }
+    if request.operation == interfaces::simulation::GET_ID_IMAGE.id {
+        request
+            .arguments(
+                &interfaces::simulation::GET_ID_IMAGE,
+                interfaces::simulation::read_get_id_image,
+            )?;
+        return interfaces::simulation::reply_get_id_image(request, Default::default());
+    }
     if request.operation == interfaces::simulation::SET_PHYSICS.id {
         request
             .arguments(
@@ -820,6 +841,7 @@ impl SimulationFake {
         self.or_default(&interfaces::simulation::PRINT, default_simulation);
         self.or_default(&interfaces::simulation::GET_DIGEST, default_simulation);
         self.or_default(&interfaces::simulation::GET_SKELETON, default_simulation);
+        self.or_default(&interfaces::simulation::GET_ID_IMAGE, default_simulation);
         self.or_default(&interfaces::simulation::GET_SNAPSHOTS, default_simulation);
         self.or_default(&interfaces::simulation::PREDICT, default_simulation);
         self.or_default(&interfaces::simulation::GET_CLONES, default_simulation);
@@ -1250,6 +1272,35 @@ impl SimulationFake {
                     }
                     Err(error) => {
                         interfaces::simulation::refuse_get_skeleton(request, error)
+                    }
+                }
+            },
+        );
+    }
+
+    /// Answers `getIdImage` with what `answer` returns.
+    ///
+    /// The nodes in the last picture of a camera, with or without depth: the true segments for those who look for objects.
+    pub fn on_get_id_image(
+        &self,
+        mut answer: impl FnMut(
+            String,
+            String,
+        ) -> Result<
+                types::rc_simulation::IdImage,
+                interfaces::simulation::GetIdImageError,
+            > + 'static,
+    ) {
+        self.answer(
+            &interfaces::simulation::GET_ID_IMAGE,
+            interfaces::simulation::read_get_id_image,
+            move |(world, camera), request| {
+                match answer(world, camera) {
+                    Ok(result) => {
+                        interfaces::simulation::reply_get_id_image(request, result)
+                    }
+                    Err(error) => {
+                        interfaces::simulation::refuse_get_id_image(request, error)
                     }
                 }
             },

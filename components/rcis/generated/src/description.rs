@@ -15,7 +15,7 @@ const SLOT_SIMULATION: Slot = Slot {
     role: Role::Implements,
     interface: "Simulation",
     type_name: "RcSimulation::Simulation",
-    type_hash: 0x7f58b3dea02aaf31,
+    type_hash: 0xeddfb2756339c6ad,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     is_array: false,
@@ -265,7 +265,7 @@ const SLOT_POSE_TOPICS: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "rcis",
-    model_hash: 0xe5af3ccab9e2c51b,
+    model_hash: 0x8c44a884d7ab848b,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 10000000),
     parameters: Some(parameters::SCHEMA),

@@ -42,9 +42,9 @@ pub use ::interfaces::rc_simulation::simulation;
 pub use self::simulation::{
     GetClockError, StepError, AddError, RemoveError, SetError, TeleportError,
     MoveToError, ReParentError, SetSignalError, GetSignalError, PrintError,
-    GetDigestError, GetSkeletonError, SetPhysicsError, PushError, ReleaseError,
-    SnapshotError, RestoreError, ForgetSnapshotError, PredictError, CloneError,
-    RemoveCloneError, DriveError,
+    GetDigestError, GetSkeletonError, GetIdImageError, SetPhysicsError, PushError,
+    ReleaseError, SnapshotError, RestoreError, ForgetSnapshotError, PredictError,
+    CloneError, RemoveCloneError, DriveError,
 };
 pub use ::interfaces::robo_comp_touch_sensor::touch_sensor;
 pub use ::interfaces::robo_comp_ultrasound::ultrasound;

@@ -4,7 +4,7 @@ use crate::{house, member};
 use rcis_generated::interfaces::simulation as calls;
 use rcis_generated::types::rc_simulation::Reason;
 use rcis_generated::{
-    Attribute, Context, Direction, Lasers, Pose, Signal, Simulation, WorkerError,
+    Attribute, Context, Direction, IdImage, Lasers, Pose, Signal, Simulation, WorkerError,
 };
 use std::time::Duration;
 
@@ -351,6 +351,70 @@ fn people_have_a_skeleton() {
     let bob = r#"<human id="bob" path="-2000,0 -2000,-2000"/>"#;
     let refused = worker.add(ctx, world(), "root".into(), bob.into());
     assert_eq!(reason!(refused, AddError), Reason::DuplicateNode);
+}
+
+#[test]
+fn an_id_image_names_the_node_of_each_pixel() {
+    let (mut worker, mut test) = house();
+    let ctx: &mut Context = &mut test;
+    // The number of the pixel that shows the middle of a body.
+    let pixel = |worker: &mut rcis::SpecificWorker, ctx: &mut Context, world: &str, id: &str| {
+        let (world, camera) = (world.to_owned(), "camera".to_owned());
+        let at = Simulation::get_pose(worker, ctx, world, id.into(), camera).expect("a pose");
+        let (u, v) = (160.0 + 280.0 * at.x / at.z, 120.0 - 280.0 * at.y / at.z);
+        320 * v as usize + u as usize
+    };
+    let image = |worker: &mut rcis::SpecificWorker, ctx: &mut Context, world: &str| {
+        let image = worker.get_id_image(ctx, world.into(), "camera".into());
+        image.expect("a camera")
+    };
+    let shown = |image: &IdImage, pixel: usize| {
+        let number = usize::try_from(image.pixels[pixel]).expect("a node");
+        image.ids[number].clone()
+    };
+    let before = image(&mut worker, ctx, "");
+    assert_eq!((before.width, before.height), (320, 240));
+    assert_eq!((before.pixels.len(), before.time), (320 * 240, 0));
+    let old = pixel(&mut worker, ctx, "", "bowl_body");
+    assert_eq!(shown(&before, old), "bowl_body");
+    for (number, id) in (0..).zip(&before.ids) {
+        let count = before.ids.iter().filter(|other| *other == id).count();
+        assert!(count == 1 && before.pixels.contains(&number), "{id}");
+    }
+    // A clone has pictures of its own.
+    Simulation::clone(&mut worker, ctx, world(), "dream".into()).expect("a clone");
+    let moved = worker.teleport(
+        ctx,
+        "dream".into(),
+        "bowl".into(),
+        "root".into(),
+        pose(1600.0, 750.0, 1000.0),
+    );
+    moved.expect("a place");
+    for world in ["", "dream"] {
+        Simulation::step(&mut worker, ctx, world.into(), 10).expect("steps");
+    }
+    let after = image(&mut worker, ctx, "dream");
+    let new = pixel(&mut worker, ctx, "dream", "bowl_body");
+    assert_eq!(shown(&after, new), "bowl_body");
+    assert_ne!(shown(&after, old), "bowl_body");
+    let same = image(&mut worker, ctx, "");
+    assert!(same.time > 0 && same.pixels == before.pixels);
+
+    let laser = worker.get_id_image(ctx, world(), "front".into());
+    assert_eq!(reason!(laser, GetIdImageError), Reason::WrongKind);
+    let nothing = worker.get_id_image(ctx, world(), "eye".into());
+    assert_eq!(reason!(nothing, GetIdImageError), Reason::UnknownNode);
+}
+
+#[test]
+fn nothing_in_the_picture_is_no_node() {
+    let scene = r#"<innerModel><transform id="stand"><camera id="eye" width="4" height="3" focal="4"/>
+        </transform></innerModel>"#;
+    let (mut worker, mut test) = crate::start(scene);
+    let image = worker.get_id_image(&mut test, world(), "eye".into());
+    let image = image.expect("a camera");
+    assert_eq!((image.pixels, image.ids), (vec![-1; 12], Vec::new()));
 }
 
 #[test]

@@ -154,6 +154,14 @@ pub trait Simulation {
         id: String,
     ) -> Result<rc_simulation::Skeleton, simulation::GetSkeletonError>;
 
+    /// The nodes in the last picture of a camera, with or without depth: the true segments for those who look for objects.
+    fn get_id_image(
+        &mut self,
+        ctx: &mut Context,
+        world: String,
+        camera: String,
+    ) -> Result<rc_simulation::IdImage, simulation::GetIdImageError>;
+
     /// Switches forces on or off: gravity, contacts, friction. They move transforms with engine="bullet".
     fn set_physics(
         &mut self,
@@ -313,6 +321,9 @@ pub(crate) fn serve<W: Simulation>(
     }
     if request.operation == simulation::GET_SKELETON.id {
         return answer_get_skeleton(worker, ctx, request);
+    }
+    if request.operation == simulation::GET_ID_IMAGE.id {
+        return answer_get_id_image(worker, ctx, request);
     }
     if request.operation == simulation::SET_PHYSICS.id {
         return answer_set_physics(worker, ctx, request);
@@ -577,6 +588,19 @@ fn answer_get_skeleton<W: Simulation>(
     match worker.get_skeleton(ctx, world, id) {
         Ok(answer) => simulation::reply_get_skeleton(request, answer),
         Err(error) => simulation::refuse_get_skeleton(request, error),
+    }
+}
+
+fn answer_get_id_image<W: Simulation>(
+    worker: &mut W,
+    ctx: &mut Context,
+    request: &mut Request<'_>,
+) -> Result<(), HandlerError> {
+    let (world, camera) = request
+        .arguments(&simulation::GET_ID_IMAGE, simulation::read_get_id_image)?;
+    match worker.get_id_image(ctx, world, camera) {
+        Ok(answer) => simulation::reply_get_id_image(request, answer),
+        Err(error) => simulation::refuse_get_id_image(request, error),
     }
 }
 
