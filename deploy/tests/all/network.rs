@@ -20,6 +20,7 @@ mod joints;
 mod large;
 mod late;
 mod members;
+mod mirror;
 mod observe;
 mod params;
 mod partial;

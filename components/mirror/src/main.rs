@@ -1,0 +1,5 @@
+//! Runs the component `mirror`.
+
+fn main() -> std::process::ExitCode {
+    mirror_generated::run::<mirror::SpecificWorker>()
+}
