@@ -49,7 +49,7 @@ from robocomp._component import (  # noqa: E402
     main,
     required,
 )
-from robocomp._context import Client, Context, Machine, Publisher  # noqa: E402
+from robocomp._context import Client, Context, Machine, Publisher, SlotArray  # noqa: E402
 from robocomp._errors import (  # noqa: E402
     CallError,
     Deadline,
@@ -59,6 +59,7 @@ from robocomp._errors import (  # noqa: E402
     InvalidArgument,
     InvalidSample,
     MalformedReply,
+    MemberError,
     MiddlewareError,
     NoServer,
     NotSent,
@@ -73,7 +74,7 @@ from robocomp._errors import (  # noqa: E402
     WorkerError,
     WrongThread,
 )
-from robocomp._native import Loan, View  # noqa: E402
+from robocomp._native import Loan, Member, View  # noqa: E402
 from robocomp._link import Link  # noqa: E402
 from robocomp._struct import Struct  # noqa: E402
 
@@ -92,6 +93,8 @@ __all__ = [
     "Loan",
     "Machine",
     "MalformedReply",
+    "Member",
+    "MemberError",
     "MiddlewareError",
     "Network",
     "NoServer",
@@ -103,6 +106,7 @@ __all__ = [
     "RemoteError",
     "SendError",
     "ServerDied",
+    "SlotArray",
     "StartError",
     "Stopping",
     "Struct",

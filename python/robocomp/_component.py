@@ -85,6 +85,8 @@ def main(component: Component, worker: str | type, args: Sequence[str] | None = 
                 print(f"{_name(component)}: error: {finding}", file=sys.stderr)
             return _NOT_STARTED
     _log_through_runtime()
+    # A program that the worker starts has another launcher, or none.
+    launcher = os.environ.pop("ROBOCOMP_LAUNCHER", "")
     # The runtime takes the signal: a KeyboardInterrupt would end the worker in the middle.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     code = _native.run(
@@ -94,6 +96,7 @@ def main(component: Component, worker: str | type, args: Sequence[str] | None = 
         class_,
         component.folder,
         arguments,
+        os.path.abspath(launcher) if launcher else "",
     )
     # Python waits for threads of the worker. The runtime is gone, so signals end the process again.
     for number in (signal.SIGINT, signal.SIGTERM):

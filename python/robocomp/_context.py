@@ -1,13 +1,15 @@
 """The bases of the generated clients, publishers, machines and contexts."""
 
 import random
-from collections.abc import Mapping
+from collections.abc import Callable, ItemsView, Iterator, Mapping
 from datetime import timedelta
 from enum import IntEnum
 from typing import Any, Generic, TypeVar
 
 from robocomp._link import Link
+from robocomp._native import Member
 
+End = TypeVar("End")
 S = TypeVar("S", bound=IntEnum)
 E = TypeVar("E", bound=IntEnum)
 
@@ -75,6 +77,67 @@ class Publisher:
     def subscribers(self) -> int:
         """The number of subscribers; where topics differ, the largest one."""
         return self._link.peers(self._slot)
+
+
+class SlotArray(Generic[End]):
+    """A slot array of the context. The worker opens its members in `initialize`; afterwards they
+    stay as they are. `End` is the client or the publisher of a member, `None` where members
+    receive."""
+
+    __slots__ = ("_ends", "_link", "_make", "_slot")
+
+    def __init__(self, link: Link, slot: int, make: Callable[[Link, int], End]) -> None:
+        self._link = link
+        self._slot = slot
+        self._make = make
+        self._ends: dict[Member, End] = {}
+
+    def open(self, name: str) -> Member:
+        """Opens a member. Its address is `NETWORK/INSTANCE/ARRAY/MEMBER`.
+
+        Raises `MemberError` if the name is no name of a member or is taken, if `initialize` has
+        ended, or if the middleware refuses.
+        """
+        member, slot = self._link.open_member(self._slot, name)
+        self._ends[member] = self._make(self._link, slot)
+        return member
+
+    def open_listed(self) -> None:
+        """Opens the members that the network lists."""
+        for name in self.listed() or []:
+            self.open(name)
+
+    def listed(self) -> list[str] | None:
+        """The members that the network lists in `slots { … }`, or the command line after
+        `--members`. `None` if neither does: the component was started by hand. The runtime ends a
+        component that does not open exactly these."""
+        return self._link.listed(self._slot)
+
+    def members(self) -> list[Member]:
+        """The open members, in their order."""
+        return list(self._ends)
+
+    def get(self, name: str) -> Member | None:
+        """A member by its name."""
+        return next((member for member in self._ends if member.name == name), None)
+
+    def items(self) -> ItemsView[Member, End]:
+        """The members with their clients or publishers."""
+        return self._ends.items()
+
+    def __getitem__(self, member: Member) -> End:
+        try:
+            return self._ends[member]
+        except KeyError:
+            name = getattr(member, "name", member)
+            message = f"{name!r} is no member of this slot array; `get` finds one by its name"
+            raise LookupError(message) from None
+
+    def __iter__(self) -> Iterator[Member]:
+        return iter(self._ends)
+
+    def __len__(self) -> int:
+        return len(self._ends)
 
 
 class Machine(Generic[S, E]):

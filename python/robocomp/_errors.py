@@ -64,6 +64,10 @@ class NotSent(SendError):
     """The middleware failed."""
 
 
+class MemberError(Error):
+    """A member of a slot array was not opened."""
+
+
 class RemoteError(Error):
     """The base of the exceptions that interfaces declare."""
 

@@ -2,6 +2,7 @@
 
 import enum
 import json
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from robocomp import _native
@@ -17,6 +18,7 @@ from robocomp._errors import (
     ServerDied,
     Stopping,
 )
+from robocomp._native import Member
 from robocomp._struct import equal
 
 
@@ -75,8 +77,12 @@ class FakeLink:
         self._types = component.types
         self._slots: list[dict[str, Any]] = self._description["slots"]
         self._codec = _native.Codec(component.description, dict(component.types))
-        self._servers: dict[int, _Server] = {}
-        self._topics: dict[int, _Topic] = {}
+        # By the number of the slot in the description, and the name of a member of an array.
+        self._servers: dict[tuple[int, str | None], _Server] = {}
+        self._topics: dict[tuple[int, str | None], _Topic] = {}
+        # The array and the name of each open member, by the number of its slot.
+        self._members: dict[int, tuple[int, str]] = {}
+        self._prepared: dict[int, Callable[[str], object]] = {}
         self._timeouts: dict[int, int] = {}
         self._period = int(self._description["period_ns"])
         self.now = 0
@@ -86,16 +92,34 @@ class FakeLink:
         self.stop_reason: str | None = None
         self.machine: Any = None
 
-    def server(self, slot: int) -> _Server:
-        """The fake server of a slot."""
-        return self._servers.setdefault(slot, _Server())
+    def server(self, slot: int, member: str | None = None) -> _Server:
+        """The fake server of a slot, or of a member of this array."""
+        return self._servers.setdefault((slot, member), _Server())
 
-    def topic(self, slot: int) -> _Topic:
-        """The fake subscriber of a slot."""
-        return self._topics.setdefault(slot, _Topic())
+    def topic(self, slot: int, member: str | None = None) -> _Topic:
+        """The fake subscriber of a slot, or of a member of this array."""
+        return self._topics.setdefault((slot, member), _Topic())
+
+    def prepare_members(self, array: int, make: Callable[[str], object]) -> None:
+        """Calls `make` with the name of each member of the array that the worker opens."""
+        self._prepared[array] = make
+
+    def list_members(self, array: str, members: Sequence[str]) -> None:
+        """Lists the members of an array, as a network does."""
+        if not self._codec.list_members(array, members):
+            raise Error(f"{self.name()} has no slot array `{array}`")
+
+    def complete_members(self) -> None:
+        """Ends the opening of members."""
+        self._codec.complete_members()
+
+    def _place(self, slot: int) -> tuple[int, str | None]:
+        """The number of a slot in the description, and the name of a member of an array."""
+        return self._members.get(slot, (slot, None))
 
     def operation(self, slot: int, operation: int) -> dict[str, Any]:
         """The description of an operation."""
+        slot, _ = self._place(slot)
         module, _, name = self._slots[slot]["type_name"].partition("::")
         modules = self._description["types"]
         interfaces = next(m["interfaces"] for m in modules if m["module"] == module)
@@ -105,12 +129,14 @@ class FakeLink:
 
     def address(self, slot: int) -> str:
         """The address that messages name."""
-        return f"`test/{self._slots[slot]['name']}`"
+        described, member = self._place(slot)
+        name = self._slots[described]["name"]
+        return f"`test/{name}`" if member is None else f"`test/{self.name()}/{name}/{member}`"
 
     # The functions of `robocomp.Link`.
 
     def query(self, slot: int, operation: int, arguments: tuple[Any, ...], /) -> Any:
-        server = self.server(slot)
+        server = self.server(*self._place(slot))
         address = self.address(slot)
         if self.stop_reason is not None and self.present_state == "stopping":
             raise Stopping("the component is stopping")
@@ -148,7 +174,7 @@ class FakeLink:
         return self._codec.view(self.query(slot, operation, arguments))
 
     def command(self, slot: int, operation: int, arguments: tuple[Any, ...], /) -> None:
-        server = self.server(slot)
+        server = self.server(*self._place(slot))
         address = self.address(slot)
         arguments = self._request(slot, operation, arguments)
         fault = self._fault(server)
@@ -162,7 +188,7 @@ class FakeLink:
             answer(*arguments)
 
     def publish(self, slot: int, operation: int, arguments: tuple[Any, ...], /) -> None:
-        topic = self.topic(slot)
+        topic = self.topic(*self._place(slot))
         arguments = self._request(slot, operation, arguments)
         if topic.reason is not None:
             raise NotSent(topic.reason)
@@ -175,13 +201,25 @@ class FakeLink:
 
         return self._codec.loan(slot, operation, send)
 
+    def open_member(self, array: int, name: str, /) -> tuple[Member, int]:
+        member, slot = self._codec.open_member(array, name)
+        self._members[slot] = (array, name)
+        if array in self._prepared:
+            self._prepared[array](name)
+        return member, slot
+
+    def listed(self, array: int, /) -> list[str] | None:
+        return self._codec.listed(array)
+
     def peers(self, slot: int, /) -> int:
-        if self._slots[slot]["role"] == "publishes":
-            return self.topic(slot).subscribers
-        return int(self.server(slot).fault is not Fault.NO_SERVER)
+        described, member = self._place(slot)
+        if self._slots[described]["role"] == "publishes":
+            return self.topic(described, member).subscribers
+        return int(self.server(described, member).fault is not Fault.NO_SERVER)
 
     def timeout_ns(self, slot: int, /) -> int:
-        given = self._slots[slot]["qos"].get("timeout_ns", 1_000_000_000)
+        described, _ = self._place(slot)
+        given = self._slots[described]["qos"].get("timeout_ns", 1_000_000_000)
         return self._timeouts.get(slot, int(given))
 
     def set_timeout_ns(self, slot: int, timeout: int, /) -> None:

@@ -16,9 +16,10 @@ from robocomp._context import Context
 from robocomp._errors import Emergency, Error, StartError
 from robocomp._fake_link import FakeLink, Fault, Record
 
-__all__ = ["FakeLink", "FakeServer", "FakeSubscriber", "Fault", "Record", "TestContext", "in_place"]
+__all__ = ["FakeArray", "FakeLink", "FakeServer", "FakeSubscriber", "Fault", "Record", "TestContext", "in_place"]
 
 C = TypeVar("C", bound=Context)
+F = TypeVar("F")
 W = TypeVar("W")
 V = TypeVar("V")
 
@@ -36,8 +37,8 @@ def in_place(value: Any) -> Any:
 class FakeServer:
     """A server of a slot: it replies as configured, keeps the calls, and fails on demand."""
 
-    def __init__(self, link: FakeLink, slot: int) -> None:
-        self._server = link.server(slot)
+    def __init__(self, link: FakeLink, slot: int, member: str | None = None) -> None:
+        self._server = link.server(slot, member)
 
     def calls(self) -> list[Record]:
         """The calls that have reached the server, in their order: `("set_speed_base", 0.0, 0.5)`."""
@@ -70,8 +71,8 @@ class FakeServer:
 class FakeSubscriber:
     """The subscriber of a slot, which keeps the samples."""
 
-    def __init__(self, link: FakeLink, slot: int) -> None:
-        self._topic = link.topic(slot)
+    def __init__(self, link: FakeLink, slot: int, member: str | None = None) -> None:
+        self._topic = link.topic(slot, member)
 
     def samples(self) -> list[Record]:
         """What was published on all topics of the slot, in its order: `("new_image", image)`."""
@@ -93,6 +94,29 @@ class FakeSubscriber:
     def set_subscribers(self, count: int) -> None:
         """Sets what `subscribers` of the publisher is; otherwise 1."""
         self._topic.subscribers = count
+
+
+class FakeArray(Generic[F]):
+    """The fake peers of the members of a slot array."""
+
+    def __init__(
+        self, link: FakeLink, slot: int, make: collections.abc.Callable[[FakeLink, int, str], F]
+    ) -> None:
+        self._link = link
+        self._slot = slot
+        self._make = make
+        self._fakes: dict[str, F] = {}
+        link.prepare_members(slot, self.member)
+
+    def member(self, name: str) -> F:
+        """The peer of a member. A test may prepare it before the worker opens the member."""
+        if name not in self._fakes:
+            self._fakes[name] = self._make(self._link, self._slot, name)
+        return self._fakes[name]
+
+    def all(self) -> list[F]:
+        """The peers of all members that the worker has opened, or that the test has asked for."""
+        return list(self._fakes.values())
 
 
 # The transitions of a life cycle: from which state to which other one.
@@ -125,13 +149,15 @@ class TestContext(Generic[C, W]):
     def start(self, worker: type[V]) -> V:
         """Makes the worker, runs `initialize`, and starts its state machine.
 
-        Raises `StartError` if it lacks a function, or has one that does not fit.
+        Raises `StartError` if it lacks a function, has one that does not fit, or opens other
+        members of slot arrays than `list_members` lists.
         """
         findings = check_worker(self._component, worker)
         if findings:
             raise StartError("; ".join(findings))
         made = worker()
         made.initialize(self.ctx)  # type: ignore[attr-defined]
+        self.link.complete_members()
         if "machine" in self.link._description:
             self.link.machine = _native.MachineRunner(
                 self._component.description, made, self.ctx
@@ -207,6 +233,11 @@ class TestContext(Generic[C, W]):
         except Exception:  # noqa: BLE001, whatever it raises, the error stays
             return "finalized"
         return "unconfigured"
+
+    def list_members(self, array: str, members: collections.abc.Sequence[str]) -> None:
+        """Lists the members of a slot array, as `slots` in a .ddsl does, before the worker opens
+        them."""
+        self.link.list_members(array, members)
 
     @property
     def now(self) -> timedelta:

@@ -4,6 +4,7 @@
 use crate::description::{Operation, Program};
 use crate::errors;
 use crate::from_python::Misfit;
+use crate::member::Member;
 use crate::memory::Memory;
 use crate::types::Types;
 use crate::view::{Loan, View};
@@ -11,6 +12,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use rc_middleware::Encoding;
+use rc_runtime::testing::TestMembers;
 use rc_values::{Struct, Type, Value, decode, encode_body, encode_image};
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -21,6 +23,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub(crate) struct Codec {
     program: Program,
     types: Arc<Types>,
+    /// The members of slot arrays that the worker has opened.
+    members: TestMembers,
     /// Counts the loans of each topic.
     loans: Mutex<HashMap<(usize, usize), Arc<()>>>,
 }
@@ -31,7 +35,9 @@ impl Codec {
     fn new(description: &str, types: &Bound<'_, PyDict>) -> PyResult<Self> {
         let program = read(description)?;
         let types = Types::read(&program, types)?;
+        let members = TestMembers::new(program.description);
         Ok(Self {
+            members: members.map_err(|error| errors::of_start(&error))?,
             program,
             types,
             loans: Mutex::default(),
@@ -92,6 +98,36 @@ impl Codec {
         self.types.answer_object(py, &operation.answer, values)
     }
 
+    /// Opens a member of a slot array, as a process does. Returns it and the number of its slot.
+    fn open_member(&self, array: usize, name: &str) -> PyResult<(Member, usize)> {
+        let opened = self.members.open(array, name);
+        let opened = opened.ok_or_else(|| errors::no_such("array", array))?;
+        let member = opened.map_err(|error| errors::of_member(&error))?;
+        let slot = member.slot();
+        Ok((Member(member), slot))
+    }
+
+    /// The members of a slot array that are listed.
+    fn listed(&self, array: usize) -> Option<Vec<String>> {
+        self.members.listed(array)
+    }
+
+    /// Lists the members of the slot array with this name. Says whether there is one.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "a function of Python owns its arguments"
+    )]
+    fn list_members(&self, array: &str, members: Vec<String>) -> bool {
+        let members: Vec<&str> = members.iter().map(String::as_str).collect();
+        self.members.list(array, &members)
+    }
+
+    /// Ends the opening of members. Raises `StartError` if they are not the listed ones.
+    fn complete_members(&self) -> PyResult<()> {
+        let completed = self.members.complete();
+        completed.map_err(|error| errors::of_start(&error))
+    }
+
     /// A view of a copy of this value, as a handler gets it that reads in place.
     fn view<'py>(&self, py: Python<'py>, value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, View>> {
         let operations = self.program.slots.iter().flat_map(|slot| &slot.operations);
@@ -137,7 +173,8 @@ impl Codec {
 
 impl Codec {
     fn operation(&self, slot: usize, operation: usize) -> PyResult<&Operation> {
-        let found = self.program.operation(slot, operation);
+        let described = self.members.described(slot);
+        let found = described.and_then(|slot| self.program.operation(slot, operation));
         found.ok_or_else(|| errors::no_such("operation", slot))
     }
 }

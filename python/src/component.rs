@@ -4,6 +4,7 @@ use crate::alive::Alive;
 use crate::description::{Operation, Program};
 use crate::errors;
 use crate::from_python::Misfit;
+use crate::kept_count::KeptCounts;
 use crate::link::Link;
 use crate::parameters;
 use crate::replies::undecodable;
@@ -19,7 +20,7 @@ use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Encoding, KeptSample, Reader};
 use rc_runtime::lifecycle::{Hook, Transition};
 use rc_runtime::machine::{self, Machine, Parts};
-use rc_runtime::{Component, Core, ParamChange, Ports, Role, StartError, Values, WorkerError};
+use rc_runtime::{Component, Core, Member, ParamChange, Ports, StartError, Values, WorkerError};
 use rc_values::{Type, Value};
 use std::sync::Arc;
 
@@ -44,6 +45,7 @@ pub(crate) struct PythonComponent {
     pub(crate) machine: Option<Machine<Number, Number>>,
     pub(crate) context: Py<PyAny>,
     pub(crate) worker: Worker,
+    kept: KeptCounts,
     _alive: Alive,
 }
 
@@ -89,10 +91,11 @@ impl Start {
             machine,
             context,
             worker,
+            kept: KeptCounts::default(),
             _alive: self.alive,
         };
         if !component.program.description.managed && component.machine.is_some() {
-            machine::start(&mut component)?;
+            component.start_machine()?;
         }
         Ok(component)
     }
@@ -133,6 +136,16 @@ impl PythonComponent {
         session::lend(core, machine, || Python::attach(|py| run(py, component)))
     }
 
+    /// Starts the state machine, and fires its first event.
+    fn start_machine(&mut self) -> Result<(), WorkerError> {
+        machine::start(self)?;
+        let first = self.program.machine.and_then(|machine| machine.first_event);
+        if let (Some(machine), Some(event)) = (&mut self.machine, first) {
+            machine.fire(Number(event));
+        }
+        Ok(())
+    }
+
     /// Calls a function of the worker that takes the context only, if there is one.
     pub(crate) fn hook(&mut self, name: &str) -> Result<(), WorkerError> {
         if !self.worker.has(name) {
@@ -159,9 +172,28 @@ impl PythonComponent {
         }
     }
 
-    /// The context and the arguments of a handler.
-    fn arguments<'py>(&self, py: Python<'py>, request: Value) -> PyResult<Bound<'py, PyTuple>> {
+    /// The arguments with which a handler begins: the context, and the member of a slot array.
+    fn first_arguments<'py>(
+        &self,
+        py: Python<'py>,
+        member: Option<&Member>,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let mut arguments = vec![self.context.bind(py).clone()];
+        if let Some(member) = member {
+            let member = crate::member::Member(member.clone());
+            arguments.push(Bound::new(py, member)?.into_any());
+        }
+        Ok(arguments)
+    }
+
+    /// The arguments of a handler.
+    fn arguments<'py>(
+        &self,
+        py: Python<'py>,
+        member: Option<&Member>,
+        request: Value,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let mut arguments = self.first_arguments(py, member)?;
         if let Value::Struct(_, values) = request {
             for value in values {
                 arguments.push(self.types.object(py, value)?);
@@ -170,10 +202,11 @@ impl PythonComponent {
         PyTuple::new(py, arguments)
     }
 
-    /// The context and the sample that a handler gets.
+    /// The arguments of the handler of a sample.
     fn sample<'py>(
         &self,
         py: Python<'py>,
+        member: Option<&Member>,
         operation: &Operation,
         sample: Sample,
     ) -> PyResult<Bound<'py, PyTuple>> {
@@ -181,22 +214,28 @@ impl PythonComponent {
             sample,
             operation.request.members.first().map(|member| &member.ty),
         ) {
-            (Sample::Value(value), _) => self.arguments(py, value),
+            (Sample::Value(value), _) => self.arguments(py, member, value),
             (Sample::Image(memory), Some(Type::Struct(ty))) => {
                 let memory = Py::new(py, memory)?;
                 let view = View::new(memory, Arc::clone(&self.types), Arc::clone(ty), 0);
-                let view = Bound::new(py, view)?.into_any();
-                PyTuple::new(py, [self.context.bind(py).clone(), view])
+                let mut arguments = self.first_arguments(py, member)?;
+                arguments.push(Bound::new(py, view)?.into_any());
+                PyTuple::new(py, arguments)
             }
-            (Sample::Image(_), _) => PyTuple::new(py, [self.context.bind(py)]),
+            (Sample::Image(_), _) => PyTuple::new(py, self.first_arguments(py, member)?),
         }
     }
 
     /// Runs the handler of a sample.
-    fn handle(&mut self, operation: &Operation, sample: Sample) -> Result<(), HandlerError> {
+    fn handle(
+        &mut self,
+        member: Option<&Member>,
+        operation: &Operation,
+        sample: Sample,
+    ) -> Result<(), HandlerError> {
         self.run(|py, component| {
             let handled = component
-                .sample(py, operation, sample)
+                .sample(py, member, operation, sample)
                 .and_then(|arguments| component.worker.handle(py, &operation.handler, arguments));
             handled.map(drop).map_err(|error| {
                 let text = errors::one_line(py, &error);
@@ -206,10 +245,56 @@ impl PythonComponent {
         })
     }
 
+    /// Reads a request, runs its handler and replies.
+    fn serve_slot(
+        &mut self,
+        slot: usize,
+        member: Option<&Member>,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
+        let program = Arc::clone(&self.program);
+        let operations = program
+            .slots
+            .get(slot)
+            .map_or(&[][..], |slot| &slot.operations);
+        let operation = operations.iter().find(|o| o.wire.id == request.operation);
+        let Some(operation) = operation else {
+            return request.unknown();
+        };
+        let arguments = request.arguments(&operation.wire, |reader| {
+            read(&operation.request, reader).map_err(undecodable)
+        })?;
+        match self.run(|py, component| component.answer(py, member, operation, arguments)) {
+            Answer::Reply(case, value) => request.reply_with(case, |writer| write(&value, writer)),
+            Answer::Failed(reason) => request.fail(&reason),
+            Answer::None => Ok(()),
+        }
+    }
+
+    /// Reads a sample and runs its handler.
+    fn receive_slot(
+        &mut self,
+        slot: usize,
+        member: Option<&Member>,
+        operation: usize,
+        reader: &mut Reader<'_>,
+    ) -> Result<(), HandlerError> {
+        let program = Arc::clone(&self.program);
+        let operation = program.operation(slot, operation).ok_or_else(no_topic)?;
+        let sample = Sample::read(operation, reader)?;
+        self.handle(member, operation, sample)
+    }
+
     /// Runs the handler of a request.
-    fn answer(&self, py: Python<'_>, operation: &Operation, request: Value) -> Answer {
+    fn answer(
+        &self,
+        py: Python<'_>,
+        member: Option<&Member>,
+        operation: &Operation,
+        request: Value,
+    ) -> Answer {
         let handled = self
-            .arguments(py, request)
+            .arguments(py, member, request)
             .and_then(|arguments| self.worker.handle(py, &operation.handler, arguments));
         let failed = |text: String| Answer::Failed(format!("{}(): {text}", operation.handler));
         match handled {
@@ -355,12 +440,7 @@ impl Component for PythonComponent {
                 if machine.is_none_or(Machine::has_started) {
                     return Ok(());
                 }
-                machine::start(self)?;
-                let first = self.program.machine.and_then(|machine| machine.first_event);
-                if let (Some(machine), Some(event)) = (&mut self.machine, first) {
-                    machine.fire(Number(event));
-                }
-                Ok(())
+                self.start_machine()
             }
             Hook::Error(transition, reason) => {
                 if !self.worker.has("error") {
@@ -394,11 +474,7 @@ impl Component for PythonComponent {
     }
 
     fn sending_peers(&self, peers: &mut [usize]) {
-        for (at, slot) in self.program.slots.iter().enumerate() {
-            if matches!(slot.role, Role::Requires | Role::Publishes) {
-                peers[at] = session::peers_of(at);
-            }
-        }
+        session::count_peers(peers);
     }
 
     fn unavailable(&mut self, slot: usize) -> Option<String> {
@@ -408,23 +484,16 @@ impl Component for PythonComponent {
     }
 
     fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
-        let program = Arc::clone(&self.program);
-        let operations = program
-            .slots
-            .get(slot)
-            .map_or(&[][..], |slot| &slot.operations);
-        let operation = operations.iter().find(|o| o.wire.id == request.operation);
-        let Some(operation) = operation else {
-            return request.unknown();
-        };
-        let arguments = request.arguments(&operation.wire, |reader| {
-            read(&operation.request, reader).map_err(undecodable)
-        })?;
-        match self.run(|py, component| component.answer(py, operation, arguments)) {
-            Answer::Reply(case, value) => request.reply_with(case, |writer| write(&value, writer)),
-            Answer::Failed(reason) => request.fail(&reason),
-            Answer::None => Ok(()),
-        }
+        self.serve_slot(slot, None, request)
+    }
+
+    fn serve_member(
+        &mut self,
+        slot: usize,
+        member: &Member,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
+        self.serve_slot(slot, Some(member), request)
     }
 
     fn receive(
@@ -433,10 +502,17 @@ impl Component for PythonComponent {
         operation: usize,
         reader: &mut Reader<'_>,
     ) -> Result<(), HandlerError> {
-        let program = Arc::clone(&self.program);
-        let operation = program.operation(slot, operation).ok_or_else(no_topic)?;
-        let sample = Sample::read(operation, reader)?;
-        self.handle(operation, sample)
+        self.receive_slot(slot, None, operation, reader)
+    }
+
+    fn receive_member(
+        &mut self,
+        slot: usize,
+        member: &Member,
+        operation: usize,
+        reader: &mut Reader<'_>,
+    ) -> Result<(), HandlerError> {
+        self.receive_slot(slot, Some(member), operation, reader)
     }
 
     fn keeps(&self, slot: usize, operation: usize) -> bool {
@@ -447,13 +523,15 @@ impl Component for PythonComponent {
     fn receive_kept(
         &mut self,
         slot: usize,
+        member: Option<&Member>,
         operation: usize,
         encoding: Encoding,
         sample: Box<dyn KeptSample>,
     ) -> Result<(), HandlerError> {
         let program = Arc::clone(&self.program);
-        let operation = program.operation(slot, operation).ok_or_else(no_topic)?;
-        let sample = Sample::keep(operation, encoding, sample)?;
-        self.handle(operation, sample)
+        let described = program.operation(slot, operation).ok_or_else(no_topic)?;
+        let kept = self.kept.of(member.map_or(slot, Member::slot), operation);
+        let sample = Sample::keep(described, kept, encoding, sample)?;
+        self.handle(member, described, sample)
     }
 }

@@ -11,11 +11,12 @@ use rc_values::description::Module;
 use rc_values::{Catalog, Pattern, Struct};
 use serde::Deserialize;
 use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
 
 use crate::backends;
+use crate::errors;
 use crate::replies;
+use pyo3::PyResult;
 
 /// The JSON text.
 #[derive(Deserialize)]
@@ -43,6 +44,8 @@ struct Text {
 struct SlotText {
     name: String,
     role: Role,
+    #[serde(default)]
+    is_array: bool,
     interface: String,
     type_name: String,
     type_hash: String,
@@ -85,7 +88,7 @@ pub(crate) struct Machine {
     pub(crate) chart: Chart,
     /// The events that may be fired from outside.
     pub(crate) external: Vec<u16>,
-    /// The event that follows the first activation of a managed component.
+    /// The event that follows the start of the machine.
     #[serde(default)]
     pub(crate) first_event: Option<u16>,
     /// The event of each period, and the state in which it is fired.
@@ -111,6 +114,7 @@ pub(crate) struct Program {
 /// A slot.
 pub(crate) struct Slot {
     pub(crate) role: Role,
+    pub(crate) is_array: bool,
     pub(crate) operations: Vec<Operation>,
     /// The states in which requests are served; `None` for all.
     pub(crate) available: Option<Vec<u16>>,
@@ -129,8 +133,6 @@ pub(crate) struct Operation {
     pub(crate) handler: String,
     /// Whether the handler of a sample gets a view.
     pub(crate) in_place: bool,
-    /// The number of samples that the worker keeps.
-    pub(crate) kept: Arc<AtomicUsize>,
 }
 
 impl Program {
@@ -189,6 +191,12 @@ impl Program {
         }
     }
 
+    /// A slot array by its number.
+    pub(crate) fn array(&self, slot: usize) -> PyResult<&Slot> {
+        let array = self.slots.get(slot).filter(|slot| slot.is_array);
+        array.ok_or_else(|| errors::no_such("array", slot))
+    }
+
     /// An operation by the index of its slot and its own. The generated layer has no others.
     pub(crate) fn operation(&self, slot: usize, operation: usize) -> Option<&Operation> {
         self.slots.get(slot)?.operations.get(operation)
@@ -225,11 +233,11 @@ fn read_slot(catalog: &Catalog, slot: &SlotText) -> Result<Slot, String> {
             throws: known.throws.clone(),
             handler: text.handler.clone(),
             in_place: text.in_place,
-            kept: Arc::default(),
         })
     });
     Ok(Slot {
         role: slot.role,
+        is_array: slot.is_array,
         operations: operations.collect::<Result<_, _>>()?,
         available: slot.available.clone(),
     })
@@ -253,7 +261,7 @@ fn describe_slot(text: &SlotText, slot: &Slot) -> Result<rc_runtime::Slot, Strin
     let operations: Vec<typed::Operation> = slot.operations.iter().map(|o| o.wire).collect();
     let external: Vec<&'static str> = text.external_types.iter().cloned().map(leak_text).collect();
     Ok(rc_runtime::Slot {
-        is_array: false,
+        is_array: text.is_array,
         name: leak_text(text.name.clone()),
         role: text.role,
         interface: leak_text(text.interface.clone()),

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use rc_middleware::{CallError, SendError};
-use rc_runtime::WorkerError;
+use rc_runtime::{MemberError, StartError, WorkerError};
 use std::collections::VecDeque;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -59,6 +59,16 @@ pub(crate) fn of_call(py: Python<'_>, error: &CallError) -> PyErr {
         let _ = raised.value(py).setattr("state", state);
     }
     raised
+}
+
+/// The exception for a component that does not start.
+pub(crate) fn of_start(error: &StartError) -> PyErr {
+    Python::attach(|py| raise(py, "StartError", error.to_string().trim_end()))
+}
+
+/// The exception for a member that was not opened.
+pub(crate) fn of_member(error: &MemberError) -> PyErr {
+    Python::attach(|py| raise(py, "MemberError", &error.to_string()))
 }
 
 /// The exception for a sample that was not sent.

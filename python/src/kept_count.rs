@@ -1,8 +1,19 @@
-//! How many samples of a topic the worker keeps.
+//! How many samples of each topic the worker keeps.
 
 use rc_middleware::KEPT_SAMPLES;
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// The numbers of kept samples. A topic is its slot, which may be a member, and its operation.
+#[derive(Default)]
+pub(crate) struct KeptCounts(HashMap<(usize, usize), Arc<AtomicUsize>>);
+
+impl KeptCounts {
+    pub(crate) fn of(&mut self, slot: usize, operation: usize) -> &Arc<AtomicUsize> {
+        self.0.entry((slot, operation)).or_default()
+    }
+}
 
 /// One of the samples of a topic that the worker keeps.
 pub(crate) struct KeptCount(Arc<AtomicUsize>);

@@ -17,6 +17,7 @@ mod kept_count;
 mod link;
 mod log;
 mod machine_runner;
+mod member;
 mod memory;
 mod names;
 mod parameters;
@@ -48,6 +49,8 @@ mod _native {
     use super::log::log;
     #[pymodule_export]
     use super::machine_runner::MachineRunner;
+    #[pymodule_export]
+    use super::member::Member;
     #[pymodule_export]
     use super::names::name_of;
     #[pymodule_export]

@@ -3,6 +3,7 @@
 use crate::description::{Operation, Program};
 use crate::errors;
 use crate::from_python::Misfit;
+use crate::member::Member;
 use crate::memory::Memory;
 use crate::replies::undecodable;
 use crate::sample::copied;
@@ -15,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rc_middleware::typed::{TypedClient, expect_result};
 use rc_middleware::{CallError, DecodeError, Reader};
-use rc_values::{Member, Type, Value};
+use rc_values::{Type, Value};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -40,7 +41,13 @@ impl Link {
     }
 
     fn operation(&self, slot: usize, operation: usize) -> PyResult<&Operation> {
-        let found = self.program.operation(slot, operation);
+        let is_member = slot >= self.program.slots.len();
+        let described = if is_member {
+            with(|session| session.described(slot))?
+        } else {
+            slot
+        };
+        let found = self.program.operation(described, operation);
         found.ok_or_else(|| errors::no_such("operation", slot))
     }
 }
@@ -154,6 +161,18 @@ impl Link {
     ) -> PyResult<Bound<'py, Loan>> {
         let described = self.operation(slot, operation)?;
         Loan::new(py, &self.types, &described.request, (slot, operation))
+    }
+
+    /// Opens a member of a slot array. Returns it and the number of its slot.
+    fn open_member(&self, py: Python<'_>, array: usize, name: &str) -> PyResult<(Member, usize)> {
+        let member = py.detach(|| with(|session| session.open_member(array, name)))?;
+        let slot = member.slot();
+        Ok((Member(member), slot))
+    }
+
+    /// The members of a slot array that the network lists.
+    fn listed(&self, array: usize) -> PyResult<Option<Vec<String>>> {
+        with(|session| session.listed(array))
     }
 
     /// The number of servers or of subscribers.
@@ -288,7 +307,7 @@ impl Link {
         memory: Memory,
     ) -> PyResult<Bound<'py, PyAny>> {
         let [
-            Member {
+            rc_values::Member {
                 ty: Type::Struct(ty),
                 ..
             },

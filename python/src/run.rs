@@ -8,6 +8,7 @@ use crate::types::Types;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Reads what the generated package hands over.
@@ -30,9 +31,14 @@ fn read(
     })
 }
 
-/// Runs a component with these arguments of its command line, until it ends. Returns the exit code.
+/// Runs a component with these arguments of its command line, until it ends. `launcher` is the
+/// script that starts this process; empty where there is none. Returns the exit code.
 #[pyfunction]
-#[pyo3(signature = (description, types, context, worker, folder, args))]
+#[pyo3(signature = (description, types, context, worker, folder, args, launcher))]
+#[allow(
+    clippy::too_many_arguments,
+    reason = "the generated package hands over so much"
+)]
 pub(crate) fn run(
     py: Python<'_>,
     description: &str,
@@ -41,6 +47,7 @@ pub(crate) fn run(
     worker: Bound<'_, PyAny>,
     folder: String,
     args: Vec<String>,
+    launcher: PathBuf,
 ) -> PyResult<u8> {
     let start = read(description, types, context, worker, folder)?;
     let description = start.program.description;
@@ -50,6 +57,7 @@ pub(crate) fn run(
             description,
             |core, ports, values| start.start(core, ports, values),
             args,
+            launcher,
         )
     }))
 }
@@ -82,14 +90,10 @@ pub(crate) fn embed(
         let start = move |core, ports: &_, values: &_| start.start(core, ports, values);
         rc_runtime::embed(description, start, &args)
     });
-    let component = embedded.map_err(|error| not_started(&error.to_string()))?;
+    let component = embedded.map_err(|error| errors::of_start(&error))?;
     Ok(Embedded {
         component: Mutex::new(Some(component)),
     })
-}
-
-fn not_started(reason: &str) -> PyErr {
-    Python::attach(|py| errors::raise(py, "StartError", reason))
 }
 
 #[pymethods]

@@ -9,6 +9,7 @@ use rc_middleware::typed::HandlerError;
 use rc_middleware::{DecodeError, Encoding, KEPT_SAMPLES, KeptSample, Reader};
 use rc_values::{Struct, Value, decode_from, encode_image};
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 
 /// A received sample.
 pub(crate) enum Sample {
@@ -30,9 +31,11 @@ impl Sample {
         Ok(Self::Value(value))
     }
 
-    /// Takes a sample of a topic. It stays in its place for as long as the worker has a view of it.
+    /// Takes a sample of a topic, of which the worker keeps so many. It stays in its place for as
+    /// long as the worker has a view of it.
     pub(crate) fn keep(
         operation: &Operation,
+        kept: &Arc<AtomicUsize>,
         encoding: Encoding,
         sample: Box<dyn KeptSample>,
     ) -> Result<Self, HandlerError> {
@@ -40,7 +43,7 @@ impl Sample {
             return Self::read(operation, &mut Reader::of(sample.memory(), encoding));
         }
         check(&operation.request, sample.memory())?;
-        match KeptCount::one(&operation.kept) {
+        match KeptCount::one(kept) {
             Some(kept_count) => Ok(Self::Image(Memory::kept(sample, kept_count))),
             None => Err(HandlerError(format!(
                 "the worker keeps {KEPT_SAMPLES} samples of `{}`, the most that it may, so {}() does \

@@ -1,14 +1,15 @@
 //! What a worker reaches through its context: on its thread, while one of its functions runs.
 
-use crate::description::Program;
+use crate::description::{Program, Slot};
 use crate::errors;
 use crate::memory::drop_abandoned;
 use pyo3::prelude::*;
 use rc_middleware::OpenError;
 use rc_middleware::typed::{TypedClient, TypedPublisher};
 use rc_runtime::machine::{Machine, Numbered};
-use rc_runtime::{Core, Ports, Role, WorkerError};
+use rc_runtime::{Connections, Core, Member, Ports, Role, WorkerError};
 use std::cell::RefCell;
+use std::sync::Arc;
 
 /// A state or an event by its number.
 #[derive(Clone, Copy, Debug)]
@@ -20,13 +21,51 @@ impl Numbered for Number {
     }
 }
 
+/// The sending ends of a slot, or of a member of an array. An array itself has none.
+struct Ends {
+    /// The number of the slot in the description, for a member that of its array.
+    described: usize,
+    client: Option<TypedClient>,
+    publishers: Vec<TypedPublisher>,
+}
+
+impl Ends {
+    fn open(
+        of: &Slot,
+        described: usize,
+        ports: &Connections,
+        slot: usize,
+    ) -> Result<Self, OpenError> {
+        let client = (of.role == Role::Requires).then(|| ports.client(slot));
+        let topics = if of.role == Role::Publishes {
+            of.operations.len()
+        } else {
+            0
+        };
+        let publishers = (0..topics).map(|operation| ports.publisher(slot, operation));
+        Ok(Self {
+            described,
+            client: client.transpose()?,
+            publishers: publishers.collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn peers(&self) -> usize {
+        let publishers = self.publishers.iter().map(TypedPublisher::peers).max();
+        self.client.as_ref().map_or(0, TypedClient::peers) + publishers.unwrap_or(0)
+    }
+}
+
 /// The connections of a component. Core and machine are here while a function of the worker runs;
 /// between two of them the runtime has them.
 pub(crate) struct Session {
     pub(crate) core: Option<Core>,
     pub(crate) machine: Option<Machine<Number, Number>>,
-    clients: Vec<Option<TypedClient>>,
-    publishers: Vec<Vec<TypedPublisher>>,
+    program: Arc<Program>,
+    ports: Ports,
+    /// By the number of the slot: those of the description, then the members in the order in which
+    /// the worker opened them.
+    ends: Vec<Ends>,
 }
 
 thread_local! {
@@ -34,28 +73,51 @@ thread_local! {
 }
 
 impl Session {
-    /// Opens the sending ends of all slots.
-    pub(crate) fn open(program: &Program, ports: &Ports) -> Result<Self, OpenError> {
-        let mut session = Self {
+    /// Opens the sending ends of all slots that are no arrays.
+    pub(crate) fn open(program: &Arc<Program>, ports: &Ports) -> Result<Self, OpenError> {
+        let slots = program.slots.iter().enumerate();
+        let ends = slots.map(|(at, slot)| {
+            if slot.is_array {
+                return Ok(Ends {
+                    described: at,
+                    client: None,
+                    publishers: Vec::new(),
+                });
+            }
+            Ends::open(slot, at, ports, at)
+        });
+        Ok(Self {
             core: None,
             machine: None,
-            clients: Vec::new(),
-            publishers: Vec::new(),
-        };
-        for (at, slot) in program.slots.iter().enumerate() {
-            let client = (slot.role == Role::Requires).then(|| ports.client(at));
-            session.clients.push(client.transpose()?);
-            let topics = if slot.role == Role::Publishes {
-                0..slot.operations.len()
-            } else {
-                0..0
-            };
-            let publishers = topics.map(|operation| ports.publisher(at, operation));
-            session
-                .publishers
-                .push(publishers.collect::<Result<_, _>>()?);
-        }
-        Ok(session)
+            ends: ends.collect::<Result<_, _>>()?,
+            program: Arc::clone(program),
+            ports: Ports::clone(ports),
+        })
+    }
+
+    /// Opens a member of the array with this number.
+    pub(crate) fn open_member(&mut self, array: usize, name: &str) -> PyResult<Member> {
+        let of = self.program.array(array)?;
+        let opened = self.ports.open_member(array, name, |ports, slot| {
+            Ends::open(of, array, ports, slot)
+        });
+        let (member, ends) = opened.map_err(|error| errors::of_member(&error))?;
+        // The runtime numbers members in the order in which they are opened.
+        self.ends.push(ends);
+        Ok(member)
+    }
+
+    /// The members of an array that the network lists.
+    pub(crate) fn listed(&self, array: usize) -> PyResult<Option<Vec<String>>> {
+        self.program.array(array)?;
+        Ok(self.ports.listed(array))
+    }
+
+    /// The number in the description of a slot, or of the array of a member.
+    pub(crate) fn described(&self, slot: usize) -> PyResult<usize> {
+        let ends = self.ends.get(slot);
+        let ends = ends.ok_or_else(|| errors::no_such("operation", slot))?;
+        Ok(ends.described)
     }
 
     /// Makes it the session of this thread.
@@ -70,7 +132,8 @@ impl Session {
     }
 
     pub(crate) fn client(&mut self, slot: usize) -> PyResult<&mut TypedClient> {
-        let client = self.clients.get_mut(slot).and_then(Option::as_mut);
+        let ends = self.ends.get_mut(slot);
+        let client = ends.and_then(|ends| ends.client.as_mut());
         client.ok_or_else(|| errors::no_such("client", slot))
     }
 
@@ -79,17 +142,14 @@ impl Session {
         slot: usize,
         operation: usize,
     ) -> PyResult<&mut TypedPublisher> {
-        let topics = self.publishers.get_mut(slot);
-        let topic = topics.and_then(|topics| topics.get_mut(operation));
+        let ends = self.ends.get_mut(slot);
+        let topic = ends.and_then(|ends| ends.publishers.get_mut(operation));
         topic.ok_or_else(|| errors::no_such("publisher", slot))
     }
 
     /// The number of peers of a slot that sends.
     pub(crate) fn peers(&self, slot: usize) -> usize {
-        let client = self.clients.get(slot).and_then(Option::as_ref);
-        let publishers = self.publishers.get(slot).into_iter().flatten();
-        let publishers = publishers.map(TypedPublisher::peers).max();
-        client.map_or(0, TypedClient::peers) + publishers.unwrap_or(0)
+        self.ends.get(slot).map_or(0, Ends::peers)
     }
 }
 
@@ -122,9 +182,16 @@ pub(crate) fn with_machine<T>(
     })
 }
 
-/// The numbers of peers, between two functions of the worker.
-pub(crate) fn peers_of(slot: usize) -> usize {
-    SESSION.with_borrow(|session| session.as_ref().map_or(0, |session| session.peers(slot)))
+/// Writes the numbers of peers of all slots that send, between two functions of the worker.
+pub(crate) fn count_peers(peers: &mut [usize]) {
+    SESSION.with_borrow(|session| {
+        let ends = session.iter().flat_map(|session| &session.ends);
+        for (count, ends) in peers.iter_mut().zip(ends) {
+            if ends.client.is_some() || !ends.publishers.is_empty() {
+                *count = ends.peers();
+            }
+        }
+    });
 }
 
 /// Gives core and machine to the session while `run` runs.

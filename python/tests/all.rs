@@ -112,6 +112,16 @@ fn samples_are_written_in_shared_memory() {
 }
 
 #[test]
+fn members_of_slot_arrays_are_opened_and_keep_samples() {
+    check(
+        "members_of_slot_arrays_are_opened_and_keep_samples",
+        "test_members.py",
+        "iceoryx2",
+        0,
+    );
+}
+
+#[test]
 fn samples_in_place_are_copied_over_dds() {
     check(
         "samples_in_place_are_copied_over_dds",
@@ -144,6 +154,7 @@ fn the_tests_of_components_pass() {
         "components/line_camera_detector",
         "bench/ping_python",
         "bench/pong_python",
+        "deploy/tests/programs/rack_python",
     ] {
         let output = Command::new(python)
             .args(["-B", "-m", "pytest", "-q", "-p", "no:cacheprovider"])

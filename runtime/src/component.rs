@@ -89,21 +89,28 @@ pub trait Component {
     }
 
     /// Whether the handler of a subscribed topic may keep samples: then it gets them by
-    /// [`Component::receive_kept`] where the middleware gives them away.
+    /// [`Component::receive_kept`] where the middleware gives them away. Asked for a member with
+    /// the number of its array.
     fn keeps(&self, slot: usize, operation: usize) -> bool {
         let _ = (slot, operation);
         false
     }
 
-    /// Handles a sample that it may keep, see [`Component::keeps`].
+    /// Handles a sample that it may keep, see [`Component::keeps`]. `member` is that of a slot
+    /// array, and `slot` then the number of the array.
     fn receive_kept(
         &mut self,
         slot: usize,
+        member: Option<&Member>,
         operation: usize,
         encoding: Encoding,
         sample: Box<dyn KeptSample>,
     ) -> Result<(), HandlerError> {
-        self.receive(slot, operation, &mut Reader::of(sample.memory(), encoding))
+        let reader = &mut Reader::of(sample.memory(), encoding);
+        match member {
+            Some(member) => self.receive_member(slot, member, operation, reader),
+            None => self.receive(slot, operation, reader),
+        }
     }
 
     /// Answers a request to a member of an implemented slot array. `slot` is the number of the

@@ -8,7 +8,6 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Member {
     index: usize,
-    /// Number among all slots of the component.
     slot: usize,
     name: Arc<str>,
 }
@@ -33,7 +32,8 @@ impl Member {
         &self.name
     }
 
-    pub(crate) fn slot(&self) -> usize {
+    /// Number among all slots of the component: those of the description come first.
+    pub fn slot(&self) -> usize {
         self.slot
     }
 }

@@ -277,8 +277,12 @@ impl Connections {
         Ok(client)
     }
 
-    /// Opens a member of an array, whose number in the description is `array`.
-    pub(crate) fn open_member<E>(
+    /// Opens a member of an array, whose number in the description is `array`. `open` opens its
+    /// sending ends.
+    ///
+    /// # Errors
+    /// Those of [`SlotArray::open`](crate::SlotArray::open).
+    pub fn open_member<E>(
         &self,
         array: usize,
         name: &str,
@@ -305,7 +309,7 @@ impl Connections {
     }
 
     /// The members of an array that the network lists.
-    pub(crate) fn listed(&self, array: usize) -> Option<Vec<String>> {
+    pub fn listed(&self, array: usize) -> Option<Vec<String>> {
         self.slots.listed(array)
     }
 

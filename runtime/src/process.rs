@@ -34,6 +34,7 @@ use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
 use std::ffi::OsString;
 use std::fs::File;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -51,15 +52,23 @@ const LEAVE_LINGER: Duration = Duration::from_secs(2);
 ///
 /// The `main` of a component is a call of the generated `run`, which calls this function.
 pub fn run<C: Component>(description: &'static Description, start: impl Start<C>) -> ExitCode {
-    ExitCode::from(run_with(description, start, std::env::args_os().skip(1)))
+    let args = std::env::args_os().skip(1);
+    ExitCode::from(run_with(description, start, args, own_program()))
 }
 
-/// The same with these arguments instead of the command line of this process. Returns the number of
-/// the exit code.
+/// The executable of this process.
+fn own_program() -> PathBuf {
+    std::env::current_exe().unwrap_or_default()
+}
+
+/// The same with these arguments instead of the command line of this process. `program` is the one
+/// that repeats an exact recording of the component; empty where there is none. Returns the number
+/// of the exit code.
 pub fn run_with<C: Component>(
     description: &'static Description,
     start: impl Start<C>,
     args: impl IntoIterator<Item = OsString>,
+    program: PathBuf,
 ) -> u8 {
     let task = match command_line::parse(description, args) {
         Ok(task) => task,
@@ -90,7 +99,7 @@ pub fn run_with<C: Component>(
                         start,
                         &arguments,
                         wake_event,
-                        &Hosting::Process,
+                        &Hosting::Process(program),
                         &[],
                     )
                 };
@@ -214,8 +223,9 @@ pub fn embed_with_defaults<C: Component + 'static>(
 
 /// Host of a component: a process, or a thread of another one.
 enum Hosting {
-    /// In a process of its own, which takes signals and has a link to the supervisor.
-    Process,
+    /// In a process of its own, which takes signals and has a link to the supervisor. It runs this
+    /// program.
+    Process(PathBuf),
     /// On a thread, which reports when the component runs.
     Thread(SyncSender<()>),
 }
@@ -269,11 +279,11 @@ fn run_component<C: Component>(
         &shared,
         &commands,
         &loaded,
-        matches!(hosting, Hosting::Process),
+        matches!(hosting, Hosting::Process(_)),
     )?;
     let seed = seed(kind, &arguments.name);
     let parameters = &configuration.parameters;
-    let began = exact::start::Start::new(
+    let mut began = exact::start::Start::new(
         description,
         &arguments.name,
         &arguments.network,
@@ -282,6 +292,10 @@ fn run_component<C: Component>(
         parameters,
         &arguments.members,
     );
+    began.program = match hosting {
+        Hosting::Process(program) => program.display().to_string(),
+        Hosting::Thread(_) => own_program().display().to_string(),
+    };
     let exact = record(arguments, &began, &shared)?;
     let mut ports = Connections::new(description, &environment, &slots, kind)?;
     ports.set_taps(management.taps());
@@ -358,7 +372,7 @@ fn run_component<C: Component>(
     } else {
         LINGER
     };
-    if matches!(hosting, Hosting::Process) {
+    if matches!(hosting, Hosting::Process(_)) {
         notify::notify(ServiceState::Stopping);
     }
     ports.linger(linger);

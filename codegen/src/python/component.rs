@@ -19,8 +19,8 @@ pub(crate) const WORKER: &str = "SpecificWorker";
 /// The module of the worker in `src`.
 pub(crate) const WORKER_MODULE: &str = "specific_worker";
 
-/// Names that every generated package exports.
-const OWN: [&str; 24] = [
+/// Names that generated packages export: no type of an interface hides them.
+const OWN: [&str; 27] = [
     "COMPONENT",
     "CallError",
     "Context",
@@ -31,6 +31,8 @@ const OWN: [&str; 24] = [
     "InvalidArgument",
     "InvalidSample",
     "Machine",
+    "Member",
+    "MemberError",
     "NoServer",
     "ParamChange",
     "Params",
@@ -38,6 +40,7 @@ const OWN: [&str; 24] = [
     "Refused",
     "SendError",
     "ServerDied",
+    "SlotArray",
     "State",
     "Stopping",
     "Unavailable",
@@ -55,6 +58,7 @@ pub(crate) struct Component<'a> {
     doc: String,
     pub(crate) package: String,
     managed: bool,
+    arrays: bool,
     pub(crate) slots: Vec<Slot<'a>>,
     /// The slots that call or publish, and those that implement or subscribe.
     sends: bool,
@@ -94,6 +98,7 @@ pub(crate) struct Slot<'a> {
     role: &'a str,
     pub(crate) sends: bool,
     calls: bool,
+    is_array: bool,
     optional: bool,
     interface: &'a str,
     /// The file of the interface and its class for this slot.
@@ -218,6 +223,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         ),
         package: names::package(&view.name),
         managed: view.managed,
+        arrays: view.has_arrays(),
         sends: slots.iter().any(|slot| slot.sends),
         receives: slots.iter().any(|slot| !slot.handlers.is_empty()),
         worker_uses: super::library::Uses::of(&signatures),
@@ -247,6 +253,7 @@ fn one<'a>(view: &'a view::Component, index: usize, slot: &'a view::Slot) -> Slo
         role: slot.role,
         sends: slot.sends,
         calls,
+        is_array: slot.is_array,
         optional: slot.optional,
         interface: &slot.interface,
         module: interfaces::stem(view, &slot.module, &slot.interface),
@@ -309,6 +316,7 @@ fn exports(
         OWN.map(str::to_owned)
             .into_iter()
             .filter(|name| match name.as_str() {
+                "Member" | "MemberError" | "SlotArray" => view.has_arrays(),
                 "Params" => view.parameters.is_some(),
                 "Event" | "Machine" | "State" => view.machine.is_some(),
                 "types" => !modules.is_empty(),
@@ -398,10 +406,6 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
     let refused = [
         (component.viewer.is_some(), "show a tree of InnerModel"),
         (component.simulates_time, "advance the time of its network"),
-        (
-            component.slots.iter().any(|slot| slot.is_array),
-            "have slot arrays",
-        ),
     ];
     for (_, what) in refused.iter().filter(|(is_used, _)| *is_used) {
         let message = format!("a component in Python cannot {what}");

@@ -60,6 +60,9 @@ fn slot(view: &view::Component, slot: &Slot) -> Value {
         "qos": qos(slot),
         "operations": operations.collect::<Vec<Value>>(),
     });
+    if slot.is_array {
+        all["is_array"] = true.into();
+    }
     if !slot.external_types.is_empty() {
         all["external_types"] = slot.external_types.clone().into();
     }

@@ -7,6 +7,9 @@ use crate::view::library::{Interface, Operation};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+/// The class of a member of a slot array.
+const MEMBER: &str = "Member";
+
 /// One function of the worker.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Handler {
@@ -67,7 +70,10 @@ pub(crate) fn of_user(
     };
     let stem = interfaces::stem(view, &slot.module, &slot.interface);
     let answer = |class: &str| from(format!("interfaces.{stem}"), class.to_owned());
-    let bare = |text: String| text.replace("_npt.", "npt.").replace("_np.", "np.");
+    let bare = |text: String| {
+        let text = text.replace("_npt.", "npt.").replace("_np.", "np.");
+        text.replace("_robocomp.", "")
+    };
     let operations = interface.operations.iter().map(|of| {
         let mut handler = handler(view, slot, of, &path, &answer, &bare);
         let words = handler
@@ -78,6 +84,9 @@ pub(crate) fn of_user(
             _ => unique.contains_key(word).then_some(word),
         });
         handler.mentioned = known.map(str::to_owned).collect();
+        handler
+            .mentioned
+            .extend(slot.is_array.then(|| MEMBER.to_owned()));
         handler
     });
     operations.collect()
@@ -96,6 +105,12 @@ fn handler(
     let mut arguments = vec!["self".to_owned(), "ctx: Context".to_owned()];
     let mut parameters = vec!["ctx".to_owned()];
     let mut all = vec!["Context".to_owned()];
+    if slot.is_array {
+        let (name, ty) = (member_name(of), write(format!("_robocomp.{MEMBER}")));
+        arguments.push(format!("{name}: {ty}"));
+        parameters.push(name);
+        all.push(ty);
+    }
     for input in &of.inputs {
         let ty = match sample {
             Some(ty) => library::in_place(view, ty, path, "View"),
@@ -119,6 +134,15 @@ fn handler(
         types: all,
         name,
     }
+}
+
+/// The parameter for the member of a slot array. An input may have this name, too.
+fn member_name(of: &Operation) -> String {
+    let mut name = "member".to_owned();
+    while of.inputs.iter().any(|i| names::parameter(&i.name) == name) {
+        name.push('_');
+    }
+    name
 }
 
 /// A function of every worker of this component, with its parameters behind `ctx`.

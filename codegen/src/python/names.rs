@@ -49,11 +49,12 @@ const OF_CONTEXT: [&str; 18] = [
 ];
 
 /// Members of every context of a test, beside the fakes of the slots.
-const OF_TESTS: [&str; 10] = [
+const OF_TESTS: [&str; 11] = [
     "advance",
     "answer_defaults",
     "ctx",
     "link",
+    "list_members",
     "now",
     "run",
     "set_state",

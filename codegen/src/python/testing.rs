@@ -27,6 +27,7 @@ struct Fake {
     field: String,
     interface: String,
     calls: bool,
+    is_array: bool,
     /// The class of a fake server; empty for a subscriber.
     class: String,
     operations: Vec<Answered>,
@@ -95,6 +96,7 @@ fn fake(view: &view::Component, index: usize, slot: &view::Slot, of: &Types) -> 
         field: names::snake(&slot.name),
         interface: slot.interface.clone(),
         calls,
+        is_array: slot.is_array,
         class: if calls { class } else { String::new() },
         operations: operations
             .map(|(at, operation)| answered(at, operation, &stem, of))

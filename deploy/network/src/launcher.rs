@@ -199,7 +199,7 @@ fn text(
          exit 3\n\
          fi\n\
          export PYTHONPATH={paths}\"${{PYTHONPATH:+:$PYTHONPATH}}\"\n\
-         export PYTHONSAFEPATH=1 PYTHONUNBUFFERED=1\n\
+         export PYTHONSAFEPATH=1 PYTHONUNBUFFERED=1 ROBOCOMP_LAUNCHER=\"$0\"\n\
          {native}\
          exec \"$python\" -c 'import sys\n\
          if sys.version_info < ({major}, {minor}):\n    \

@@ -131,6 +131,14 @@ fn recorded_program(file: &Path, program: &str) -> Result<PathBuf, Failure> {
     let canonical = |path: &Path| path.canonicalize().ok();
     let own = canonical(&logs::root());
     let file = canonical(file);
+    if program.is_empty() {
+        return Err(Failure(
+            2,
+            "the recording names no program, as that of a component which `python -m` has started; \
+             name it with --program"
+                .to_owned(),
+        ));
+    }
     if own
         .zip(file)
         .is_some_and(|(own, file)| file.starts_with(own))

@@ -28,6 +28,7 @@ mod patrol;
 mod pictures;
 mod plan;
 mod probe;
+mod racks;
 mod recorded;
 mod recordings;
 mod replaced;

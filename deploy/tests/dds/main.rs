@@ -17,6 +17,9 @@ mod python;
 #[path = "../all/network/tree.rs"]
 mod tree;
 
+#[path = "../all/network/racks.rs"]
+mod racks;
+
 #[path = "../all/network/foxglove.rs"]
 mod foxglove;
 
@@ -27,6 +30,7 @@ mod hosts;
 mod inner_model;
 mod mixed;
 mod patrol;
+mod python_members;
 mod python_worker;
 mod remote;
 mod time;

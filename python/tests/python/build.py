@@ -48,7 +48,7 @@ class Fixture:
             "slots": [],
             **more,
         }
-        self._attributes: list[tuple[str, type]] = []
+        self._attributes: list[tuple[str, Any, bool]] = []
         self._handlers: dict[str, Any] = {}
 
     def _interface(self, full: str) -> dict[str, Any]:
@@ -86,15 +86,17 @@ class Fixture:
                 **more,
             }
         )
+        is_array = bool(more.get("is_array"))
+        end: Any = None
         if role == "requires":
-            self._attributes.append((snake_case(name), _client(interface)))
+            end = _client(interface)
         elif role == "publishes":
-            self._attributes.append((snake_case(name), _publisher(interface)))
+            end = _publisher(interface)
         else:
-            self._attributes.append(("", object))
             for operation in interface["operations"]:
-                handler = _handler(operation)
+                handler = _handler(operation, is_array)
                 self._handlers[snake_case(operation["name"])] = handler
+        self._attributes.append((snake_case(name), end, is_array))
         return self
 
     @property
@@ -123,9 +125,12 @@ class Fixture:
         class Context(robocomp.Context):
             def __init__(self, link: robocomp.Link) -> None:
                 super().__init__(link)
-                for number, (name, class_) in enumerate(attributes):
-                    if name:
-                        setattr(self, name, class_(link, number))
+                for number, (name, end, is_array) in enumerate(attributes):
+                    if is_array:
+                        make = end or (lambda link, slot: None)
+                        setattr(self, name, robocomp.SlotArray(link, number, make))
+                    elif end:
+                        setattr(self, name, end(link, number))
 
             def _set_parameters(self, values: Any) -> None:
                 self.params = values
@@ -167,8 +172,9 @@ def _publisher(interface: dict[str, Any]) -> type:
     return type(f"{interface['name']}Publisher", (robocomp.Publisher,), body)
 
 
-def _handler(operation: dict[str, Any]) -> Any:
+def _handler(operation: dict[str, Any], of_member: bool) -> Any:
     names = [f"a{number}" for number, _ in enumerate(operation.get("inputs", []))]
+    names = ["member", *names] if of_member else names
     scope: dict[str, Any] = {}
     exec(f"def handler(self, ctx, {', '.join(names)}): raise NotImplementedError", scope)
     return robocomp.required(scope["handler"])

@@ -240,6 +240,15 @@ class Life(unittest.TestCase):
         self.assertEqual(code, 0, errors)
         self.assertIn("ValueError: uphill", errors)
 
+    def test_a_machine_begins_with_its_first_event(self):
+        chart = machine()
+        chart["first_event"] = chart["chart"]["events"].index("go")
+        entry = "\n    def entry_cruising(self, ctx):\n        said('entry cruising', ctx.is_stopping)\n"
+        self.start(entry, machine=chart)
+        self.expect("entry cruising")
+        self.process.terminate()
+        self.assertEqual(self.wait()[0], 0)
+
     def test_a_fatal_function_of_a_state_ends_the_component(self):
         fatal = 'raise robocomp.Fatal("no wheel")'
         self.start(f"\n    def entry_driving(self, ctx):\n        {fatal}\n", machine=machine())

@@ -90,12 +90,11 @@ impl Port {
         self.is_look = true;
     }
 
-    /// Whether the handler of a subscriber's samples may keep them. A member of an array has none
-    /// that does.
+    /// Whether the handler of a subscriber's samples may keep them.
     pub(super) fn keeps(&self, component: &dyn Component) -> bool {
         match &self.receiver {
             Receiver::Subscriber { operation, .. } => {
-                self.of.member.is_none() && component.keeps(self.of.described, *operation)
+                component.keeps(self.of.described, *operation)
             }
             Receiver::Server(_) => false,
         }
@@ -173,7 +172,8 @@ pub(crate) fn receive(
     }
     let body = match sample {
         Sample::Kept(sample) => {
-            return component.receive_kept(slot.described, operation, header.encoding, sample);
+            let (described, member) = (slot.described, slot.member.as_ref());
+            return component.receive_kept(described, member, operation, header.encoding, sample);
         }
         Sample::Borrowed(body) => body,
     };

@@ -132,12 +132,13 @@ impl<C: Component> Component for Recorded<C> {
     fn receive_kept(
         &mut self,
         slot: usize,
+        member: Option<&Member>,
         operation: usize,
         encoding: Encoding,
         sample: Box<dyn KeptSample>,
     ) -> Result<(), HandlerError> {
         let component = &mut self.component;
-        component.receive_kept(slot, operation, encoding, sample)
+        component.receive_kept(slot, member, operation, encoding, sample)
     }
 
     fn serve_member(

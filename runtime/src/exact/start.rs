@@ -26,7 +26,7 @@ pub(crate) struct Start {
     pub(crate) members: Listed,
     /// The working directory.
     pub(crate) directory: String,
-    /// The executable.
+    /// The executable, or the launcher of a worker in Python. Empty if none is known.
     pub(crate) program: String,
 }
 
@@ -52,10 +52,7 @@ impl Start {
             parameters: values.to_record(),
             members: members.clone(),
             directory: directory.display().to_string(),
-            program: std::env::current_exe()
-                .unwrap_or_default()
-                .display()
-                .to_string(),
+            program: String::new(),
         }
     }
 

@@ -8,12 +8,14 @@
 mod array;
 mod backend;
 pub(crate) mod defaults;
+mod members;
 mod server;
 mod subscriber;
 
 pub use crate::process::embed_with_defaults as embed;
 pub use array::FakeArray;
 pub use defaults::DefaultReply;
+pub use members::TestMembers;
 pub use rc_middleware::in_place::boxed as in_place;
 pub use server::{FakeServer, Fault, unknown};
 pub use subscriber::FakeSubscriber;
