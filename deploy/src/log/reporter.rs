@@ -59,6 +59,24 @@ impl Reporter {
     pub(crate) fn start(format: Format, output: Output, width: usize) -> io::Result<Self> {
         let out = File::from(io::stdout().as_fd().try_clone_to_owned()?);
         let err = File::from(io::stderr().as_fd().try_clone_to_owned()?);
+        Self::onto(out, err, format, output, width)
+    }
+
+    /// One that only keeps its journal.
+    #[cfg(test)]
+    pub(crate) fn silent() -> Self {
+        let null = || File::options().write(true).open("/dev/null");
+        let [out, err] = [null(), null()].map(|file| file.expect("a device"));
+        Self::onto(out, err, Format::Human, Output::Streams, 0).expect("a thread")
+    }
+
+    fn onto(
+        out: File,
+        err: File,
+        format: Format,
+        output: Output,
+        width: usize,
+    ) -> io::Result<Self> {
         let (sender, receiver) = mpsc::channel();
         let waiting = Arc::new(AtomicUsize::new(0));
         let counter = Arc::clone(&waiting);

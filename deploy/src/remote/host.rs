@@ -42,8 +42,20 @@ const COMPLAINT: usize = 2000;
 pub(crate) struct Outbox(Rc<RefCell<Output>>);
 
 impl Outbox {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(Rc::new(RefCell::new(Output::up_to(WAITING))))
+    }
+
+    /// Takes the messages that wait.
+    #[cfg(test)]
+    pub(crate) fn take(&self) -> Vec<SupervisorMessage> {
+        let mut text = Vec::new();
+        self.0.borrow_mut().write(&mut text).expect("memory");
+        let lines = text.split(|byte| *byte == b'\n');
+        let lines = lines.filter(|line| !line.is_empty());
+        lines
+            .map(|line| serde_json::from_slice(line).expect("a message"))
+            .collect()
     }
 
     fn push(&self, message: &SupervisorMessage) {
@@ -222,6 +234,16 @@ impl Host {
             root: PathBuf::new(),
             was_there: false,
         }
+    }
+
+    /// Connects it without an agent, whose part the test takes.
+    #[cfg(test)]
+    pub(crate) fn pretend(&mut self) {
+        let (stream, _) = UnixStream::pair().expect("a pair");
+        let child = std::process::Command::new("true").spawn().expect("it runs");
+        let lines = Lines::up_to(LONGEST, Overlong::Skip);
+        self.link = Link::There(Ssh { child, stream }, lines);
+        self.was_there = true;
     }
 
     /// Destination as in `ssh DESTINATION`.

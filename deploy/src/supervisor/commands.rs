@@ -169,8 +169,8 @@ impl Commands {
         &mut self,
         units: &mut [Unit],
         needs: &[BTreeSet<usize>],
+        now: Instant,
     ) -> Vec<(ClientRequest, CommandResult)> {
-        let now = Instant::now();
         let mut answers = Vec::new();
         let Self { jobs, reach } = self;
         for mut job in std::mem::take(jobs) {

@@ -35,6 +35,22 @@ pub(crate) struct ClientRequest {
     pub(crate) request: Request,
 }
 
+#[cfg(test)]
+impl ClientRequest {
+    /// A request of a client that is not connected.
+    pub(super) fn of(client: u64, request: Request) -> Self {
+        Self {
+            client,
+            id: None,
+            request,
+        }
+    }
+
+    pub(super) fn client(&self) -> u64 {
+        self.client
+    }
+}
+
 impl Control {
     /// Listens at `path`, and replaces the socket of a supervisor that was killed. The caller owns
     /// the path.

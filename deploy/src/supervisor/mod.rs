@@ -21,6 +21,8 @@ pub(crate) mod restart;
 mod start_order;
 mod starts;
 mod supervise;
+#[cfg(test)]
+mod tests;
 mod unit;
 mod unit_lifecycle;
 pub mod up;

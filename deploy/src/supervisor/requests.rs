@@ -8,6 +8,7 @@ use crate::supervisor::unit::Unit;
 use rc_management::event::Severity;
 use rc_management::supervisor::{CommandResult, NetworkStatus, Request, Verb};
 use std::collections::BTreeSet;
+use std::time::Instant;
 
 impl Supervisor<'_> {
     /// Serves at most one request of each client.
@@ -66,7 +67,8 @@ impl Supervisor<'_> {
     /// Continues the commands of clients.
     pub(super) fn advance_commands(&mut self) {
         let answers = if self.ending.is_none() {
-            self.commands.advance(&mut self.units, &self.needs)
+            let now = Instant::now();
+            self.commands.advance(&mut self.units, &self.needs, now)
         } else {
             self.commands.end(&self.units)
         };
