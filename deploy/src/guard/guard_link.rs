@@ -89,28 +89,13 @@ impl Guard {
             .stderr(Stdio::from(log))
             .spawn()
             .map_err(|error| Error::Guard(format!("{}: {error}", command.program.display())))?;
-        let pidfd = pidfd_open(Pid::from_child(&child), PidfdFlags::empty())
-            .context("watch the guard process")?;
         let services_text = services.iter().flat_map(|service| {
             let hold = Report::Hold(service.clone());
             lines::encode(&hold)
         });
         let services_text: Vec<u8> = services_text.collect();
-        let mut guard = Self {
-            started: Instant::now(),
-            child,
-            pidfd,
-            link,
-            output: Output::up_to(services_text.len() + MAX_REPORTS),
-            lines: Lines::new(Overlong::Skip),
-            services: services.len(),
-            progress: Progress::Starting,
-            deaths: 0,
-            cleaned: 0,
-            removed: Vec::new(),
-            moved: Instant::now(),
-            failure: None,
-        };
+        let limit = services_text.len() + MAX_REPORTS;
+        let mut guard = Self::of(child, link, services.len(), limit)?;
         let mark = registry.mark.clone();
         guard.tell(&Report::Network { mark });
         for component in &registry.components {
@@ -119,6 +104,28 @@ impl Guard {
         guard.output.push(&services_text);
         guard.write();
         Ok(guard)
+    }
+
+    /// The guard behind this link, which does not block. At most `limit` bytes wait for it.
+    fn of(child: Child, link: UnixStream, services: usize, limit: usize) -> Result<Self, Error> {
+        let pidfd = pidfd_open(Pid::from_child(&child), PidfdFlags::empty())
+            .context("watch the guard process")?;
+        let now = Instant::now();
+        Ok(Self {
+            started: now,
+            child,
+            pidfd,
+            link,
+            output: Output::up_to(limit),
+            lines: Lines::new(Overlong::Skip),
+            services,
+            progress: Progress::Starting,
+            deaths: 0,
+            cleaned: 0,
+            removed: Vec::new(),
+            moved: now,
+            failure: None,
+        })
     }
 
     pub(crate) fn pid(&self) -> i32 {
@@ -330,3 +337,6 @@ impl Guard {
         crate::process::identity::signal(&self.pidfd, Signal::KILL);
     }
 }
+
+#[cfg(test)]
+mod tests;

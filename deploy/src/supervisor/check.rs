@@ -78,6 +78,8 @@ mod tests {
         assert!(message(&[("../a", &[])]).contains("`../a`"));
         assert!(message(&[("rcdeploy", &[])]).contains("reserved"));
         let mut endless = plan(&[("a", &[])]);
+        endless.components[0].stop = LONGEST;
+        assert!(check(&endless).is_ok());
         endless.components[0].stop = Duration::MAX;
         assert!(
             check(&endless)

@@ -184,3 +184,190 @@ fn take_events(client: &mut ServedClient<NextEvent>, journal: &Journal) {
     }
     client.state = Some(next);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rc_management::event::{Event, Severity};
+    use rustix::event::{PollFd, Timespec, poll};
+    use std::io::{BufRead, BufReader, Write};
+    use std::os::unix::net::UnixStream;
+    use std::time::Duration;
+
+    struct Client(BufReader<UnixStream>);
+
+    impl Client {
+        fn connect(path: &Path) -> Self {
+            let stream = UnixStream::connect(path).expect("its socket");
+            let limit = Some(Duration::from_mins(1));
+            stream.set_read_timeout(limit).expect("a limit");
+            Self(BufReader::new(stream))
+        }
+
+        fn ask(&self, id: u64, method: &str) {
+            let line = format!(r#"{{"jsonrpc":"2.0","id":{id},"method":"{method}"}}"#) + "\n";
+            self.0.get_ref().write_all(line.as_bytes()).expect("room");
+        }
+
+        fn has_answer(&self) -> bool {
+            let now = Timespec::try_from(Duration::ZERO).expect("a short time");
+            let mut fd = [PollFd::new(self.0.get_ref(), PollFlags::IN)];
+            poll(&mut fd, Some(&now)).expect("it can be waited for") > 0
+        }
+
+        fn line(&mut self) -> Value {
+            let mut line = String::new();
+            self.0.read_line(&mut line).expect("an answer");
+            serde_json::from_str(&line).expect("JSON")
+        }
+    }
+
+    /// Serves until so many requests have come, in turns that take all that has come.
+    fn requests(control: &mut Control, count: usize) -> Vec<ClientRequest> {
+        let limit = Instant::now() + Duration::from_mins(1);
+        let mut requests = Vec::new();
+        while requests.len() < count {
+            assert!(Instant::now() < limit, "no request comes");
+            turn(control);
+            requests.extend(control.requests());
+        }
+        requests
+    }
+
+    fn turn(control: &mut Control) {
+        let short = Timespec::try_from(Duration::from_millis(10)).expect("a short time");
+        let all: Vec<_> = control.descriptors().collect();
+        let fds = all
+            .iter()
+            .map(|(_, fd, flags)| PollFd::from_borrowed_fd(*fd, *flags));
+        let mut fds: Vec<PollFd<'_>> = fds.collect();
+        poll(&mut fds, Some(&short)).expect("it can be waited for");
+        let ready: Vec<_> = fds
+            .iter()
+            .zip(&all)
+            .filter(|(fd, _)| !fd.revents().is_empty())
+            .map(|(fd, (source, ..))| (*source, fd.revents()))
+            .collect();
+        for (source, events) in ready {
+            control.turn(source, events);
+        }
+        control.check(Instant::now());
+    }
+
+    #[test]
+    fn the_socket_of_a_killed_supervisor_is_replaced() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.sock");
+        drop(Control::listen(&path).expect("a socket"));
+        let mut control = Control::listen(&path).expect("a socket");
+        let client = Client::connect(&path);
+        client.ask(1, "status");
+        assert_eq!(requests(&mut control, 1)[0].request, Request::Status);
+        // A folder is not its socket.
+        assert!(Control::listen(folder.path()).is_err());
+    }
+
+    #[test]
+    fn requests_that_control_come_first_and_each_gets_its_answer() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.sock");
+        let mut control = Control::listen(&path).expect("a socket");
+        let mut asks = Client::connect(&path);
+        let mut ends = Client::connect(&path);
+        // Until both are served.
+        for client in [&mut asks, &mut ends] {
+            client.ask(0, "dance");
+            while !client.has_answer() {
+                turn(&mut control);
+                assert!(control.requests().is_empty(), "there is no such request");
+            }
+            assert_eq!(client.line()["error"]["code"], -32601);
+        }
+        asks.ask(1, "status");
+        ends.ask(2, "down");
+        // A local socket delivers at once, so one turn reads both.
+        let both = requests(&mut control, 2);
+        assert_eq!(both[0].request, Request::Down);
+        control.answer_down(&both[0]);
+        let status = NetworkStatus {
+            network: "net".to_owned(),
+            pid: 7,
+            guard: None,
+            ddsl: "net.ddsl".into(),
+            digest: None,
+            changed: false,
+            components: Vec::new(),
+        };
+        control.answer_status(&both[1], &status);
+        assert_eq!(ends.line()["result"]["stopping"], true);
+        assert_eq!(asks.line()["result"]["network"], "net");
+        asks.ask(3, "ring");
+        let request = requests(&mut control, 1).remove(0);
+        control.answer_refused(&request, "no ring");
+        assert_eq!(asks.line()["error"]["message"], "no ring");
+        asks.ask(4, "ring");
+        let request = requests(&mut control, 1).remove(0);
+        let done = CommandResult {
+            done: vec!["a".to_owned()],
+            failed: Vec::new(),
+        };
+        control.answer_command(&request, &done);
+        let answer = asks.line();
+        assert_eq!(
+            (&answer["id"], &answer["result"]["done"][0]),
+            (&4.into(), &"a".into())
+        );
+    }
+
+    #[test]
+    fn a_slow_follower_gets_the_events_that_are_kept_and_the_number_of_the_others() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.sock");
+        let mut control = Control::listen(&path).expect("a socket");
+        let mut client = Client::connect(&path);
+        let mut journal = Journal::default();
+        let mut count = 0;
+        let mut add = |journal: &mut Journal, events: u64| {
+            for _ in 0..events {
+                let text = format!("{count} {}", "x".repeat(1000));
+                journal.add(&Event::network(Severity::Info, "up", text));
+                count += 1;
+            }
+        };
+        add(&mut journal, 3);
+        client.ask(1, "events");
+        let request = requests(&mut control, 1).remove(0);
+        assert_eq!(request.request, Request::Events);
+        control.answer_events(&request, &journal);
+        assert_eq!(client.line()["result"]["kept"], 3);
+        let mut next = 0;
+        let mut missed = 0;
+        // It does not read while twice as many events come as are kept.
+        for _ in 0..20 {
+            add(&mut journal, 100);
+            control.send_events(&journal);
+            let server = &mut control.0;
+            let waits = server.clients_mut().map(|client| client.waiting()).max();
+            assert!(waits < Some(MAX_EVENT_OUTPUT + 2000), "{waits:?}");
+        }
+        while next < 2003 {
+            control.send_events(&journal);
+            let line = client.line();
+            match line["method"].as_str() {
+                Some("missed") => {
+                    let events = line["params"]["events"].as_u64().expect("a number");
+                    missed += events;
+                    next += events;
+                }
+                Some("event") => {
+                    let text = line["params"]["message"].as_str().expect("a text");
+                    let number = text.split(' ').next().and_then(|text| text.parse().ok());
+                    assert_eq!(number, Some(next));
+                    next += 1;
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+        assert!(missed > 0 && missed < 1003, "{missed}");
+    }
+}

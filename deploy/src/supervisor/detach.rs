@@ -161,3 +161,92 @@ fn wait(child: &mut Child, limit: Duration) -> Option<String> {
     let status = child.wait().ok()?;
     Some(format!("ended with {status}"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rc_deploy_network::plan::{Component, Host};
+    use std::io::Read;
+
+    fn plan(hosts: &[Option<&str>]) -> Plan {
+        let components = hosts.iter().enumerate().map(|(at, host)| Component {
+            ready: Duration::from_secs(100),
+            stop: Duration::from_secs(7),
+            host: host.map(|name| Host {
+                name: name.to_owned(),
+                address: name.to_owned(),
+                user: None,
+                workspace: None,
+            }),
+            ..Component::new(format!("c{at}"), "/bin/true", "/")
+        });
+        Plan {
+            network: "net".to_owned(),
+            ddsl: "net.ddsl".into(),
+            components: components.collect(),
+            ring: None,
+        }
+    }
+
+    #[test]
+    fn limits_add_those_of_the_components() {
+        let here = plan(&[None, None]);
+        assert_eq!(start_limit(&here), Duration::from_secs(2 * 107 + 15));
+        assert_eq!(stop_limit(&here), Duration::from_secs(2 * 7 + 10));
+        let there = plan(&[None, Some("robot")]);
+        let with_host = start_limit(&here) + remote::SET_UP_LIMIT;
+        assert_eq!(start_limit(&there), with_host);
+    }
+
+    /// What a launcher hears of a supervisor that says this, and then ends.
+    fn heard(say: impl FnOnce(UnixStream)) -> Option<StartReport> {
+        let (ours, theirs) = UnixStream::pair().expect("a pair");
+        ours.set_nonblocking(true).expect("a mode");
+        say(theirs);
+        listen(OwnedFd::from(ours), Duration::from_mins(1))
+    }
+
+    #[test]
+    fn a_launcher_hears_how_the_start_went() {
+        let up = heard(|theirs| Launcher(theirs).up());
+        assert_eq!(up, Some(StartReport::Up));
+        let failed = heard(|theirs| Launcher(theirs).failed("no motor"));
+        assert_eq!(failed, Some(StartReport::Failed("no motor".to_owned())));
+        let noise = heard(|mut theirs| {
+            theirs.write_all(b"a library prints\n").expect("room");
+            Launcher(theirs).up();
+        });
+        assert_eq!(noise, Some(StartReport::Up));
+        assert_eq!(heard(drop), None);
+        // One that says nothing for too long.
+        let (ours, _theirs) = UnixStream::pair().expect("a pair");
+        ours.set_nonblocking(true).expect("a mode");
+        assert_eq!(listen(OwnedFd::from(ours), Duration::from_millis(1)), None);
+    }
+
+    #[test]
+    fn the_end_of_a_launcher_is_noticed() {
+        let (mut ours, theirs) = UnixStream::pair().expect("a pair");
+        let launcher = Launcher(theirs);
+        let descriptor = OwnedFd::from(launcher.descriptor().try_clone().expect("a copy"));
+        assert!(first_readable([&descriptor], Duration::from_millis(1)).is_none());
+        launcher.up();
+        let mut text = [0; 5];
+        ours.read_exact(&mut text).expect("a line");
+        assert_eq!(&text, b"\"up\"\n");
+        drop(ours);
+        assert!(first_readable([&descriptor], Duration::from_mins(1)).is_some());
+    }
+
+    #[test]
+    fn a_supervisor_that_ended_is_described() {
+        let mut child = Command::new("false").spawn().expect("it starts");
+        let how = wait(&mut child, Duration::from_mins(1));
+        assert_eq!(how.as_deref(), Some("ended with exit status: 1"));
+        let mut runs = Command::new("cat").stdin(Stdio::piped()).spawn();
+        let runs = runs.as_mut().expect("it starts");
+        assert_eq!(wait(runs, Duration::from_millis(1)), None);
+        drop(runs.stdin.take());
+        assert!(wait(runs, Duration::from_mins(1)).is_some());
+    }
+}

@@ -151,6 +151,10 @@ impl FlightRecorder {
 
     /// Ends it: it writes what was asked for, as long as it makes progress.
     pub(super) fn end(&mut self) {
+        self.end_within(END, STILL);
+    }
+
+    fn end_within(&mut self, limit: Duration, still: Duration) {
         self.due = None;
         let Some(mut child) = self.child.take() else {
             return;
@@ -158,7 +162,7 @@ impl FlightRecorder {
         drop(child.stdin.take());
         let begun = Instant::now();
         let (mut size, mut grown) = (self.written(), begun);
-        while begun.elapsed() < END && grown.elapsed() < STILL {
+        while begun.elapsed() < limit && grown.elapsed() < still {
             if !matches!(child.try_wait(), Ok(None)) {
                 return;
             }
@@ -170,5 +174,145 @@ impl FlightRecorder {
         }
         let _ = child.kill();
         let _ = child.wait();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RING: Duration = Duration::from_mins(1);
+
+    /// A recorder whose process is this program.
+    fn running(folder: &Path, program: &str, args: &[&str]) -> FlightRecorder {
+        let mut recorder = FlightRecorder::new("net", RING, folder);
+        let child = Command::new(program)
+            .args(args)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .spawn();
+        let child = child.expect("it starts");
+        let input = child.stdin.as_ref().expect("a pipe");
+        rustix::io::ioctl_fionbio(input, true).expect("a mode");
+        recorder.child = Some(child);
+        recorder.started = Some(Instant::now());
+        recorder
+    }
+
+    /// Checks it until it has ended.
+    fn ended(recorder: &mut FlightRecorder, now: Instant) -> Option<String> {
+        let limit = Instant::now() + Duration::from_mins(1);
+        while recorder.child.is_some() {
+            assert!(Instant::now() < limit, "it does not end");
+            let text = recorder.check(now, &Mark::none());
+            if recorder.child.is_none() {
+                return text;
+            }
+            std::thread::sleep(LOOK);
+        }
+        None
+    }
+
+    #[test]
+    fn the_end_of_a_recorder_is_said_once_until_it_has_begun_well() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut recorder = running(folder.path(), "false", &[]);
+        let now = Instant::now();
+        let text = ended(&mut recorder, now).expect("a message");
+        let log = folder.path().join("rcdeploy-ring.log");
+        assert_eq!(
+            text,
+            format!(
+                "the recorder of the ring ended (exit status: 1); see {}",
+                log.display()
+            )
+        );
+        assert_eq!(recorder.deadline(), Some(now + PAUSE));
+        for (ran, is_said) in [(SETTLED / 2, false), (SETTLED, true), (LOOK, false)] {
+            let started = Instant::now();
+            recorder.started = Some(started);
+            let text = recorder.ended(started + ran, || "ended".to_owned());
+            assert_eq!(text.is_some(), is_said, "{ran:?}");
+        }
+    }
+
+    #[test]
+    fn a_recorder_starts_when_it_is_due() {
+        // Its log cannot be opened.
+        let nowhere = Path::new("/nowhere/at all");
+        let mut recorder = FlightRecorder::new("net", RING, nowhere);
+        let now = Instant::now();
+        assert_eq!(recorder.deadline(), None);
+        assert_eq!(recorder.check(now, &Mark::none()), None);
+        recorder.begin();
+        let due = recorder.deadline().expect("a time");
+        assert!(due >= now && due <= Instant::now());
+        let early = due.checked_sub(LOOK).expect("a time");
+        assert_eq!(recorder.check(early, &Mark::none()), None);
+        assert_eq!(recorder.deadline(), Some(due));
+        let text = recorder.check(due, &Mark::none()).expect("a message");
+        let start = "the recorder of the ring cannot be started: ";
+        assert!(text.starts_with(start), "{text}");
+        assert_eq!(recorder.deadline(), Some(due + PAUSE));
+    }
+
+    #[test]
+    fn a_recorder_is_asked_to_write_while_it_runs() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut none = FlightRecorder::new("net", RING, folder.path());
+        assert!(!none.write());
+        let mut ended = running(folder.path(), "true", &[]);
+        ended
+            .child
+            .as_mut()
+            .expect("a child")
+            .wait()
+            .expect("it ends");
+        assert!(!ended.write());
+        // One that does not read has the request already.
+        let mut deaf = running(folder.path(), "sleep", &["600"]);
+        for _ in 0..20_000 {
+            assert!(deaf.write());
+        }
+        let child = deaf.child.as_mut().expect("a child");
+        child.kill().expect("it runs");
+        child.wait().expect("it ends");
+    }
+
+    #[test]
+    fn a_recorder_ends_by_itself_or_is_killed() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let marker = folder.path().join("marker");
+        let script = "cat; touch \"$0\"";
+        let marker_text = marker.to_str().expect("text");
+        let mut recorder = running(folder.path(), "sh", &["-c", script, marker_text]);
+        recorder.begin();
+        let limit = Duration::from_mins(1);
+        recorder.end_within(limit, limit);
+        assert!(marker.exists() && recorder.deadline().is_none());
+        assert!(recorder.child.is_none());
+        for (whole, still) in [(LOOK, limit), (limit, LOOK)] {
+            let mut deaf = running(folder.path(), "sleep", &["600"]);
+            let pid = deaf.child.as_ref().expect("a child").id();
+            let begun = Instant::now();
+            deaf.end_within(whole, still);
+            assert!(begun.elapsed() < limit);
+            assert!(!Path::new(&format!("/proc/{pid}")).exists());
+        }
+    }
+
+    #[test]
+    fn what_a_recorder_has_written_is_counted() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let recorder = FlightRecorder::new("net", RING, folder.path());
+        assert_eq!(recorder.written(), 0);
+        for (name, bytes) in [
+            ("rcdeploy-ring.mcap", 5),
+            ("rcdeploy-ring_1.mcap", 7),
+            ("a.log", 9),
+        ] {
+            std::fs::write(folder.path().join(name), vec![0; bytes]).expect("written");
+        }
+        assert_eq!(recorder.written(), 12);
     }
 }

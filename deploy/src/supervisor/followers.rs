@@ -54,5 +54,7 @@ mod tests {
             "--clock source --name x"
         );
         assert_eq!(args("--clock system"), "--clock system");
+        assert_eq!(args("--x --followers"), "--x --followers");
+        assert_eq!(args("--followers a,b"), "--followers a");
     }
 }

@@ -465,4 +465,98 @@ mod tests {
         assert_eq!(watch.troubles(), []);
         assert_eq!(codes(&watch.heartbeat(peers(0))), ["peer-vanished"]);
     }
+
+    #[test]
+    fn an_external_slot_that_needs_no_peer_is_not_missed() {
+        let mut watch = HealthMonitor {
+            external: vec!["Laser".to_owned()],
+            optional: vec!["Laser".to_owned()],
+            ..HealthMonitor::default()
+        };
+        for _ in 0..2 * CALM {
+            assert_eq!(codes(&watch.heartbeat(peers(0))), [""; 0]);
+        }
+        assert_eq!(codes(&watch.heartbeat(peers(1))), [""; 0]);
+        let gone = watch.heartbeat(peers(0));
+        assert_eq!(gone[0].2, "external slot Laser has no peer any more");
+        assert_eq!(watch.troubles(), []);
+    }
+
+    #[test]
+    fn an_overrun_is_reported_while_the_loop_hangs() {
+        let mut watch = HealthMonitor::default();
+        let late = Heartbeat {
+            age_ms: 9000,
+            ..slow()
+        };
+        assert_eq!(codes(&watch.heartbeat(late)), ["overrun"]);
+    }
+
+    #[test]
+    fn only_some_mismatches_are_kept() {
+        let mut watch = HealthMonitor::default();
+        let topics: Vec<String> = (0..MISMATCHES).map(|at| format!("t{at}")).collect();
+        let topics: Vec<&str> = topics.iter().map(String::as_str).collect();
+        watch.heartbeat(silent(&topics));
+        let unlike = Heartbeat {
+            mismatches: (0..MISMATCHES + 2).map(|at| format!("m{at}")).collect(),
+            ..silent(&topics)
+        };
+        let happened = watch.heartbeat(unlike);
+        assert_eq!(codes(&happened), ["mismatch"; MISMATCHES + 2]);
+        let kept = watch.troubles().into_iter();
+        let kept = kept.filter(|trouble| trouble.code == "mismatch");
+        assert_eq!(kept.count(), MISMATCHES);
+    }
+
+    #[test]
+    fn the_last_heartbeat_has_the_present_clock_and_machine() {
+        let mut watch = HealthMonitor::default();
+        assert!(watch.clock().is_none() && watch.machine().is_none());
+        let clock = ClockStatus {
+            tick: 7,
+            ..ClockStatus::default()
+        };
+        watch.heartbeat(Heartbeat {
+            clock: Some(Box::new(clock)),
+            machine: Some(Box::default()),
+            ..Heartbeat::default()
+        });
+        assert_eq!(watch.clock().map(|clock| clock.tick), Some(7));
+        assert_eq!(watch.machine(), Some(&MachineStatus::default()));
+        watch.heartbeat(Heartbeat::default());
+        assert!(watch.clock().is_none() && watch.machine().is_none());
+    }
+
+    #[test]
+    fn growing_memory_is_a_condition() {
+        let mut watch = HealthMonitor::default();
+        let pause = Duration::from_secs(30);
+        let mut readings = (100..200).filter_map(|mib: u64| watch.memory(mib << 20, pause));
+        let (severity, code, text) = readings.next().expect("it grows");
+        assert_eq!((severity, code), (Severity::Warning, "memory-growth"));
+        drop(readings);
+        let troubles = watch.troubles();
+        assert_eq!(troubles[0].message, text);
+        assert_eq!(watch.memory(0, pause), None);
+    }
+
+    #[test]
+    fn memory_is_read_after_each_pause() {
+        let pause = Duration::from_secs(30);
+        let mut rounds = MemoryRounds::new(pause);
+        let due = rounds.deadline();
+        assert!(due > Instant::now());
+        assert!(!rounds.is_due(Instant::now()));
+        assert!(rounds.is_due(due));
+        assert_eq!(rounds.deadline(), due + pause);
+    }
+
+    #[test]
+    fn the_memory_of_a_process_is_in_bytes() {
+        let own = std::process::id().try_into().expect("a pid");
+        let bytes = resident(own).expect("it runs");
+        assert!((1 << 20..1 << 34).contains(&bytes), "{bytes}");
+        assert_eq!(resident(-1), None);
+    }
 }

@@ -57,7 +57,7 @@ impl Supervisor<'_> {
         self.network_event(severity, code, text);
     }
 
-    fn take_host_event(&mut self, h: usize, events: HostEvent) {
+    pub(super) fn take_host_event(&mut self, h: usize, events: HostEvent) {
         match events {
             HostEvent::Connected(began) => self.host_there(h, &began),
             HostEvent::Unreachable(why) if self.hosts[h].was_there() => {
@@ -142,7 +142,7 @@ impl Supervisor<'_> {
         }
     }
 
-    fn take_agent_message(&mut self, h: usize, message: AgentMessage) {
+    pub(super) fn take_agent_message(&mut self, h: usize, message: AgentMessage) {
         let on = |name: &str| {
             let mut on = self.units_on(h);
             on.find(|i| self.units[*i].name() == name)

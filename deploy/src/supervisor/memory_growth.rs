@@ -179,4 +179,54 @@ mod tests {
         let flat = reported((0..2000_u64).map(|at| 1000 + at % 7));
         assert_eq!(flat, [0; 0], "the noise of a large program");
     }
+
+    /// Whether growth is reported of a process with so many MiB before the time that is looked at,
+    /// if it ran that long, and in each quarter of it.
+    fn grows(before: Option<u64>, quarters: [u64; 4]) -> bool {
+        let ten = |mib: u64| std::iter::repeat_n(mib, 10);
+        let start = std::iter::repeat_n(before.unwrap_or(0), WARM_UP as usize);
+        let run = before.into_iter().chain(quarters).flat_map(ten);
+        !reported(start.chain(run)).is_empty()
+    }
+
+    #[test]
+    fn the_gain_is_at_least_eight_mib_and_a_tenth() {
+        assert!(grows(None, [10, 13, 16, 18]));
+        assert!(!grows(None, [10, 13, 16, 17]));
+        assert!(grows(None, [100, 103, 106, 110]));
+        assert!(!grows(None, [100, 103, 106, 109]));
+    }
+
+    #[test]
+    fn each_quarter_has_a_tenth_of_the_gain() {
+        assert!(grows(None, [100, 102, 110, 120]));
+        for stalled in [
+            [100, 101, 110, 120],
+            [100, 110, 111, 120],
+            [100, 110, 119, 120],
+            [100, 130, 110, 120],
+        ] {
+            assert!(!grows(None, stalled), "{stalled:?}");
+        }
+    }
+
+    #[test]
+    fn memory_that_a_process_had_before_is_no_growth() {
+        assert!(grows(Some(119), [100, 103, 106, 120]));
+        assert!(!grows(Some(120), [100, 103, 106, 120]));
+    }
+
+    #[test]
+    fn the_message_says_how_much_within_which_time() {
+        let message = |pause| {
+            let mut growth = Growth::default();
+            let pause = Duration::from_millis(pause);
+            let mut all = (100..200).filter_map(|mib: u64| growth.sample(mib << 20, pause));
+            all.next().expect("it grows")
+        };
+        let text = "its memory grows steadily: from 104 to 134 MiB within";
+        assert_eq!(message(30_000), format!("{text} 20 minutes"));
+        assert_eq!(message(3000), format!("{text} 2 minutes"));
+        assert_eq!(message(20), format!("{text} 0.8 s"));
+    }
 }

@@ -70,3 +70,25 @@ impl Outcome {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_has_a_message_and_a_code() {
+        for outcome in [Outcome::Done, Outcome::Stopped] {
+            assert_eq!((outcome.exit_code(), outcome.message()), (0, None));
+        }
+        let failed = Outcome::Failed("a: ended".to_owned());
+        let message = failed.message();
+        assert_eq!(
+            (failed.exit_code(), message.as_deref()),
+            (3, Some("a: ended"))
+        );
+        let refused = Outcome::Refused(Error::Plan("no plan".to_owned()));
+        let message = refused.message().expect("a message");
+        assert_eq!(refused.exit_code(), 1);
+        assert!(message.contains("no plan"), "{message}");
+    }
+}

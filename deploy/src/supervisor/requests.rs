@@ -78,7 +78,7 @@ impl Supervisor<'_> {
     }
 
     /// Begins a command, or answers why it is refused.
-    fn take_command(&mut self, request: ClientRequest, verb: Verb, names: &[String]) {
+    pub(super) fn take_command(&mut self, request: ClientRequest, verb: Verb, names: &[String]) {
         let all: Vec<&str> = self.units.iter().map(Unit::name).collect();
         let selected = match verb {
             Verb::Lifecycle(_) => self.managed(names, &all),

@@ -139,4 +139,25 @@ mod tests {
         assert!(!at(61));
         assert_eq!(restarts.count(), 3);
     }
+
+    #[test]
+    fn a_command_begins_anew() {
+        let now = Instant::now();
+        let limit = Some((1, Duration::from_mins(1)));
+        let mut restarts = rules(Policy::OnFailure, limit);
+        let first = Next::Again(Duration::from_secs(2));
+        assert_eq!(restarts.after(true, SHORT, now), first);
+        let text = "restarted once within 60s and ended again";
+        assert_eq!(
+            restarts.after(true, SHORT, now),
+            Next::GiveUp(text.to_owned())
+        );
+        restarts.begin_anew();
+        assert_eq!(restarts.after(true, SHORT, now), first);
+        assert_eq!(restarts.count(), 2);
+        let mut restarts = rules(Policy::OnFailure, Some((2, Duration::from_mins(1))));
+        let all = [(); 3].map(|()| restarts.after(true, SHORT, now));
+        let text = "restarted 2 times within 60s and ended again";
+        assert_eq!(all[2], Next::GiveUp(text.to_owned()));
+    }
 }

@@ -35,3 +35,69 @@ pub(super) fn configured_first(units: &[Unit], needs: &[BTreeSet<usize>]) -> BTr
     let managed = (0..units.len()).filter(|&i| units[i].is_managed());
     managed.filter(|&i| !reach[i].iter().any(waits)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rc_deploy_network::plan::Component;
+
+    fn service(name: &str, users: &[&str]) -> Service {
+        Service {
+            address: name.to_owned(),
+            types: "T".to_owned(),
+            hash: 1,
+            topic: false,
+            depth: 0,
+            keeps: false,
+            users: users.iter().map(|&user| user.to_owned()).collect(),
+        }
+    }
+
+    /// Components, of which each needs those that follow its name. Managed ones begin with `m`.
+    fn plan(components: &[&[&str]]) -> Plan {
+        let components = components.iter().map(|names| Component {
+            after: names[1..].iter().map(|&name| name.to_owned()).collect(),
+            managed: names[0].starts_with('m'),
+            ..Component::new(names[0], "/bin/true", "/")
+        });
+        Plan {
+            network: "net".to_owned(),
+            ddsl: "net.ddsl".into(),
+            components: components.collect(),
+            ring: None,
+        }
+    }
+
+    #[test]
+    fn services_come_in_the_order_of_their_first_users() {
+        let plan = plan(&[&["c", "b"], &["b", "a"], &["a"], &["z"]]);
+        let services = vec![
+            service("of c", &["c"]),
+            service("of all", &["c", "b", "a"]),
+            service("of b", &["b"]),
+            service("of z", &["z"]),
+            service("of nobody", &["elsewhere"]),
+        ];
+        let ordered = in_order_of_start(services, &plan, &plan.needs());
+        let names: Vec<&str> = ordered.iter().map(|service| &*service.address).collect();
+        assert_eq!(names, ["of nobody", "of all", "of z", "of b", "of c"]);
+    }
+
+    #[test]
+    fn a_unit_behind_an_unmanaged_one_that_waits_is_not_configured_first() {
+        let first = |components: &[&[&str]]| {
+            let plan = plan(components);
+            let units = plan.components.iter();
+            let units: Vec<Unit> = units
+                .map(|c| Unit::new(c.clone(), "/nowhere".into()))
+                .collect();
+            let first = configured_first(&units, &plan.needs());
+            Vec::from_iter(first)
+        };
+        assert_eq!(first(&[&["a"], &["m1"], &["m2", "m1"]]), [1, 2]);
+        // `b` starts when `m1` is active, and `m2` after it.
+        assert_eq!(first(&[&["m1"], &["b", "m1"], &["m2", "b"]]), [0]);
+        // `b` needs no managed one.
+        assert_eq!(first(&[&["b"], &["m1", "b"], &["m2", "m1"]]), [1, 2]);
+    }
+}

@@ -13,7 +13,7 @@ const STARTS_PER_PROCESSOR: usize = 4;
 /// turns, clients are served.
 const STARTS: usize = 2;
 /// How many components of a machine start at once. Other machines count as this one.
-static LIMIT: LazyLock<usize> = LazyLock::new(|| {
+pub(super) static LIMIT: LazyLock<usize> = LazyLock::new(|| {
     STARTS_PER_PROCESSOR * std::thread::available_parallelism().map_or(1, usize::from)
 });
 

@@ -246,7 +246,7 @@ impl<'p> Supervisor<'p> {
     }
 
     /// Asks units to end, dependents first.
-    fn stop_ready_units(&mut self) {
+    pub(super) fn stop_ready_units(&mut self) {
         if self.ending.is_none() {
             return;
         }
@@ -260,7 +260,7 @@ impl<'p> Supervisor<'p> {
         }
     }
 
-    fn note_up(&mut self) {
+    pub(super) fn note_up(&mut self) {
         if !self.is_up && self.ending.is_none() && self.units.iter().all(Unit::lets_others_work) {
             self.is_up = true;
             let text = format!("network {} is up", self.plan.network);
@@ -385,7 +385,7 @@ impl<'p> Supervisor<'p> {
         }
     }
 
-    fn signalled(&mut self) {
+    pub(super) fn signalled(&mut self) {
         for _ in 0..self.signals.take() {
             if self.ending.is_none() {
                 self.stop(
@@ -416,7 +416,7 @@ impl<'p> Supervisor<'p> {
         }
     }
 
-    fn check_deadlines(&mut self) {
+    pub(super) fn check_deadlines(&mut self) {
         let now = Instant::now();
         if let Some(relay) = &mut self.relay {
             relay.show(now, self.report);

@@ -70,7 +70,7 @@ impl Group {
         let members = members.iter().copied().collect();
         let commands = &mut self.commands;
         with(&mut self.benches, |units| {
-            commands.take(request, verb, members, units)
+            commands.take(request, verb, members, units);
         });
     }
 

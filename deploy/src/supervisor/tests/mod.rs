@@ -1,8 +1,12 @@
 //! Tests of units without processes: each runs on another machine, and the test takes the part of
 //! its agent.
 
+mod activation;
 mod commands;
 mod life_cycle;
+mod machines;
+mod net;
+mod starts_and_ends;
 mod unit;
 mod unit_messages;
 
