@@ -286,3 +286,6 @@ impl Custody {
         (left, removed, self.lock)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -323,3 +323,110 @@ fn listen(supervisor: &UnixStream, holder: &mut Holder) -> LinkEnd {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::{BufRead, BufReader};
+
+    /// Reports what each task asks for.
+    fn hold(network: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgress)) {
+        assert_eq!(network, "net");
+        for task in tasks {
+            match task {
+                HoldTask::Hold(_) => report(HoldProgress::Held),
+                HoldTask::CleanUp { deaths } => {
+                    report(HoldProgress::Cleaning);
+                    report(HoldProgress::Removed("a".to_owned()));
+                    report(HoldProgress::Cleaned(deaths));
+                }
+            }
+        }
+    }
+
+    /// The guard's end of a link after these reports, and then the answers to them.
+    fn answers(reports: &[Report]) -> (LinkEnd, Vec<Answer>) {
+        let (ours, theirs) = UnixStream::pair().expect("a pair");
+        let mut holder = Holder::start("net", hold, &theirs).expect("a thread");
+        let text: Vec<u8> = reports.iter().flat_map(lines::encode).collect();
+        (&ours).write_all(&text).expect("room");
+        ours.shutdown(std::net::Shutdown::Write).expect("a socket");
+        let end = listen(&theirs, &mut holder);
+        assert!(holder.release(), "its thread ends");
+        drop((holder, theirs));
+        let lines = BufReader::new(ours).lines();
+        let answers = lines.map(|line| {
+            let line = line.expect("a line");
+            serde_json::from_str(&line).expect("an answer")
+        });
+        (end, answers.collect())
+    }
+
+    fn network() -> Report {
+        let own = Identity::own().expect("it runs");
+        let mark = Mark::new("net", own);
+        Report::Network { mark }
+    }
+
+    fn started(name: &str, pid: i32) -> Report {
+        Report::Started(RegisteredProcess {
+            name: name.to_owned(),
+            process: Identity { pid, starttime: 1 },
+            stop_ms: 100,
+        })
+    }
+
+    #[test]
+    fn a_guard_knows_the_processes_that_run_when_its_supervisor_is_gone() {
+        let reports = [
+            network(),
+            started("a", 1),
+            started("b", 2),
+            started("c", 3),
+            Report::Ended { pid: 2 },
+        ];
+        let (LinkEnd::Gone(Some(registry)), _) = answers(&reports) else {
+            panic!("its supervisor is gone");
+        };
+        let names: Vec<&str> = registry.components.iter().map(|c| &*c.name).collect();
+        assert_eq!(names, ["a", "c"]);
+        assert!(matches!(answers(&[]).0, LinkEnd::Gone(None)));
+        let early = [started("a", 1)];
+        assert!(matches!(answers(&early).0, LinkEnd::Gone(None)));
+        let farewell = [network(), Report::Farewell];
+        assert!(matches!(answers(&farewell).0, LinkEnd::Farewell));
+    }
+
+    #[test]
+    fn a_guard_answers_how_far_it_is() {
+        let service = || Service {
+            address: "a".to_owned(),
+            types: "T".to_owned(),
+            hash: 1,
+            topic: false,
+            depth: 0,
+            keeps: false,
+            users: Vec::new(),
+        };
+        let reports = [
+            network(),
+            Report::Hold(service()),
+            Report::Hold(service()),
+            Report::CleanUp { deaths: 3 },
+            Report::Release,
+            Report::Farewell,
+        ];
+        let component = "a".to_owned();
+        assert_eq!(
+            answers(&reports).1,
+            [
+                Answer::Held { count: 1 },
+                Answer::Held { count: 2 },
+                Answer::Cleaning,
+                Answer::Removed { component },
+                Answer::Cleaned { deaths: 3 },
+                Answer::Released,
+            ]
+        );
+    }
+}

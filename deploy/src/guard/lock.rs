@@ -233,3 +233,109 @@ fn holders(file: &mut File) -> Holders {
         guard: named.guard.filter(Identity::is_alive),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    fn acquired() -> (String, Lock) {
+        static NETWORKS: AtomicU32 = AtomicU32::new(0);
+        let number = NETWORKS.fetch_add(1, Ordering::Relaxed);
+        let network = format!("lock-{}-{number}", std::process::id());
+        let lock = Lock::acquire(&network).expect("a lock");
+        (network, lock)
+    }
+
+    #[test]
+    fn a_lock_names_its_holder() {
+        let (network, lock) = acquired();
+        assert!(lock.is_current() && lock.is_alone());
+        let own = Identity::own().expect("it runs");
+        match Lock::acquire(&network) {
+            Err(Error::AlreadyUp { pid, .. }) => assert_eq!(pid, own.pid),
+            other => panic!("{other:?}"),
+        }
+        lock.sign(Some(own)).expect("written");
+        let mut file = File::open(&lock.path).expect("a file");
+        let named = holders(&mut file);
+        assert_eq!((named.supervisor, named.guard), (Some(own), Some(own)));
+        // Those that have ended hold nothing.
+        let ended = Identity {
+            starttime: own.starttime + 1,
+            ..own
+        };
+        lock.sign(Some(ended)).expect("written");
+        let mut file = File::open(&lock.path).expect("a file");
+        assert_eq!(holders(&mut file).guard, None);
+        // The lock lasts as long as one of its holders.
+        let shared = lock.share().expect("a copy");
+        let directory = lock.directory().path().to_owned();
+        drop(lock);
+        assert!(Lock::acquire(&network).is_err());
+        drop(shared);
+        let lock = Lock::acquire(&network).expect("it is free");
+        lock.remove_directory().expect("it is ours");
+        assert!(!directory.exists());
+    }
+
+    #[test]
+    fn a_lock_on_a_file_that_was_replaced_is_worth_nothing() {
+        let (_, lock) = acquired();
+        std::fs::remove_file(&lock.path).expect("a file");
+        assert!(!lock.is_current());
+        std::fs::write(&lock.path, "").expect("written");
+        assert!(!lock.is_current());
+        // The directory belongs to another network now.
+        lock.remove_directory().expect("nothing to do");
+        assert!(lock.directory().path().exists());
+        lock.directory().remove().expect("it is ours");
+    }
+
+    #[test]
+    fn the_directory_is_emptied_but_for_the_lock() {
+        let (_, lock) = acquired();
+        let path = lock.directory().path();
+        std::fs::create_dir(path.join("folder")).expect("a folder");
+        for file in ["a.sock", "folder/file"] {
+            std::fs::write(path.join(file), "").expect("written");
+        }
+        assert!(!lock.is_alone());
+        lock.empty_directory().expect("it is ours");
+        assert!(lock.is_alone() && lock.is_current());
+        lock.remove_directory().expect("it is ours");
+    }
+
+    #[test]
+    fn the_rest_of_an_interrupted_removal_is_removed() {
+        let (network, lock) = acquired();
+        let base = lock.directory().path().parent().expect("a folder");
+        let left = [
+            base.join(format!(".{network}.4711{MOVED}")),
+            moved(lock.directory().path()),
+        ];
+        let kept = [
+            base.join(format!(".{network}.x{MOVED}")),
+            base.join(format!(".{network}x.4711{MOVED}")),
+        ];
+        for path in left.iter().chain(&kept) {
+            std::fs::create_dir(path).expect("a folder");
+            std::fs::write(path.join("file"), "").expect("written");
+        }
+        // A removal that finds the rest of another one in its way.
+        lock.remove_directory().expect("it is ours");
+        assert!(!lock.directory().path().exists());
+        let lock = Lock::acquire(&network).expect("a lock");
+        assert!(left.iter().all(|path| !path.exists()));
+        assert!(kept.iter().all(|path| path.exists()));
+        lock.remove_directory().expect("it is ours");
+        for path in kept {
+            remove(&path).expect("it is ours");
+            remove(&path).expect("it is gone already");
+        }
+        let file = base.join(format!(".{network}"));
+        std::fs::write(&file, "").expect("written");
+        assert!(remove(&file).is_err(), "it is no folder");
+        std::fs::remove_file(file).expect("it is ours");
+    }
+}

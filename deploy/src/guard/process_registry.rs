@@ -156,3 +156,95 @@ pub(crate) fn recover_locked(lock: &Lock, cleanup: &dyn Fn()) -> Result<Recovere
         .context(format!("empty {}", directory.display()))?;
     Ok(Recovered::Killed(killed))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::process::CommandExt;
+    use std::process::{Child, Command, Stdio};
+
+    /// A process that leads a group.
+    fn sleep() -> (Child, RegisteredProcess) {
+        let mut sleep = Command::new("sleep");
+        let child = sleep.arg("600").process_group(0).stdout(Stdio::null());
+        let child = child.spawn().expect("it starts");
+        let pid = child.id().try_into().expect("a pid");
+        let process = RegisteredProcess {
+            name: "a".to_owned(),
+            process: Identity::of(pid).expect("it runs"),
+            stop_ms: 20,
+        };
+        (child, process)
+    }
+
+    fn registry(components: Vec<RegisteredProcess>) -> ProcessRegistry {
+        ProcessRegistry {
+            components,
+            ..ProcessRegistry::new(Mark::none())
+        }
+    }
+
+    #[test]
+    fn a_registry_is_read_as_it_was_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let directory = RunDirectory::below(folder.path(), "net");
+        std::fs::create_dir_all(directory.path()).expect("a folder");
+        let read = || ProcessRegistry::read(directory.path());
+        assert_eq!(read(), None);
+        let unfinished = directory.path().join(UNFINISHED);
+        std::fs::write(&unfinished, "{").expect("written");
+        let damaged = read().expect("an empty one");
+        assert!(damaged.components.is_empty() && damaged.boot.is_empty());
+        let (mut child, process) = sleep();
+        let written = registry(vec![process]);
+        written.write(&directory).expect("written");
+        assert_eq!(read(), Some(written));
+        assert!(!unfinished.exists());
+        std::fs::write(directory.path().join(NAME), "{").expect("written");
+        assert_eq!(read(), Some(damaged));
+        child.kill().expect("it runs");
+        child.wait().expect("it has ended");
+    }
+
+    #[test]
+    fn processes_that_are_left_are_killed_within_their_boot() {
+        let (mut first, a) = sleep();
+        let (mut second, b) = sleep();
+        let other = ProcessRegistry {
+            boot: "another".to_owned(),
+            ..registry(vec![a.clone()])
+        };
+        assert_eq!(other.end_all(), 0);
+        assert!(first.try_wait().expect("a child").is_none());
+        assert_eq!(registry(vec![a, b]).end_all(), 2);
+        for child in [&mut first, &mut second] {
+            assert!(!child.wait().expect("it has ended").success());
+        }
+        assert_eq!(registry(Vec::new()).end_all(), 0);
+    }
+
+    #[test]
+    fn the_group_of_a_leader_that_has_ended_is_killed() {
+        let mut leader = Command::new("sh");
+        let leader = leader.args(["-c", "sleep 600 & echo $!; read line"]);
+        let leader = leader.process_group(0).stdin(Stdio::piped());
+        let mut leader = leader.stdout(Stdio::piped()).spawn().expect("it starts");
+        let mut line = String::new();
+        let output = leader.stdout.take().expect("a pipe");
+        let mut output = std::io::BufReader::new(output);
+        std::io::BufRead::read_line(&mut output, &mut line).expect("a number");
+        let pid = |text: &str| text.trim().parse().expect("a number");
+        let member = Identity::of(pid(&line)).expect("it runs");
+        let member = member.open().expect("it runs");
+        let group = Pid::from_child(&leader);
+        let whole = Identity::of(group.as_raw_nonzero().get()).expect("it runs");
+        let mut left = vec![(group, whole.open().expect("it runs"))];
+        wait_and_kill_groups(&mut left, Duration::from_millis(1));
+        assert_eq!(left.len(), 1, "it runs");
+        drop(leader.stdin.take());
+        wait_and_kill_groups(&mut left, Duration::from_mins(1));
+        assert!(left.is_empty());
+        assert!(first_readable([&member], Duration::from_mins(1)).is_some());
+        leader.wait().expect("it has ended");
+    }
+}

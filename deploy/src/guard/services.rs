@@ -148,3 +148,51 @@ fn create(holder: &mut Holder, service: Service) -> Result<(), OpenError> {
         holder.hold_call(&endpoint)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::channel;
+
+    fn deaths(task: Option<&HoldTask>) -> Option<u64> {
+        match task {
+            Some(HoldTask::CleanUp { deaths }) => Some(*deaths),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn tasks_are_looked_at_before_it_is_their_turn() {
+        let (sender, receiver) = channel();
+        let mut tasks = Tasks::new(&receiver);
+        assert!(tasks.peek().is_none() && tasks.go_on());
+        for deaths in 1..=3 {
+            let task = HoldTask::CleanUp { deaths };
+            sender.send(task).expect("a receiver");
+        }
+        assert!(matches!(
+            tasks.peek(),
+            Some(HoldTask::CleanUp { deaths: 1 })
+        ));
+        assert_eq!(deaths(tasks.next().as_ref()), Some(1));
+        drop(sender);
+        assert!(!tasks.go_on(), "none comes any more");
+        assert_eq!(deaths(tasks.next().as_ref()), Some(2));
+        assert_eq!(deaths(tasks.next().as_ref()), Some(3));
+        assert!(tasks.next().is_none());
+    }
+
+    #[test]
+    fn several_clean_ups_are_one() {
+        let (sender, receiver) = channel();
+        for deaths in 1..=3 {
+            let task = HoldTask::CleanUp { deaths };
+            sender.send(task).expect("a receiver");
+        }
+        drop(sender);
+        let reports = std::cell::RefCell::new(Vec::new());
+        let report = |progress| reports.borrow_mut().push(progress);
+        hold("services-test", &receiver, &report);
+        assert_eq!(reports.into_inner(), [HoldProgress::Cleaned(3)]);
+    }
+}
