@@ -49,7 +49,15 @@ from robocomp._component import (  # noqa: E402
     main,
     required,
 )
-from robocomp._context import Client, Context, Machine, Publisher, SlotArray  # noqa: E402
+from robocomp._context import (  # noqa: E402
+    Client,
+    Context,
+    Machine,
+    Order,
+    Publisher,
+    SlotArray,
+    TimeSource,
+)
 from robocomp._errors import (  # noqa: E402
     CallError,
     Deadline,
@@ -70,6 +78,7 @@ from robocomp._errors import (  # noqa: E402
     ServerDied,
     StartError,
     Stopping,
+    TimeError,
     Unavailable,
     WorkerError,
     WrongThread,
@@ -99,6 +108,7 @@ __all__ = [
     "Network",
     "NoServer",
     "NotSent",
+    "Order",
     "ParamChange",
     "Publisher",
     "QueueFull",
@@ -110,6 +120,8 @@ __all__ = [
     "StartError",
     "Stopping",
     "Struct",
+    "TimeError",
+    "TimeSource",
     "Unavailable",
     "View",
     "WorkerError",

@@ -3,7 +3,7 @@
 import random
 from collections.abc import Callable, ItemsView, Iterator, Mapping
 from datetime import timedelta
-from enum import IntEnum
+from enum import Enum, IntEnum
 from typing import Any, Generic, TypeVar
 
 from robocomp._link import Link
@@ -170,6 +170,79 @@ class Machine(Generic[S, E]):
     def active(self) -> list[str]:
         """The names of the active states without substates, as `driving.forward`."""
         return self._link.active_states()
+
+
+class Order(Enum):
+    """The order in which followers do a tick that the source of time waits for."""
+
+    IN_TURN = "in turn"
+    """One after the other, as the network lists them, then by name. A run repeats exactly."""
+    AT_ONCE = "at once"
+    """All at the same time. Messages between them may arrive in this tick or in the next one."""
+
+
+class TimeSource:
+    """Advances the time of the network: `ctx.time` of a component whose `.cdsl` has
+    `simulates time;`. Time advances when the present function of the worker returns."""
+
+    __slots__ = ("_link",)
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+
+    @property
+    def is_active(self) -> bool:
+        """Whether the network takes its time from this component. Otherwise `advance` and `set`
+        raise `TimeError`, and nothing else here has an effect."""
+        return self._link.is_time_source()
+
+    def advance(self, step: timedelta) -> int:
+        """Moves time forward. Returns the number of the tick, from 1. Raises `TimeError` while the
+        source waits for the tick before and `missing()` is empty."""
+        return self._link.advance_time(_nanoseconds(step))
+
+    def set(self, time: timedelta) -> int:
+        """Sets time, possibly to an earlier one: followers begin their periods anew and report the
+        jump. Otherwise as `advance`."""
+        return self._link.set_time(_nanoseconds(time))
+
+    def wait_for_all(self, limit: timedelta) -> None:
+        """From the next tick on, `compute` runs when every follower has done what was due in it, or
+        when none has for `limit`, to within 50 ms; then `missing()` names who is missing. A
+        `compute` that does not advance goes on waiting."""
+        self._link.wait_for_followers(_nanoseconds(limit))
+
+    def wait_for_nobody(self) -> None:
+        """From the next tick on, `compute` runs with its period and waits for no follower."""
+        self._link.wait_for_followers(None)
+
+    def set_order(self, order: Order) -> None:
+        """Sets the order in which followers do a tick that this component waits for."""
+        self._link.set_time_order(order is Order.IN_TURN)
+
+    def set_paced(self, paced: bool) -> None:
+        """Whether `compute` comes with its period, in real time (the default), or as soon as all
+        have done the tick. Without `wait_for_all` it always comes with its period."""
+        self._link.set_time_paced(paced)
+
+    @property
+    def tick(self) -> int:
+        """The number of the last tick."""
+        return self._link.tick()
+
+    def missing(self) -> list[str]:
+        """Followers that have not done the last tick within its limit. If followers run in turn,
+        the one whose turn it is."""
+        return self._link.missing_followers()
+
+    def followers(self) -> list[str]:
+        """The components that follow."""
+        return self._link.followers()
+
+    def release(self, name: str) -> bool:
+        """Waits no more for a follower, until it acknowledges again. Returns whether there was one
+        of this name."""
+        return self._link.release_follower(name)
 
 
 class Context:

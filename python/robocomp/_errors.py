@@ -68,6 +68,16 @@ class MemberError(Error):
     """A member of a slot array was not opened."""
 
 
+class TimeError(Error):
+    """The time of the network did not advance."""
+
+    tick: int = 0
+    """The tick that is not done yet; 0 if the network has another clock."""
+
+    waiting_for: tuple[str, ...] = ()
+    """The followers that have not done it."""
+
+
 class RemoteError(Error):
     """The base of the exceptions that interfaces declare."""
 

@@ -86,6 +86,7 @@ class FakeLink:
         self._timeouts: dict[int, int] = {}
         self._period = int(self._description["period_ns"])
         self.now = 0
+        self._tick = 0
         self.present_state = "running"
         self.present_lifecycle = "unconfigured" if self._description["managed"] else None
         self.gate_is_open = not self._description["managed"]
@@ -254,6 +255,45 @@ class FakeLink:
 
     def seed(self) -> int:
         return 0
+
+    # A source of time under test has no followers.
+
+    @property
+    def simulates_time(self) -> bool:
+        """Whether the worker advances time itself."""
+        return bool(self._description.get("simulates_time"))
+
+    def is_time_source(self) -> bool:
+        return self.simulates_time
+
+    def advance_time(self, step: int, /) -> int:
+        return self.set_time(self.now + step)
+
+    def set_time(self, time: int, /) -> int:
+        self.now = time
+        self._tick += 1
+        return self._tick
+
+    def wait_for_followers(self, limit: int | None, /) -> None:
+        pass
+
+    def set_time_order(self, in_turn: bool, /) -> None:
+        pass
+
+    def set_time_paced(self, paced: bool, /) -> None:
+        pass
+
+    def tick(self) -> int:
+        return self._tick
+
+    def missing_followers(self) -> list[str]:
+        return []
+
+    def followers(self) -> list[str]:
+        return []
+
+    def release_follower(self, name: str, /) -> bool:
+        return False
 
     def fire(self, event: int, /) -> None:
         self._running_machine().fire(event)

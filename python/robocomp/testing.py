@@ -168,14 +168,16 @@ class TestContext(Generic[C, W]):
 
     def run(self, worker: Any, time: timedelta) -> None:
         """Runs the worker for this time, as its process does: `compute` now and after each period,
-        the steps of its machine, and in the state Emergency `emergency` in place of `compute`.
+        the steps of its machine, and in the state Emergency `emergency` in place of `compute`. The
+        worker of a source of time moves time itself.
         Ends when the worker stops the component, or with the exception of a function."""
         left = _nanoseconds(time)
         while left > 0 and not self.link.is_stopping():
             if self.link.present_lifecycle in (None, "active"):
                 self._turn(worker)
             step = min(self.link.period_ns(), left)
-            self.link.now += step
+            if not self.link.simulates_time:
+                self.link.now += step
             left -= step
 
     def _turn(self, worker: Any) -> None:

@@ -1,8 +1,9 @@
 //! The errors of the runtime as exceptions of the package `robocomp`, and the other way.
 
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use rc_middleware::{CallError, SendError};
-use rc_runtime::{MemberError, StartError, WorkerError};
+use rc_runtime::{MemberError, StartError, TimeError, WorkerError};
 use std::collections::VecDeque;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -69,6 +70,21 @@ pub(crate) fn of_start(error: &StartError) -> PyErr {
 /// The exception for a member that was not opened.
 pub(crate) fn of_member(error: &MemberError) -> PyErr {
     Python::attach(|py| raise(py, "MemberError", &error.to_string()))
+}
+
+/// The exception for time that did not advance.
+pub(crate) fn of_time(error: &TimeError) -> PyErr {
+    Python::attach(|py| {
+        let raised = raise(py, "TimeError", &error.to_string());
+        if let TimeError::Waiting { tick, waiting_for } = error {
+            let value = raised.value(py);
+            let followers = PyTuple::new(py, waiting_for);
+            // Without the attributes, the message still has both.
+            let _ = value.setattr("tick", tick);
+            let _ = followers.and_then(|followers| value.setattr("waiting_for", followers));
+        }
+        raised
+    })
 }
 
 /// The exception for a sample that was not sent.

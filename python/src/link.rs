@@ -7,7 +7,7 @@ use crate::member::Member;
 use crate::memory::Memory;
 use crate::replies::undecodable;
 use crate::sample::copied;
-use crate::session::{Number, with, with_core, with_machine};
+use crate::session::{Number, with, with_core, with_machine, with_time};
 use crate::types::Types;
 use crate::view::{Loan, View};
 use crate::wire::{read, write};
@@ -16,6 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rc_middleware::typed::{TypedClient, expect_result};
 use rc_middleware::{CallError, DecodeError, Reader};
+use rc_runtime::{Order, Time};
 use rc_values::{Type, Value};
 use std::sync::Arc;
 use std::time::Duration;
@@ -234,6 +235,58 @@ impl Link {
     /// A seed for the random numbers of the worker, which an exact recording keeps.
     fn seed(&self) -> PyResult<u64> {
         with_core(|core| core.random().u64(..))
+    }
+
+    fn is_time_source(&self) -> PyResult<bool> {
+        with_time(|time| time.is_active())
+    }
+
+    /// Moves the time of the network by nanoseconds. Returns the number of the tick.
+    fn advance_time(&self, step: u64) -> PyResult<u64> {
+        with_time(|time| time.advance(Duration::from_nanos(step)))?
+            .map_err(|error| errors::of_time(&error))
+    }
+
+    fn set_time(&self, time: u64) -> PyResult<u64> {
+        with_time(|source| source.set(Time::from_nanos(time)))?
+            .map_err(|error| errors::of_time(&error))
+    }
+
+    /// Sets how long a tick waits for all followers, in nanoseconds. `None`: for nobody.
+    fn wait_for_followers(&self, limit: Option<u64>) -> PyResult<()> {
+        with_time(|time| match limit {
+            Some(limit) => time.wait_for_all(Duration::from_nanos(limit)),
+            None => time.wait_for_nobody(),
+        })
+    }
+
+    fn set_time_order(&self, in_turn: bool) -> PyResult<()> {
+        let order = if in_turn {
+            Order::InTurn
+        } else {
+            Order::AtOnce
+        };
+        with_time(|time| time.set_order(order))
+    }
+
+    fn set_time_paced(&self, paced: bool) -> PyResult<()> {
+        with_time(|time| time.set_paced(paced))
+    }
+
+    fn tick(&self) -> PyResult<u64> {
+        with_time(|time| time.tick())
+    }
+
+    fn missing_followers(&self) -> PyResult<Vec<String>> {
+        with_time(|time| time.missing())
+    }
+
+    fn followers(&self) -> PyResult<Vec<String>> {
+        with_time(|time| time.followers())
+    }
+
+    fn release_follower(&self, name: &str) -> PyResult<bool> {
+        with_time(|time| time.release(name))
     }
 
     fn fire(&self, event: u16) -> PyResult<()> {

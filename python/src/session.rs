@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use rc_middleware::OpenError;
 use rc_middleware::typed::{TypedClient, TypedPublisher};
 use rc_runtime::machine::{Machine, Numbered};
-use rc_runtime::{Connections, Core, Member, Ports, Role, WorkerError};
+use rc_runtime::{Connections, Core, Member, Ports, Role, TimeSource, WorkerError};
 use std::cell::RefCell;
 use std::sync::Arc;
 
@@ -61,6 +61,7 @@ impl Ends {
 pub(crate) struct Session {
     pub(crate) core: Option<Core>,
     pub(crate) machine: Option<Machine<Number, Number>>,
+    pub(crate) time: TimeSource,
     program: Arc<Program>,
     ports: Ports,
     /// By the number of the slot: those of the description, then the members in the order in which
@@ -90,6 +91,7 @@ impl Session {
             core: None,
             machine: None,
             ends: ends.collect::<Result<_, _>>()?,
+            time: ports.time_source(),
             program: Arc::clone(program),
             ports: Ports::clone(ports),
         })
@@ -180,6 +182,11 @@ pub(crate) fn with_machine<T>(
         let machine = session.machine.as_mut().ok_or_else(errors::wrong_thread)?;
         Ok(use_it(machine))
     })
+}
+
+/// The same for the time of the network.
+pub(crate) fn with_time<T>(use_it: impl FnOnce(&mut TimeSource) -> T) -> PyResult<T> {
+    with(|session| Ok(use_it(&mut session.time)))
 }
 
 /// Writes the numbers of peers of all slots that send, between two functions of the worker.

@@ -122,6 +122,16 @@ fn members_of_slot_arrays_are_opened_and_keep_samples() {
 }
 
 #[test]
+fn a_source_of_time_advances_it_and_waits() {
+    check(
+        "a_source_of_time_advances_it_and_waits",
+        "test_time.py",
+        "iceoryx2",
+        0,
+    );
+}
+
+#[test]
 fn samples_in_place_are_copied_over_dds() {
     check(
         "samples_in_place_are_copied_over_dds",
@@ -155,6 +165,8 @@ fn the_tests_of_components_pass() {
         "bench/ping_python",
         "bench/pong_python",
         "deploy/tests/programs/rack_python",
+        "deploy/tests/programs/clock_python",
+        "deploy/tests/programs/wanderer",
     ] {
         let output = Command::new(python)
             .args(["-B", "-m", "pytest", "-q", "-p", "no:cacheprovider"])

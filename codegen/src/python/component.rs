@@ -58,6 +58,7 @@ pub(crate) struct Component<'a> {
     doc: String,
     pub(crate) package: String,
     managed: bool,
+    simulates_time: bool,
     arrays: bool,
     pub(crate) slots: Vec<Slot<'a>>,
     /// The slots that call or publish, and those that implement or subscribe.
@@ -223,6 +224,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         ),
         package: names::package(&view.name),
         managed: view.managed,
+        simulates_time: view.simulates_time,
         arrays: view.has_arrays(),
         sends: slots.iter().any(|slot| slot.sends),
         receives: slots.iter().any(|slot| !slot.handlers.is_empty()),
@@ -403,12 +405,8 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
         );
         found.push(Diagnostic::error("name-collision", name.span, message));
     }
-    let refused = [
-        (component.viewer.is_some(), "show a tree of InnerModel"),
-        (component.simulates_time, "advance the time of its network"),
-    ];
-    for (_, what) in refused.iter().filter(|(is_used, _)| *is_used) {
-        let message = format!("a component in Python cannot {what}");
+    if component.viewer.is_some() {
+        let message = "a component in Python cannot show a tree of InnerModel";
         let error = Diagnostic::error("not-in-python", component.language.span, message);
         found.push(error.help("write `language rust;`"));
     }

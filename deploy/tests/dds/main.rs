@@ -30,7 +30,7 @@ mod hosts;
 mod inner_model;
 mod mixed;
 mod patrol;
-mod python_members;
+mod python_programs;
 mod python_worker;
 mod remote;
 mod time;

@@ -18,7 +18,7 @@ const PYTHON: &str = "cdsl \"../avoider_python/avoider_python.cdsl\";";
 
 /// The virtual environment of the components. `None` without Python 3.11 or `NumPy`: `test` is
 /// listed as skipped.
-pub(crate) fn environment(test: &str) -> Option<&'static Path> {
+fn environment(test: &str) -> Option<&'static Path> {
     let python = python::packages("python-numpy", NUMPY, test)?;
     python.ancestors().nth(2)
 }

@@ -121,10 +121,13 @@ class Fixture:
 
     def component(self, worker: type, folder: str = "/nowhere") -> robocomp.Component:
         attributes = self._attributes
+        simulates_time = self.description.get("simulates_time")
 
         class Context(robocomp.Context):
             def __init__(self, link: robocomp.Link) -> None:
                 super().__init__(link)
+                if simulates_time:
+                    self.time = robocomp.TimeSource(link)
                 for number, (name, end, is_array) in enumerate(attributes):
                     if is_array:
                         make = end or (lambda link, slot: None)
