@@ -2,7 +2,7 @@
 
 use crate::Point;
 use crate::sphere::Sphere;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// The side of a cell of the floor, in mm.
 const CELL: f64 = 100.0;
@@ -51,7 +51,8 @@ struct Cell {
     top: Point,
 }
 
-type Floor = HashMap<[i32; 2], Cell>;
+/// Cells by their places, in an order, so that a run repeats exactly.
+type Floor = BTreeMap<[i32; 2], Cell>;
 
 /// Finds heads: spheres of the right size at the top of something that has a body below.
 pub(crate) fn find(points: impl Iterator<Item = Point>, heights: Heights) -> Vec<Head> {
@@ -64,15 +65,8 @@ pub(crate) fn find(points: impl Iterator<Item = Point>, heights: Heights) -> Vec
         };
         is_person(cell) && !around(&floor, **at, AROUND).any(is_higher)
     });
-    let mut heads: Vec<Head> = tops
-        .filter_map(|(at, cell)| head(&floor, *at, cell.top))
-        .collect();
-    // A map has no order of its own.
-    heads.sort_by(|a, b| {
-        let by = |axis: usize| a.centre[axis].total_cmp(&b.centre[axis]);
-        by(0).then_with(|| by(2))
-    });
-    heads
+    tops.filter_map(|(at, cell)| head(&floor, *at, cell.top))
+        .collect()
 }
 
 /// Sorts points by the cells of the floor.

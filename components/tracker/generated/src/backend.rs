@@ -16,4 +16,4 @@ pub(crate) const TYPES_CAMERA_RGBD_SIMPLE: &[&str] = &[];
 pub(crate) const TYPES_HUMAN_CAMERA_BODY: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"tracker\",\"model\":\"2214fb9f2627fffb\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"tracker\",\"model\":\"6c11483f3843b6a3\",\"middleware\":\"iceoryx2\"}\0";

@@ -38,7 +38,7 @@ const SLOT_HUMAN_CAMERA_BODY: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "tracker",
-    model_hash: 0x2214fb9f2627fffb,
+    model_hash: 0x6c11483f3843b6a3,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),
