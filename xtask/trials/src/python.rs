@@ -1,14 +1,15 @@
 //! `cargo xtask bench python`: components in Python beside the same by hand with the packages
-//! `iceoryx2` and `cyclonedds` of `PyPI`, beside rclpy (`RC_ROS2_SETUP`), and the start of a
-//! component beside that of Python with `NumPy`.
+//! `iceoryx2` and `cyclonedds` of `PyPI` and with rclpy, and the start of a component beside that of
+//! Python with `NumPy`.
 
 use crate::bench::{BLOCKS, machine};
 use crate::compare::{Peer, Ratio, met};
 use crate::figure::mark;
 use crate::pair::{Network, Pair, Row, quantile};
 use crate::programs::{Failure, Program, root};
-use crate::variant::{self, DDS};
-use crate::{pypi, rclpy};
+use crate::rclpy;
+use crate::rclpy::python as environments;
+use crate::variant::{self, DDS, ROS2};
 use rc_cdsl::model::Backend;
 use rc_deploy_network::Profile;
 use std::borrow::Cow;
@@ -17,7 +18,9 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// The packages of the programs by hand.
-const PACKAGES: [&str; 3] = ["numpy==2.3.4", "iceoryx2==0.10.0", "cyclonedds==11.0.1"];
+const PACKAGES: &str = "numpy==2.3.4\niceoryx2==0.10.0\ncyclonedds==11.0.1\n";
+/// The components.
+const COMPONENTS: &str = "bench_python";
 /// The goal for the ratio at p50.
 const GOAL: f64 = 1.3;
 /// By how much 1 MiB in place may take longer than 64 B.
@@ -26,7 +29,7 @@ const SIZE_GOAL: f64 = 1.3;
 const START_GOAL: f64 = 250.0;
 /// How often the start is measured.
 const STARTS: usize = 20;
-/// The domain of the hand-written program over DDS.
+/// The domain of hand-written programs over DDS and ROS 2.
 const BY_HAND: &str = "193";
 /// The limit for a start.
 const LIMIT: Duration = Duration::from_secs(30);
@@ -42,24 +45,35 @@ fn row(name: &'static str, kind: &'static str, size: usize, count: usize) -> Row
     }
 }
 
-/// Measures everything; `blocks` a row, each with a `share` of its messages.
+/// Measures everything; `blocks` a row, each with a `share` of its messages. `smoke` measures a
+/// moment of each with the programs of the test run.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     let (blocks, share, starts) = if smoke {
         (2, 0.1, 2)
     } else {
         (BLOCKS, 1.0, STARTS)
     };
-    let python = pypi::packages("bench-python", &PACKAGES)?;
-    let shared = variant::build("bench_python", Backend::Iceoryx2, Profile::Release)?;
-    let dds = variant::build("bench_python", Backend::Dds, Profile::Release)?;
+    let test = "components in Python beside programs by hand";
+    let Some(python) = environments::packages("bench-python", PACKAGES, test) else {
+        return Ok(());
+    };
+    let programs = |middleware| {
+        if smoke {
+            variant::built(COMPONENTS, middleware, Profile::Dev)
+        } else {
+            variant::build(COMPONENTS, middleware, Profile::Release)
+        }
+    };
+    let shared = programs(Backend::Iceoryx2)?;
+    let dds = programs(Backend::Dds)?;
+    let ros2 = programs(Backend::Ros2)?;
     println!("{}\n", machine());
-    let mut ratios = over_iceoryx2(&python, &shared, blocks, share)?;
-    over_dds(&python, &dds, blocks.min(20), share)?;
-    let start = start(&python, &shared[0], starts)?;
-    if std::env::var_os("RC_ROS2_SETUP").is_some() {
-        rclpy::bench(if smoke { 1 } else { 3 }, if smoke { 5 } else { 300 })?;
+    let mut ratios = over_iceoryx2(python, &shared, blocks, share)?;
+    over_dds(python, &dds, blocks.min(20), share)?;
+    if let Some(python) = environments::ros("components in Python beside rclpy") {
+        over_ros2(python, &ros2, blocks.min(20), share)?;
     }
-    ratios.push(start);
+    ratios.push(start(python, &shared[0], starts)?);
     let all = if met(&ratios) {
         "all goals are met"
     } else {
@@ -139,6 +153,30 @@ fn over_dds(
     Ok(())
 }
 
+/// Prints both over ROS 2, on the same interpreter. There is no goal: the wheels of ROS 2 make no
+/// types of a user's.
+fn over_ros2(
+    python: &Path,
+    programs: &[PathBuf; 2],
+    blocks: usize,
+    share: f64,
+) -> Result<(), Failure> {
+    let rows = [
+        row("publish 64 B, one way", "publish", 64, 200),
+        row("publish 1 MiB, one way", "publish", KIB * KIB, 5),
+        row("query 64 B, round trip", "query", 64, 200),
+    ];
+    let peer = root().join("bench/python/rclpy_peer.py");
+    let peer = peer.to_string_lossy().into_owned();
+    let arguments =
+        ["pong", "ping"].map(|which| [peer.as_str(), which].map(str::to_owned).to_vec());
+    let mut ours = components(python, programs, &ROS2)?;
+    let mut theirs = by_hand(python, &arguments, None)?;
+    let name = "rclpy on Fast DDS";
+    Peer { name, goal: GOAL }.table(&rows, &mut ours, &mut theirs, blocks, share.max(0.5))?;
+    Ok(())
+}
+
 /// What lets programs find their interpreter and the protocol.
 fn environment(python: &Path) -> Result<[String; 4], Failure> {
     let place = python
@@ -173,7 +211,8 @@ fn by_hand(
     arguments: &[Vec<String>; 2],
     network: Option<Network>,
 ) -> Result<Pair, Failure> {
-    let environment = environment(python)?;
+    let rclpy = rclpy::variables(BY_HAND).map(|(name, value)| format!("{name}={value}"));
+    let environment = [&environment(python)?[..], &rclpy].concat();
     let words = arguments
         .each_ref()
         .map(|words| words.iter().map(String::as_str));

@@ -4,7 +4,7 @@
 
 #[allow(dead_code, reason = "tests use the other parts")]
 #[path = "../../../deploy/tests/all/python.rs"]
-mod python;
+pub(crate) mod python;
 
 use crate::pair::{Network, quantile};
 use crate::programs::{Failure, Program, root};
@@ -45,6 +45,15 @@ const EARLY_GROWTH: f64 = 8.0;
 /// From this length on, in seconds, a soak is not short.
 const LONG: u64 = 80;
 
+/// Environment variables of a program with rclpy: the domain, this machine only, and Fast DDS.
+pub(crate) fn variables(domain: &str) -> [(&'static str, &str); 3] {
+    [
+        ("ROS_DOMAIN_ID", domain),
+        ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"),
+        ("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp"),
+    ]
+}
+
 /// Starts a program of `middleware/ros2/tests/rclpy`.
 fn rclpy(python: &Path, program: &str, network: &str, args: &[&str]) -> Result<Program, Failure> {
     let mut command = Command::new(python);
@@ -56,9 +65,7 @@ fn rclpy(python: &Path, program: &str, network: &str, args: &[&str]) -> Result<P
         .arg(path)
         .args([network.as_str(), DOMAIN])
         .args(args)
-        .env("ROS_DOMAIN_ID", DOMAIN)
-        .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        .env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
+        .envs(variables(DOMAIN));
     Program::spawn(command)
 }
 

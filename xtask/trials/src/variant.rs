@@ -76,6 +76,9 @@ pub(crate) fn build_for_tests() -> Result<(), Failure> {
     for middleware in [Backend::Dds, Backend::Ros2] {
         build("soak", middleware, Profile::Dev)?;
     }
+    for middleware in [Backend::Iceoryx2, Backend::Dds, Backend::Ros2] {
+        build("bench_python", middleware, Profile::Dev)?;
+    }
     Ok(())
 }
 

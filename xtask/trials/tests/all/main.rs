@@ -4,6 +4,7 @@ mod chaos;
 mod deny;
 mod deploy;
 mod experiment;
+mod python;
 mod soak;
 
 use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
