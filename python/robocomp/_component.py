@@ -114,6 +114,8 @@ def _end_all() -> None:
         running.stop()
     if not _native.await_end():
         print("robocomp: a component has not ended with its process", file=sys.stderr)
+    # Variables, and threads that end with the process, may still have views.
+    _native.leave_networks()
 
 
 atexit.register(_end_all)

@@ -43,3 +43,10 @@ pub(crate) fn await_end(py: Python<'_>) -> bool {
         true
     })
 }
+
+/// Leaves the shared memory of all networks, before the interpreter ends: what variables and threads
+/// still keep of it ends with the process, without its destructors.
+#[pyfunction]
+pub(crate) fn leave_networks(py: Python<'_>) {
+    py.detach(rc_iceoryx2::leave_all);
+}

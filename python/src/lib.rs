@@ -38,7 +38,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use super::alive::await_end;
+    use super::alive::{await_end, leave_networks};
     #[pymodule_export]
     use super::client::Network;
     #[pymodule_export]

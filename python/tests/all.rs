@@ -3,6 +3,7 @@
 #[path = "../../deploy/tests/all/python.rs"]
 mod python;
 
+use rc_middleware::RunDirectory;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -34,21 +35,28 @@ fn interpreter(test: &str) -> Option<Command> {
     Some(command)
 }
 
-/// Runs a file of tests.
+/// Runs a file of tests, which leaves nothing of its network.
 fn check(test: &str, file: &str, middleware: &str, domain: u32) {
     let Some(mut command) = interpreter(test) else {
         return;
     };
+    let name = file.trim_start_matches("test_").trim_end_matches(".py");
+    let network = format!("py-{name}-{middleware}-{}", std::process::id());
     let output = command
         .args(["-X", "dev", file, "--verbose"])
         .env("TEST_MIDDLEWARE", middleware)
         .env("TEST_DOMAIN", domain.to_string())
+        .env("TEST_NETWORK", &network)
         .output()
         .expect("the interpreter runs");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{}: {said}", output.status);
     let ran = said.split("\nRan ").nth(1).unwrap_or("0");
     assert!(!ran.starts_with('0'), "no test ran: {said}");
+    let directory = RunDirectory::of(&network);
+    assert!(!directory.path().exists(), "{directory:?}");
+    let left = rc_iceoryx2::leftovers(&directory);
+    assert!(left.is_empty(), "{left:?}");
 }
 
 #[test]

@@ -38,6 +38,7 @@ mod variant;
 mod wait_set;
 
 pub use holder::Holder;
+pub use membership::leave_all;
 pub use names::prefix;
 pub use service_files::{leftovers, wipe};
 

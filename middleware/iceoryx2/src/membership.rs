@@ -11,13 +11,34 @@
 
 use crate::configuration::configuration;
 use crate::names::Storage;
+use crate::session::{lock, private};
 use crate::{nodes, service_files};
 use rc_middleware::RunDirectory;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::File;
-use std::io;
+use std::io::{self, ErrorKind};
 use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
+use std::sync::{Arc, Mutex, Weak};
+
+/// The memberships of this process.
+static ALL: Mutex<Vec<Weak<Membership>>> = Mutex::new(Vec::new());
+
+/// Leaves all networks. Call it where the process is about to end although something in it still
+/// uses shared memory, such as a sample that a thread keeps: memory that is mapped stays valid, and
+/// if no other process is in a network, its files are removed. The process may open nothing
+/// afterwards.
+pub fn leave_all() {
+    let all: Vec<_> = lock(&ALL).drain(..).collect();
+    let all: Vec<_> = all.iter().filter_map(Weak::upgrade).collect();
+    // Several of them may be in one network.
+    for membership in &all {
+        let _ = flock(&membership.lock, FlockOperation::Unlock);
+    }
+    for membership in all {
+        membership.leave();
+    }
+}
 
 /// Membership of this process in a network.
 pub(crate) struct Membership {
@@ -29,11 +50,19 @@ impl Membership {
     /// Joins the network. The first process alive removes the files of dead ones and chooses the
     /// place of the new ones, unless an external program is alive. Waits while another process
     /// removes files; the caller limits the time.
-    pub(crate) fn join(directory: &RunDirectory) -> io::Result<(Self, Storage)> {
+    pub(crate) fn join(directory: &RunDirectory) -> io::Result<(Arc<Self>, Storage)> {
         loop {
+            let lock = match File::create(path(directory)) {
+                // The last process that left has removed the folder since it was created.
+                Err(error) if error.kind() == ErrorKind::NotFound => {
+                    private(directory.path())?;
+                    continue;
+                }
+                file => file?,
+            };
             let membership = Self {
                 directory: directory.clone(),
-                lock: File::create(path(directory))?,
+                lock,
             };
             let first = flock(&membership.lock, FlockOperation::NonBlockingLockExclusive).is_ok();
             if first && membership.is_current() && !membership.has_external_nodes() {
@@ -47,18 +76,41 @@ impl Membership {
             if membership.is_current()
                 && let Some(place) = Storage::find(directory)?
             {
-                return Ok((membership, place));
+                return Ok((membership.noted(), place));
             }
         }
     }
 
+    /// Adds it to [`ALL`].
+    fn noted(self) -> Arc<Self> {
+        let membership = Arc::new(self);
+        let mut all = lock(&ALL);
+        all.retain(|other| other.strong_count() > 0);
+        all.push(Arc::downgrade(&membership));
+        membership
+    }
+
     /// Whether an external program has a live node. Call it only while no other process holds the
-    /// lock and this process has no node.
+    /// lock.
     fn has_external_nodes(&self) -> bool {
         let Ok(Some(place)) = Storage::find(&self.directory) else {
             return false;
         };
-        configuration(&place).is_ok_and(|config| nodes::any_alive(&config))
+        configuration(&place).is_ok_and(|config| nodes::any_alive_elsewhere(&config))
+    }
+
+    /// If this process is the last one in the network, removes the files and the folder of a
+    /// network without a deployer.
+    fn leave(&self) {
+        // If a deployer has removed the run directory, another network may already use the path.
+        let last = flock(&self.lock, FlockOperation::NonBlockingLockExclusive).is_ok();
+        if last && self.is_current() && !self.has_external_nodes() {
+            // The next process that joins reports what cannot be removed.
+            let _ = service_files::wipe(&self.directory);
+            let _ = std::fs::remove_file(path(&self.directory));
+            // A component that ended earlier could not remove it, while this file was in it.
+            let _ = std::fs::remove_dir(self.directory.path());
+        }
     }
 
     /// Whether the locked file is still the one at its path.
@@ -75,13 +127,7 @@ impl Membership {
 
 impl Drop for Membership {
     fn drop(&mut self) {
-        // If a deployer has removed the run directory, another network may already use the path.
-        let last = flock(&self.lock, FlockOperation::NonBlockingLockExclusive).is_ok();
-        if last && self.is_current() && !self.has_external_nodes() {
-            // The next process that joins reports what cannot be removed.
-            let _ = service_files::wipe(&self.directory);
-            let _ = std::fs::remove_file(path(&self.directory));
-        }
+        self.leave();
     }
 }
 

@@ -2,17 +2,21 @@
 
 use crate::ports::{Node, Service};
 use iceoryx2::identifiers::UniqueNodeId;
-use iceoryx2::node::NodeState;
+use iceoryx2::node::{NodeState, NodeView as _};
 use iceoryx2::prelude::{CallbackProgression, Config};
 
 /// A node of a dead process.
 pub(crate) type Dead = iceoryx2::node::DeadNodeView<Service>;
 
-/// Whether any node of the network is alive.
-pub(crate) fn any_alive(config: &Config) -> bool {
+/// Whether any node of the network is alive in another process.
+pub(crate) fn any_alive_elsewhere(config: &Config) -> bool {
+    let own = std::process::id();
     let mut found = false;
     list(config, |node| {
-        found = matches!(node, NodeState::Alive(_));
+        if let NodeState::Alive(node) = node {
+            let process = node.id().pid::<Service>();
+            found = process.is_err() || process.is_ok_and(|pid| pid.value().cast_unsigned() != own);
+        }
         !found
     });
     found

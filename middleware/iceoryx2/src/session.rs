@@ -45,7 +45,7 @@ pub(crate) struct Session {
     /// Dropped after everything above.
     _incomplete_files: IncompleteFileRemover,
     /// Dropped after everything above.
-    _membership: Membership,
+    _membership: Arc<Membership>,
 }
 
 impl Session {
@@ -167,7 +167,7 @@ pub(crate) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 /// Creates the folder with access for this user alone; refuses a folder of another user.
-fn private(root: &std::path::Path) -> std::io::Result<()> {
+pub(crate) fn private(root: &std::path::Path) -> std::io::Result<()> {
     std::fs::DirBuilder::new()
         .recursive(true)
         .mode(0o700)

@@ -16,7 +16,7 @@ from demo import MODULE
 from robocomp._classes import classes
 
 MIDDLEWARE = os.environ.get("TEST_MIDDLEWARE", "iceoryx2")
-NETWORK = f"py-client-{os.getpid()}"
+NETWORK = os.environ.get("TEST_NETWORK", f"py-client-{os.getpid()}")
 LIMIT = timedelta(seconds=20)
 
 

@@ -14,7 +14,7 @@ from build import Fixture
 from demo import MODULE, NUMBERS
 
 MIDDLEWARE = os.environ.get("TEST_MIDDLEWARE", "local")
-NETWORK = f"py-exchange-{os.getpid()}"
+NETWORK = os.environ.get("TEST_NETWORK", f"py-exchange-{os.getpid()}")
 ARGS = ["--network", NETWORK]
 if MIDDLEWARE in ("dds", "ros2"):
     ARGS += ["--set-middleware", f"{MIDDLEWARE}.domain={os.environ['TEST_DOMAIN']}"]

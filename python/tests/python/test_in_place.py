@@ -16,7 +16,7 @@ from build import Fixture
 from demo import MODULE
 
 MIDDLEWARE = os.environ.get("TEST_MIDDLEWARE", "iceoryx2")
-ARGS = ["--network", f"py-place-{os.getpid()}"]
+ARGS = ["--network", os.environ.get("TEST_NETWORK", f"py-place-{os.getpid()}")]
 if MIDDLEWARE == "dds":
     ARGS += ["--set-middleware", f"dds.domain={os.environ['TEST_DOMAIN']}"]
 LIMIT = 20.0
@@ -118,6 +118,8 @@ class InPlace(unittest.TestCase):
         cls.outlives.clear()
         assert (view.number, pose.tolist()) == (5, [5.0] * 6)
         threading.Thread(target=view.copy).start()
+        # Nothing stays behind, although the process ends with a view in a thread that never ends.
+        threading.Thread(target=lambda: threading.Event().wait() or view, daemon=True).start()
 
     @classmethod
     def run_there(cls, task):
