@@ -293,6 +293,20 @@ mod tests {
     }
 
     #[test]
+    fn a_lock_that_cannot_be_opened_is_an_error_at_once() {
+        let (network, lock) = acquired();
+        std::fs::remove_file(&lock.path).expect("a file");
+        std::fs::create_dir(&lock.path).expect("a folder in its place");
+        let begun = Instant::now();
+        let error = Lock::acquire(&network)
+            .expect_err("it is no file")
+            .to_string();
+        assert!(error.contains(NAME), "{error}");
+        assert!(begun.elapsed() < PATIENCE / 2);
+        lock.directory().remove().expect("it is ours");
+    }
+
+    #[test]
     fn the_directory_is_emptied_but_for_the_lock() {
         let (_, lock) = acquired();
         let path = lock.directory().path();

@@ -183,6 +183,40 @@ mod tests {
     }
 
     #[test]
+    fn a_service_is_created_as_it_is_described() {
+        let network = format!("services-{}", std::process::id());
+        let directory = RunDirectory::of(&network);
+        let service = |topic: bool, depth: u32, hash: u64| Service {
+            address: if topic { "net/topic" } else { "net/call" }.to_owned(),
+            types: "T".to_owned(),
+            hash,
+            topic,
+            depth,
+            keeps: false,
+            users: Vec::new(),
+        };
+        let mut first = join(&network).expect("shared memory");
+        create(&mut first, service(true, 100, 1)).expect("a topic");
+        create(&mut first, service(false, 0, 1)).expect("a call");
+        let mut second = join(&network).expect("shared memory");
+        create(&mut second, service(true, 100, 1)).expect("the same topic");
+        assert!(
+            create(&mut second, service(true, 101, 1)).is_err(),
+            "it holds less"
+        );
+        assert!(
+            create(&mut second, service(true, 100, 2)).is_err(),
+            "its types differ"
+        );
+        assert!(
+            create(&mut second, service(false, 0, 2)).is_err(),
+            "its types differ"
+        );
+        drop((first, second));
+        directory.remove().expect("it is ours");
+    }
+
+    #[test]
     fn several_clean_ups_are_one() {
         let (sender, receiver) = channel();
         for deaths in 1..=3 {

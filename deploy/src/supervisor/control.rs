@@ -320,6 +320,22 @@ mod tests {
     }
 
     #[test]
+    fn a_client_has_a_limit_to_read_its_answer() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.sock");
+        let mut control = Control::listen(&path).expect("a socket");
+        let client = Client::connect(&path);
+        client.ask(1, "ring");
+        let request = requests(&mut control, 1).remove(0);
+        assert_eq!(control.deadline(), None);
+        control.answer_refused(&request, &"x".repeat(1 << 20));
+        let deadline = control.deadline().expect("a time");
+        assert!(deadline > Instant::now());
+        control.check(Instant::now());
+        assert_eq!(control.0.clients_mut().count(), 1, "it has time until then");
+    }
+
+    #[test]
     fn a_slow_follower_gets_the_events_that_are_kept_and_the_number_of_the_others() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.sock");

@@ -340,17 +340,8 @@ impl<'p> Supervisor<'p> {
         let timeout = until(deadline).and_then(|left| Timespec::try_from(left).ok());
         match poll(&mut polled, timeout.as_ref()) {
             Ok(_) => {
-                let mut ends = 0;
-                polled
-                    .iter()
-                    .zip(sources)
-                    .filter(|(fd, _)| !fd.revents().is_empty())
-                    .map(|(fd, source)| (source, fd.revents()))
-                    .filter(|(source, _)| {
-                        ends += usize::from(matches!(source, Source::Process(_)));
-                        !matches!(source, Source::Process(_)) || ends <= ENDS
-                    })
-                    .collect()
+                let events = polled.iter().map(PollFd::revents);
+                in_one_turn(sources.into_iter().zip(events))
             }
             // Interrupted, or short of memory for a moment.
             Err(error) => {
@@ -515,5 +506,40 @@ impl<'p> Supervisor<'p> {
         drop(lock);
         drop(self.control);
         outcome
+    }
+}
+
+/// The sources with events, of which one turn handles a few ends of processes.
+fn in_one_turn(all: impl Iterator<Item = (Source, PollFlags)>) -> Vec<(Source, PollFlags)> {
+    let mut ends = 0;
+    all.filter(|(_, events)| !events.is_empty())
+        .filter(|(source, _)| {
+            let is_end = matches!(source, Source::Process(_));
+            ends += usize::from(is_end);
+            !is_end || ends <= ENDS
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turn_handles_some_ends_and_all_other_events() {
+        let other = [Source::Signals, Source::Guard, Source::Link(1)];
+        let ends = (0..ENDS + 2).map(Source::Process);
+        let silent = (Source::Relay, PollFlags::empty());
+        let all = other.into_iter().chain(ends).chain([Source::Launcher]);
+        let all = all.map(|source| (source, PollFlags::IN)).chain([silent]);
+        let handled = in_one_turn(all);
+        let names: Vec<String> = handled
+            .iter()
+            .map(|(source, _)| format!("{source:?}"))
+            .collect();
+        let first = ["Signals", "Guard", "Link(1)"].map(str::to_owned);
+        let ends = (0..ENDS).map(|at| format!("Process({at})"));
+        let wanted = first.into_iter().chain(ends).chain(["Launcher".to_owned()]);
+        assert!(wanted.eq(names));
     }
 }

@@ -13,6 +13,8 @@ use std::time::{Duration, Instant};
 
 #[test]
 fn two_units_start_in_a_turn_and_a_few_at_a_time() {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    assert_eq!(*LIMIT, 4 * processors);
     let names: Vec<String> = (0..*LIMIT + 3).map(|at| format!("c{at}")).collect();
     let mut components: Vec<Component> = names.iter().map(|name| component(name)).collect();
     components.push(on("other", component("far")));
