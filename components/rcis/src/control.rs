@@ -11,8 +11,8 @@ use innermodel_simulation::{Dynamics, MotorGoal, Speed, World};
 use rcis_generated::interfaces::simulation as calls;
 use rcis_generated::types::rc_simulation::Reason;
 use rcis_generated::{
-    Attribute, BodyJoint, Clock, Collision, Context, Direction, IdImage, Names, Point, Pose,
-    Prediction, Signal, Simulation, Skeleton,
+    Attribute, BodyJoint, Clock, Collision, Context, Direction, IdImage, Names, Png, Point, Pose,
+    Prediction, Signal, Simulation, Skeleton, Viewpoint,
 };
 use std::time::{Duration, Instant};
 
@@ -234,6 +234,15 @@ impl Simulation for SpecificWorker {
 
     fn print(&mut self, _ctx: &mut Context, world: String) -> Result<String, calls::PrintError> {
         self.with(&world, |world| Ok(world.tree().print()))
+    }
+
+    fn draw(
+        &mut self,
+        _ctx: &mut Context,
+        world: String,
+        view: Viewpoint,
+    ) -> Result<Png, calls::DrawError> {
+        reply(self.drawing(&world, &view))
     }
 
     fn get_digest(

@@ -2,6 +2,7 @@
 
 mod batteries;
 mod control;
+mod drawing;
 mod elements;
 mod imus;
 mod manager;

@@ -55,6 +55,14 @@ pub enum Error {
     /// A camera without pixels or without a focal length.
     #[error("`{0}` has no pictures: its width, its height and its focal length must be set")]
     NoPicture(String),
+    /// A picture without pixels, or with too many.
+    #[error("a picture has 1 to {most} pixels, found {pixels}")]
+    Pixels {
+        /// How many.
+        pixels: f64,
+        /// How many are possible.
+        most: u64,
+    },
     /// A sensor has more values than a simulation measures.
     #[error("`{id}` would measure {values} values; at most {most} are possible")]
     TooManyValues {

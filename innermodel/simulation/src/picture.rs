@@ -5,7 +5,8 @@ use crate::frames::Picture;
 use crate::schedule::Measured;
 use crate::sensor_noise::SensorNoise;
 use crate::world::World;
-use innermodel::Kind;
+use innermodel::{Kind, Snapshot};
+use innermodel_render::{Image, TooLarge, View};
 use rc_diagnostics::foreign;
 use std::sync::Arc;
 
@@ -36,15 +37,7 @@ impl World {
         if pixels > MOST_PIXELS as f64 {
             return Err(too_many());
         }
-        let drawn = self.scene.draw(&tree, &view);
-        let mut image = drawn.map_err(|_| too_many())?;
-        for problem in self.scene.problems() {
-            self.report(format!(
-                "`{}` is not in the pictures as it should be: {}",
-                foreign::clean(&problem.id),
-                foreign::clean(&problem.error.to_string())
-            ));
-        }
+        let mut image = self.drawn(&tree, &view).map_err(|_| too_many())?;
         let random = self.random(id, frame.number);
         match here.kind() {
             Kind::Camera(camera) => {
@@ -79,5 +72,28 @@ impl World {
         });
         self.keep(node, Measured::Picture(Arc::clone(&picture)));
         Ok(picture)
+    }
+
+    /// The world as it is, from anywhere, without the errors of its cameras.
+    pub fn draw(&mut self, view: &View) -> Result<Image, Error> {
+        let pixels = view.camera.width * view.camera.height;
+        let most = MOST_PIXELS;
+        let wrong = || Error::Pixels { pixels, most };
+        if !(1.0..=most as f64).contains(&pixels) {
+            return Err(wrong());
+        }
+        self.drawn(&self.tree(), view).map_err(|_| wrong())
+    }
+
+    fn drawn(&mut self, tree: &Snapshot, view: &View) -> Result<Image, TooLarge> {
+        let drawn = self.scene.draw(tree, view);
+        for problem in self.scene.problems() {
+            self.report(format!(
+                "`{}` is not in the pictures as it should be: {}",
+                foreign::clean(&problem.id),
+                foreign::clean(&problem.error.to_string())
+            ));
+        }
+        drawn
     }
 }

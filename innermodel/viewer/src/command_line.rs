@@ -1,7 +1,9 @@
 //! The command line of `rcview`.
 
-use innermodel_viewer::Marks;
+use innermodel::Point;
+use innermodel_viewer::{Marks, Viewpoint};
 use lexopt::{Arg, Parser, ValueExt};
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// Text of `--help`.
@@ -9,6 +11,7 @@ const HELP: &str = "\
 Shows or edits an InnerModel file in a window, or draws it into a file
 
 Usage: rcview [OPTIONS] FILE.xml
+       rcview --live NETWORK --png FILE [--camera CAMERA] [--size WxH]
 
 Options:
       --camera <CAMERA>    The id of a camera or rgbd of the file, or a point X,Y,Z in millimetres that looks
@@ -17,6 +20,7 @@ Options:
       --size <WxH>         The size of the image or the window in pixels [default: that of the camera for an
                            image, otherwise 960x640]
       --ids                Gives each node a colour of its own in the image, and prints the colours
+      --live <NETWORK>     Draws the world of the simulator of a running network
       --edit               Opens an editor: select, move, turn, add and remove nodes; h lists the keys
       --slots              Prints the members of slot arrays that a simulator of the file has, as a .ddsl
                            lists them
@@ -68,30 +72,29 @@ impl From<lexopt::Error> for Failure {
     }
 }
 
-/// From where the picture is taken.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Camera {
-    /// A camera of the tree.
-    Node(String),
-    /// A point, and the point that it looks at.
-    Point([f64; 3], Option<[f64; 3]>),
-}
-
 /// Request of the user.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Request {
     pub(crate) file: PathBuf,
     pub(crate) include: Vec<PathBuf>,
-    pub(crate) camera: Option<Camera>,
+    pub(crate) camera: Viewpoint,
     pub(crate) png: Option<PathBuf>,
-    pub(crate) size: (usize, usize),
-    pub(crate) has_size: bool,
+    pub(crate) size: Option<(usize, usize)>,
     pub(crate) ids: bool,
     pub(crate) edit: bool,
     pub(crate) slots: bool,
     pub(crate) marks: Marks,
     pub(crate) joints: Vec<(String, f64)>,
     pub(crate) points: Vec<(String, PathBuf)>,
+}
+
+/// A picture of a running network.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Live {
+    pub(crate) network: OsString,
+    pub(crate) png: PathBuf,
+    pub(crate) camera: Viewpoint,
+    pub(crate) size: Option<(usize, usize)>,
 }
 
 /// Request of the command line.
@@ -102,18 +105,20 @@ pub(crate) enum Command {
     View(Request),
     /// Opens an editor.
     Edit(Request),
+    /// Draws the world of a running network into a file.
+    Live(Live),
 }
 
 /// Reads the command line.
 pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
     let mut file = None;
+    let mut network = None;
     let mut request = Request {
         file: PathBuf::new(),
         include: Vec::new(),
-        camera: None,
+        camera: Viewpoint::Whole,
         png: None,
-        size: (960, 640),
-        has_size: false,
+        size: None,
         ids: false,
         edit: false,
         slots: false,
@@ -129,18 +134,16 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
                 return Ok(Command::Print(version));
             }
             Arg::Short('I') => request.include.push(parser.value()?.into()),
-            Arg::Long("camera") => request.camera = Some(camera(parser.value()?.string()?)),
+            Arg::Long("camera") => request.camera = camera(parser.value()?.string()?),
             Arg::Long("png") => request.png = Some(parser.value()?.into()),
             Arg::Long("size") => {
                 let text = parser.value()?.string()?;
-                request.size = size(&text).ok_or_else(|| {
-                    let text =
-                        format!("`--size {text}`: expected a width and a height, as in 640x480");
-                    Failure::Usage(text)
-                })?;
-                request.has_size = true;
+                let wrong =
+                    || format!("`--size {text}`: expected a width and a height, as in 640x480");
+                request.size = Some(size(&text).ok_or_else(|| Failure::Usage(wrong()))?);
             }
             Arg::Long("ids") => request.ids = true,
+            Arg::Long("live") => network = Some(parser.value()?),
             Arg::Long("edit") => request.edit = true,
             Arg::Long("slots") => request.slots = true,
             Arg::Long("frames") => request.marks.frames = true,
@@ -171,6 +174,9 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
             other => return Err(other.unexpected().into()),
         }
     }
+    if let Some(network) = network {
+        return live(network, file.is_some(), request);
+    }
     let missing = || Failure::Usage("expected a file, as in `rcview world.xml`".to_owned());
     request.file = file.ok_or_else(missing)?;
     if request.ids && request.png.is_none() {
@@ -193,18 +199,44 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
     Ok(Command::View(request))
 }
 
+/// A request for a picture of a running network, which has nothing to do with a file.
+fn live(network: OsString, has_file: bool, request: Request) -> Result<Command, Failure> {
+    let other = [
+        ("a file", has_file),
+        ("`--edit`", request.edit),
+        ("`--slots`", request.slots),
+        ("`--ids`", request.ids),
+        ("`--frames`", request.marks.frames),
+        ("`--names`", request.marks.names),
+        ("`--joint`", !request.joints.is_empty()),
+        ("`--points`", !request.points.is_empty()),
+        ("`-I`", !request.include.is_empty()),
+    ];
+    if let Some((name, _)) = other.into_iter().find(|(_, is_there)| *is_there) {
+        let text = format!("`--live` cannot be used with {name}");
+        return Err(Failure::Usage(text));
+    }
+    let missing = || Failure::Usage("`--live` needs `--png FILE`".to_owned());
+    Ok(Command::Live(Live {
+        network,
+        png: request.png.ok_or_else(missing)?,
+        camera: request.camera,
+        size: request.size,
+    }))
+}
+
 /// Three or six numbers are points; anything else is an id.
-fn camera(text: String) -> Camera {
+fn camera(text: String) -> Viewpoint {
     let numbers = text.split(',').map(|word| word.trim().parse::<f64>());
     let numbers: Result<Vec<f64>, _> = numbers.collect();
     let Ok(numbers) = numbers else {
-        return Camera::Node(text);
+        return Viewpoint::Camera(text);
     };
     let (points, rest) = numbers.as_chunks::<3>();
     match (points, rest) {
-        ([from], []) => Camera::Point(*from, None),
-        ([from, to], []) => Camera::Point(*from, Some(*to)),
-        _ => Camera::Node(text),
+        ([from], []) => Viewpoint::Point(Point::from(*from), None),
+        ([from, to], []) => Viewpoint::Point(Point::from(*from), Some(Point::from(*to))),
+        _ => Viewpoint::Camera(text),
     }
 }
 

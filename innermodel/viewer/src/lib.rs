@@ -15,6 +15,7 @@ mod overlay;
 mod sight;
 mod tree_view;
 mod viewer;
+mod viewpoint;
 mod viewport;
 mod window;
 
@@ -26,4 +27,5 @@ pub use navigator::{Navigator, scene};
 pub use overlay::{Marks, draw};
 pub use tree_view::{Options, TreeView, run};
 pub use viewer::Viewer;
+pub use viewpoint::{Viewpoint, ViewpointError};
 pub use window::WindowError;

@@ -1,14 +1,14 @@
 //! `rcview`: shows or edits an InnerModel file in a window, or draws it into a file.
 
 mod command_line;
+mod live;
 mod members;
 mod points;
 
-use command_line::{Camera, Command, Failure, Request};
-use innermodel::kinds::Camera as Pixels;
-use innermodel::{Clouds, Folders, InnerModel, Point, Snapshot, Time};
-use innermodel_render::{Image, Scene, View, camera, id_colours, look_at};
-use innermodel_viewer::{Editor, Navigator, OpenError, Options, draw, edit, run, scene};
+use command_line::{Command, Failure, Request};
+use innermodel::{Clouds, Folders, InnerModel, Snapshot, Time};
+use innermodel_render::{Image, Scene, View, id_colours};
+use innermodel_viewer::{Editor, Navigator, OpenError, Options, Viewpoint, draw, edit, run, scene};
 use rc_diagnostics::foreign::clean;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io::Write;
@@ -22,6 +22,7 @@ fn main() -> ExitCode {
         command_line::parse(lexopt::Parser::from_env()).and_then(|command| match command {
             Command::View(request) => view(&request),
             Command::Edit(request) => edit_file(&request),
+            Command::Live(picture) => live::draw(&picture),
             Command::Print(text) => print(text),
         });
     match outcome {
@@ -48,15 +49,14 @@ fn view(request: &Request) -> Result<(), Failure> {
     let clouds = model.clouds();
     let (_, radius) = scene(&tree, &clouds);
     let view = first_view(&tree, &clouds, request)?;
-    let (width, height) = request.size;
     if let Some(path) = &request.png {
         return to_file(&model, &view, radius, request, path);
     }
-    let from = request.camera.as_ref();
+    let is_whole = request.camera == Viewpoint::Whole;
     let options = Options {
         title: format!("{} – rcview", request.file.display()),
-        size: (pixels(width), pixels(height)),
-        navigator: from.map(|_| Navigator::at(&view, radius)),
+        size: window_size(request),
+        navigator: (!is_whole).then(|| Navigator::at(&view, radius)),
         marks: request.marks,
     };
     let say = |line: &str| {
@@ -68,16 +68,14 @@ fn view(request: &Request) -> Result<(), Failure> {
 
 /// The view that the command line asks for.
 fn first_view(tree: &Snapshot, clouds: &Clouds, request: &Request) -> Result<View, Failure> {
-    let (width, height) = request.size;
-    let around = Navigator::around(tree, clouds).view(width, height);
-    match &request.camera {
-        None => Ok(around),
-        Some(Camera::Node(id)) => node_view(tree, id, request),
-        Some(Camera::Point(from, to)) => {
-            let to = to.map_or(scene(tree, clouds).0, Point::from);
-            Ok(look_at(Point::from(*from), to, around.camera))
-        }
-    }
+    let view = request.camera.view(tree, clouds, request.size);
+    view.map_err(|error| Failure::Input(error.to_string()))
+}
+
+/// The size of a window, in pixels.
+fn window_size(request: &Request) -> (u16, u16) {
+    let (width, height) = request.size.unwrap_or(Viewpoint::SIZE);
+    (pixels(width), pixels(height))
 }
 
 fn edit_file(request: &Request) -> Result<(), Failure> {
@@ -93,7 +91,7 @@ fn edit_file(request: &Request) -> Result<(), Failure> {
         let _ = writeln!(std::io::stderr(), "{line}");
     }
     let (tree, clouds) = (editor.model().snapshot(), editor.model().clouds());
-    if request.camera.is_some() {
+    if request.camera != Viewpoint::Whole {
         let view = first_view(&tree, &clouds, request)?;
         let navigator = Navigator::at(&view, scene(&tree, &clouds).1);
         editor = editor.seen_from(navigator);
@@ -106,7 +104,7 @@ fn edit_file(request: &Request) -> Result<(), Failure> {
         registered.map_err(|error| Failure::System(error.to_string()))?;
     }
     let title = format!("{} – rcview", request.file.display());
-    let size = (pixels(request.size.0), pixels(request.size.1));
+    let size = window_size(request);
     edit(&mut editor, &title, size, &stop).map_err(|error| Failure::System(error.to_string()))
 }
 
@@ -141,33 +139,6 @@ fn load(request: &Request) -> Result<InnerModel, Failure> {
         model.set_points(id, points).map_err(wrong)?;
     }
     Ok(model)
-}
-
-fn node_view(tree: &Snapshot, id: &str, request: &Request) -> Result<View, Failure> {
-    let found = camera(tree, id).map_err(|error| Failure::Input(error.to_string()))?;
-    let mut view = found.ok_or_else(|| {
-        let cameras = tree
-            .nodes()
-            .filter(|node| matches!(node.kind().tag(), "camera" | "rgbd"));
-        let cameras: Vec<String> = cameras.map(|node| clean(node.id())).collect();
-        let known = if cameras.is_empty() {
-            "the file has none".to_owned()
-        } else {
-            format!("there are {}", cameras.join(", "))
-        };
-        Failure::Input(format!("`{id}` is no camera; {known}"))
-    })?;
-    if request.has_size {
-        // The image shows the same part of the world, with other pixels.
-        let (width, height) = (request.size.0 as f64, request.size.1 as f64);
-        let focal = view.camera.focal * width / view.camera.width;
-        view.camera = Pixels {
-            width,
-            height,
-            focal,
-        };
-    }
-    Ok(view)
 }
 
 fn to_file(

@@ -15,7 +15,9 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RcSimulation","types":[
 {"name":"Skeleton","alias":"sequence<RcSimulation::BodyJoint>"},
 {"name":"Names","alias":"sequence<string>"},
 {"name":"Pixels","alias":"sequence<int32>"},
-{"name":"IdImage","struct":[{"name":"time","type":"int64","unit":"ns"},{"name":"width","type":"int32","unit":"px"},{"name":"height","type":"int32","unit":"px"},{"name":"ids","type":"sequence<string>"},{"name":"pixels","type":"sequence<int32>"}]}
+{"name":"IdImage","struct":[{"name":"time","type":"int64","unit":"ns"},{"name":"width","type":"int32","unit":"px"},{"name":"height","type":"int32","unit":"px"},{"name":"ids","type":"sequence<string>"},{"name":"pixels","type":"sequence<int32>"}]},
+{"name":"Viewpoint","struct":[{"name":"camera","type":"string"},{"name":"eye","type":"RcInnerModel::Point","optional":true},{"name":"target","type":"RcInnerModel::Point","optional":true},{"name":"width","type":"int32"},{"name":"height","type":"int32"}]},
+{"name":"Png","alias":"sequence<uint8>"}
 ],"interfaces":[
 {"name":"Simulation","operations":[
 {"name":"getClock","id":679178614,"hash":"6806ed33ad72e390","pattern":"query","inputs":[{"name":"world","type":"string"}],"result":"RcSimulation::Clock","throws":[["RcSimulation::SimulationError",-1798164732]]},
@@ -34,6 +36,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RcSimulation","types":[
 {"name":"collide","id":974480753,"hash":"65c09b029230a292","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"a","type":"string"},{"name":"b","type":"string"}],"result":"bool","throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"getPose","id":-1327111753,"hash":"5a2b5354919cac0c","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"id","type":"string"},{"name":"base","type":"string"}],"result":"RcInnerModel::Pose","throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"print","id":756962295,"hash":"d455f1308d507657","pattern":"query","inputs":[{"name":"world","type":"string"}],"result":"string","throws":[["RcSimulation::SimulationError",-1798164732]]},
+{"name":"draw","id":-1131318143,"hash":"bf9e33aef784c152","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"view","type":"RcSimulation::Viewpoint"}],"result":"sequence<uint8>","throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"getDigest","id":1414759136,"hash":"18b593af4fee3a4d","pattern":"query","inputs":[{"name":"world","type":"string"}],"result":"int64","throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"getSkeleton","id":1406619736,"hash":"98459db3cb2121a5","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"id","type":"string"}],"result":"sequence<RcSimulation::BodyJoint>","throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"getIdImage","id":-1248329053,"hash":"6a2e1562e0f1edc0","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"camera","type":"string"}],"result":"RcSimulation::IdImage","throws":[["RcSimulation::SimulationError",-1798164732]]},
@@ -485,6 +488,43 @@ impl Cdr for IdImage {
     }
 }
 
+/// From where a picture is taken.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Viewpoint {
+    /// The id of a `camera` or `rgbd`. Empty: the picture is taken from `eye`.
+    pub camera: String,
+    /// In the root. Missing: from where the whole scene is seen.
+    pub eye: Option<crate::rc_inner_model::Point>,
+    /// The point in the middle of the picture. Missing: the middle of the scene.
+    pub target: Option<crate::rc_inner_model::Point>,
+    /// In pixels. If one is 0, the size is that of the camera, otherwise 960 x 640.
+    pub width: i32,
+    pub height: i32,
+}
+
+impl Cdr for Viewpoint {
+    fn encode(&self, writer: &mut Writer<'_>) {
+        writer.put(&self.camera);
+        writer.put(&self.eye);
+        writer.put(&self.target);
+        writer.put(&self.width);
+        writer.put(&self.height);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        Ok(Self {
+            camera: reader.get()?,
+            eye: reader.get()?,
+            target: reader.get()?,
+            width: reader.get()?,
+            height: reader.get()?,
+        })
+    }
+}
+
+/// The content of a PNG file.
+pub type Png = Vec<u8>;
+
 /// The interface `Simulation`.
 ///
 /// One simulated world. `world` names a clone; empty for the world that all sensors see.
@@ -651,6 +691,18 @@ pub mod simulation {
         replies: &[
             ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
             ReplyVariant::of::<String>(0),
+        ],
+    };
+
+    /// `draw`
+    pub const DRAW: Operation = Operation {
+        name: "draw",
+        id: -1131318143,
+        type_hash: 0xbf9e33aef784c152,
+        two_way: true,
+        replies: &[
+            ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+            ReplyVariant::of::<super::Png>(0),
         ],
     };
 
@@ -822,6 +874,7 @@ pub mod simulation {
         COLLIDE,
         GET_POSE,
         PRINT,
+        DRAW,
         GET_DIGEST,
         GET_SKELETON,
         GET_ID_IMAGE,
@@ -1926,6 +1979,80 @@ pub mod simulation {
     pub fn reply_print(
         request: &mut Request<'_>,
         result: String,
+    ) -> Result<(), HandlerError> {
+        request
+            .reply_with(
+                0,
+                |writer| {
+                    writer.put(&result);
+                },
+            )
+    }
+
+    /// The errors of `draw`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub enum DrawError {
+        /// The server threw the exception `SimulationError`.
+        SimulationError(super::SimulationError),
+        /// The call brought no reply.
+        Call(CallError),
+    }
+
+    impl std::fmt::Display for DrawError {
+        fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            match self {
+                Self::SimulationError(error) => error.fmt(f),
+                Self::Call(error) => error.fmt(f),
+            }
+        }
+    }
+
+    impl std::error::Error for DrawError {}
+
+    impl From<CallError> for DrawError {
+        fn from(error: CallError) -> Self {
+            Self::Call(error)
+        }
+    }
+
+    impl From<super::SimulationError> for DrawError {
+        fn from(error: super::SimulationError) -> Self {
+            Self::SimulationError(error)
+        }
+    }
+
+    impl From<DecodeError> for DrawError {
+        fn from(error: DecodeError) -> Self {
+            Self::Call(error.into())
+        }
+    }
+
+    /// Reads the parameters of `draw`.
+    pub fn read_draw(
+        reader: &mut Reader<'_>,
+    ) -> Result<(String, super::Viewpoint), DecodeError> {
+        let world: String = reader.get()?;
+        let view: super::Viewpoint = reader.get()?;
+        Ok((world, view))
+    }
+
+    /// Replies to `draw` with an error.
+    pub fn refuse_draw(
+        request: &mut Request<'_>,
+        error: DrawError,
+    ) -> Result<(), HandlerError> {
+        match error {
+            DrawError::SimulationError(error) => {
+                request.reply_with(SIMULATION_ERROR, |writer| writer.put(&error))
+            }
+            DrawError::Call(error) => request.fail(&error),
+        }
+    }
+
+    /// Replies to `draw`.
+    pub fn reply_draw(
+        request: &mut Request<'_>,
+        result: super::Png,
     ) -> Result<(), HandlerError> {
         request
             .reply_with(
@@ -3310,6 +3437,31 @@ pub mod simulation {
                         }
                         rc_middleware::typed::expect_result(case)?;
                         let result: String = reader.get()?;
+                        Ok(result)
+                    },
+                )
+        }
+
+        /// A picture of the world as it is, without the errors of its cameras.
+        pub fn draw(
+            &mut self,
+            world: &str,
+            view: &super::Viewpoint,
+        ) -> Result<super::Png, DrawError> {
+            self.client
+                .call_with(
+                    &DRAW,
+                    |writer| {
+                        rc_middleware::cdr::text(world, writer);
+                        writer.put(view);
+                    },
+                    |case, reader| {
+                        if case == SIMULATION_ERROR {
+                            let error: super::SimulationError = reader.get()?;
+                            return Err(error.into());
+                        }
+                        rc_middleware::typed::expect_result(case)?;
+                        let result: super::Png = reader.get()?;
                         Ok(result)
                     },
                 )

@@ -5,7 +5,7 @@ pub use ::interfaces::rc_simulation::simulation;
 pub use self::simulation::{
     SimulationClient, GetClockError, StepError, AddError, RemoveError, SetError,
     TeleportError, MoveToError, ReParentError, SetAttributeError, RemoveAttributeError,
-    SetSignalError, GetSignalError, CollideError, GetPoseError, PrintError,
+    SetSignalError, GetSignalError, CollideError, GetPoseError, PrintError, DrawError,
     GetDigestError, GetSkeletonError, GetIdImageError, SetPhysicsError, PushError,
     ReleaseError, SnapshotError, RestoreError, ForgetSnapshotError, PredictError,
     CloneError, RemoveCloneError, DriveError,

@@ -189,6 +189,8 @@ pub enum SeenCall {
     GetPose { world: String, id: String, base: String },
     /// `print`
     Print { world: String },
+    /// `draw`
+    Draw { world: String, view: types::rc_simulation::Viewpoint },
     /// `getDigest`
     GetDigest { world: String },
     /// `getSkeleton`
@@ -384,6 +386,11 @@ fn read_seen(request: &mut Request<'_>) -> Result<SeenCall, HandlerError> {
                 interfaces::simulation::read_print,
             )
             .map(|world| SeenCall::Print { world });
+    }
+    if request.operation == interfaces::simulation::DRAW.id {
+        return request
+            .arguments(&interfaces::simulation::DRAW, interfaces::simulation::read_draw)
+            .map(|(world, view)| SeenCall::Draw { world, view });
     }
     if request.operation == interfaces::simulation::GET_DIGEST.id {
         return request
@@ -652,6 +659,14 @@ fn default_seen(request: &mut Request<'_>) -> Result<(), HandlerError> {
             )?;
         return interfaces::simulation::reply_print(request, Default::default());
     }
+    if request.operation == interfaces::simulation::DRAW.id {
+        request
+            .arguments(
+                &interfaces::simulation::DRAW,
+                interfaces::simulation::read_draw,
+            )?;
+        return interfaces::simulation::reply_draw(request, Default::default());
+    }
     if request.operation == interfaces::simulation::GET_DIGEST.id {
         request
             .arguments(
@@ -812,6 +827,7 @@ impl SeenFake {
         self.or_default(&interfaces::simulation::COLLIDE, default_seen);
         self.or_default(&interfaces::simulation::GET_POSE, default_seen);
         self.or_default(&interfaces::simulation::PRINT, default_seen);
+        self.or_default(&interfaces::simulation::DRAW, default_seen);
         self.or_default(&interfaces::simulation::GET_DIGEST, default_seen);
         self.or_default(&interfaces::simulation::GET_SKELETON, default_seen);
         self.or_default(&interfaces::simulation::GET_ID_IMAGE, default_seen);
@@ -1192,6 +1208,31 @@ impl SeenFake {
                 match answer(world) {
                     Ok(result) => interfaces::simulation::reply_print(request, result),
                     Err(error) => interfaces::simulation::refuse_print(request, error),
+                }
+            },
+        );
+    }
+
+    /// Answers `draw` with what `answer` returns.
+    ///
+    /// A picture of the world as it is, without the errors of its cameras.
+    pub fn on_draw(
+        &self,
+        mut answer: impl FnMut(
+            String,
+            types::rc_simulation::Viewpoint,
+        ) -> Result<
+                types::rc_simulation::Png,
+                interfaces::simulation::DrawError,
+            > + 'static,
+    ) {
+        self.answer(
+            &interfaces::simulation::DRAW,
+            interfaces::simulation::read_draw,
+            move |(world, view), request| {
+                match answer(world, view) {
+                    Ok(result) => interfaces::simulation::reply_draw(request, result),
+                    Err(error) => interfaces::simulation::refuse_draw(request, error),
                 }
             },
         );
@@ -1603,6 +1644,8 @@ pub enum ImaginedCall {
     GetPose { world: String, id: String, base: String },
     /// `print`
     Print { world: String },
+    /// `draw`
+    Draw { world: String, view: types::rc_simulation::Viewpoint },
     /// `getDigest`
     GetDigest { world: String },
     /// `getSkeleton`
@@ -1805,6 +1848,11 @@ fn read_imagined(request: &mut Request<'_>) -> Result<ImaginedCall, HandlerError
                 interfaces::simulation::read_print,
             )
             .map(|world| ImaginedCall::Print { world });
+    }
+    if request.operation == interfaces::simulation::DRAW.id {
+        return request
+            .arguments(&interfaces::simulation::DRAW, interfaces::simulation::read_draw)
+            .map(|(world, view)| ImaginedCall::Draw { world, view });
     }
     if request.operation == interfaces::simulation::GET_DIGEST.id {
         return request
@@ -2087,6 +2135,14 @@ fn default_imagined(request: &mut Request<'_>) -> Result<(), HandlerError> {
             )?;
         return interfaces::simulation::reply_print(request, Default::default());
     }
+    if request.operation == interfaces::simulation::DRAW.id {
+        request
+            .arguments(
+                &interfaces::simulation::DRAW,
+                interfaces::simulation::read_draw,
+            )?;
+        return interfaces::simulation::reply_draw(request, Default::default());
+    }
     if request.operation == interfaces::simulation::GET_DIGEST.id {
         request
             .arguments(
@@ -2247,6 +2303,7 @@ impl ImaginedFake {
         self.or_default(&interfaces::simulation::COLLIDE, default_imagined);
         self.or_default(&interfaces::simulation::GET_POSE, default_imagined);
         self.or_default(&interfaces::simulation::PRINT, default_imagined);
+        self.or_default(&interfaces::simulation::DRAW, default_imagined);
         self.or_default(&interfaces::simulation::GET_DIGEST, default_imagined);
         self.or_default(&interfaces::simulation::GET_SKELETON, default_imagined);
         self.or_default(&interfaces::simulation::GET_ID_IMAGE, default_imagined);
@@ -2627,6 +2684,31 @@ impl ImaginedFake {
                 match answer(world) {
                     Ok(result) => interfaces::simulation::reply_print(request, result),
                     Err(error) => interfaces::simulation::refuse_print(request, error),
+                }
+            },
+        );
+    }
+
+    /// Answers `draw` with what `answer` returns.
+    ///
+    /// A picture of the world as it is, without the errors of its cameras.
+    pub fn on_draw(
+        &self,
+        mut answer: impl FnMut(
+            String,
+            types::rc_simulation::Viewpoint,
+        ) -> Result<
+                types::rc_simulation::Png,
+                interfaces::simulation::DrawError,
+            > + 'static,
+    ) {
+        self.answer(
+            &interfaces::simulation::DRAW,
+            interfaces::simulation::read_draw,
+            move |(world, view), request| {
+                match answer(world, view) {
+                    Ok(result) => interfaces::simulation::reply_draw(request, result),
+                    Err(error) => interfaces::simulation::refuse_draw(request, error),
                 }
             },
         );

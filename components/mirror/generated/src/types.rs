@@ -11,5 +11,5 @@ pub use self::rc_inner_model::{
 pub use ::interfaces::rc_simulation;
 pub use self::rc_simulation::{
     SimulationError, Clock, ClockInPlace, Signal, SignalInPlace, Collision, Prediction,
-    BodyJoint, Skeleton, Names, Pixels, IdImage,
+    BodyJoint, Skeleton, Names, Pixels, IdImage, Viewpoint, Png,
 };

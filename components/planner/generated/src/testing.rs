@@ -182,6 +182,8 @@ pub enum SimulationCall {
     GetPose { world: String, id: String, base: String },
     /// `print`
     Print { world: String },
+    /// `draw`
+    Draw { world: String, view: types::rc_simulation::Viewpoint },
     /// `getDigest`
     GetDigest { world: String },
     /// `getSkeleton`
@@ -392,6 +394,14 @@ fn read_simulation(request: &mut Request<'_>) -> Result<SimulationCall, HandlerE
                 interfaces::simulation::read_print,
             )
             .map(|world| SimulationCall::Print { world });
+    }
+    if request.operation == interfaces::simulation::DRAW.id {
+        return request
+            .arguments(&interfaces::simulation::DRAW, interfaces::simulation::read_draw)
+            .map(|(world, view)| SimulationCall::Draw {
+                world,
+                view,
+            });
     }
     if request.operation == interfaces::simulation::GET_DIGEST.id {
         return request
@@ -679,6 +689,14 @@ fn default_simulation(request: &mut Request<'_>) -> Result<(), HandlerError> {
             )?;
         return interfaces::simulation::reply_print(request, Default::default());
     }
+    if request.operation == interfaces::simulation::DRAW.id {
+        request
+            .arguments(
+                &interfaces::simulation::DRAW,
+                interfaces::simulation::read_draw,
+            )?;
+        return interfaces::simulation::reply_draw(request, Default::default());
+    }
     if request.operation == interfaces::simulation::GET_DIGEST.id {
         request
             .arguments(
@@ -839,6 +857,7 @@ impl SimulationFake {
         self.or_default(&interfaces::simulation::COLLIDE, default_simulation);
         self.or_default(&interfaces::simulation::GET_POSE, default_simulation);
         self.or_default(&interfaces::simulation::PRINT, default_simulation);
+        self.or_default(&interfaces::simulation::DRAW, default_simulation);
         self.or_default(&interfaces::simulation::GET_DIGEST, default_simulation);
         self.or_default(&interfaces::simulation::GET_SKELETON, default_simulation);
         self.or_default(&interfaces::simulation::GET_ID_IMAGE, default_simulation);
@@ -1219,6 +1238,31 @@ impl SimulationFake {
                 match answer(world) {
                     Ok(result) => interfaces::simulation::reply_print(request, result),
                     Err(error) => interfaces::simulation::refuse_print(request, error),
+                }
+            },
+        );
+    }
+
+    /// Answers `draw` with what `answer` returns.
+    ///
+    /// A picture of the world as it is, without the errors of its cameras.
+    pub fn on_draw(
+        &self,
+        mut answer: impl FnMut(
+            String,
+            types::rc_simulation::Viewpoint,
+        ) -> Result<
+                types::rc_simulation::Png,
+                interfaces::simulation::DrawError,
+            > + 'static,
+    ) {
+        self.answer(
+            &interfaces::simulation::DRAW,
+            interfaces::simulation::read_draw,
+            move |(world, view), request| {
+                match answer(world, view) {
+                    Ok(result) => interfaces::simulation::reply_draw(request, result),
+                    Err(error) => interfaces::simulation::refuse_draw(request, error),
                 }
             },
         );

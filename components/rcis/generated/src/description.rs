@@ -15,7 +15,7 @@ const SLOT_SIMULATION: Slot = Slot {
     role: Role::Implements,
     interface: "Simulation",
     type_name: "RcSimulation::Simulation",
-    type_hash: 0xeddfb2756339c6ad,
+    type_hash: 0x5228b8840dde0ee8,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     is_array: false,
@@ -265,7 +265,7 @@ const SLOT_POSE_TOPICS: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "rcis",
-    model_hash: 0x8c44a884d7ab848b,
+    model_hash: 0xcc88f4df7d5b5465,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 10000000),
     parameters: Some(parameters::SCHEMA),

@@ -41,7 +41,7 @@ pub use self::rgbd::{
 pub use ::interfaces::rc_simulation::simulation;
 pub use self::simulation::{
     GetClockError, StepError, AddError, RemoveError, SetError, TeleportError,
-    MoveToError, ReParentError, SetSignalError, GetSignalError, PrintError,
+    MoveToError, ReParentError, SetSignalError, GetSignalError, PrintError, DrawError,
     GetDigestError, GetSkeletonError, GetIdImageError, SetPhysicsError, PushError,
     ReleaseError, SnapshotError, RestoreError, ForgetSnapshotError, PredictError,
     CloneError, RemoveCloneError, DriveError,

@@ -11,7 +11,7 @@ pub use self::rc_inner_model::{
 pub use ::interfaces::rc_simulation;
 pub use self::rc_simulation::{
     SimulationError, Clock, ClockInPlace, Signal, SignalInPlace, Collision, Prediction,
-    BodyJoint, Skeleton, Names, Pixels, IdImage,
+    BodyJoint, Skeleton, Names, Pixels, IdImage, Viewpoint, Png,
 };
 pub use ::interfaces::robo_comp_battery_status;
 pub use self::robo_comp_battery_status::{

@@ -2,6 +2,7 @@
 
 mod control;
 mod devices;
+mod drawing;
 mod manager;
 mod window;
 

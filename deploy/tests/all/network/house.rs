@@ -99,6 +99,39 @@ fn the_robot_drives_in_a_simulated_house_with_the_programs_of_the_patrol() {
     );
 }
 
+/// `rcview` draws the world of the simulator without a window.
+fn check_pictures(site: &Site) {
+    let png = site.path("now.png");
+    let draw = |network: &str, camera: &str| {
+        let mut rcview = Command::new(Site::executable("rcview"));
+        rcview.args([
+            "--live", network, "--camera", camera, "--size", "64x48", "--png",
+        ]);
+        site.run({
+            rcview.arg(&png).env_remove("DISPLAY");
+            rcview
+        })
+    };
+    let refused = draw(&site.network, "camer");
+    assert_eq!(refused.code, 1, "{refused:?}");
+    assert!(
+        refused.stderr.contains("did you mean `camera`?"),
+        "{refused:?}"
+    );
+    let refused = draw("no_such_network", "camera");
+    assert_eq!(refused.code, 3, "{refused:?}");
+    assert!(!png.exists());
+    for camera in ["camera", "0,2000,-2000", "0,2000,-2000,0,0,0"] {
+        let drawn = draw(&site.network, camera);
+        assert_eq!(drawn.code, 0, "{drawn:?}");
+        let file = std::fs::read(&png).expect("a picture");
+        let size = [64_u32, 48].map(u32::to_be_bytes);
+        assert_eq!(file[..8], *b"\x89PNG\r\n\x1a\n");
+        assert_eq!(file[16..24], *size.as_flattened());
+        std::fs::remove_file(&png).expect("to remove it");
+    }
+}
+
 /// In lockstep, whoever steps the world hears which follower hangs, and the steps are made once it
 /// goes on.
 #[test]
@@ -130,6 +163,7 @@ fn a_follower_that_hangs_is_named_to_those_who_step() {
     let step = |count: u32| call("step", &format!(r#"{{"world": "", "count": {count}}}"#));
     assert_eq!(step(5).code, 0);
     Site::until("five steps", || clock() == (5, 0));
+    check_pictures(&site);
 
     let avoider = site.ask("avoider", "status")["pid"].as_i64();
     let avoider = avoider.and_then(|pid| Pid::from_raw(i32::try_from(pid).ok()?));

@@ -117,7 +117,7 @@ fn wrong_requests_are_refused_with_what_is_allowed() {
         (
             &["--png", "x.png", "--camera", "cup"][..],
             1,
-            "`cup` is no camera; the file has none",
+            "`cup` is no camera; there is none",
         ),
         (
             &["--png", "x.png", "--camera", "cupp"],
@@ -162,6 +162,22 @@ fn wrong_requests_are_refused_with_what_is_allowed() {
         let output = run("arm.xml", arguments);
         let error = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
+        assert!(error.contains(text), "{arguments:?}: {error}");
+    }
+    for (arguments, text) in [
+        (&["--live", "house"][..], "`--live` needs `--png FILE`"),
+        (
+            &["--live", "house", "--png", "x.png", "x.xml"],
+            "`--live` cannot be used with a file",
+        ),
+        (
+            &["--live", "house", "--png", "x.png", "--joint", "a=1"],
+            "`--live` cannot be used with `--joint`",
+        ),
+    ] {
+        let output = rcview().args(arguments).output().expect("to run it");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
         assert!(error.contains(text), "{arguments:?}: {error}");
     }
     let none = run("none.xml", &[]);

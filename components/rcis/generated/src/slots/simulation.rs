@@ -139,6 +139,14 @@ pub trait Simulation {
         world: String,
     ) -> Result<String, simulation::PrintError>;
 
+    /// A picture of the world as it is, without the errors of its cameras.
+    fn draw(
+        &mut self,
+        ctx: &mut Context,
+        world: String,
+        view: rc_simulation::Viewpoint,
+    ) -> Result<rc_simulation::Png, simulation::DrawError>;
+
     /// A number that differs where anything differs that later steps depend on.
     fn get_digest(
         &mut self,
@@ -315,6 +323,9 @@ pub(crate) fn serve<W: Simulation>(
     }
     if request.operation == simulation::PRINT.id {
         return answer_print(worker, ctx, request);
+    }
+    if request.operation == simulation::DRAW.id {
+        return answer_draw(worker, ctx, request);
     }
     if request.operation == simulation::GET_DIGEST.id {
         return answer_get_digest(worker, ctx, request);
@@ -563,6 +574,18 @@ fn answer_print<W: Simulation>(
     match worker.print(ctx, world) {
         Ok(answer) => simulation::reply_print(request, answer),
         Err(error) => simulation::refuse_print(request, error),
+    }
+}
+
+fn answer_draw<W: Simulation>(
+    worker: &mut W,
+    ctx: &mut Context,
+    request: &mut Request<'_>,
+) -> Result<(), HandlerError> {
+    let (world, view) = request.arguments(&simulation::DRAW, simulation::read_draw)?;
+    match worker.draw(ctx, world, view) {
+        Ok(answer) => simulation::reply_draw(request, answer),
+        Err(error) => simulation::refuse_draw(request, error),
     }
 }
 
