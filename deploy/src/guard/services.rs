@@ -226,7 +226,7 @@ mod tests {
         drop(sender);
         let reports = std::cell::RefCell::new(Vec::new());
         let report = |progress| reports.borrow_mut().push(progress);
-        hold("services-test", &receiver, &report);
+        hold("net", &receiver, &report);
         assert_eq!(reports.into_inner(), [HoldProgress::Cleaned(3)]);
     }
 }
