@@ -20,10 +20,17 @@ except ImportError as error:
 
 
 def _load_native() -> None:
-    """Loads the extension module that cargo built, if ROBOCOMP_NATIVE names one."""
+    """Loads the extension module that cargo built, if ROBOCOMP_NATIVE names one. A wheel has its own."""
     name = "robocomp._native"
     path = os.environ.get("ROBOCOMP_NATIVE")
-    if not path or name in sys.modules:
+    if name in sys.modules:
+        return
+    if not path:
+        if importlib.util.find_spec(name) is None:
+            raise ImportError(
+                "robocomp has no extension module; build it with `rcdeploy up --build NETWORK.ddsl`, "
+                "and let ROBOCOMP_NATIVE name target/release/librobocomp_python.so"
+            )
         return
     loader = importlib.machinery.ExtensionFileLoader(name, path)
     spec = importlib.util.spec_from_file_location(name, path, loader=loader)

@@ -219,6 +219,14 @@ class Program(unittest.TestCase):
         code, _, err = self.run_to_end(good, "--nonsense")
         self.assertEqual(code, 2, err)
 
+    def test_a_missing_extension_module_is_told(self):
+        environment = {k: v for k, v in os.environ.items() if k != "ROBOCOMP_NATIVE"}
+        command = [sys.executable, "-c", "import robocomp"]
+        ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=LIMIT)
+        last = ended.stderr.splitlines()[-1]
+        self.assertIn("ImportError: robocomp has no extension module; build it with", last)
+        self.assertIn("ROBOCOMP_NATIVE", last)
+
     def test_a_missing_numpy_is_told(self):
         script = "import sys; sys.modules['numpy'] = None; import robocomp"
         ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
