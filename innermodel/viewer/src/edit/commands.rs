@@ -148,6 +148,10 @@ impl Editor {
             return select_first(&mut self.message);
         };
         let removed = self.source.remove(&id);
+        if removed.is_ok() {
+            // Another node without an id of its own may be called like this one now.
+            self.selected = None;
+        }
         self.tell(
             removed,
             &format!("`{}` is removed; u returns it", clean(&id)),

@@ -395,6 +395,20 @@ fn bodies_are_added_and_removed() {
     }
 }
 
+/// Nodes without an id are called by their numbers, which change when one is removed.
+#[test]
+fn a_removed_node_leaves_no_other_one_selected() {
+    let world = "<innerModel><sphere radius=\"1\"/><sphere radius=\"2\"/></innerModel>";
+    let mut user = User::new(world);
+    user.select("sphere#1");
+    user.key('d');
+    assert_eq!(user.editor.selected(), None);
+    user.key('d');
+    assert!(user.message().starts_with("select a node first"));
+    user.save();
+    assert_eq!(user.saved(), world.replace("<sphere radius=\"1\"/>", ""));
+}
+
 #[test]
 fn a_mesh_is_added_if_its_file_is_there() {
     let mut user = User::new(WORLD);
