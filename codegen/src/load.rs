@@ -255,8 +255,12 @@ pub(crate) fn shipped(path: &Path) -> Option<&'static str> {
 
 /// The finding that a file is no text, at its first byte that is not UTF-8.
 pub fn not_utf8(path: &Path, bytes: &[u8], sources: &mut SourceMap) -> Diagnostic {
+    // The map of sources drops a byte order mark.
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let valid = std::str::from_utf8(bytes).map_or_else(|e| e.valid_up_to(), str::len);
     let source = sources.add(path, String::from_utf8_lossy(bytes));
-    let span = Span::new(source, valid, valid + 1);
+    // A character replaces what is wrong: a span within it is none of the text.
+    let end = valid + char::REPLACEMENT_CHARACTER.len_utf8();
+    let span = Span::new(source, valid, end.min(sources.text(source).len()));
     Diagnostic::error("not-utf8", span, "this file is not UTF-8")
 }

@@ -220,6 +220,23 @@ fn every_file_is_checked_and_invalid_utf8_is_reported() {
     assert!(err.contains("error[unknown-interface]"), "{err}");
 }
 
+/// A file in Latin-1, as robots have them, also behind a byte order mark.
+#[test]
+fn a_file_in_another_encoding_is_shown() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = b"<innerModel>\n<!-- mu\xf1eca --></innerModel>\n";
+    let marked = [b"\xef\xbb\xbf", &text[..]].concat();
+    for (name, bytes) in [("latin.xml", &text[..]), ("marked.xml", &marked)] {
+        std::fs::write(folder.path().join(name), bytes).expect("a file");
+        for args in [&["check", name][..], &["fmt", name]] {
+            let (code, _, err) = rcgen(folder.path(), args);
+            assert_eq!(code, 1, "{err}");
+            assert!(err.contains(&format!("{name}:2:8")), "{err}");
+            assert!(err.contains("this file is not UTF-8"), "{err}");
+        }
+    }
+}
+
 #[test]
 fn a_state_machine_is_checked_with_its_component() {
     let folder = folder(&CDSL.replace("language", "statemachine \"c.smdsl\"; language"));

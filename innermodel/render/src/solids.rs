@@ -16,7 +16,8 @@ pub(crate) fn draw(canvas: &mut Canvas<'_, '_>, shape: Shape, to_camera: &Transf
     let projection = canvas.projection;
     let (width, height) = (canvas.image().width, canvas.image().height);
     let centre = to_camera.translation;
-    if centre.z + reach < projection.near {
+    // A sum of finite numbers may be none.
+    if centre.z + reach < projection.near || !centre.iter().all(|n| n.is_finite()) {
         return;
     }
     let (mut columns, mut rows) = (0..width, 0..height);

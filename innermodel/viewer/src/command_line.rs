@@ -225,11 +225,11 @@ fn live(network: OsString, has_file: bool, request: Request) -> Result<Command, 
     }))
 }
 
-/// Three or six numbers are points; anything else is an id.
+/// Three or six finite numbers are points; anything else is an id.
 fn camera(text: String) -> Viewpoint {
-    let numbers = text.split(',').map(|word| word.trim().parse::<f64>());
-    let numbers: Result<Vec<f64>, _> = numbers.collect();
-    let Ok(numbers) = numbers else {
+    let number = |word: &str| word.trim().parse().ok().filter(|n: &f64| n.is_finite());
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    let Some(numbers) = numbers else {
         return Viewpoint::Camera(text);
     };
     let (points, rest) = numbers.as_chunks::<3>();

@@ -190,6 +190,29 @@ fn images_have_a_bound() {
     }
 }
 
+/// Bodies beyond all numbers, and what cameras see from there.
+#[test]
+fn numbers_that_are_none_are_not_drawn() {
+    let balls: String = (0..20)
+        .map(|n| {
+            format!(r#"<sphere id="b{n}" tx="1e308" radius="1"/><plane id="p{n}" px="1e308"/>"#)
+        })
+        .collect();
+    let far = format!(
+        r#"<innerModel><transform id="a" tx="1e308" ry="1"><transform id="b" tx="1e308">{balls}</transform></transform>
+        <sphere id="great" radius="1e308"/><plane id="wide" size="1e308,1e308,1e308"/>
+        <cone id="flat" radius="1e308" length="1e-308"/><cylinder id="thin" radius="1e-308" length="1e308"/></innerModel>"#
+    );
+    let tree = InnerModel::parse(&far).expect("a model").snapshot();
+    for from in [0.0, 1e308, f64::NAN, f64::INFINITY] {
+        let view = look_at(Point::new(from, 0.0, -500.0), Point::origin(), small());
+        let image = Scene::new().draw(&tree, &view).expect("an image");
+        let is_seen = image.nodes.iter().any(Option::is_some);
+        assert!(from.is_finite() || !is_seen, "{from}");
+        assert!(image.depths.iter().all(|depth| *depth > 0.0), "{from}");
+    }
+}
+
 #[test]
 fn an_unreadable_mesh_is_reported_once() {
     let text =
