@@ -49,5 +49,6 @@ mod terminal;
 mod time;
 mod track;
 mod tree;
+mod tree_client;
 mod variant;
 mod watched;

@@ -36,6 +36,7 @@ fn two_processes_share_one_tree_over_dds_and_over_ros_2() {
         assert_eq!(up.code, 0, "{up:?}");
         assert_eq!(site.ask("copy", "status")["middleware"], middleware);
         site.share_a_tree();
+        site.call_each_operation("world");
         down(&site);
     }
 }

@@ -20,6 +20,9 @@ mod tree;
 #[path = "../all/network/racks.rs"]
 mod racks;
 
+#[path = "../all/network/tree_client.rs"]
+mod tree_client;
+
 #[path = "../all/network/foxglove.rs"]
 mod foxglove;
 

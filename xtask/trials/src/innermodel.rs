@@ -1,5 +1,5 @@
-//! `cargo xtask bench innermodel`: transforms, loading, versions and rays, beside `k` with
-//! `urdf-rs`, and beside Pinocchio and trimesh of `PyPI`.
+//! `cargo xtask bench innermodel`: tests that compare URDF files with `urdf-rs`; then transforms,
+//! loading, versions and rays, beside `k` with `urdf-rs`, and beside Pinocchio and trimesh of `PyPI`.
 
 use crate::programs::{Failure, cargo, finish, output, target};
 use crate::pypi;
@@ -16,6 +16,9 @@ pub(crate) fn run() -> Result<(), Failure> {
     // A workspace of its own, so that nothing else compiles k.
     let words = "run --release --quiet --manifest-path bench/innermodel/Cargo.toml";
     let words: Vec<&str> = words.split(' ').collect();
+    let tests = "test --quiet --manifest-path bench/innermodel/Cargo.toml";
+    let tests: Vec<&str> = tests.split(' ').collect();
+    finish(cargo(&tests)?, LIMIT)?;
     let folder = target()?.join("bench_innermodel");
     std::fs::create_dir_all(&folder)?;
     let mut files = cargo(&words)?;

@@ -28,6 +28,7 @@ fn two_processes_hold_one_tree_through_changes_and_restarts() {
     });
     site.await_bowl(300.0);
     site.set_bowl("copy", 400.0);
+    site.call_each_operation("world");
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
 }

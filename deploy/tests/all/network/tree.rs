@@ -17,15 +17,16 @@ impl Site {
         serde_json::from_str(&ran.stdout).unwrap_or_else(|_| panic!("{ran:?}"))
     }
 
-    /// Writes the network under the name of this site, over this middleware with its settings.
+    /// Writes the network under the name of this site, over this middleware with its settings. The
+    /// first process refuses collisions.
     pub(crate) fn write_trees(&self, middleware: &str) {
         let scene = Self::components().join("../innermodel/scenes/house.xml");
         let text = NETWORK
             .replace("Deployment inner_model", "Deployment patrol")
             .replace("middleware iceoryx2", &format!("middleware {middleware}"))
             .replace(
-                "../../innermodel/scenes/house.xml",
-                &scene.display().to_string(),
+                "\"../../innermodel/scenes/house.xml\";",
+                &format!("\"{}\"; refuse_collisions true;", scene.display()),
             )
             .replace(
                 "after world;",
