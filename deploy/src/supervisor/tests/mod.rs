@@ -4,6 +4,7 @@
 mod activation;
 mod commands;
 mod life_cycle;
+mod local_process;
 mod machines;
 mod net;
 mod starts_and_ends;
