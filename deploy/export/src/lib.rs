@@ -11,6 +11,7 @@ mod yaml;
 
 use rc_cdsl::model::Backend;
 use rc_codegen::Files;
+use rc_codegen::worker_language::WorkerLanguage;
 use rc_ddsl::model::Host;
 use rc_deploy_network::Network;
 use rc_deploy_network::plan::{Component, Plan, Policy};
@@ -77,6 +78,7 @@ struct Part<'n> {
     /// Whether it uses shared memory, and DDS.
     memory: bool,
     dds: bool,
+    is_python: bool,
 }
 
 /// The input of all exports.
@@ -122,6 +124,7 @@ pub fn export(
     };
     for part in source.parts() {
         part.check()?;
+        part.check_language(engine)?;
     }
     let mut export = match engine {
         Engine::Systemd => systemd::units(&source),
@@ -176,6 +179,9 @@ fn machines<'n>(network: &'n Network, plan: &'n Plan) -> Vec<Machine<'n>> {
             files: network.files(at, component),
             memory: chosen.contains(&Backend::Iceoryx2),
             dds: chosen.contains(&Backend::Dds),
+            is_python: network.projects[at]
+                .as_ref()
+                .is_some_and(|project| project.language() == WorkerLanguage::Python),
         };
         let of =
             |machine: &&mut Machine<'_>| machine.host.map(|h| h.name.text.as_str()) == names[at];
@@ -223,6 +229,9 @@ impl Source<'_> {
         if self.parts().any(|part| part.memory) {
             notes.push("no guard holds the shared memory: of the components of a network the last one to end wipes it, and the next start what the dead left".to_owned());
         }
+        if self.parts().any(|part| part.is_python) {
+            notes.push("a component in Python runs on `.venv` in its folder, else on the `python3` in the path of the manager: `rcgen venv FILE.cdsl` makes `.venv` with its packages".to_owned());
+        }
         if self.has_ring {
             notes.push("the ring of `record` is not exported: start `rcdeploy record NETWORK --ring TIME` yourself".to_owned());
         }
@@ -245,6 +254,21 @@ impl Part<'_> {
             .into_iter()
             .chain(words.map(str::to_owned))
             .collect()
+    }
+
+    /// Refuses a component in Python in a container: its program is a launcher, and neither the
+    /// interpreter nor the packages of the worker are in an image.
+    fn check_language(&self, engine: Engine) -> Result<(), String> {
+        if !self.is_python || engine == Engine::Systemd {
+            return Ok(());
+        }
+        let word = Engine::WORDS.iter().find(|(_, known)| *known == engine);
+        let word = word.map_or("", |(word, _)| word);
+        Err(format!(
+            "`{}` is in Python, and the containers of an export to {word} have no interpreter and no packages for it; \
+             export with `--to systemd`, or start the network by `rcdeploy up`",
+            self.component.name
+        ))
     }
 
     /// Refuses paths that are not text or contain control characters: no format can hold them.

@@ -72,6 +72,57 @@ fn files_equal_their_goldens() {
     }
 }
 
+/// A unit of systemd starts the launcher of a component in Python. A container has no interpreter.
+#[test]
+fn components_in_python_are_exported_to_systemd_only() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let cdsl = root().join("deploy/tests/programs/wanderer/wanderer.cdsl");
+    let text = format!(
+        "Deployment python {{ Component arm {{ cdsl \"{}\"; }}; }};\n",
+        cdsl.display()
+    );
+    let file = folder.path().join("python.ddsl");
+    fs::write(&file, text).expect("a file");
+    let mut sources = SourceMap::new();
+    let loader = FileLoader::new(&[]);
+    let overrides = network::Overrides::default();
+    let (loaded, found) = network::load(&file, &overrides, &mut sources, &loader).expect("a file");
+    let report = render(&sources, &found, Format::Short);
+    let loaded = loaded.unwrap_or_else(|| panic!("{report}"));
+    let plan = loaded.plan(Profile::Release).expect("a plan");
+    let exported = |engine| export(&loaded, &plan, engine, None, (1000, 100));
+    let units = exported(Engine::Systemd).expect("units");
+    let service = units
+        .files
+        .iter()
+        .find(|(path, ..)| path.to_string_lossy().ends_with("python-arm.service"));
+    let (.., service) = service.expect("a service");
+    let program = plan.components[0].executable.display().to_string();
+    assert!(program.ends_with("/wanderer"), "{program}");
+    assert!(
+        service.contains(&format!("ExecStart=:{program} ")),
+        "{service}"
+    );
+    let said = units.notes.join("\n");
+    assert!(
+        said.contains("`rcgen venv FILE.cdsl` makes `.venv`"),
+        "{said}"
+    );
+    for (word, engine) in [
+        ("compose", Engine::Compose),
+        ("kubernetes", Engine::Kubernetes),
+    ] {
+        let refused = exported(engine).expect_err("no interpreter");
+        assert_eq!(
+            refused,
+            format!(
+                "`arm` is in Python, and the containers of an export to {word} have no interpreter and no packages for it; \
+                 export with `--to systemd`, or start the network by `rcdeploy up`"
+            )
+        );
+    }
+}
+
 /// Each difference is reported to the user and noted in the files.
 #[test]
 fn every_note_is_in_a_file() {

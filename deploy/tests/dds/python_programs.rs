@@ -3,10 +3,13 @@
 
 use crate::python;
 use crate::racks::{self, RACK, Racks, json};
-use crate::site::{Ran, Site};
+use crate::site::{Ran, Running, Site};
+use rustix::process::{Signal, kill_process};
 use serde_json::Value;
+use std::os::unix::net::UnixDatagram;
 use std::path::Path;
 use std::process::Command;
+use std::time::Duration;
 
 /// What the Python runtime needs, as in the tests of `rc-python`.
 const NUMPY: &str = "numpy==2.3.4";
@@ -247,4 +250,88 @@ fn an_exact_recording_repeats_a_worker_in_python_and_finds_another_one() {
     assert_eq!(report["equal"], false, "{report}");
     let recorded = report.to_string();
     assert!(recorded.contains("newFullPose"), "{report}");
+}
+
+/// Started by a service manager, as the unit of an export does it, a launcher is its component: it
+/// reports itself, and is what its recording names. Without a launcher, the recording names none.
+#[test]
+fn a_launcher_started_by_hand_is_a_component_that_its_recording_names() {
+    let test = "a_launcher_started_by_hand_is_a_component_that_its_recording_names";
+    let Some(python) = Python::new("python_hand", test) else {
+        return;
+    };
+    crate::built();
+    let site = &python.site;
+    python.start(&format!(
+        "Deployment patrol\n{{\n    Component wanderer {{ cdsl \"{WANDERER}\"; }};\n}};\n"
+    ));
+    python.down();
+    let recording = python.recording("wanderer");
+    let end_in_order = |running: Running| {
+        let runs = || site.ask("wanderer", "status")["compute"]["count"].as_u64();
+        Site::until("it computes", || runs() > Some(20));
+        kill_process(running.pid(), Signal::TERM).expect("it is ours");
+        running.end()
+    };
+    let socket = site.path("manager");
+    let manager = UnixDatagram::bind(&socket).expect("a socket");
+    manager
+        .set_read_timeout(Some(Duration::from_secs(20)))
+        .expect("a limit");
+    let hear = || {
+        let mut bytes = [0; 64];
+        let count = manager.recv(&mut bytes).expect("a message");
+        String::from_utf8_lossy(&bytes[..count]).into_owned()
+    };
+    let socket = socket.display().to_string();
+    let environment = python.environment.display().to_string();
+    let variables = [
+        ("NOTIFY_SOCKET", socket.as_str()),
+        ("VIRTUAL_ENV", environment.as_str()),
+    ];
+    let running = site.start_with("wanderer", &["--record", &recording], &variables);
+    assert_eq!(hear(), "READY=1");
+    assert_eq!(end_in_order(running), Some(0));
+    assert_eq!(hear(), "STOPPING=1");
+    python.assert_repeats("wanderer");
+
+    let launcher = Site::executable("wanderer").display().to_string();
+    let text = std::fs::read_to_string(&launcher).expect("a launcher");
+    let without = text.replace(" ROBOCOMP_LAUNCHER=\"$0\"", "");
+    assert_ne!(text, without);
+    let program = site.path("without");
+    std::fs::copy(&launcher, &program).expect("its mode");
+    std::fs::write(&program, without).expect("to write");
+    let program = program.display().to_string();
+    let running = site.start_program(
+        &program,
+        "wanderer",
+        &["--record", &recording],
+        &variables[1..],
+    );
+    assert_eq!(end_in_order(running), Some(0));
+    let ran = python.rcdeploy(&["replay", "--check", &recording]);
+    assert_eq!(ran.code, 2, "{ran:?}");
+    assert!(
+        ran.stderr.contains("the recording names no program"),
+        "{ran:?}"
+    );
+    let (code, report) = python.replay("wanderer", &["--program", &launcher]);
+    assert_eq!(code, 0, "{report}");
+}
+
+/// The packages of a component are on the machine of rcdeploy only.
+#[test]
+fn a_component_in_python_runs_on_no_other_host() {
+    let site = Site::new("python_elsewhere");
+    site.write_ddsl(&format!(
+        "Deployment patrol\n{{\n    Host there {{ address \"192.0.2.1\"; }};\n    \
+         Component wanderer {{ cdsl \"{WANDERER}\"; host there; }};\n}};\n"
+    ));
+    let args = ["check", "--format", "short", "--profile", "dev"];
+    let ran = site.rcdeploy(&args, true);
+    assert_eq!(ran.code, 1, "{ran:?}");
+    let said = "error[python-elsewhere]: `wanderer` is in Python, and runs on this machine only, not on `there` \
+                (leave `host` out, or start it there by hand)";
+    assert!(ran.stderr.contains(said), "{ran:?}");
 }
