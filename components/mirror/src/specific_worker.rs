@@ -1,5 +1,6 @@
 //! Copies the poses of nodes from one world to another one.
 
+use mirror_generated::interfaces::simulation::{GetPoseError, TeleportError};
 use mirror_generated::{Context, Worker, WorkerError};
 
 /// The world that the sensors of an instance see.
@@ -18,17 +19,18 @@ impl Worker for SpecificWorker {
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
         let mut failed = Vec::new();
         for id in &ctx.params.nodes {
-            // Without a detection, the node stays where it was seen last.
-            let moved = match ctx.seen.get_pose(WORLD, id, ROOT) {
-                Ok(pose) => ctx
-                    .imagined
-                    .teleport(WORLD, id, ROOT, &pose)
-                    .map_err(|error| error.to_string()),
-                Err(error) => Err(error.to_string()),
+            // Without a detection, the node stays where it was seen last. A call without a reply ends
+            // the period: the calls for the other nodes would take as long to fail.
+            let refused = match ctx.seen.get_pose(WORLD, id, ROOT) {
+                Ok(pose) => match ctx.imagined.teleport(WORLD, id, ROOT, &pose) {
+                    Ok(()) => continue,
+                    Err(TeleportError::SimulationError(refused)) => refused,
+                    Err(TeleportError::Call(error)) => return Err(error.into()),
+                },
+                Err(GetPoseError::SimulationError(refused)) => refused,
+                Err(GetPoseError::Call(error)) => return Err(error.into()),
             };
-            if let Err(error) = moved {
-                failed.push(format!("`{id}`: {error}"));
-            }
+            failed.push(format!("`{id}`: {refused}"));
         }
         if failed.is_empty() {
             Ok(())

@@ -2,7 +2,7 @@
 
 use mirror::SpecificWorker;
 use mirror_generated::interfaces::simulation::GetPoseError;
-use mirror_generated::testing::TestContext;
+use mirror_generated::testing::{Fault, TestContext};
 use mirror_generated::types::rc_simulation::Reason;
 use mirror_generated::{Pose, SimulationError, Worker, WorkerError};
 use std::cell::RefCell;
@@ -44,5 +44,24 @@ fn what_is_not_detected_stays_and_is_named() -> Result<(), WorkerError> {
     test.params.nodes.remove(1);
     worker.compute(&mut test)?;
     assert_eq!(moved.borrow().len(), 4);
+    Ok(())
+}
+
+#[test]
+fn a_call_without_a_reply_ends_the_period() -> Result<(), WorkerError> {
+    let mut test = TestContext::configured()?;
+    test.seen.on_get_pose(|_, _, _| Ok(Pose::default()));
+    let moved = Rc::new(RefCell::new(0));
+    let counted = Rc::clone(&moved);
+    test.imagined.on_teleport(move |_, _, _, _| {
+        *counted.borrow_mut() += 1;
+        Ok(())
+    });
+    let mut worker = SpecificWorker::initialize(&mut test)?;
+    test.seen.fail_once(Fault::Timeout);
+    worker.compute(&mut test).expect_err("no reply");
+    assert_eq!(*moved.borrow(), 0, "the other nodes would wait as long");
+    worker.compute(&mut test)?;
+    assert_eq!(*moved.borrow(), 2);
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Which head of one image is which head of the images before.
+//! Data association: heads of an image are matched with the tracks of earlier images.
 
 use crate::Point;
 use crate::heads::Head;
@@ -36,8 +36,8 @@ pub(crate) struct Tracks {
 }
 
 impl Tracks {
-    /// Finds the heads of an image among those before. Returns the heads of people with the numbers
-    /// of these. Times are in ms; a person is forgotten when nobody is seen there for longer than
+    /// Matches the heads of an image with the tracks. Returns the heads of people, each with the id
+    /// of its person. Times are in ms; a person is forgotten when nobody is seen there for longer than
     /// `patience`, and all are when time jumps back.
     pub(crate) fn follow(&mut self, heads: &[Head], time: i64, patience: i64) -> Vec<(i32, Head)> {
         if time < self.time {

@@ -117,7 +117,11 @@ fn the_second_simulator_measures_what_the_first_one_does() {
     let apart = deviation(&mut first, &mut second);
     assert!(apart > 10.0 * NOISE, "{apart}");
     command("start");
-    site.await_component("mirror", |c| c["state"] == "running");
+    // Time waits for a follower from the moment on at which the source knows it.
+    site.await_component("first", |c| {
+        let followers = c["clock"]["followers"].as_array();
+        followers.is_some_and(|all| all.iter().any(|name| name == "mirror"))
+    });
     first.pass_a_second();
     assert_same(&mut first, &mut second, "after a thing was moved");
     down(&site);
