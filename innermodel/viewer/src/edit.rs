@@ -8,7 +8,7 @@ mod prompt;
 mod source;
 
 pub use editor::{Editor, KEYS as EDITOR_KEYS};
-pub use handles::{Handle, Mode};
+pub use handles::Handle;
 pub use source::OpenError;
 
 use crate::content::{self, Content};
@@ -59,8 +59,8 @@ pub enum EditError {
     },
 }
 
-/// Lets a user edit a file in a window, until it is closed or `stop` is set. If `stop` is set or the
-/// display goes away while there are changes, they are written into a file beside it.
+/// Lets a user edit a file in a window, until it is closed or `stop` is set. If `stop` is set or
+/// the display goes away while there are changes, they are written into a new file beside it.
 pub fn edit(
     editor: &mut Editor,
     title: &str,

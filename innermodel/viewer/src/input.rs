@@ -31,6 +31,16 @@ pub enum Key {
     F1,
 }
 
+impl Key {
+    /// The key of a command. Commands are lower case, also with Caps Lock or Shift.
+    pub(crate) fn lower(self) -> Self {
+        match self {
+            Self::Character(letter) => Self::Character(letter.to_ascii_lowercase()),
+            other => other,
+        }
+    }
+}
+
 /// Action of the user of a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {

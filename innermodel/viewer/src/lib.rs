@@ -20,7 +20,7 @@ mod viewport;
 mod window;
 
 pub use actions::{Action, Actions};
-pub use edit::{EDITOR_KEYS, EditError, Editor, Handle, Mode, OpenError, edit};
+pub use edit::{EDITOR_KEYS, EditError, Editor, Handle, OpenError, edit};
 pub use innermodel;
 pub use input::{Input, Key, Modifiers, Pixel, ViewerAction};
 pub use navigator::{Navigator, scene};

@@ -99,9 +99,17 @@ fn edit_file(request: &Request) -> Result<(), Failure> {
     editor = editor.with_marks(request.marks);
     // A signal ends the window, not the process: changes that are not saved would be lost.
     let stop = Arc::new(AtomicBool::new(false));
+    let system = |error: std::io::Error| Failure::System(error.to_string());
     for signal in [SIGINT, SIGTERM, SIGHUP] {
-        let registered = signal_hook::flag::register(signal, Arc::clone(&stop));
-        registered.map_err(|error| Failure::System(error.to_string()))?;
+        // The window may wait for a display that hangs: the same signal again ends the process.
+        // Closing a terminal may send SIGHUP twice.
+        if signal != SIGHUP {
+            let again = Arc::new(AtomicBool::new(false));
+            signal_hook::flag::register_conditional_default(signal, Arc::clone(&again))
+                .map_err(system)?;
+            signal_hook::flag::register(signal, again).map_err(system)?;
+        }
+        signal_hook::flag::register(signal, Arc::clone(&stop)).map_err(system)?;
     }
     let title = format!("{} – rcview", request.file.display());
     let size = window_size(request);

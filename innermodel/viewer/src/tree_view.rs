@@ -42,6 +42,8 @@ pub struct TreeView<'s> {
     /// Where changes go, if the tree can be changed.
     actions: Option<Actions>,
     grab: Option<Grab>,
+    /// The button that holds it.
+    grab_button: u8,
     /// Why an object cannot be taken, moved or pushed.
     refusal: String,
     say: &'s dyn Fn(&str),
@@ -74,6 +76,7 @@ impl<'s> TreeView<'s> {
             viewport: Viewport::new(navigator, options.marks),
             actions: None,
             grab: None,
+            grab_button: 0,
             refusal: String::new(),
             say,
         }
@@ -160,6 +163,7 @@ impl<'s> TreeView<'s> {
                     return false;
                 };
                 self.refusal.clear();
+                self.grab_button = button;
                 match self.take(at, grip) {
                     Ok(grab) => self.grab = grab,
                     Err(reason) => self.refusal = reason,
@@ -175,7 +179,8 @@ impl<'s> TreeView<'s> {
                 }
                 true
             }
-            (Input::Released(..), Some(_)) => {
+            // A notch of the wheel is a press and a release of another button.
+            (Input::Released(button, _), Some(_)) if button == self.grab_button => {
                 if let Some(grab) = self.grab.take()
                     && !grab.moves()
                 {

@@ -92,6 +92,11 @@ impl Viewport {
         Ok(image)
     }
 
+    /// Reads meshes and textures again for the next picture.
+    pub(crate) fn forget_files(&mut self) {
+        self.scene = Scene::new();
+    }
+
     /// The view that the user sees.
     pub(crate) fn view(&self) -> Option<&View> {
         self.seen.as_ref().map(|seen| &seen.view)
@@ -159,7 +164,8 @@ impl Viewport {
                 Gesture::Camera
             }
             Input::Released(button, at) => {
-                let drag = self.drag.take();
+                // A notch of the wheel is a press and a release of another button.
+                let drag = self.drag.take_if(|drag| drag.button == button);
                 let is_click = drag.is_some_and(|drag| drag.start == at && drag.button == 1);
                 if button == 1 && is_click {
                     Gesture::Click(at)

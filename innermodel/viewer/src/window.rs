@@ -25,6 +25,9 @@ pub enum WindowError {
     /// The display has gone.
     #[error("the display has gone: {0}")]
     Lost(String),
+    /// Another program has destroyed it.
+    #[error("another program has destroyed the window")]
+    Destroyed,
     /// The display has colours that are not supported.
     #[error("the display has no colours of 24 bits")]
     Colours,
@@ -165,13 +168,13 @@ impl Window {
     fn waiting(&mut self) -> Result<Vec<Input>, WindowError> {
         let mut inputs = Vec::new();
         while let Some(event) = self.connection.poll_for_event()? {
-            inputs.extend(self.input(&event));
+            inputs.extend(self.input(&event)?);
         }
         Ok(inputs)
     }
 
-    fn input(&mut self, event: &Event) -> Option<Input> {
-        match event {
+    fn input(&mut self, event: &Event) -> Result<Option<Input>, WindowError> {
+        Ok(match event {
             Event::Expose(_) => Some(Input::Redraw),
             Event::ConfigureNotify(change) => {
                 let size = (change.width, change.height);
@@ -186,15 +189,15 @@ impl Window {
             Event::ButtonRelease(b) => Some(Input::Released(b.detail, (b.event_x, b.event_y))),
             Event::MotionNotify(m) => Some(Input::Moved((m.event_x, m.event_y))),
             Event::KeyPress(key) => {
-                let key_of = self.key(key.detail, key.state)?;
-                Some(Input::Key(key_of, modifiers(key.state)))
+                let key_of = self.key(key.detail, key.state);
+                key_of.map(|key_of| Input::Key(key_of, modifiers(key.state)))
             }
             Event::ClientMessage(message) if message.data.as_data32()[0] == self.delete => {
                 Some(Input::Close)
             }
-            Event::DestroyNotify(_) => Some(Input::Close),
+            Event::DestroyNotify(_) => return Err(WindowError::Destroyed),
             _ => None,
-        }
+        })
     }
 
     /// The key with a code. The first column of the table has the symbols without Shift, the second

@@ -20,15 +20,15 @@ impl Editor {
         let (name, value) = (drag.attribute, drag.value());
         let digits = if drag.mode == Mode::Move { 3 } else { 4 };
         let done = format!("{name} of `{}` is {value:.digits$}", clean(&drag.id));
-        let result = if value == drag.old_value() {
-            self.source.forget_trial()
-        } else {
-            let set = self
-                .source
-                .set(&drag.id, name, &handles::written(drag.mode, value));
+        let mut result = Ok(());
+        if value != drag.old_value() {
+            let value = handles::written(drag.mode, value);
+            result = self.source.set(&drag.id, name, &value);
+        }
+        if value == drag.old_value() || result.is_err() {
             // What the pointer tried is not in the text.
-            set.or_else(|reason| self.source.forget_trial().and(Err(reason)))
-        };
+            self.source.forget_trial();
+        }
         self.tell(result, &done);
     }
 
@@ -54,6 +54,8 @@ impl Editor {
 
     pub(super) fn reload(&mut self) {
         let loaded = self.source.reload();
+        // A mesh or a texture may have changed, too.
+        self.viewport.forget_files();
         let done = format!("{} is loaded again; u returns", self.source.name());
         self.tell(loaded, &done);
     }
@@ -175,33 +177,26 @@ impl Editor {
             _ => None,
         };
         match chosen {
-            Some((tag, more)) => {
-                self.add(tag, more);
-            }
+            Some((tag, more)) => self.add(tag, more, |_| Ok(())),
             None => self.message.clear(),
         }
     }
 
     fn add_mesh(&mut self, file: &str) {
         let file = file.trim();
-        let Some(id) = self.add("mesh", vec![("file", Value::Text(file.to_owned()))]) else {
-            return;
-        };
-        let tree = self.tree();
-        let node = tree.node(&id);
-        let found = node.is_ok_and(|node| match node.kind() {
-            Kind::Mesh(mesh) => mesh.path.is_some(),
-            _ => false,
-        });
-        if !found {
-            let undone = self.source.withdraw();
-            let name = self.source.name();
-            let text = format!(
+        let name = self.source.name();
+        let is_found = |node: &NodeRef<'_>| match node.kind() {
+            Kind::Mesh(mesh) if mesh.path.is_some() => Ok(()),
+            _ => Err(format!(
                 "cannot find the mesh `{}`: write its path from the folder of {name}",
                 clean(file)
-            );
-            self.tell(undone.and(Err(text)), "");
-        }
+            )),
+        };
+        self.add(
+            "mesh",
+            vec![("file", Value::Text(file.to_owned()))],
+            is_found,
+        );
     }
 
     /// A length that is well seen at the middle of the view: 1, 2 or 5 times a power of 10.
@@ -216,8 +211,13 @@ impl Editor {
     }
 
     /// Adds an element in the middle of the view, below the selected node or the nearest one above
-    /// that may have children. Returns its id.
-    fn add(&mut self, tag: &'static str, more: Vec<(&'static str, Value)>) -> Option<String> {
+    /// that may have children, if `check` accepts the new node.
+    fn add(
+        &mut self,
+        tag: &'static str,
+        more: Vec<(&'static str, Value)>,
+        check: impl FnOnce(&NodeRef<'_>) -> Result<(), String>,
+    ) {
         let tree = self.tree();
         let parent = self.parent_of_new(&tree);
         let pose = handles::pose_at(&parent, &self.viewport.navigator.centre);
@@ -236,14 +236,16 @@ impl Editor {
             attributes.push(("collide", Value::Text("1".to_owned())));
         }
         let below = parent.parent().map(|_| parent.id());
-        let added = self.source.add(below, tag, &attributes);
-        let is_added = added.is_ok();
-        if is_added {
+        let check = |tree: &Snapshot| {
+            let node = tree.node(&id).map_err(|error| error.to_string())?;
+            check(&node)
+        };
+        let added = self.source.add(below, tag, &attributes, check);
+        if added.is_ok() {
             self.selected = Some(id.clone());
         }
         let where_ = below.map_or_else(String::new, |id| format!(" below `{}`", clean(id)));
         self.tell(added, &format!("`{id}` is added{where_}"));
-        is_added.then_some(id)
     }
 
     /// The selected node or the nearest one above it, below which this file can add; else the root.

@@ -85,7 +85,7 @@ impl Editor {
             state: State::Idle,
             mode: Mode::default(),
             selected: None,
-            message: "h lists the keys".to_owned(),
+            message: first_message(&source),
             shows_help: false,
             is_leaving: false,
             source,
@@ -238,8 +238,8 @@ impl Editor {
             State::Idle => {}
             State::Drag(drag) if key == Key::Escape => {
                 drop(drag);
-                let forgotten = self.source.forget_trial();
-                self.tell(forgotten, "the node stays where it was");
+                self.source.forget_trial();
+                self.tell(Ok(()), "the node stays where it was");
                 return ViewerAction::Draw;
             }
             // The other hand is on the pointer.
@@ -247,8 +247,15 @@ impl Editor {
                 self.state = State::Drag(drag);
                 return ViewerAction::Nothing;
             }
+            // A letter with Control is a command, no text.
+            state @ (State::Add | State::Prompt(_))
+                if with.control && matches!(key, Key::Character(_)) =>
+            {
+                self.state = state;
+                return ViewerAction::Nothing;
+            }
             State::Add => {
-                self.choose(key);
+                self.choose(key.lower());
                 return ViewerAction::Draw;
             }
             State::Prompt(prompt) => {
@@ -256,7 +263,7 @@ impl Editor {
                 return ViewerAction::Draw;
             }
         }
-        match (key, with.control) {
+        match (key.lower(), with.control) {
             (Key::Character('z'), true) | (Key::Character('u'), false) => self.undo(),
             (Key::Character('y'), _) => self.redo(),
             (Key::Character('s'), _) => self.save(),
@@ -286,6 +293,8 @@ impl Editor {
             return ViewerAction::End;
         }
         self.is_leaving = true;
+        // A question would hide the warning.
+        self.state = State::Idle;
         let name = self.source.name();
         self.message = format!("{name} has changes: s saves them, q again ends without them");
         ViewerAction::Draw
@@ -391,5 +400,16 @@ impl Editor {
     /// The node that is seen at a pixel of the picture that was drawn last.
     pub fn node_at(&self, at: Pixel) -> Option<NodeId> {
         self.viewport.node(at)
+    }
+}
+
+/// The message before anything has happened.
+fn first_message(source: &Source) -> String {
+    match source.rescued() {
+        Some(path) => format!(
+            "{} has changes that were not saved; h lists the keys",
+            clean(&path.display().to_string())
+        ),
+        None => "h lists the keys".to_owned(),
     }
 }

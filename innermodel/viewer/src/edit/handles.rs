@@ -24,7 +24,7 @@ const DEGREE: f64 = PI / 180.0;
 
 /// What handles do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mode {
+pub(crate) enum Mode {
     /// They move the node.
     #[default]
     Move,

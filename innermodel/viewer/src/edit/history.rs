@@ -76,11 +76,6 @@ impl History {
         self.undone.extend(self.done.pop_back());
     }
 
-    /// What was undone cannot be redone any more.
-    pub(crate) fn forget_undone(&mut self) {
-        self.undone.clear();
-    }
-
     /// The text is [`History::after`] now.
     pub(crate) fn redo(&mut self) {
         self.done.extend(self.undone.pop());

@@ -3,17 +3,22 @@
 use super::history::History;
 use innermodel::language::Document;
 use innermodel::language::rewrite::{self, Value};
-use innermodel::{Folders, InnerModel, ROOT};
+use innermodel::{Folders, InnerModel, ROOT, Snapshot};
 use rc_diagnostics::foreign::clean;
 use rc_diagnostics::{Format, Severity, SourceMap, Span, render};
 use std::collections::HashMap;
-use std::io::ErrorKind;
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use thiserror::Error;
 
 /// The mark at the start of some texts.
 const BYTE_ORDER_MARK: char = '\u{feff}';
+
+/// The most files with changes of a file that were not saved.
+const MOST_RESCUED: usize = 100;
 
 /// Error of a file that cannot be edited.
 #[derive(Debug, Error)]
@@ -44,6 +49,8 @@ pub(crate) enum Written {
 /// What a text says.
 struct Content {
     model: Arc<InnerModel>,
+    /// The tree that the text says.
+    tree: Arc<Snapshot>,
     written: HashMap<String, Written>,
     /// Findings that are no errors, one a line.
     warnings: String,
@@ -125,16 +132,17 @@ impl Source {
         self.replace(new.ok_or_else(no_attribute)?)
     }
 
-    /// Adds an element below a node, or at the outermost place.
+    /// Adds an element below a node, or at the outermost place, if `check` accepts the tree with it.
     pub(crate) fn add(
         &mut self,
         parent: Option<&str>,
         tag: &str,
         attributes: &[(&str, Value)],
+        check: impl FnOnce(&Snapshot) -> Result<(), String>,
     ) -> Result<(), String> {
         let parent = parent.map(|id| self.tag(id)).transpose()?;
         let new = rewrite::add(self.without_mark(), parent, tag, attributes);
-        self.replace(new.ok_or_else(not_there)?)
+        self.replace_if(new.ok_or_else(not_there)?, check)
     }
 
     /// Removes a node with all below it.
@@ -152,6 +160,14 @@ impl Source {
 
     /// Takes a new text without mark, if it is right. It can be undone.
     fn replace(&mut self, new: String) -> Result<(), String> {
+        self.replace_if(new, |_| Ok(()))
+    }
+
+    fn replace_if(
+        &mut self,
+        new: String,
+        check: impl FnOnce(&Snapshot) -> Result<(), String>,
+    ) -> Result<(), String> {
         let has_mark = self.text.starts_with(BYTE_ORDER_MARK);
         let new = if has_mark {
             format!("{BYTE_ORDER_MARK}{new}")
@@ -162,6 +178,7 @@ impl Source {
             return Ok(());
         }
         let content = self.load(&new)?;
+        check(&content.tree)?;
         self.history.record(&self.text, &new);
         (self.text, self.content) = (new, content);
         Ok(())
@@ -171,10 +188,11 @@ impl Source {
         load(&self.path, &self.folders, text).map_err(|wrong| wrong.first)
     }
 
-    /// Reads the tree from the text again, without what was only tried.
-    pub(crate) fn forget_trial(&mut self) -> Result<(), String> {
-        self.content = self.load(&self.text)?;
-        Ok(())
+    /// Returns to the tree that the text says, without what was only tried. Nothing is read: an
+    /// included file may be wrong at this moment.
+    pub(crate) fn forget_trial(&self) {
+        let Content { model, tree, .. } = &self.content;
+        model.restore(tree.time(), tree);
     }
 
     /// Returns to the text before the last change. `false` if none is known.
@@ -186,13 +204,6 @@ impl Source {
         self.text = text;
         self.history.undo();
         Ok(true)
-    }
-
-    /// Undoes the last change as if it had never been made.
-    pub(crate) fn withdraw(&mut self) -> Result<(), String> {
-        self.undo()?;
-        self.history.forget_undone();
-        Ok(())
     }
 
     /// Makes the change again that was undone last. `false` if there is none.
@@ -247,13 +258,53 @@ impl Source {
         Ok(())
     }
 
-    /// Writes a changed text beside the file, and returns where.
+    /// Writes a changed text into a new file and returns its path: beside the file, or in the folder
+    /// for temporary files if that fails.
     pub(crate) fn rescue(&self) -> std::io::Result<PathBuf> {
+        let beside = self.path.with_file_name("");
+        self.rescue_in(&beside)
+            .or_else(|error| self.rescue_in(&std::env::temp_dir()).map_err(|_| error))
+    }
+
+    fn rescue_in(&self, folder: &Path) -> std::io::Result<PathBuf> {
+        let mut refused = None;
+        for name in self.rescue_names() {
+            let path = folder.join(name);
+            match File::options().write(true).create_new(true).open(&path) {
+                Ok(mut file) => {
+                    let written = file.write_all(self.text.as_bytes());
+                    written.and_then(|()| file.sync_all())?;
+                    return Ok(path);
+                }
+                // The changes of an earlier session, which are not replaced.
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => refused = Some(error),
+                Err(error) => return Err(error),
+            }
+        }
+        Err(refused.unwrap_or_else(|| ErrorKind::AlreadyExists.into()))
+    }
+
+    /// The names of the files with changes that were not saved.
+    fn rescue_names(&self) -> impl Iterator<Item = OsString> {
         let mut name = self.path.file_name().unwrap_or_default().to_owned();
         name.push(".unsaved");
-        let path = self.path.with_file_name(name);
-        rc_files::write(&path, &self.text)?;
-        Ok(path)
+        let more = (1..MOST_RESCUED).map({
+            let name = name.clone();
+            move |number| {
+                let mut name = name.clone();
+                name.push(format!(".{number}"));
+                name
+            }
+        });
+        std::iter::once(name).chain(more)
+    }
+
+    /// A file beside this one with changes that an earlier session has not saved.
+    pub(crate) fn rescued(&self) -> Option<PathBuf> {
+        let mut paths = self
+            .rescue_names()
+            .map(|name| self.path.with_file_name(name));
+        paths.find(|path| path.is_file())
     }
 }
 
@@ -284,6 +335,7 @@ fn load(path: &Path, folders: &Folders, text: &str) -> Result<Content, Wrong> {
         all: error.to_string(),
     })?;
     Ok(Content {
+        tree: model.snapshot(),
         model: Arc::new(model),
         written: written(&document, source, &sources),
         warnings: all,

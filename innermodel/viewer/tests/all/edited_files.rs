@@ -122,8 +122,39 @@ fn changes_are_not_lost_silently() {
         assert_eq!(user.editor.input(end), ViewerAction::End);
         user.key('n');
     }
+    // A question does not hide the warning.
+    for question in ["e", "a", "/"] {
+        user.write("/ball");
+        user.key(question.chars().next().expect("a key"));
+        let asked = user.editor.draw((320, 240)).expect("a picture").colours;
+        assert_eq!(user.editor.input(Input::Close), ViewerAction::Draw);
+        let warned = user.editor.draw((320, 240)).expect("a picture").colours;
+        assert!(asked != warned, "{question} hides the warning");
+        user.key('n');
+    }
     user.save();
     assert_eq!(user.editor.input(Input::Close), ViewerAction::End);
+}
+
+/// A mesh that was wrong when it was drawn first is read again.
+#[test]
+fn a_file_that_is_loaded_again_has_its_meshes_anew() {
+    let world = "<innerModel><mesh id=\"mast\" file=\"mast.obj\"/></innerModel>";
+    let mut user = User::new(world);
+    let mesh = user.folder.path().join("mast.obj");
+    std::fs::write(&mesh, "f 1 2 3\n").expect("a mesh");
+    user.key('l');
+    user.draw();
+    assert!(
+        user.message().contains("is not drawn as the file says"),
+        "{}",
+        user.message()
+    );
+    let right = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/mast.obj");
+    std::fs::copy(right, &mesh).expect("a mesh");
+    user.key('l');
+    user.draw();
+    assert_eq!(user.message(), "world.xml is loaded again; u returns");
 }
 
 /// A mark at the start, line feeds of Windows, and a file that is wrong from the start.

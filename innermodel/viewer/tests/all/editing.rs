@@ -2,7 +2,7 @@
 
 use innermodel::{Folders, InnerModel, Kind, Point, Snapshot, Vector};
 use innermodel_viewer::innermodel;
-use innermodel_viewer::{Editor, Input, Key, Mode, Modifiers, Navigator, Pixel, ViewerAction};
+use innermodel_viewer::{Editor, Input, Key, Modifiers, Navigator, Pixel, ViewerAction};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -282,6 +282,21 @@ fn a_drag_is_undone_redone_and_cancelled() {
     user.press(Key::Escape);
     same(&user.tree(), &before);
     assert!(!user.editor.is_changed());
+    // Nothing is read for that: an included file may be wrong at this moment.
+    user.hold(from, (from.0, from.1 - 50));
+    std::fs::write(user.folder.path().join("robot.xml"), "<").expect("to write");
+    user.press(Key::Escape);
+    assert_eq!(user.message(), "the node stays where it was");
+    same(&user.tree(), &before);
+    user.hold(from, (from.0, from.1 - 50));
+    user.editor.input(Input::Released(1, from));
+    assert!(
+        user.message().contains("malformed XML"),
+        "{}",
+        user.message()
+    );
+    same(&user.tree(), &before);
+    std::fs::write(user.folder.path().join("robot.xml"), ROBOT).expect("to write");
     // A handle that comes back to where it was has changed nothing.
     user.hold(from, (from.0, from.1 - 50));
     user.editor.input(Input::Moved(from));
@@ -424,6 +439,18 @@ fn a_mesh_is_added_if_its_file_is_there() {
     assert!(!user.editor.is_changed());
     user.key('y');
     assert_eq!(user.message(), "nothing to redo");
+    // What was undone can still be redone, and the selection stays.
+    user.select("ball");
+    user.set("radius=111");
+    user.key('u');
+    user.key('a');
+    user.key('m');
+    user.write("mats.obj");
+    assert_eq!(user.editor.selected(), Some("ball"));
+    user.key('y');
+    assert_eq!(user.message(), "redone");
+    user.key('u');
+    user.press(Key::Escape);
     user.key('a');
     user.key('m');
     user.write("mast.obj");
@@ -436,6 +463,27 @@ fn a_mesh_is_added_if_its_file_is_there() {
         "{}",
         user.saved()
     );
+}
+
+/// Control and a letter are a command, so they write nothing. Caps Lock changes no command.
+#[test]
+fn letters_of_commands_are_no_text() {
+    let mut user = User::new(WORLD);
+    let control = Modifiers {
+        control: true,
+        ..Modifiers::default()
+    };
+    user.select("ball");
+    for letter in "eradius=11".chars() {
+        user.key(letter);
+    }
+    user.editor.input(Input::Key(Key::Character('s'), control));
+    user.write("1");
+    assert_eq!(user.message(), "radius is 111");
+    user.editor.input(Input::Key(Key::Character('S'), control));
+    assert_eq!(user.message(), "world.xml is saved");
+    user.key('U');
+    assert_eq!(user.message(), "undone");
 }
 
 #[test]
@@ -495,5 +543,4 @@ fn the_keys_are_shown_and_documented() {
     assert_eq!(user.editor.handles().len(), 0);
     user.select("table");
     assert_eq!(user.editor.handles()[0].attribute, "tx");
-    assert_eq!(Mode::default(), Mode::Move);
 }

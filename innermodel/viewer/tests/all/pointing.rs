@@ -94,6 +94,12 @@ impl User<'_> {
         from + way * ((height - from.y) / way.y)
     }
 
+    /// A notch of the wheel, while another button is down.
+    fn wheel(&mut self, at: Pixel) {
+        self.view.input(Input::Pressed(4, at, Modifiers::default()));
+        self.view.input(Input::Released(4, at));
+    }
+
     fn drag(&mut self, button: u8, with: Modifiers, from: Pixel, to: Pixel) {
         self.view.input(Input::Pressed(button, from, with));
         self.view.input(Input::Moved(to));
@@ -279,4 +285,22 @@ fn a_tree_without_an_owner_is_not_changed() {
     let changed = user.model.change(Time::ZERO, |edit| edit.remove("arm"));
     assert_eq!(changed.expect("a change"), 4);
     assert_eq!(user.view.poll(), ViewerAction::Draw);
+}
+
+#[test]
+fn the_wheel_lets_go_nothing() {
+    let mut user = user(&|_| {});
+    let from = user.pixel("ball_body");
+    let to = (from.0 + 10, from.1 + 3);
+    user.view.input(Input::Pressed(1, from, SHIFT));
+    user.view.input(Input::Moved(to));
+    user.wheel(to);
+    assert_eq!(user.actions.take(), [], "the push is not made yet");
+    user.view.input(Input::Released(1, to));
+    assert!(matches!(user.actions.take()[..], [Action::Push { .. }]));
+    // Nor does it end a turn of the view.
+    user.view
+        .input(Input::Pressed(1, (2, 2), Modifiers::default()));
+    user.wheel((2, 2));
+    assert_eq!(user.view.input(Input::Moved((30, 2))), ViewerAction::Draw);
 }

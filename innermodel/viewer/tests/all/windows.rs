@@ -10,6 +10,7 @@ use innermodel_viewer::{
     ViewerAction, innermodel,
 };
 use std::io::{BufRead, BufReader};
+use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
@@ -176,6 +177,11 @@ impl User {
         let found = keys.keysyms.chunks(each).position(|row| row[0] == symbol);
         let code = least + found.expect("the key") as u8;
         self.event(window, KEY_PRESS_EVENT, code, 0, 0);
+    }
+
+    fn destroy(&self, window: Window) {
+        self.connection.destroy_window(window).expect("a request");
+        self.connection.flush().expect("the display");
     }
 }
 
@@ -351,30 +357,41 @@ fn a_file_is_edited_in_a_window() {
         let saved = std::fs::read_to_string(&file).expect("the file");
         (saved == expected).then_some(())
     });
-    // A change that is not saved outlives the end of the process.
+    // A change that is not saved outlives the end of the process, as an earlier one does.
+    let unsaved = folder.path().join("world.xml.unsaved");
+    std::fs::write(&unsaved, "earlier").expect("a file");
     for key in ['a', 't'] {
         twin.input(Input::Key(Key::Character(key), Modifiers::default()));
         user.press(window, key);
     }
     user.sees(window, &twin.draw(SIZE).expect("a picture"));
-    until("the end", || {
-        let id = rustix::process::Pid::from_child(&process.0);
-        rustix::process::kill_process(id, rustix::process::Signal::TERM).expect("to end it");
-        let _ = process.0.try_wait().expect("a child")?;
-        Some(())
-    });
+    let id = rustix::process::Pid::from_child(&process.0);
+    rustix::process::kill_process(id, rustix::process::Signal::TERM).expect("to end it");
+    until("the end", || process.0.try_wait().expect("a child"));
     let mut said = String::new();
     let output = process.0.stderr.take().expect("its output");
     std::io::Read::read_to_string(&mut { output }, &mut said).expect("a text");
     assert_eq!(process.end().code(), Some(3), "{said}");
     assert!(said.contains("ended by a signal; the changes are not saved, but in "));
-    let unsaved = std::fs::read_to_string(folder.path().join("world.xml.unsaved"));
-    assert!(
-        unsaved
-            .expect("a file")
-            .contains("<transform id=\"transform_1\"")
-    );
-    assert_eq!(std::fs::read_to_string(&file).expect("the file"), expected);
+    let read = |path: &Path| std::fs::read_to_string(path).expect("a file");
+    let rescued = |number: u8| read(&unsaved.with_extension(format!("unsaved.{number}")));
+    assert!(rescued(1).contains("<transform id=\"transform_1\""));
+    assert_eq!(read(&unsaved), "earlier");
+    // Nor is it lost with the window.
+    let mut twin = Editor::open(&file, Folders::default()).expect("an editor");
+    assert!(twin.message().contains("world.xml.unsaved has changes"));
+    let mut process = start();
+    let window = until("the window", || user.window("world.xml – rcview"));
+    for key in ['a', 's'] {
+        twin.input(Input::Key(Key::Character(key), Modifiers::default()));
+        user.press(window, key);
+    }
+    user.sees(window, &twin.draw(SIZE).expect("a picture"));
+    user.destroy(window);
+    until("the end", || process.0.try_wait().expect("a child"));
+    assert_eq!(process.end().code(), Some(3));
+    assert!(rescued(2).contains("<sphere id=\"sphere_1\""));
+    assert_eq!(read(&file), expected);
 }
 
 /// The option of a `.cdsl` and two parameters show the tree of a component, without code. Without a
