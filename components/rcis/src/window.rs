@@ -1,29 +1,46 @@
 //! Changes that the user of the window makes with the pointer.
 
 use crate::SpecificWorker;
-use innermodel_simulation::Error;
+use innermodel::Kind;
+use rc_diagnostics::foreign::clean;
 use rcis_generated::innermodel_viewer::Action;
 
 impl SpecificWorker {
     /// Makes the changes that wait. The window shows why one is refused, and the log says it once.
     pub(crate) fn obey_window(&mut self) {
         for action in self.actions.take() {
-            if let Err(error) = self.act(action) {
-                let text = error.to_string();
+            if let Err(text) = self.act(action) {
                 self.actions.refuse(&text);
                 self.warn_once(format!("in the window: {text}"));
             }
         }
     }
 
-    fn act(&mut self, action: Action) -> Result<(), Error> {
+    /// Makes a change. The error is a sentence.
+    fn act(&mut self, action: Action) -> Result<(), String> {
         match action {
             Action::Move { id, place } => {
-                let mut pose = self.world.tree().pose("root", &id)?;
+                let tree = self.world.tree();
+                // The next step would take it back to its path.
+                if let Ok(node) = tree.node(&id)
+                    && let Kind::Human(human) = node.kind()
+                    && human.path.len() > 1
+                {
+                    return Err(format!(
+                        "`{}` walks along its path: remove its attribute `path` to move it",
+                        clean(&id)
+                    ));
+                }
+                let pose = tree.pose("root", &id);
+                let mut pose = pose.map_err(|error| error.to_string())?;
                 pose.translation = place.into();
-                self.world.teleport(&id, "root", pose)
+                let moved = self.world.teleport(&id, "root", pose);
+                moved.map_err(|error| error.to_string())
             }
-            Action::Push { id, impulse } => self.world.push(&id, impulse),
+            Action::Push { id, impulse } => {
+                let pushed = self.world.push(&id, impulse);
+                pushed.map_err(|error| error.to_string())
+            }
         }
     }
 }

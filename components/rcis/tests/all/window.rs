@@ -139,3 +139,22 @@ fn a_change_that_cannot_be_made_changes_nothing() -> Result<(), WorkerError> {
     assert_eq!(actions.take(), []);
     Ok(())
 }
+
+/// The next step would take the person back to its path, so the window says why it is not moved.
+#[test]
+fn a_person_that_walks_is_not_moved() -> Result<(), WorkerError> {
+    for (path, is_moved) in [("path=\"0,0 1000,0\"", false), ("", true)] {
+        let scene = format!("<innerModel><human id=\"ann\" {path}/></innerModel>");
+        let (mut worker, mut test) = start(&scene);
+        worker.set_paused(&mut test, true);
+        let mut view = view(&mut test);
+        view.poll();
+        let before = test.tree.snapshot().print();
+        let (id, place) = ("ann".to_owned(), Point::new(0.0, 0.0, 700.0));
+        test.viewer.actions().push(Action::Move { id, place });
+        test.run(&mut worker, Duration::from_millis(10))?;
+        assert_eq!(test.tree.snapshot().print() != before, is_moved);
+        assert_eq!(view.poll(), ViewerAction::Draw, "moved, or told");
+    }
+    Ok(())
+}
