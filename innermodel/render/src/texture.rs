@@ -88,7 +88,7 @@ impl Texture {
 
     /// Whether nothing is seen through it.
     pub(crate) fn is_opaque(&self) -> bool {
-        self.alphas.iter().all(|alpha| *alpha == u8::MAX)
+        self.alphas.is_empty()
     }
 
     /// How many pixels it has.
@@ -164,10 +164,10 @@ fn from_png(bytes: &[u8], left: usize) -> Result<Texture, TextureError> {
         [] => [0; 3],
     });
     // Grey or three colours, perhaps with the opacity behind them.
-    let alphas = if samples.is_multiple_of(2) {
-        data.chunks_exact(samples)
-            .map(|pixel| pixel[samples - 1])
-            .collect()
+    let opacities = data.chunks_exact(samples).map(|pixel| pixel[samples - 1]);
+    let has_alpha = samples.is_multiple_of(2);
+    let alphas = if has_alpha && opacities.clone().any(|alpha| alpha < u8::MAX) {
+        opacities.collect()
     } else {
         Vec::new()
     };
@@ -286,4 +286,30 @@ fn interpolated(point: &Vector, corners: &[Vector; 3], places: &[[f32; 2]; 3]) -
         let [a, b, c] = places.map(|place| f64::from(place[axis]));
         a + (b - a) * second + (c - a) * third
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MOST_PIXELS, Texture};
+
+    /// The opacities are compared once, when the picture is read: many materials may share it.
+    #[test]
+    fn opaque_pictures_keep_no_opacities() {
+        for (last, expected) in [(255, 0), (254, 2)] {
+            for (form, pixels) in [
+                (png::ColorType::Rgba, vec![1, 2, 3, 255, 4, 5, 6, last]),
+                (png::ColorType::GrayscaleAlpha, vec![1, 255, 2, last]),
+            ] {
+                let mut bytes = Vec::new();
+                let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+                encoder.set_color(form);
+                let mut writer = encoder.write_header().expect("a header");
+                writer.write_image_data(&pixels).expect("the pixels");
+                drop(writer);
+                let texture = Texture::decode(&bytes, MOST_PIXELS).expect("a texture");
+                assert_eq!(texture.alphas.len(), expected, "{form:?} {last}");
+                assert_eq!(texture.is_opaque(), last == 255, "{form:?}");
+            }
+        }
+    }
 }
