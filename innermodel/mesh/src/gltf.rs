@@ -12,7 +12,7 @@ use serde::Deserialize;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Numbers of `mode`: what each three corners are.
+/// Values of `mode`: how the corners of a primitive form triangles.
 const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
 const FAN: u32 = 6;
@@ -261,6 +261,19 @@ impl Reader<'_> {
         if !(TRIANGLES..=FAN).contains(&mode) {
             return Ok(());
         }
+        // Before anything is read: strips and fans have three times as many corners as indices.
+        let elements = self
+            .root
+            .accessors
+            .get(primitive.indices.unwrap_or(position));
+        let elements = elements.ok_or_else(|| wrong("data of a mesh are missing"))?;
+        let count = match mode {
+            TRIANGLES => elements.count / 3,
+            _ => elements.count.saturating_sub(2),
+        };
+        if self.mesh.triangles.len().saturating_add(count) > MAX_TRIANGLES {
+            return Err(wrong("the scene has more than 50 million triangles"));
+        }
         let first = self.mesh.vertices.len() as u32;
         let numbers = self.numbers(position, 3)?;
         let vertices = numbers.chunks_exact(3).map(|p| {
@@ -287,11 +300,7 @@ impl Reader<'_> {
         let triangles = corners.chunks_exact(3);
         let triangles = triangles.map(|three| [0, 1, 2].map(|n| first + three[n]));
         self.mesh.triangles.extend(triangles);
-        self.paint(primitive, &corners)?;
-        if self.mesh.triangles.len() > MAX_TRIANGLES {
-            return Err(wrong("the scene has more than 50 million triangles"));
-        }
-        Ok(())
+        self.paint(primitive, &corners)
     }
 
     /// The numbers of an accessor, `width` in each element.

@@ -294,3 +294,23 @@ fn what_repeats_has_a_bound() {
         "the scene has more than a million nodes and primitives"
     );
 }
+
+/// The count alone refuses them: the data, which are not there, are not read.
+#[test]
+fn triangles_have_a_bound_before_they_are_read() {
+    for (mode, count) in [(4, 150_000_003), (5, 50_000_003), (6, 50_000_003)] {
+        for (most, expected) in [
+            (count, "the scene has more than 50 million triangles"),
+            (3, "data of a mesh are missing"),
+        ] {
+            let json = format!(
+                r#"{{"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+                "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1,"mode":{mode}}}]}}],
+                "accessors":[{{"bufferView":0,"componentType":5126,"count":3}},
+                {{"bufferView":0,"componentType":5121,"count":{most}}}]}}"#
+            );
+            let error = written("a.gltf", json.as_bytes()).expect_err("no mesh");
+            assert_eq!(error.to_string(), expected, "{mode}");
+        }
+    }
+}
