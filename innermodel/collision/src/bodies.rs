@@ -157,7 +157,7 @@ impl Space {
         Some((&solid.shape, &solid.pose))
     }
 
-    /// Bodies that meet nothing since the last call.
+    /// Problems of bodies that were found since the last call.
     pub fn problems(&mut self) -> Vec<Problem> {
         std::mem::take(&mut self.problems)
     }
@@ -186,7 +186,9 @@ impl Space {
                     let Ok(node) = tree.node(node) else {
                         continue;
                     };
-                    let known = self.solid(node.node_id());
+                    // Also a body that is too far to meet others.
+                    let known = self.places.get(&node.node_id());
+                    let known = known.and_then(|at| self.solids.get(*at as usize)?.as_ref());
                     if known.is_none_or(|solid| !Arc::ptr_eq(&solid.kind, node.shared_kind())) {
                         self.remove(node.node_id());
                         touched += usize::from(self.add(&node));
@@ -331,7 +333,7 @@ fn is_within(point: Vector) -> bool {
     point.abs().cmple(Vector::splat(FARTHEST)).all()
 }
 
-/// Whether a pose is one. A sum of finite numbers may be none.
+/// Whether all numbers of a pose are finite and its place is within [`FARTHEST`].
 fn is_near(pose: &Pose) -> bool {
     is_within(pose.translation) && pose.rotation.is_finite()
 }

@@ -126,3 +126,19 @@ fn no_size_and_no_place_stops_the_program() {
     .size_min(4096)
     .budget_ms(500);
 }
+
+/// A change of other data makes no new body, and reports the old one no second time.
+#[test]
+fn a_far_body_is_reported_once() {
+    let text = r#"<innerModel><sphere id="far" radius="1" tx="1e20" collide="1"/></innerModel>"#;
+    let model = InnerModel::parse(text).expect("a model");
+    let mut space = Space::new(&model.snapshot());
+    assert_eq!(space.problems().len(), 1);
+    model
+        .change(Time::ZERO, |edit| {
+            edit.add_attribute("far", "owner", "string", "me")
+        })
+        .expect("a change");
+    assert_eq!(space.update(&model.snapshot()), 0);
+    assert!(space.problems().is_empty());
+}
