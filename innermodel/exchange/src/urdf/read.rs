@@ -2,8 +2,8 @@
 
 mod bodies;
 
-use super::write::VELOCITY;
-use super::{METRE, is_exported};
+use super::METRE;
+use super::write::NO_SPEED;
 use crate::matrix::{
     IDENTITY, Matrix, Placement, TO_URDF, Vector, angles, apply, between, of_rpy, transposed, unit,
 };
@@ -14,7 +14,7 @@ use innermodel_language::model::{
 use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap, Span, nearest};
 use rc_xml::XmlSource;
 use roxmltree::Node as Xml;
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// How deep links may be nested.
 const MAX_DEPTH: usize = 512;
@@ -91,6 +91,12 @@ impl Reader<'_> {
         self.found.push(Diagnostic::error(code, span, message));
     }
 
+    /// An error of a name at `span` that is already used at `first`.
+    fn duplicate(&mut self, span: Span, message: String, first: Span) {
+        let error = Diagnostic::error("duplicate-id", span, message);
+        self.found.push(error.label(first, "first used here"));
+    }
+
     fn misses(&mut self, span: Span, message: String) {
         self.found
             .push(Diagnostic::warning("lost-on-import", span, message));
@@ -110,10 +116,13 @@ impl Reader<'_> {
                         self.error("bad-value", name.span, "a link has no name".to_owned());
                         continue;
                     }
-                    if links.insert(name.text.clone(), xml).is_some() {
+                    let first = links.get(&name.text);
+                    if let Some(first) = first.and_then(|xml| self.text.attribute(*xml, "name")) {
                         let message = format!("duplicate link `{}`", name.text);
-                        self.error("duplicate-id", name.span, message);
+                        self.duplicate(name.span, message, first.span);
+                        continue;
                     }
+                    links.insert(name.text, xml);
                 }
                 "joint" => edges.extend(self.edge(xml)),
                 "material" => {
@@ -130,12 +139,14 @@ impl Reader<'_> {
             }
         }
         let mut below: BTreeMap<&str, Vec<&Edge<'d>>> = BTreeMap::new();
-        let mut children: HashSet<&str> = HashSet::new();
-        let mut names: HashSet<&str> = HashSet::new();
+        let mut children: HashMap<&str, Span> = HashMap::new();
+        let mut names: HashMap<&str, Span> = HashMap::new();
         for edge in &edges {
-            if !names.insert(&edge.name.text) {
-                let message = format!("duplicate joint `{}`", edge.name.text);
-                self.error("duplicate-id", edge.name.span, message);
+            let name = &edge.name;
+            let first = *names.entry(&name.text).or_insert(name.span);
+            if first != name.span {
+                let message = format!("duplicate joint `{}`", name.text);
+                self.duplicate(name.span, message, first);
             }
             for link in [&edge.parent, &edge.child] {
                 if !links.contains_key(&link.text) {
@@ -145,9 +156,11 @@ impl Reader<'_> {
                     self.found.push(error.suggest(&link.text, names));
                 }
             }
-            if !children.insert(&edge.child.text) {
-                let message = format!("the link `{}` has two joints above it", edge.child.text);
-                self.error("duplicate-id", edge.child.span, message);
+            let child = &edge.child;
+            let first = *children.entry(&child.text).or_insert(child.span);
+            if first != child.span {
+                let message = format!("the link `{}` has two joints above it", child.text);
+                self.duplicate(child.span, message, first);
             }
             below.entry(&edge.parent.text).or_default().push(edge);
         }
@@ -157,7 +170,7 @@ impl Reader<'_> {
         self.ids.extend(links.keys().cloned());
         let tops = links
             .iter()
-            .filter(|(name, _)| !children.contains(name.as_str()));
+            .filter(|(name, _)| !children.contains_key(name.as_str()));
         let tops: Vec<(&String, &Xml<'d, 'd>)> = tops.collect();
         let mut left = links.len();
         // The links still to read: their node, and how deep they are.
@@ -452,21 +465,24 @@ impl Reader<'_> {
         })
     }
 
-    /// The greatest speed of a joint. Our own exports have one where a joint has none, since URDF
-    /// demands it.
+    /// The greatest speed of a joint. An export marks the velocity of a joint without one, since
+    /// URDF demands a velocity.
     fn max_speed(&mut self, limit: Xml<'_, '_>, turns: bool) -> f64 {
         let [speed] = if turns {
             self.numbers(limit, "velocity", [0.0])
         } else {
             self.lengths(limit, "velocity", [0.0])
         };
-        let none = VELOCITY * if turns { 1.0 } else { METRE };
-        let is_ours = is_exported(self.text.text.as_bytes());
-        if is_ours && speed == none {
-            0.0
-        } else {
-            speed.max(0.0)
+        if speed < 0.0
+            && let Some(value) = self.text.attribute(limit, "velocity")
+        {
+            let message = format!("`velocity` cannot be negative, found `{}`", value.text);
+            self.error("bad-value", value.span, message);
         }
+        let is_none = limit
+            .children()
+            .any(|inside| inside.is_comment() && inside.text() == Some(NO_SPEED));
+        if is_none { 0.0 } else { speed }
     }
 
     /// An axis of InnerModel, and the rotation that takes it to the wanted one.

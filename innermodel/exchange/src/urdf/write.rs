@@ -6,10 +6,12 @@ use crate::shapes::{board, place};
 use innermodel_language::model::{Document, Kind, Node, Plane, Shape};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 
-/// Effort and velocity of a joint that moves, which URDF demands and InnerModel may lack: newtons and
-/// metres a second, or newton metres and radians a second.
+/// Effort and velocity of a joint that moves, which URDF demands and InnerModel may lack: newtons
+/// and metres a second, or newton metres and radians a second.
 const EFFORT: f64 = 1000.0;
-pub(super) const VELOCITY: f64 = 10.0;
+const VELOCITY: f64 = 10.0;
+/// The comment in the limit of a joint without a greatest speed, whose velocity is [`VELOCITY`].
+pub(super) const NO_SPEED: &str = " no maxspeed ";
 /// Number in place of a missing limit where only the other one is there: radians or metres.
 const FAR: f64 = 10_000.0;
 
@@ -116,16 +118,14 @@ impl Writer {
         };
         self.link(document, Some(at), mass);
         let mut here = place(&node.pose);
-        let mut velocity = VELOCITY;
+        let mut max_speed = 0.0;
         let (form, axis, limits) = match &node.kind {
             Kind::Joint(joint) => {
                 let mut axis = [0.0; 3];
                 axis[joint.axis.index()] = 1.0;
                 // A rotation changes its sense where the hand changes.
                 let axis = apply(&TO_URDF, &axis).map(|n| -n);
-                if joint.max_speed > 0.0 {
-                    velocity = joint.max_speed;
-                }
+                max_speed = joint.max_speed;
                 if joint.home != 0.0 {
                     self.misses(node, "positions of rest");
                 }
@@ -139,9 +139,7 @@ impl Writer {
                 let mut axis = [0.0; 3];
                 axis[joint.axis.index()] = 1.0;
                 here.translation[joint.axis.index()] += joint.offset;
-                if joint.max_speed > 0.0 {
-                    velocity = joint.max_speed / METRE;
-                }
+                max_speed = joint.max_speed / METRE;
                 if joint.home != 0.0 || joint.position != 0.0 {
                     self.misses(node, "positions at the start or of rest");
                 }
@@ -173,6 +171,8 @@ impl Writer {
         if let Some(axis) = axis {
             self.out
                 .push_str(&format!("    <axis xyz=\"{}\"/>\n", numbers(axis)));
+            let has_speed = max_speed > 0.0;
+            let velocity = if has_speed { max_speed } else { VELOCITY };
             let mut limit = format!("effort=\"{EFFORT}\" velocity=\"{velocity}\"");
             if form != "continuous" {
                 if !(limits.0.is_finite() && limits.1.is_finite()) {
@@ -184,7 +184,11 @@ impl Writer {
                 let (lower, upper) = (limits.0.max(-FAR), limits.1.min(FAR));
                 limit = format!("lower=\"{lower}\" upper=\"{upper}\" {limit}");
             }
-            self.out.push_str(&format!("    <limit {limit}/>\n"));
+            self.out.push_str(&if has_speed {
+                format!("    <limit {limit}/>\n")
+            } else {
+                format!("    <limit {limit}><!--{NO_SPEED}--></limit>\n")
+            });
         }
         self.out.push_str("  </joint>\n");
     }

@@ -81,7 +81,21 @@ fn wrong_parts_of_robots_are_refused_with_a_place() {
             r#"<link name="a"/><link name="b"/><link name="c"/>
             <joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>
             <joint name="j" type="fixed"><parent link="a"/><child link="c"/></joint>"#.to_owned(),
-            "3:26: error[duplicate-id]: duplicate joint `j`",
+            "3:26: error[duplicate-id]: duplicate joint `j`; first used here at robot.urdf:2:26",
+        ),
+        (
+            "<link name=\"a\"/>\n<link name=\"a\"/>".to_owned(),
+            "2:13: error[duplicate-id]: duplicate link `a`; first used here at robot.urdf:1:20",
+        ),
+        (
+            r#"<link name="a"/><link name="b"/><link name="c"/>
+            <joint name="i" type="fixed"><parent link="a"/><child link="c"/></joint>
+            <joint name="j" type="fixed"><parent link="b"/><child link="c"/></joint>"#.to_owned(),
+            "the link `c` has two joints above it; first used here at robot.urdf:2:",
+        ),
+        (
+            joint(r#"type="continuous"><limit effort="1" velocity="-1"/>"#),
+            "error[bad-value]: `velocity` cannot be negative, found `-1`",
         ),
     ] {
         let (_, found) = imported(&format!("<robot>{inside}</robot>"));
@@ -110,7 +124,7 @@ fn ten_thousand_links_are_refused_at_once() {
     );
 }
 
-/// A joint keeps its greatest speed. The velocity that URDF demands of one without is none.
+/// A joint keeps its greatest speed, also that which a joint without one gets in URDF.
 #[test]
 fn speeds_of_joints_are_kept() {
     let text = r#"<innerModel><joint id="a" maxspeed="2"><prismaticJoint id="b" maxspeed="300">
@@ -128,6 +142,14 @@ fn speeds_of_joints_are_kept() {
     );
     assert_eq!(printed.matches("maxspeed").count(), 2, "{printed}");
     assert!(printed.contains(r#"maxspeed="300""#), "{printed}");
+    let text = r#"<innerModel><joint id="a" maxspeed="10"><prismaticJoint id="b" maxspeed="10000"/>
+        </joint></innerModel>"#;
+    let before = innermodel::InnerModel::parse(text).expect("a tree");
+    let (exported, _) = innermodel_exchange::urdf::write(&before.snapshot().document(), "robot");
+    let (after, _) = imported(&exported);
+    let printed = print(&after);
+    assert!(printed.contains(r#"maxspeed="10""#), "{printed}");
+    assert!(printed.contains(r#"maxspeed="10000""#), "{printed}");
 }
 
 /// glTF has numbers of 32 bits: a greater body is told, and the file is one without it.
