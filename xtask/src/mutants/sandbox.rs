@@ -1,4 +1,4 @@
-//! Where the tests of changed code run. A changed supervisor may start processes without end, fill
+//! Sandbox of the tests of changed code. A changed supervisor may start processes without end, fill
 //! the disk, or signal the wrong process.
 //!
 //! Each test program has a PID namespace of its own: it sees no other process of the machine, and

@@ -37,6 +37,9 @@ fn component(name: &str) -> Component {
     Component::new(name, "/bin/true", "/")
 }
 
+/// The turns after which a goal of a test is given up.
+const MOST_TURNS: u32 = 100;
+
 fn managed(name: &str) -> Component {
     Component {
         managed: true,
@@ -91,7 +94,11 @@ impl Bench {
         bench.unit.set_lifecycle_goal(state);
         bench.report(LifecycleState::Unconfigured, 0, None);
         let limit = Duration::from_secs(5);
-        while let Some(goal) = bench.unit.next_goal() {
+        for turn in 0.. {
+            let Some(goal) = bench.unit.next_goal() else {
+                break;
+            };
+            assert!(turn < MOST_TURNS, "{goal:?} is never reached");
             bench.unit.send_goal(goal, limit);
             let number = bench.unit.lifecycle.as_ref().expect("it is managed").number;
             bench.report(goal, number, None);

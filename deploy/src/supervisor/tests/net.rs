@@ -1,5 +1,6 @@
 //! A supervisor of components on other machines, whose agents are the test.
 
+use super::MOST_TURNS;
 use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
 use crate::log::reporter::Reporter;
@@ -129,7 +130,11 @@ impl Net {
     /// A network whose units are ready. The managed ones are where they should be.
     pub(super) fn up(components: Vec<Component>) -> Self {
         let mut net = Self::connected(components);
-        while net.units.iter().any(|unit| !unit.is_settled()) {
+        for turn in 0.. {
+            if net.units.iter().all(Unit::is_settled) {
+                break;
+            }
+            assert!(turn < MOST_TURNS, "not settled: {:?}", net.alive());
             net.turn();
             for i in 0..net.units.len() {
                 if net.units[i].is_alive() {
