@@ -241,7 +241,12 @@ impl Writer {
         };
         let mesh = self.mesh(&vertices, &inner, &parts);
         if mesh.is_none() {
-            self.misses(node, "numbers so great");
+            let message = format!(
+                "glTF cannot hold such large coordinates: `{}` has no body in the file",
+                node.id
+            );
+            let finding = Diagnostic::warning("lost-on-export", node.span, message);
+            self.found.push(finding);
         }
         mesh
     }

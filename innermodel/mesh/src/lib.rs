@@ -84,8 +84,8 @@ pub fn read(path: &Path) -> Result<TriangleMesh, MeshError> {
 }
 
 /// Reads a mesh with its colours, and finds its pictures: `.obj` names them in files of materials
-/// (`Kd`, `map_Kd`, `d` and `Tr`), glTF as base colours with `alphaMode`. STL has neither. Pictures are not read. What cannot
-/// be read of materials is a problem in [`Looks`], and the mesh is there without it.
+/// (`Kd`, `map_Kd`, `d` and `Tr`), glTF as base colours with `alphaMode`. STL has neither. Pictures
+/// are not read. An error in a material is a problem in [`Looks`]; the mesh is read without it.
 pub fn read_with_looks(path: &Path) -> Result<(TriangleMesh, Looks), MeshError> {
     let mut looks = Looks::default();
     let mesh = read_file(path, Some(&mut looks))?;

@@ -79,7 +79,8 @@ impl Motor {
         self.goal = goal;
     }
 
-    /// What the motor does in a step of `seconds`. A limit that the solver does not know holds, too.
+    /// What the motor does in a step of `seconds`. A limit that the solver does not know holds,
+    /// too.
     pub(crate) fn pull(&mut self, limits: &Limits, seconds: f64) -> Pull {
         let before = self.reference;
         match self.goal {

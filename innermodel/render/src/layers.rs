@@ -12,7 +12,7 @@ pub(crate) const MOST: usize = 16;
 /// are one layer there.
 const APART: f64 = 1e-9;
 
-/// What has been seen of one pixel.
+/// The light of one pixel from the layers that were drawn so far.
 #[derive(Clone, Copy)]
 struct Pixel {
     /// The depth of the last layer, 0 before the first one.

@@ -33,7 +33,8 @@ pub struct Options {
 /// pictures.
 ///
 /// The left button turns the view, the right one moves it, the wheel zooms, a click picks. The key
-/// `p` picks the node above, `f` switches frames, `n` names, `r` returns to the first view, `q` ends.
+/// `p` picks the node above, `f` switches frames, `n` names, `r` returns to the first view, `q`
+/// ends.
 pub struct TreeView<'s> {
     model: Arc<InnerModel>,
     tree: Arc<Snapshot>,

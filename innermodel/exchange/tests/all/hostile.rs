@@ -164,7 +164,7 @@ fn what_is_too_great_for_gltf_is_told() {
         .collect();
     assert_eq!(
         messages,
-        ["glTF has no numbers so great: `great` loses them"]
+        ["glTF cannot hold such large coordinates: `great` has no body in the file"]
     );
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("world.glb");

@@ -132,7 +132,8 @@ impl Source {
         self.replace(new.ok_or_else(no_attribute)?)
     }
 
-    /// Adds an element below a node, or at the outermost place, if `check` accepts the tree with it.
+    /// Adds an element below a node, or at the outermost place, if `check` accepts the tree with
+    /// it.
     pub(crate) fn add(
         &mut self,
         parent: Option<&str>,
@@ -258,8 +259,8 @@ impl Source {
         Ok(())
     }
 
-    /// Writes a changed text into a new file and returns its path: beside the file, or in the folder
-    /// for temporary files if that fails.
+    /// Writes a changed text into a new file and returns its path: beside the file, or in the
+    /// folder for temporary files if that fails.
     pub(crate) fn rescue(&self) -> std::io::Result<PathBuf> {
         let beside = self.path.with_file_name("");
         self.rescue_in(&beside)
