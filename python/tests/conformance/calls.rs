@@ -16,6 +16,8 @@ use std::time::Duration;
 /// What the mirror does beside throwing the exceptions.
 const REFUSES: i32 = 4;
 const IS_SLOW: i32 = 5;
+/// Milliseconds of a call of `wait` that only the end of the component ends.
+const LONG: i32 = 60_000;
 
 fn client(other: &OtherEnd, backend: &dyn Backend) -> TypesClient {
     let endpoint = other
@@ -200,22 +202,20 @@ pub(crate) fn a_call_ends_with_its_server(mut other: OtherEnd) {
     let (sender, met) = channel();
     let killer = std::thread::spawn(move || {
         let backend = other.network.join("watcher");
-        // The component publishes this when a call of `wait` begins.
-        let mut begins = topics::repeats_of_nothing(&other, &*backend);
-        let mut begun = |limit| topics::take(&mut *begins, limit, repeats::read_nothing);
-        let is_met = begun(LIMIT).is_some();
+        // The component publishes the argument of `wait` when a call begins.
+        let mut begins = topics::repeats_of(&other, &*backend, &repeats::SEVERAL);
+        let mut begun = || topics::take(&mut *begins, LIMIT, repeats::read_several);
+        let is_met = begun().is_some();
         sender.send(()).expect("a test that waits");
-        while begun(Duration::from_millis(300)).is_some() {}
-        sender.send(()).expect("a test that waits");
-        let is_under_way = begun(LIMIT).is_some();
+        let mut more = std::iter::from_fn(begun);
+        let is_under_way = more.any(|(milliseconds, ..)| milliseconds == LONG);
         other.kill();
         is_met && is_under_way
     });
     while met.try_recv() == Err(TryRecvError::Empty) {
         assert_eq!(client.wait(0), Ok(()));
     }
-    met.recv_timeout(LIMIT).expect("a thread that listens");
-    let answer = client.wait(60_000);
+    let answer = client.wait(LONG);
     assert_eq!(killer.join().ok(), Some(true));
     assert!(
         matches!(answer, Err(CallError::ServerDied(_))),

@@ -13,6 +13,7 @@ use rc_middleware::typed::{Operation, TypedClient, TypedPublisher};
 use rc_middleware::{
     Backend, DecodeError, Durability, Header, Qos, Reader, Reliability, Subscriber, wait,
 };
+use std::fmt::Debug;
 use std::time::{Duration, Instant};
 
 const RELIABLE: Qos = Qos {
@@ -34,6 +35,9 @@ const LATCHED: Qos = Qos {
 /// Numbers of the values that are published before the component starts.
 const NUMBERS: [i32; 3] = [101, 102, 103];
 
+/// The arguments of `several`.
+type Several = (i32, f64, String, Vec<Point>, Kind, Option<Point>);
+
 /// Receives one sample, if it comes in time.
 pub(crate) fn take<T>(
     subscriber: &mut dyn Subscriber,
@@ -53,17 +57,21 @@ pub(crate) fn take<T>(
     found
 }
 
-/// Publishes until a sample comes back, then takes those that are still on their way.
-pub(crate) fn meet<T>(
+/// Publishes the probe until a sample comes back, then the mark, which comes after all probes. A
+/// pause between two probes does not tell that no more are on their way.
+fn meet<T: PartialEq + Debug>(
     subscriber: &mut dyn Subscriber,
     read: impl Fn(&mut Reader<'_>) -> Result<T, DecodeError> + Copy,
-    mut publish: impl FnMut(),
+    (probe, mark): (&T, &T),
+    mut publish: impl FnMut(&T),
 ) {
-    until("a sample comes back", || {
-        publish();
+    until("a probe comes back", || {
+        publish(probe);
         take(subscriber, Duration::from_millis(100), read).is_some()
     });
-    while take(subscriber, Duration::from_millis(300), read).is_some() {}
+    publish(mark);
+    let mut rest = std::iter::from_fn(|| take(subscriber, LIMIT, read));
+    assert_eq!(rest.find(|value| value != probe).as_ref(), Some(mark));
 }
 
 fn subscriber(
@@ -169,17 +177,14 @@ pub(crate) fn earlier_values_arrive(other: &OtherEnd) {
     assert_eq!(more, None);
 }
 
-/// A subscriber of the topic without a value.
-pub(crate) fn repeats_of_nothing(other: &OtherEnd, backend: &dyn Backend) -> Box<dyn Subscriber> {
+/// A subscriber of one topic of `Repeats`.
+pub(crate) fn repeats_of(
+    other: &OtherEnd,
+    backend: &dyn Backend,
+    operation: &Operation,
+) -> Box<dyn Subscriber> {
     let operations = repeats::OPERATIONS;
-    subscriber(
-        other,
-        backend,
-        "Repeats",
-        operations,
-        &repeats::NOTHING,
-        RELIABLE,
-    )
+    subscriber(other, backend, "Repeats", operations, operation, RELIABLE)
 }
 
 pub(crate) fn samples_are_repeated(other: &OtherEnd) {
@@ -196,13 +201,11 @@ pub(crate) fn samples_are_repeated(other: &OtherEnd) {
         )
     };
     let mut publisher = SamplesPublisher::new(open).expect("a publisher");
-    let listen = |operation| {
-        let operations = repeats::OPERATIONS;
-        subscriber(other, &*backend, "Repeats", operations, operation, RELIABLE)
-    };
+    let listen = |operation| repeats_of(other, &*backend, operation);
     let mut all = listen(&repeats::ALL);
-    meet(&mut *all, repeats::read_all, || {
-        publisher.all(&sample(LEAST)).expect("to be sent");
+    let ends = (&sample(LEAST), &sample(MOST));
+    meet(&mut *all, repeats::read_all, ends, |value| {
+        publisher.all(value).expect("to be sent");
     });
     for round in 0..5 {
         for which in [LEAST, MOST, SOME] {
@@ -218,28 +221,35 @@ pub(crate) fn samples_are_repeated(other: &OtherEnd) {
     assert_eq!(take(&mut *all, LIMIT, repeats::read_all), Some(large));
 
     let mut several = listen(&repeats::SEVERAL);
-    let line = outline(3);
-    let mut send = |number, point: &Option<Point>| {
-        let sent = publisher.several(number, 9.0, "Grüße!", &line, Kind::Nothing, point);
+    let value = |number, point| {
+        let text = "Grüße!".to_owned();
+        (number, 9.0, text, outline(3), Kind::Nothing, point)
+    };
+    let mut send = |(number, level, text, line, kind, point): &Several| {
+        let sent = publisher.several(*number, *level, text, line, *kind, point);
         sent.expect("to be sent");
     };
-    meet(&mut *several, repeats::read_several, || send(0, &None));
+    let ends = (&value(0, None), &value(1, None));
+    meet(&mut *several, repeats::read_several, ends, &mut send);
     for point in [None, Some(Point { x: -0.5, y: 1e300 })] {
-        send(i32::MAX, &point);
+        let sent = value(i32::MAX, point);
+        send(&sent);
         let taken = take(&mut *several, LIMIT, repeats::read_several);
-        let text = "Grüße!".to_owned();
-        let sent = (i32::MAX, 9.0, text, line.clone(), Kind::Nothing, point);
         assert_eq!(taken, Some(sent));
     }
     let beyond = publisher.several(0, 9.5, "", &[], Kind::Wall, &None);
     assert!(beyond.is_err(), "its range ends at 9");
 
-    let mut nothing = repeats_of_nothing(other, &*backend);
-    meet(&mut *nothing, repeats::read_nothing, || {
+    let mut nothing = listen(&repeats::NOTHING);
+    until("nothing comes back", || {
         publisher.nothing().expect("to be sent");
+        take(
+            &mut *nothing,
+            Duration::from_millis(100),
+            repeats::read_nothing,
+        )
+        .is_some()
     });
-    publisher.nothing().expect("to be sent");
-    assert_eq!(take(&mut *nothing, LIMIT, repeats::read_nothing), Some(()));
 }
 
 /// Each end writes in place and by value, and reads what the other one wrote in either way.
@@ -266,8 +276,9 @@ pub(crate) fn pictures_travel_in_place(other: &OtherEnd) {
         &copies::COPY,
         PICTURES,
     );
-    meet(&mut *copies, copies::read_copy, || {
-        publisher.picture(&picture(0, 0)).expect("to be sent");
+    let ends = (&picture(0, 0), &picture(1, 0));
+    meet(&mut *copies, copies::read_copy, ends, |value| {
+        publisher.picture(value).expect("to be sent");
     });
     for (number, bytes) in [
         (0, 0),

@@ -86,7 +86,7 @@ class SpecificWorker(Worker):
             raise thrown(which)
 
     def types_wait(self, ctx: Context, milliseconds: int) -> None:
-        ctx.repeats.nothing()
+        ctx.repeats.several(milliseconds, 0.0, "", [], Kind.NOTHING, None)
         time.sleep(milliseconds / 1000)
 
     def types_note(self, ctx: Context, all: Everything) -> None:
