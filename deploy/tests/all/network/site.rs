@@ -359,10 +359,15 @@ impl Site {
     }
 
     /// Polls until the condition holds, with a limit. The pause is not part of what is tested.
-    pub(crate) fn until(what: &str, mut so: impl FnMut() -> bool) {
+    pub(crate) fn until(what: &str, so: impl FnMut() -> bool) {
+        Self::until_within(LIMIT, what, so);
+    }
+
+    /// As `until`, with a limit for what takes long on a computer that does much else.
+    pub(crate) fn until_within(limit: Duration, what: &str, mut so: impl FnMut() -> bool) {
         let start = Instant::now();
         while !so() {
-            assert!(start.elapsed() < LIMIT, "waited {LIMIT:?} for {what}");
+            assert!(start.elapsed() < limit, "waited {limit:?} for {what}");
             std::thread::sleep(Duration::from_millis(10));
         }
     }
