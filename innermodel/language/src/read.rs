@@ -145,19 +145,17 @@ impl Reader<'_> {
                 self.found.push(finding.did_you_mean(near));
             }
         }
-        let Some(value) = text.attribute(top, "units") else {
-            return outer;
-        };
-        let known = Units::WORDS.iter().find(|(word, _)| *word == value.text);
-        let Some((_, units)) = known else {
-            let message = format!("unknown value `{}` of `units`", value.text);
-            let words = Units::WORDS.iter().map(|(word, _)| *word);
-            self.found.push(
-                Diagnostic::error("bad-value", value.span, message).suggest(&value.text, words),
-            );
-            return outer;
-        };
-        *units
+        Units::of(text, top).map_or_else(
+            |value| {
+                let message = format!("unknown value `{}` of `units`", value.text);
+                let words = Units::WORDS.iter().map(|(word, _)| *word);
+                self.found.push(
+                    Diagnostic::error("bad-value", value.span, message).suggest(&value.text, words),
+                );
+                outer
+            },
+            |units| units.unwrap_or(outer),
+        )
     }
 
     fn children(

@@ -67,6 +67,14 @@ pub fn has_children(tag: &str) -> bool {
     element(tag).is_some_and(|element| element.children)
 }
 
+/// The unit that a file names for its lengths: `millimetres` or `metres`. Without a name, it has
+/// millimetres, or those of the file that includes it.
+pub fn units(text: &str) -> Option<&'static str> {
+    let own = Parsed::new(text)?.units?;
+    let mut words = Units::WORDS.into_iter();
+    words.find(|(_, units)| *units == own).map(|(word, _)| word)
+}
+
 /// The place of an attribute among those of its element, for any of its spellings.
 fn rank(element: &Element, name: &str) -> Option<usize> {
     let mut all = element.attributes.iter();
@@ -78,7 +86,8 @@ struct Parsed<'a> {
     text: &'a str,
     xml: XmlSource<'a>,
     document: Document<'a>,
-    units: Units,
+    /// Those of the file itself.
+    units: Option<Units>,
 }
 
 impl<'a> Parsed<'a> {
@@ -87,18 +96,18 @@ impl<'a> Parsed<'a> {
         let source = SourceMap::new().add("", "");
         let xml = xml(source, text);
         let document = xml.parse().ok()?;
-        let written = xml.attribute(document.root_element(), "units");
-        let known = |name: &rc_diagnostics::Name| {
-            let mut words = Units::WORDS.into_iter();
-            words.find(|(word, _)| *word == name.text)
-        };
-        let units = written.as_ref().and_then(known);
+        let units = Units::of(xml, document.root_element()).ok().flatten();
         Some(Self {
             text,
             xml,
             document,
-            units: units.map_or(Units::Millimetres, |(_, units)| units),
+            units,
         })
+    }
+
+    /// The unit of its lengths, if no file includes it.
+    fn length_units(&self) -> Units {
+        self.units.unwrap_or(Units::Millimetres)
     }
 
     /// The element whose tag is at a location.
@@ -141,7 +150,7 @@ pub fn set(text: &str, tag: Span, name: &str, value: &Value) -> Option<String> {
     let node = parsed.element(tag)?;
     let element = element(node.tag_name().name())?;
     let own = rank(element, name)?;
-    let value = escaped(&value.written(parsed.units));
+    let value = escaped(&value.written(parsed.length_units()));
     let mut before: Option<(usize, usize)> = None;
     for attribute in node.attributes().filter(|a| a.namespace().is_none()) {
         let Some(rank) = rank(element, attribute.name()) else {
@@ -177,7 +186,7 @@ pub fn add(
     };
     let mut new = format!("<{tag}");
     for (name, value) in attributes {
-        let value = escaped(&value.written(parsed.units));
+        let value = escaped(&value.written(parsed.length_units()));
         new.push_str(&format!(" {name}=\"{value}\""));
     }
     new.push_str("/>");

@@ -1,4 +1,4 @@
-//! What the user of a component's window wants from its world.
+//! Queue of the changes that the user of a component's window requests.
 
 use innermodel::{Point, Vector};
 use std::collections::VecDeque;

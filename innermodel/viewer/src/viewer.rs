@@ -51,8 +51,8 @@ impl Viewer {
         }
     }
 
-    /// Lets the user of the window, when it is opened next, move and push objects. The viewer does
-    /// not change the tree: its owner takes the changes from the queue and makes them.
+    /// Lets the user of the window, when it is opened next, move and push objects. The viewer
+    /// does not change the tree: its owner takes the requests from the queue in each period.
     pub fn actions(&mut self) -> Actions {
         self.actions.get_or_insert_default().clone()
     }

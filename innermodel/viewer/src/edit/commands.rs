@@ -19,7 +19,11 @@ impl Editor {
     pub(super) fn finish(&mut self, drag: &Drag) {
         let (name, value) = (drag.attribute, drag.value());
         let digits = if drag.mode == Mode::Move { 3 } else { 4 };
-        let done = format!("{name} of `{}` is {value:.digits$}", clean(&drag.id));
+        let done = format!(
+            "{name} of `{}` is {value:.digits$}{}",
+            clean(&drag.id),
+            drag.mode.unit()
+        );
         let mut result = Ok(());
         if value != drag.old_value() {
             let value = handles::written(drag.mode, value);

@@ -181,7 +181,7 @@ impl Editor {
         let bottom = image.height as f64;
         overlay::text(&mut image, 4.0, bottom - 24.0, &self.about_selected(&tree));
         let line = match &self.state {
-            State::Prompt(prompt) => prompt.line(),
+            State::Prompt(prompt) => prompt.line(self.source.units()),
             State::Add => super::commands::CHOICE.to_owned(),
             State::Idle | State::Drag(_) => self.message.clone(),
         };
@@ -203,6 +203,7 @@ impl Editor {
                 for (name, value) in names.iter().zip(handles::values(&node, mode)) {
                     text += &format!(" {name} {value:.digits$}");
                 }
+                text += mode.unit();
             }
         }
         text

@@ -32,6 +32,16 @@ pub(crate) enum Mode {
     Turn,
 }
 
+impl Mode {
+    /// The unit of the numbers that a window shows.
+    pub(crate) fn unit(self) -> &'static str {
+        match self {
+            Self::Move => " mm",
+            Self::Turn => " rad",
+        }
+    }
+}
+
 /// A handle as it is seen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Handle {

@@ -42,11 +42,11 @@ impl Prompt {
     }
 
     /// The line in the window. Of a long text, the end is seen.
-    pub(super) fn line(&self) -> String {
+    pub(super) fn line(&self, units: &str) -> String {
         const SEEN: usize = 50;
         let question = match self.ask {
             Ask::Id => "select",
-            Ask::Attribute => "attribute=value",
+            Ask::Attribute => &format!("attribute=value, lengths in {units}"),
             Ask::Mesh => "file of the mesh",
         };
         let count = self.text.chars().count();

@@ -43,7 +43,11 @@ pub(crate) enum Written {
     /// In this file: its tag.
     Here(Span),
     /// In a file that this one includes.
-    Included(PathBuf),
+    Included {
+        path: PathBuf,
+        /// Its lengths have the unit of the file that includes it, and may be metres there.
+        inherits: bool,
+    },
 }
 
 /// What a text says.
@@ -100,6 +104,11 @@ impl Source {
         clean(&name.to_string_lossy())
     }
 
+    /// The unit of the lengths in the text.
+    pub(crate) fn units(&self) -> &'static str {
+        rewrite::units(self.without_mark()).unwrap_or("millimetres")
+    }
+
     /// Whether the text differs from that on the disk, when it was read or written last.
     pub(crate) fn is_changed(&self) -> bool {
         self.text != self.saved
@@ -109,9 +118,16 @@ impl Source {
     pub(crate) fn tag(&self, id: &str) -> Result<Span, String> {
         match self.content.written.get(id) {
             Some(Written::Here(span)) => Ok(*span),
-            Some(Written::Included(path)) => {
+            Some(Written::Included { path, inherits }) => {
                 let (id, path) = (clean(id), clean(&path.display().to_string()));
-                Err(format!("`{id}` is written in {path}: edit that file"))
+                let first = if *inherits {
+                    ", with `units` first: alone, its lengths are millimetres"
+                } else {
+                    ""
+                };
+                Err(format!(
+                    "`{id}` is written in {path}: edit that file{first}"
+                ))
             }
             None if id == ROOT => Err(format!("`{ROOT}` is above all that the file has")),
             None => Err(format!("no node has the id `{}`", clean(id))),
@@ -348,13 +364,27 @@ fn written(
     source: rc_diagnostics::SourceId,
     sources: &SourceMap,
 ) -> HashMap<String, Written> {
+    let mut files = HashMap::new();
+    let mut all = vec![source];
+    all.extend(document.nodes.iter().map(|node| node.span.source));
+    for file in all {
+        let path = sources.path(file);
+        let units = || rewrite::units(sources.text(file));
+        files.entry(path).or_insert_with(units);
+    }
+    let has_metres = files.values().any(|units| *units == Some("metres"));
     let nodes = document.nodes.iter();
     nodes
         .map(|node| {
             let place = if node.span.source == source {
                 Written::Here(node.span)
             } else {
-                Written::Included(sources.path(node.span.source).to_path_buf())
+                let path = sources.path(node.span.source);
+                let has_units = files.get(path).is_some_and(Option::is_some);
+                Written::Included {
+                    path: path.to_path_buf(),
+                    inherits: has_metres && !has_units,
+                }
             };
             (node.id.clone(), place)
         })

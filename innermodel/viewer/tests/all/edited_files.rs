@@ -20,6 +20,24 @@ fn nodes_of_included_files_are_not_changed() {
         user.message()
     );
     assert!(user.editor.handles().is_empty());
+    // Alone, the file would be in millimetres.
+    let world = WORLD.replace("<innerModel>", "<innerModel units=\"metres\">");
+    let mut metres = User::new(&world);
+    let robot = metres.folder.path().join("robot.xml");
+    std::fs::write(
+        &robot,
+        "<innerModel><transform id=\"robot\" tx=\"0.7\"/></innerModel>",
+    )
+    .expect("to write");
+    metres.key('l');
+    metres.select("robot");
+    assert!(
+        metres
+            .message()
+            .ends_with("with `units` first: alone, its lengths are millimetres"),
+        "{}",
+        metres.message()
+    );
     for keys in ["etx=1", "d"] {
         user.write(keys);
         assert!(

@@ -230,6 +230,7 @@ fn handles_know_units_and_planes() {
         panic!("no plane");
     };
     let height = plane.point[1];
+    assert_eq!(user.message(), format!("py of `p` is {height:.3} mm"));
     assert!(
         height > 20.0 && plane.point == [0.0, height, 0.0],
         "{:?}",
