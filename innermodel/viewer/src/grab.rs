@@ -67,12 +67,12 @@ impl Grab {
         }
     }
 
-    fn way(&self) -> Vector {
+    fn offset(&self) -> Vector {
         self.end - self.start
     }
 
     fn impulse(&self) -> Vector {
-        self.way() * IMPULSE
+        self.offset() * IMPULSE
     }
 
     /// Whether the pointer moves the object at once.
@@ -84,7 +84,7 @@ impl Grab {
     pub(crate) fn action(&self) -> Action {
         let id = self.id.clone();
         if self.moves() {
-            let place = self.origin + self.way();
+            let place = self.origin + self.offset();
             Action::Move { id, place }
         } else {
             let impulse = self.impulse();
@@ -102,7 +102,7 @@ impl Grab {
     pub(crate) fn label(&self) -> String {
         let id = clean(&self.id);
         if self.moves() {
-            let there = self.origin + self.way();
+            let there = self.origin + self.offset();
             format!("{id}: {:.0} {:.0} {:.0} mm", there.x, there.y, there.z)
         } else {
             format!("{id}: {:.2} N·s", self.impulse().norm())

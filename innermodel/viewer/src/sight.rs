@@ -8,7 +8,7 @@ pub(crate) struct Sight {
     /// Where the camera is.
     pub(crate) from: Point,
     /// A direction, along which the depth grows by 1.
-    pub(crate) way: Vector,
+    pub(crate) direction: Vector,
 }
 
 impl Sight {
@@ -16,8 +16,8 @@ impl Sight {
     /// axis has the length 1. `None` if both are parallel, or the point is not in front.
     pub(crate) fn along(&self, origin: &Point, axis: &Vector) -> Option<f64> {
         let back = origin - self.from;
-        let (along, square) = (axis.dot(&self.way), self.way.norm_squared());
-        let (own, other) = (axis.dot(&back), self.way.dot(&back));
+        let (along, square) = (axis.dot(&self.direction), self.direction.norm_squared());
+        let (own, other) = (axis.dot(&back), self.direction.dot(&back));
         let apart = square - along * along;
         let depth = (other - along * own) / apart;
         let place = (along * other - square * own) / apart;
@@ -26,13 +26,13 @@ impl Sight {
 
     /// Where the line of sight meets a plane. `None` if it does so nowhere in front.
     pub(crate) fn on_plane(&self, origin: &Point, normal: &Vector) -> Option<Point> {
-        let depth = (origin - self.from).dot(normal) / self.way.dot(normal);
+        let depth = (origin - self.from).dot(normal) / self.direction.dot(normal);
         let is_seen = depth.is_finite() && depth > 0.0;
-        is_seen.then(|| self.from + self.way * depth)
+        is_seen.then(|| self.from + self.direction * depth)
     }
 
     /// The depth of a point.
     pub(crate) fn depth(&self, point: &Point) -> f64 {
-        (point - self.from).dot(&self.way) / self.way.norm_squared()
+        (point - self.from).dot(&self.direction) / self.direction.norm_squared()
     }
 }

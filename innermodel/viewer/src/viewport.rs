@@ -113,7 +113,9 @@ impl Viewport {
         let (seen, place) = self.place(at)?;
         let depth = *seen.depths.get(place)?;
         let sight = self.sight(at)?;
-        depth.is_finite().then(|| sight.from + sight.way * depth)
+        depth
+            .is_finite()
+            .then(|| sight.from + sight.direction * depth)
     }
 
     fn place(&self, (x, y): Pixel) -> Option<(&Seen, usize)> {
@@ -128,7 +130,7 @@ impl Viewport {
         let (u, v) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
         Some(Sight {
             from: Point::from(place.translation),
-            way: place.vector(&innermodel::sensors::ray(camera, u, v)),
+            direction: place.vector(&innermodel::sensors::ray(camera, u, v)),
         })
     }
 

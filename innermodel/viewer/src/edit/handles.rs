@@ -155,7 +155,7 @@ pub(crate) fn written(mode: Mode, value: f64) -> Value {
 
 /// The line or the ring of a handle in the root.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Lever {
+pub(crate) struct Manipulator {
     mode: Mode,
     origin: Point,
     /// Along the line, or about which the ring turns.
@@ -165,7 +165,7 @@ pub(crate) struct Lever {
     second: Vector,
 }
 
-impl Lever {
+impl Manipulator {
     pub(crate) fn new(node: &NodeRef<'_>, mode: Mode, axis: usize) -> Self {
         let above = node.parent().map(|parent| parent.to_root());
         let above = above.unwrap_or_default();
@@ -220,10 +220,10 @@ pub(crate) fn handles(node: &NodeRef<'_>, mode: Mode, view: &View) -> Vec<Handle
     let Some(names) = attributes(node.kind(), mode) else {
         return Vec::new();
     };
-    let seen = |lever: &Lever| {
-        let depth = view.place.inverse().point(&lever.origin).z;
+    let seen = |manipulator: &Manipulator| {
+        let depth = view.place.inverse().point(&manipulator.origin).z;
         let length = LENGTH * depth / view.camera.focal;
-        let points = lever.points(length);
+        let points = manipulator.points(length);
         let points = points.iter().map(|point| view.pixel(point));
         points.collect::<Option<Vec<_>>>()
     };
@@ -231,7 +231,7 @@ pub(crate) fn handles(node: &NodeRef<'_>, mode: Mode, view: &View) -> Vec<Handle
         Some(Handle {
             axis,
             attribute: names[axis],
-            points: seen(&Lever::new(node, mode, axis))?,
+            points: seen(&Manipulator::new(node, mode, axis))?,
         })
     });
     all.collect()
@@ -255,11 +255,11 @@ pub(crate) struct Drag {
     pub(crate) mode: Mode,
     pub(crate) axis: usize,
     pub(crate) attribute: &'static str,
-    lever: Lever,
+    manipulator: Manipulator,
     /// Where the handle was met last.
     last: f64,
     /// How far it was dragged.
-    way: f64,
+    offset: f64,
     /// The number before.
     old: f64,
 }
@@ -272,22 +272,22 @@ impl Drag {
         handle: &Handle,
         sight: &Sight,
     ) -> Option<Self> {
-        let lever = Lever::new(node, mode, handle.axis);
+        let manipulator = Manipulator::new(node, mode, handle.axis);
         Some(Self {
             id: node.id().to_owned(),
             mode,
             axis: handle.axis,
             attribute: handle.attribute,
-            last: lever.meet(sight)?,
-            lever,
-            way: 0.0,
+            last: manipulator.meet(sight)?,
+            manipulator,
+            offset: 0.0,
             old: values(node, mode)[handle.axis],
         })
     }
 
     /// Follows a line of sight.
     pub(crate) fn follow(&mut self, sight: &Sight) {
-        let Some(now) = self.lever.meet(sight) else {
+        let Some(now) = self.manipulator.meet(sight) else {
             return;
         };
         let mut by = now - self.last;
@@ -295,7 +295,7 @@ impl Drag {
             // The shorter way round.
             by -= TAU * (by / TAU).round();
         }
-        self.way += by;
+        self.offset += by;
         self.last = now;
     }
 
@@ -307,12 +307,12 @@ impl Drag {
     /// The number now. A handle that is back has the number before.
     pub(crate) fn value(&self) -> f64 {
         let new = match self.mode {
-            Mode::Move => ((self.old + self.way) / GRID).round() * GRID,
-            Mode::Turn => self.old + (self.way / DEGREE).round() * DEGREE,
+            Mode::Move => ((self.old + self.offset) / GRID).round() * GRID,
+            Mode::Turn => self.old + (self.offset / DEGREE).round() * DEGREE,
         };
         let is_back = match self.mode {
-            Mode::Move => self.way.abs() < GRID / 2.0,
-            Mode::Turn => self.way.abs() < DEGREE / 2.0,
+            Mode::Move => self.offset.abs() < GRID / 2.0,
+            Mode::Turn => self.offset.abs() < DEGREE / 2.0,
         };
         if is_back { self.old } else { new }
     }

@@ -256,7 +256,7 @@ fn the_window_of_a_component_is_live() {
     let moved = user.changed(window, &first);
     std::io::Write::write_all(&mut input, b"points\n").expect("to ask");
     user.changed(window, &moved);
-    // The user drags a body; the owner of the tree moves it when it takes the wish. A view without
+    // The user drags a body; the owner of the tree moves it when it takes the request. A view without
     // a window shows what the window then shows.
     let model = Arc::new(InnerModel::parse(TREE).expect("a model"));
     let actions = Actions::new();
