@@ -95,6 +95,7 @@ impl Start {
             _alive: self.alive,
         };
         if !component.program.description.managed && component.machine.is_some() {
+            ports.complete_members()?;
             component.start_machine()?;
         }
         Ok(component)

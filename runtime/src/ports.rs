@@ -2,6 +2,7 @@
 
 use crate::clock::SimulatedClock;
 use crate::description::Description;
+use crate::error::StartError;
 use crate::exact::mode::Exact;
 use crate::exact::replayed_ports;
 use crate::member::{Member, MemberError};
@@ -275,6 +276,15 @@ impl Connections {
         let client = TypedClient::new(port, self.slot(slot)?.qos.timeout);
         self.count(slot, client.sent());
         Ok(client)
+    }
+
+    /// Ends the opening of members: a component does so between `initialize` and the first state of
+    /// its machine. The runtime repeats it after the start.
+    ///
+    /// # Errors
+    /// The open members are not those that the network lists and binds.
+    pub fn complete_members(&self) -> Result<(), StartError> {
+        self.slots.complete()
     }
 
     /// Opens a member of an array, whose number in the description is `array`. `open` opens its

@@ -294,7 +294,8 @@ fn run_component<C: Component>(
     );
     began.program = match hosting {
         Hosting::Process(program) => program.display().to_string(),
-        Hosting::Thread(_) => own_program().display().to_string(),
+        // The executable of this process is a test or an interpreter.
+        Hosting::Thread(_) => String::new(),
     };
     let exact = record(arguments, &began, &shared)?;
     let mut ports = Connections::new(description, &environment, &slots, kind)?;
@@ -333,6 +334,7 @@ fn run_component<C: Component>(
         Err(StartError::Worker(_)) if environment.wake_event.is_stopping() => return Ok(()),
         other => other?,
     };
+    // A component with slot arrays may have done so in `start`.
     slots.complete()?;
     receivers.extend(ports.take_members());
     let mut component: Box<dyn Component> = match &exact {

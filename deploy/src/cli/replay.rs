@@ -134,7 +134,7 @@ fn recorded_program(file: &Path, program: &str) -> Result<PathBuf, Failure> {
     if program.is_empty() {
         return Err(Failure(
             2,
-            "the recording names no program, as that of a component which `python -m` has started; \
+            "the recording names no program, as that of a component which `python -m` or `embed` has started; \
              name it with --program"
                 .to_owned(),
         ));

@@ -1,21 +1,22 @@
 """Slot arrays of a running component: how their members are opened, and samples that it keeps."""
 
+import json
 import os
 import queue
 import unittest
 from pathlib import Path
 
 import robocomp
-from build import Fixture
+from build import ROOT, Fixture
 from demo import MODULE
 
 LIMIT = 20.0
 LIMIT_KEPT = 4
 
 
-def arrays(name):
+def arrays(name, **more):
     """A component with arrays in all four roles."""
-    fixture = Fixture(name, [MODULE], "iceoryx2")
+    fixture = Fixture(name, [MODULE], "iceoryx2", **more)
     fixture.slot("seen", "subscribesTo", "Demo::Images", in_place=True, is_array=True)
     fixture.slot("shown", "publishes", "Demo::Images", is_array=True)
     fixture.slot("asked", "requires", "Demo::Notes", is_array=True)
@@ -24,9 +25,9 @@ def arrays(name):
 
 
 class Members(unittest.TestCase):
-    def start(self, name, worker, *args):
+    def start(self, name, worker, *args, **description):
         """A component in the network of this test, whose base `worker` takes."""
-        fixture = arrays(name)
+        fixture = arrays(name, **description)
         made = worker(fixture.worker)
         args = ["--network", f"py-members-{os.getpid()}", "--name", name, *args]
         running = robocomp.embed(fixture.component(made), made, args)
@@ -111,6 +112,8 @@ class Members(unittest.TestCase):
             if low <= shared < high:
                 self.assertIn("/dev/shm/", line)
                 break
+        else:
+            self.fail("no mapping contains the sample")
         del view
         kept.clear()
         for component in running:
@@ -163,6 +166,41 @@ class Members(unittest.TestCase):
         with self.assertRaises(robocomp.StartError) as caught:
             self.start("rack", rack, "--members", "served=front,back")
         self.assertIn("it lists `back`, which the worker does not open", str(caught.exception))
+
+    def test_no_member_is_opened_in_the_first_state_of_a_machine(self):
+        said = queue.SimpleQueue()
+
+        def rack(base):
+            class Rack(base):
+                def initialize(self, ctx):
+                    ctx.served.open_listed()
+
+                def entry_idle(self, ctx):
+                    try:
+                        said.put(ctx.served.open("late"))
+                    except robocomp.MemberError as error:
+                        said.put(str(error))
+                    ctx.stop("done")
+
+                def image(self, ctx, member, image):
+                    pass
+
+                def take(self, ctx, member, text):
+                    return 0
+
+                def put(self, ctx, member, text):
+                    pass
+
+            return Rack
+
+        path = "components/avoider_python/generated/avoider_python/description.json"
+        machine = json.loads((ROOT / path).read_text())["machine"]
+        running = self.start("machine", rack, "--members", "served=front", machine=machine)
+        running.join()
+        self.assertEqual(
+            said.get(timeout=LIMIT),
+            "`served.late` comes too late; open members in `initialize`",
+        )
 
 
 if __name__ == "__main__":

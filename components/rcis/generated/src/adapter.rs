@@ -83,9 +83,19 @@ pub(crate) fn start<W: Worker>(
     values: &Values,
 ) -> Result<Adapter<W>, StartError> {
     let mut ctx = Context::new(core, ports, values)?;
-    let worker = W::initialize(&mut ctx)?;
+    let worker = begin(&mut ctx, ports)?;
     ctx.update_viewer();
     Ok(Adapter { worker, ctx })
+}
+
+/// Creates the worker and ends the opening of members.
+pub(crate) fn begin<W: Worker>(
+    ctx: &mut Context,
+    ports: &Ports,
+) -> Result<W, StartError> {
+    let worker = W::initialize(ctx)?;
+    ports.complete_members()?;
+    Ok(worker)
 }
 
 impl<

@@ -5,7 +5,7 @@
     reason = "calls and samples are kept in tests only"
 )]
 
-use crate::adapter::Worker;
+use crate::adapter::{self, Worker};
 use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::interfaces;
@@ -13,7 +13,7 @@ use crate::parameters::Params;
 use crate::types;
 use rc_runtime::middleware::{DecodeError, Reader};
 use rc_runtime::testing::{self, Configured, Parts, TestBed};
-use rc_runtime::{StartError, State, Time, Values, WorkerError};
+use rc_runtime::{Ports, StartError, State, Time, Values, WorkerError};
 use std::ops::{Deref, DerefMut};
 use std::time::Duration;
 
@@ -30,6 +30,7 @@ pub use rc_runtime::testing::{FakeArray, FakeServer, FakeSubscriber, Fault, in_p
 pub struct TestContext {
     context_: Context,
     bed_: TestBed,
+    ports_: Ports,
     /// The subscribers of the members of `pose_topics`, which keep the samples.
     pub pose_topics: FakeArray<FakeSubscriber<PoseTopicsSample>>,
 }
@@ -75,7 +76,15 @@ impl TestContext {
                 ),
             ),
             bed_: bed,
+            ports_: ports,
         })
+    }
+
+    /// Creates the worker.
+    ///
+    /// No member can be opened afterwards. The open members must be those that the test has listed.
+    pub fn start<W: Worker>(&mut self) -> Result<W, StartError> {
+        adapter::begin(&mut self.context_, &self.ports_)
     }
 
     /// Runs the worker for this time, as its process does: `compute` now and after each period, and in the state Emergency,

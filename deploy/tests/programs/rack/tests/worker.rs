@@ -121,6 +121,25 @@ fn what_is_no_member_is_refused_with_its_reason() {
 }
 
 #[test]
+fn members_are_opened_in_initialize_and_are_those_of_the_network() {
+    let mut test = of(&["front"]);
+    test.start::<SpecificWorker>().expect("a worker");
+    let late = test.lasers.open("late").map(|_| ()).expect_err("too late");
+    assert_eq!(
+        late.to_string(),
+        "`lasers.late` comes too late; open members in `initialize`"
+    );
+    let mut test = of(&["front", "up"]);
+    test.list_members("lasers", &["front", "back"]);
+    let wrong = test.start::<SpecificWorker>().err().expect("an error");
+    let said = wrong.to_string();
+    assert!(
+        said.contains("it lists `back`, which the worker does not open"),
+        "{said}"
+    );
+}
+
+#[test]
 #[should_panic(expected = "`front` is a member of another slot array")]
 fn a_member_of_another_array_is_no_index() {
     let mut test = of(&["front"]);

@@ -17,7 +17,7 @@ use rc_runtime::testing::DefaultReply;
 use rc_runtime::middleware::{DecodeError, Reader};
 use rc_runtime::testing::{self, Configured, Parts, TestBed};
 use rc_runtime::Embedded;
-use rc_runtime::{StartError, State, Time, Values, WorkerError};
+use rc_runtime::{Ports, StartError, State, Time, Values, WorkerError};
 use std::ops::{Deref, DerefMut};
 use std::time::Duration;
 
@@ -34,6 +34,7 @@ pub use rc_runtime::testing::{FakeArray, FakeServer, FakeSubscriber, Fault, in_p
 pub struct TestContext {
     context_: Context,
     bed_: TestBed,
+    ports_: Ports,
     /// The servers of the members of `sources`, as the test answers for them.
     pub sources: FakeArray<SourcesFake>,
     /// The servers of the members of `dds_sources`, as the test answers for them.
@@ -97,7 +98,15 @@ impl TestContext {
                 |bed, member| FakeSubscriber::of_member(bed, 8, member, read_ros_poses),
             ),
             bed_: bed,
+            ports_: ports,
         })
+    }
+
+    /// Creates the worker.
+    ///
+    /// No member can be opened afterwards. The open members must be those that the test has listed.
+    pub fn start<W: Worker>(&mut self) -> Result<W, StartError> {
+        adapter::begin(&mut self.context_, &self.ports_)
     }
 
     /// Runs the worker for this time, as its process does: `compute` now and after each period, and in the state Emergency,
