@@ -113,7 +113,7 @@ impl Codec {
     }
 
     /// Lists the members of the slot array with this name. Says whether there is one.
-    #[allow(
+    #[expect(
         clippy::needless_pass_by_value,
         reason = "a function of Python owns its arguments"
     )]

@@ -35,7 +35,7 @@ fn read(
 /// script that starts this process; empty where there is none. Returns the exit code.
 #[pyfunction]
 #[pyo3(signature = (description, types, context, worker, folder, args, launcher))]
-#[allow(
+#[expect(
     clippy::too_many_arguments,
     reason = "the generated package hands over so much"
 )]
@@ -70,7 +70,7 @@ pub(crate) struct Embedded {
 
 /// Runs a component on a thread of this process. Returns when it runs.
 #[pyfunction]
-#[allow(
+#[expect(
     clippy::needless_pass_by_value,
     reason = "a function of Python owns its arguments"
 )]
