@@ -158,7 +158,8 @@ impl Settings {
             }
         }
         let more = std::env::var_os("PYTHONPATH").unwrap_or_default();
-        for folder in std::env::split_paths(&more) {
+        // A variable without text names no folder; `split_paths` makes an empty path of it.
+        for folder in std::env::split_paths(&more).filter(|_| !more.is_empty()) {
             match folder.join("numpy").metadata() {
                 Ok(_) => return Some(false),
                 Err(error) if error.kind() == ErrorKind::NotFound => {}

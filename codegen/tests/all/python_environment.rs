@@ -223,15 +223,17 @@ fn a_check_runs_no_program_of_the_component() {
 fn a_check_warns_of_an_interpreter_that_cannot_run_the_component() {
     let component = component();
     let folder = component.path();
-    let check = || {
+    let check_with = |python_path: &Path| {
         let mut rcgen = Command::new(env!("CARGO_BIN_EXE_rcgen"));
         rcgen.args(["check", "eyes.cdsl", "--format", "short"]);
         rcgen.current_dir(folder).env_remove("VIRTUAL_ENV");
+        rcgen.env("PYTHONPATH", python_path);
         let output = rcgen.output().expect("rcgen starts");
         let said = String::from_utf8(output.stderr).expect("UTF-8");
         assert_eq!(output.status.code(), Some(0), "{said}");
         said
     };
+    let check = || check_with(Path::new(""));
     let said = check();
     if said.contains("no-python") {
         return skipped(
@@ -252,9 +254,13 @@ fn a_check_warns_of_an_interpreter_that_cannot_run_the_component() {
     script(&own.join("bin/python"), "#!/bin/sh\nexit 1\n");
     fs::create_dir_all(own.join("lib/python3.999/site-packages")).expect("a folder");
     fs::write(own.join("pyvenv.cfg"), "version = 3.999.0\n").expect("a file");
+    // A folder of this name where `rcgen` runs is no package of the component.
+    fs::create_dir(folder.join("numpy")).expect("a folder");
     let said = check();
     assert!(
         said.contains("warning[no-numpy]: `./.venv` has no NumPy"),
         "{said}"
     );
+    let said = check_with(folder);
+    assert!(!said.contains("no-numpy"), "{said}");
 }
