@@ -1,7 +1,7 @@
 //! Two middlewares in one network and in one component: the unchanged `patrol_mixed.ddsl`. And the
 //! unchanged `patrol.ddsl` over ROS 2.
 
-use crate::patrol::of_user;
+use crate::patrol::{assert_unchanged, of_user};
 use crate::site::{PATROL, Ran, Site};
 use crate::{await_well, patrol::END, python, tools};
 use rc_record::bag::Info;
@@ -105,10 +105,7 @@ fn one_component_receives_poses_over_shared_memory_and_over_ros_2() {
     }
     assert_transforms(&site, DOMAIN, None);
     down(&site);
-    assert!(
-        before == of_user(&COMPONENTS),
-        "something of the user has changed"
-    );
+    assert_unchanged(&before, &COMPONENTS);
     for picture in ["patrol.svg", "patrol_ros2.svg"] {
         let picture = site.path("networks").join(picture);
         assert!(picture.exists(), "{} is drawn", picture.display());
@@ -175,10 +172,7 @@ fn the_patrol_runs_over_ros_2_and_its_files_do_not_change() {
     crate::foxglove::look(&site, "the_patrol_runs_over_ros_2");
     down(&site);
     assert_eq!(site.count_in_log("avoider", END), 0);
-    assert!(
-        before == of_user(&COMPONENTS),
-        "something of the user has changed"
-    );
+    assert_unchanged(&before, &COMPONENTS);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::site::{PATROL, Site};
 use crate::{await_errors, await_well, foxglove, place, rcdeploy, tools};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
@@ -85,6 +85,19 @@ pub(crate) fn of_user(components: &[&str]) -> BTreeMap<PathBuf, Vec<u8>> {
     all
 }
 
+/// Asserts that the files of components are as before.
+pub(crate) fn assert_unchanged(before: &BTreeMap<PathBuf, Vec<u8>>, components: &[&str]) {
+    let after = of_user(components);
+    let all = before.keys().chain(after.keys());
+    let changed: BTreeSet<_> = all
+        .filter(|path| before.get(*path) != after.get(*path))
+        .collect();
+    assert!(
+        changed.is_empty(),
+        "files of the user have changed: {changed:?}"
+    );
+}
+
 #[test]
 fn the_patrol_runs_over_dds_and_its_files_do_not_change() {
     let components = ["simulator", "avoider", "pose_monitor"];
@@ -111,10 +124,7 @@ fn the_patrol_runs_over_dds_and_its_files_do_not_change() {
     assert_eq!(up.interrupt(), Some(0));
     site.assert_nothing_left();
     assert_eq!(site.count_in_log("avoider", END), 0);
-    assert!(
-        before == of_user(&components),
-        "something of the user has changed"
-    );
+    assert_unchanged(&before, &components);
     assert!(
         site.path("networks/patrol.svg").exists(),
         "the path is drawn"

@@ -2,11 +2,12 @@
 
 use crate::memory;
 use crate::message::RequestHeader;
+use crate::mutex::lock;
 use crate::notifier::{Listener, Notifier};
 use crate::ports::{CallService, ClientPort, PendingResponse};
 use crate::process_monitor::ProcessMonitor;
 use crate::service::{EventPorts, calls, refusal};
-use crate::session::{PendingCommand, Session, lock};
+use crate::session::{PendingCommand, Session};
 use crate::wait_set::WaitSet;
 use crate::{names, nodes};
 use iceoryx2::identifiers::UniqueNodeId;

@@ -17,6 +17,7 @@ mod leader;
 mod membership;
 mod memory;
 mod message;
+mod mutex;
 mod names;
 mod nodes;
 mod notifier;

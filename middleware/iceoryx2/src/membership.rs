@@ -10,15 +10,15 @@
 //! files, and the first process that joins afterwards does.
 
 use crate::configuration::configuration;
+use crate::mutex::lock;
 use crate::names::Storage;
-use crate::session::{lock, private};
 use crate::{nodes, service_files};
 use rc_middleware::RunDirectory;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::File;
 use std::io::{self, ErrorKind};
-use std::os::unix::fs::MetadataExt;
-use std::path::PathBuf;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, Weak};
 
 /// The memberships of this process.
@@ -133,4 +133,18 @@ impl Drop for Membership {
 
 fn path(directory: &RunDirectory) -> PathBuf {
     directory.path().join("iceoryx2.lock")
+}
+
+/// Creates the folder with access for this user alone; refuses a folder of another user.
+pub(crate) fn private(root: &Path) -> std::io::Result<()> {
+    std::fs::DirBuilder::new()
+        .recursive(true)
+        .mode(0o700)
+        .create(root)?;
+    let found = std::fs::symlink_metadata(root)?;
+    if found.is_dir() && found.uid() == rustix::process::getuid().as_raw() {
+        Ok(())
+    } else {
+        Err(std::io::Error::other("not a folder of this user"))
+    }
 }

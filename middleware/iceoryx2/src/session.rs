@@ -5,16 +5,16 @@ use crate::bounded;
 use crate::cleanup::{CleanupThread, DeadNodes};
 use crate::configuration::configuration;
 use crate::incomplete_files::IncompleteFileRemover;
-use crate::membership::Membership;
+use crate::membership::{Membership, private};
+use crate::mutex::lock;
 use crate::names::Storage;
 use crate::ports::{Node, PendingResponse, Service};
 use iceoryx2::prelude::{
     Config, LogLevel, NodeBuilder, NodeName, SignalHandlingMode, set_log_level,
 };
 use rc_middleware::{Environment, OpenError, now};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, Weak};
 use std::time::{Duration, Instant};
 
 /// Attempts to create the node, which incomplete files may obstruct.
@@ -158,25 +158,6 @@ impl Session {
                     .is_some_and(PendingResponse::is_connected)
             })
         })
-    }
-}
-
-/// Locks. The guarded values are valid even after a panic.
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Creates the folder with access for this user alone; refuses a folder of another user.
-pub(crate) fn private(root: &std::path::Path) -> std::io::Result<()> {
-    std::fs::DirBuilder::new()
-        .recursive(true)
-        .mode(0o700)
-        .create(root)?;
-    let found = std::fs::symlink_metadata(root)?;
-    if found.is_dir() && found.uid() == rustix::process::getuid().as_raw() {
-        Ok(())
-    } else {
-        Err(std::io::Error::other("not a folder of this user"))
     }
 }
 

@@ -9,13 +9,15 @@ use rustix::process::{Signal, kill_process};
 use std::time::{Duration, Instant};
 
 /// The endpoints of the component: names, types, and quality of service.
-const ENDS: [&str; 25] = [
+const ENDS: [&str; 29] = [
     "hears rq/NET/Camera/setCameraInfoRequest sensor_msgs::srv::dds_::SetCameraInfo_Request_ reliable",
     "hears rq/NET/Interop/addRequest example_interfaces::srv::dds_::AddTwoInts_Request_ reliable",
     "hears rq/NET/Interop/consultRequest interop_msgs::srv::dds_::InteropConsult_Request_ reliable",
     "hears rq/NET/Interop/noteRequest interop_msgs::srv::dds_::InteropNote_Request_ reliable",
     "hears rq/NET/Interop/notedRequest interop_msgs::srv::dds_::InteropNoted_Request_ reliable",
     "hears rq/NET/Interop/shiftRequest interop_msgs::srv::dds_::InteropShift_Request_ reliable",
+    "hears rq/NET/Mirror/echoRequest interop_types_msgs::srv::dds_::MirrorEcho_Request_ reliable",
+    "hears rq/NET/Mirror/failRequest interop_types_msgs::srv::dds_::MirrorFail_Request_ reliable",
     "hears rr/NET/CameraDriver/setCameraInfoReply sensor_msgs::srv::dds_::SetCameraInfo_Response_ reliable",
     "hears rr/NET/Oracle/askReply interop_msgs::srv::dds_::OracleAsk_Response_ reliable",
     "hears rr/NET/Oracle/tellReply interop_msgs::srv::dds_::OracleTell_Response_ reliable",
@@ -31,6 +33,8 @@ const ENDS: [&str; 25] = [
     "sends rr/NET/Interop/noteReply interop_msgs::srv::dds_::InteropNote_Response_ reliable",
     "sends rr/NET/Interop/notedReply interop_msgs::srv::dds_::InteropNoted_Response_ reliable",
     "sends rr/NET/Interop/shiftReply interop_msgs::srv::dds_::InteropShift_Response_ reliable",
+    "sends rr/NET/Mirror/echoReply interop_types_msgs::srv::dds_::MirrorEcho_Response_ reliable",
+    "sends rr/NET/Mirror/failReply interop_types_msgs::srv::dds_::MirrorFail_Response_ reliable",
     "sends rt/NET/Archive/keep interop_msgs::msg::dds_::ArchiveKeep_ reliable kept",
     "sends rt/NET/Echoes/echo interop_msgs::msg::dds_::Report_ reliable",
     "sends rt/NET/Gossip/chatter std_msgs::msg::dds_::String_ reliable",

@@ -8,9 +8,6 @@ use innermodel::language::rewrite::{self, Value};
 use innermodel::{Kind, NodeRef, Snapshot};
 use rc_diagnostics::foreign::clean;
 
-/// The question what is added.
-pub(super) const CHOICE: &str =
-    "add: b box, s sphere, c cylinder, k cone, t transform, m mesh; Escape: nothing";
 /// The part of the distance to the camera that a new body is large.
 const PART: f64 = 0.05;
 

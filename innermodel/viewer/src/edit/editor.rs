@@ -1,7 +1,7 @@
 //! The editor without its window: actions of the user become changes of the file.
 
 use super::handles::{self, Drag, Handle, Mode};
-use super::prompt::{Ask, Prompt};
+use super::prompt::{Ask, CHOICE, Prompt};
 use super::source::{OpenError, Source};
 use crate::input::{Input, Key, Modifiers, Pixel, ViewerAction};
 use crate::navigator::Navigator;
@@ -182,7 +182,7 @@ impl Editor {
         overlay::text(&mut image, 4.0, bottom - 24.0, &self.about_selected(&tree));
         let line = match &self.state {
             State::Prompt(prompt) => prompt.line(self.source.units()),
-            State::Add => super::commands::CHOICE.to_owned(),
+            State::Add => CHOICE.to_owned(),
             State::Idle | State::Drag(_) => self.message.clone(),
         };
         overlay::text(&mut image, 4.0, bottom - 12.0, &line);

@@ -2,6 +2,9 @@
 
 use crate::input::Key;
 
+/// The question what is added.
+pub(super) const CHOICE: &str =
+    "add: b box, s sphere, c cylinder, k cone, t transform, m mesh; Escape: nothing";
 /// The most characters of a text.
 const LONGEST: usize = 1000;
 
