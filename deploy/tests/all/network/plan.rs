@@ -11,7 +11,7 @@ const PLAN: &str = include_str!("../../../../components/networks/plan.ddsl");
 const GOAL: [f64; 2] = [0.0, 1800.0];
 const TOLERANCE: f64 = 150.0;
 /// It bounds a hang. How long the way takes depends on the computer.
-const LIMIT: Duration = Duration::from_secs(120);
+const LIMIT: Duration = Duration::from_mins(2);
 
 fn call(site: &Site, operation: &str, request: &str) -> Value {
     json_of(&control(site, operation, request))["result"]["return"].clone()
