@@ -69,8 +69,7 @@ fn files(folder: &Path, all: &mut BTreeMap<PathBuf, Vec<u8>>) {
         let path = entry.path();
         if path.is_dir() {
             files(&path, all);
-        } else if path.extension().is_none_or(|extension| extension != "svg") {
-            // A monitor that is started by hand draws its picture here, which git ignores.
+        } else {
             let bytes = std::fs::read(&path).expect("a file");
             all.insert(path, bytes);
         }
