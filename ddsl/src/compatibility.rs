@@ -2,8 +2,9 @@
 
 use crate::endpoint::{Endpoint, slot};
 use crate::model::{Deployment, Host, Setting};
+use crate::units;
 use rc_cdsl::Component;
-use rc_cdsl::model::{Backend, Qos};
+use rc_cdsl::model::{Backend, Qos, Role};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::canonical::operation_text;
 use rc_settings::qos::{self, Policy};
@@ -48,8 +49,8 @@ impl<'a> CompatibilityChecker<'a> {
         Some(texts)
     }
 
-    /// Whether two endpoints of one interface have equal types, the same middleware and compatible
-    /// quality of service. Reports errors at `span`.
+    /// Whether two endpoints of one interface have equal types and units, the same middleware and
+    /// compatible quality of service. Reports errors at `span`.
     pub(crate) fn check(
         &mut self,
         span: Span,
@@ -58,8 +59,10 @@ impl<'a> CompatibilityChecker<'a> {
         found: &mut Diagnostics,
     ) -> bool {
         let types = self.types(span, consumer, provider, found);
+        // Units of equal types only: the members of others have no counterparts.
+        let units = types && self.units(span, consumer, provider, found);
         let middleware = self.middleware(span, consumer, provider, found);
-        self.qos(span, consumer, provider, found) && types && middleware
+        self.qos(span, consumer, provider, found) && types && units && middleware
     }
 
     fn types(
@@ -99,6 +102,31 @@ impl<'a> CompatibilityChecker<'a> {
             found.push(error);
         }
         false
+    }
+
+    fn units(
+        &self,
+        span: Span,
+        consumer: Endpoint,
+        provider: Endpoint,
+        found: &mut Diagnostics,
+    ) -> bool {
+        let names = [consumer, provider].map(|end| self.name(end));
+        let end = |end: Endpoint, name| {
+            let component = self.components.get(end.instance).copied().flatten()?;
+            let slot = component.slots.get(end.slot)?;
+            Some(units::End {
+                name,
+                library: &component.library,
+                interface: slot.interface,
+                subscribes: slot.role == Role::SubscribesTo,
+            })
+        };
+        let [ours, theirs] = [end(consumer, &names[0]), end(provider, &names[1])];
+        let (Some(ours), Some(theirs)) = (ours, theirs) else {
+            return false;
+        };
+        units::compare(span, ours, theirs, found)
     }
 
     /// The names of the hosts of two endpoints if they differ.

@@ -19,6 +19,7 @@ pub mod model;
 mod parse;
 mod resolve;
 mod settings;
+mod units;
 
 pub use connect::{Connection, ConnectionDiagnostic, Network, connect};
 pub use endpoint::Endpoint;

@@ -22,9 +22,14 @@ impl ModuleResolver<'_> {
                 "unit",
                 Some(Literal {
                     kind: LiteralKind::String(unit),
-                    ..
+                    span,
                 }),
-            ) => member.unit = Some(unit),
+            ) => {
+                if let Some(warning) = rc_syntax::unknown_unit(&unit, span) {
+                    self.report(warning);
+                }
+                member.unit = Some(unit);
+            }
             ("default", Some(value)) => member.default = Some(value),
             ("range", Some(_)) => {
                 let end = |wanted: &str| {

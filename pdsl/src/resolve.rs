@@ -198,7 +198,12 @@ impl<'t> Resolver<'t> {
                         format!("only numbers have a unit; this is of type `{}`", ty.word());
                     self.error("bad-unit", flag.span, message);
                 }
-                FlagKind::Unit(unit) => parameter.unit = Some(unit.clone()),
+                FlagKind::Unit(unit) => {
+                    if let Some(warning) = rc_syntax::unknown_unit(unit, flag.span) {
+                        self.found.push(warning);
+                    }
+                    parameter.unit = Some(unit.clone());
+                }
                 FlagKind::Restart => parameter.restart = true,
                 FlagKind::Secret => parameter.secret = true,
             }

@@ -10,11 +10,13 @@ mod parse_context;
 mod scan;
 mod syntax_error;
 mod trivia;
+mod unit;
 
 pub use format::{Style, format};
 pub use literal::{Literal, LiteralKind, unescape};
 pub use loader::{ImportError, ImportedFile, Loader, MemoryLoader};
 pub use parse_context::{Language, ParseContext, Terminal};
 pub use trivia::Trivia;
+pub use unit::unknown_unit;
 
 pub use rc_diagnostics::Name;

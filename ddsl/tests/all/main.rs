@@ -6,3 +6,4 @@ mod network;
 mod page;
 mod settings;
 mod size;
+mod units;

@@ -20,13 +20,16 @@ const INTERFACES: [(&str, &str); 2] = [
     ),
 ];
 
-/// A component named `name`. If its communications begin with `old`, it has an older definition of
-/// `Laser`.
+/// A component named `name`. Its communications may begin with `[` and another definition of
+/// `Laser`, which ends with `]`.
 fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Component {
     let mut interfaces = INTERFACES;
-    let communications = match communications.strip_prefix("old") {
-        Some(rest) => {
-            interfaces[0].1 = "module L { struct D { long a; }; interface Laser { D get(); }; };";
+    let own = communications
+        .strip_prefix('[')
+        .and_then(|rest| rest.split_once(']'));
+    let communications = match own {
+        Some((laser, rest)) => {
+            interfaces[0].1 = laser;
             rest
         }
         None => communications,
@@ -41,7 +44,8 @@ fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Compo
     let source = sources.add(format!("{name}.cdsl"), cdsl);
     let loader = MemoryLoader::new(interfaces);
     let (component, found) = rc_cdsl::load(sources, &loader, source);
-    assert_eq!(render(sources, &found, Format::Short), "");
+    let found = render(sources, &found, Format::Short);
+    assert!(!found.contains("error["), "{found}");
     component.expect("a component")
 }
 
@@ -189,7 +193,13 @@ fn binds_connect_matching_slots_only() {
 #[test]
 fn both_ends_must_agree_on_type_and_qos() {
     connect(
-        &[("a", "requires Laser;"), ("b", "oldimplements Laser;")],
+        &[
+            ("a", "requires Laser;"),
+            (
+                "b",
+                "[module L { struct D { long a; }; interface Laser { D get(); }; };]implements Laser;",
+            ),
+        ],
         "",
         &expect![[r#"
             n.ddsl:3:11: error[type-mismatch]: `a.Laser` and `b.Laser` have different definitions of `L::Laser`: L::Laser/get differs; first definition at Laser.idsl:1:43; second definition at Laser.idsl:1:44

@@ -1,0 +1,39 @@
+//! What the numbers of a member mean: units of measurement, read from their texts, compared, and
+//! converted exactly.
+//!
+//! A unit is a product of powers of named units: `mm`, `m/s^2`, `kg*m^2`, `rad/s`, `°C`, `%`.
+//! Two units convert into each other if their dimensions are equal.
+//!
+//! ```
+//! use rc_quantity::Unit;
+//!
+//! let sent = Unit::parse("mm/s").unwrap();
+//! let wanted = Unit::parse("m/s").unwrap();
+//! let conversion = sent.conversion_to(&wanted).unwrap();
+//! assert_eq!(conversion.apply(1500.0), 1.5);
+//! assert_eq!(conversion.to_string(), "×1/1000");
+//! assert!(sent.conversion_to(&Unit::parse("rad").unwrap()).is_none());
+//! ```
+//!
+//! The crate allocates nothing and depends on nothing, so that generated code and small
+//! components can link it.
+#![no_std]
+
+#[cfg(test)]
+extern crate std;
+
+mod conversion;
+mod dimension;
+mod parse;
+mod scale;
+mod table;
+#[cfg(test)]
+mod tests;
+mod unit;
+
+pub use conversion::Conversion;
+pub use dimension::{Base, Dimension};
+pub use parse::{MAX_LENGTH, UnitError, UnitProblem};
+pub use scale::Scale;
+pub use table::{NamedUnit, Prefix, UNITS, names};
+pub use unit::Unit;
