@@ -76,7 +76,7 @@ impl Component {
         Ok((Some(component).filter(|_| !found.has_errors()), found))
     }
 
-    /// The same for a component in Python, which has its types in a package of its own.
+    /// Generates a component in Python, which has its types in a package of its own.
     fn of_python(
         project: &Project,
         folder: PathBuf,

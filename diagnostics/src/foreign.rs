@@ -23,14 +23,14 @@ pub fn clean(text: &str) -> String {
     clean_to(text, MOST)
 }
 
-/// The same for bytes; U+FFFD replaces invalid UTF-8.
+/// [`clean`] for bytes. U+FFFD replaces invalid UTF-8.
 pub fn clean_bytes(bytes: &[u8]) -> String {
     // No character is longer than four bytes.
     let some = &bytes[..bytes.len().min(4 * (MOST + 1))];
     clean(&String::from_utf8_lossy(some))
 }
 
-/// The same with another limit, for a text whose kind is longer: a printed line, a type's name.
+/// [`clean`] with another limit, for a text whose kind is longer: a printed line, a type's name.
 pub fn clean_to(text: &str, most: usize) -> String {
     let mut out = String::with_capacity(text.len().min(most));
     let mut count = 0;
@@ -60,7 +60,8 @@ pub fn clean_to(text: &str, most: usize) -> String {
     out
 }
 
-/// The same for a text of several lines, which it keeps: a reason with the last lines of a log.
+/// [`clean_to`] for a text of several lines, such as a reason with the end of a log. Keeps the
+/// lines.
 pub fn clean_lines(text: &str, most: usize) -> String {
     let mut left = most;
     let mut lines = Vec::new();

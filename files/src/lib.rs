@@ -44,7 +44,7 @@ pub fn replace(path: &Path, old: &str, new: &str) -> io::Result<()> {
     replace_keeping(path, old, new, 0o7777)
 }
 
-/// The same for a new text with secrets: other users lose their permissions.
+/// [`replace`] for a new text with secrets: other users lose their permissions.
 ///
 /// # Errors
 /// As [`replace`].

@@ -292,7 +292,7 @@ impl<'s> NodeRef<'s> {
         &self.data.kind
     }
 
-    /// The same, for those who keep it. It is another one after each change of the node.
+    /// The kind, to keep. Each change of the node makes another one.
     pub fn shared_kind(&self) -> &'s Arc<Kind> {
         &self.data.kind
     }

@@ -45,7 +45,7 @@ impl RunDirectory {
         Self::open_below(&base(), network, rustix::process::getuid().as_raw())
     }
 
-    /// The same in `base`, for a user.
+    /// Opens the run directory in `base`, for a user.
     fn open_below(base: &Path, network: &str, uid: u32) -> io::Result<Self> {
         let path = base.join(network);
         let created = make_private(base).and_then(|()| make_private(&path));

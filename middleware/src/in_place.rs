@@ -117,7 +117,7 @@ pub fn filled<T>(items: &[T], length: u32) -> &[T] {
     &items[..items.len().min(length as usize)]
 }
 
-/// The same, for writing.
+/// The filled part of `items`, for writing.
 #[inline]
 pub fn filled_mut<T>(items: &mut [T], length: u32) -> &mut [T] {
     let length = items.len().min(length as usize);

@@ -44,8 +44,8 @@ use std::time::Duration;
 /// How long a component that ends waits for its last messages to arrive.
 const LINGER: Duration = Duration::from_millis(100);
 
-/// The same for one that leaves a source of time, which would wait for it if the last message did
-/// not arrive.
+/// The linger of a component that leaves a source of time. The source would wait for it if the last
+/// message did not arrive.
 const LEAVE_LINGER: Duration = Duration::from_secs(2);
 
 /// Runs a component with the command line of this process, until it ends. Returns the exit code.
@@ -61,9 +61,9 @@ fn own_program() -> PathBuf {
     std::env::current_exe().unwrap_or_default()
 }
 
-/// The same with these arguments instead of the command line of this process. `program` is the one
-/// that repeats an exact recording of the component; empty where there is none. Returns the number
-/// of the exit code.
+/// [`run`] with these arguments instead of the command line of this process. `program` repeats an
+/// exact recording of the component; it is empty where there is none. Returns the number of the
+/// exit code.
 pub fn run_with<C: Component>(
     description: &'static Description,
     start: impl Start<C>,
@@ -175,7 +175,7 @@ pub fn embed<C: Component + 'static>(
     embed_with_defaults(description, start, &[], args)
 }
 
-/// The same, but a call that no server takes gets the reply of its slot in `defaults`.
+/// [`embed`], but a call that no server takes gets the reply of its slot in `defaults`.
 pub fn embed_with_defaults<C: Component + 'static>(
     description: &'static Description,
     start: impl Start<C> + Send + 'static,

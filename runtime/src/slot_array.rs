@@ -101,7 +101,7 @@ impl<E> SlotArray<E> {
         self.members.iter().zip(&self.ends)
     }
 
-    /// The same, to call or to publish.
+    /// The members with their ends, to call or to publish.
     pub fn iter_mut(&mut self) -> impl ExactSizeIterator<Item = (&Member, &mut E)> {
         self.members.iter().zip(&mut self.ends)
     }

@@ -139,7 +139,7 @@ fn cargo_with(args: &[&str], environment: &[(&str, &str)]) -> Result<(), String>
     outcome(args, status)
 }
 
-/// The same for tests; prints the twenty slowest ones at the end.
+/// Runs tests with cargo, and prints the twenty slowest ones at the end.
 fn cargo_timed(args: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
     let mut timings = Timings::new(threads());
     let child = cargo_command(args, environment)

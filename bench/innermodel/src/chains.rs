@@ -1,4 +1,4 @@
-//! The same chain of joints for both libraries.
+//! A chain of joints, for both libraries.
 
 use innermodel::InnerModel;
 use innermodel::language::{Document, print};
@@ -39,7 +39,7 @@ impl Chain {
         InnerModel::from_document(&self.document()).expect("a tree")
     }
 
-    /// The same chain in URDF.
+    /// The chain as URDF.
     pub(crate) fn urdf_text(&self) -> String {
         innermodel_exchange::urdf::write(&self.document(), "chain").0
     }

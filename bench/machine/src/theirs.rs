@@ -1,4 +1,4 @@
-//! The same machines with `statig`. It has no regions: two machines take the event one after the
+//! The machines of `ours`, with `statig`. It has no regions: two machines take the event one after the
 //! other.
 
 use crate::Stepped;

@@ -46,7 +46,7 @@ fn hexadecimal(c: char) -> String {
     format!("\\x{:02x}", u32::from(c))
 }
 
-/// The same, or with this line where there is no documentation.
+/// A docstring of `lines`, or of `otherwise` if there is no documentation.
 pub(crate) fn docstring_or(indent: usize, lines: &[String], otherwise: String) -> String {
     let text = docstring(indent, lines);
     if text.is_empty() {

@@ -47,7 +47,7 @@ pub(crate) fn of(view: &view::Component, slot: &view::Slot, interface: &Interfac
         .collect()
 }
 
-/// The same as the user's file writes them: with names that the package exports.
+/// The handlers as the user's file writes them, with names that the package exports.
 pub(crate) fn of_user(
     view: &view::Component,
     slot: &view::Slot,

@@ -206,7 +206,7 @@ impl<'a> Types<'a> {
         }))
     }
 
-    /// The same of a type.
+    /// The default value of a type, as an expression.
     pub(crate) fn default_of_type(&self, ty: &Type, path: types::Path) -> String {
         expression(types::of_type(ty, path, &|module, name| {
             self.first(module, name)

@@ -28,7 +28,7 @@ pub(crate) fn annotation(ty: &Type, path: Path) -> String {
     }
 }
 
-/// The same of a member, which may be optional.
+/// The annotation of a member, which may be optional.
 pub(crate) fn member(member: &Member, path: Path) -> String {
     let ty = annotation(&member.ty, path);
     if member.optional {

@@ -47,7 +47,7 @@ pub(crate) fn owned(ty: &Type, path: Path) -> String {
     }
 }
 
-/// The same of a member, which may be optional.
+/// The owned type of a member, which may be optional.
 pub(crate) fn member(member: &Member, path: Path) -> String {
     let ty = owned(&member.ty, path);
     if member.optional {

@@ -19,7 +19,7 @@ fn reply<T, E: From<InnerModelError>>(result: Result<T, Refusal>) -> Result<T, E
     result.map_err(|refusal| InnerModelError::from(refusal).into())
 }
 
-/// The same for a result of the tree.
+/// The reply for a result of the tree.
 fn of_tree<T, E: From<InnerModelError>>(result: Result<T, innermodel::Error>) -> Result<T, E> {
     reply(result.map_err(Refusal::Tree))
 }

@@ -17,7 +17,7 @@ pub struct SpecificWorker {
     motors: Vec<Motor>,
     /// The moment of which the motors tell.
     now: Instant,
-    /// The same moment, in the words of the interface.
+    /// The moment of the last reading, as the interface writes it.
     time_stamp: String,
 }
 

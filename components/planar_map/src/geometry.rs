@@ -75,7 +75,7 @@ impl Pose {
     }
 }
 
-/// The same angle, from -π (excluded) to π, in rad.
+/// The equal angle from -π (excluded) to π, in rad.
 pub fn wrapped(angle: f64) -> f64 {
     let rest = angle.rem_euclid(TAU);
     if rest > PI { rest - TAU } else { rest }

@@ -46,7 +46,7 @@ mod tests {
         ]
     }
 
-    /// The same by rotation matrices: about z, then y, then x.
+    /// Rotates a point by matrices: about z, then y, then x.
     fn by_matrices([rx, ry, rz]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
         let (s, c) = rz.sin_cos();
         let (x, y) = (c * x - s * y, s * x + c * y);

@@ -29,7 +29,7 @@ pub fn change(
     }
 }
 
-/// The same without a supervisor.
+/// Changes the states of components that no supervisor watches.
 fn by_hand(
     network: &str,
     transition: Transition,

@@ -15,7 +15,7 @@ pub(crate) enum Shape {
     Scan,
     /// Where something is.
     Pose,
-    /// The same as the place of a frame, which carries what the component measures.
+    /// The place of a frame that carries what the component measures.
     Transform,
     /// A picture.
     Image,

@@ -154,7 +154,7 @@ fn named(path: &Path) -> Result<&str, Error> {
     })
 }
 
-/// The same in a list of paths, which colons separate.
+/// The text of a path in a list of paths, which colons separate.
 fn listed(path: &Path) -> Result<&str, Error> {
     let name = named(path)?;
     if name.contains(':') {

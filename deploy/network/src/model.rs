@@ -31,7 +31,7 @@ pub struct Network {
     /// The component of each instance, with a slot for each member of its slot arrays. `None` if
     /// its files could not be read. Instances of one component without arrays share it.
     pub projects: Vec<Option<Rc<Project>>>,
-    /// The same as its files declare it, with the arrays: what code is generated from.
+    /// The components as their files declare them, with slot arrays: code is generated from these.
     pub(crate) declared: Vec<Option<Rc<Project>>>,
     /// The connections.
     pub connections: Connections,

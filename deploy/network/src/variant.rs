@@ -255,7 +255,7 @@ fn absolute(dependencies: &mut dyn TableLike, folder: &Path) {
     }
 }
 
-/// The same for all dependencies of a package.
+/// Makes the paths of all dependencies of a package absolute.
 fn absolute_in(manifest: &mut DocumentMut, folder: &Path) {
     let mut tables: Vec<&mut dyn TableLike> = Vec::new();
     for (key, item) in manifest.iter_mut() {

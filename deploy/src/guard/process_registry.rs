@@ -144,7 +144,7 @@ pub fn recover(directory: &RunDirectory, cleanup: &dyn Fn()) -> Result<Recovered
     Ok(found)
 }
 
-/// The same for the holder of the lock, which keeps the directory.
+/// Recovers for the holder of the lock, which keeps the directory.
 pub(crate) fn recover_locked(lock: &Lock, cleanup: &dyn Fn()) -> Result<Recovered, Error> {
     let directory = lock.directory().path();
     let Some(registry) = ProcessRegistry::read(directory) else {

@@ -61,8 +61,8 @@ pub(crate) fn distance(solid: &Solid, ray: &Ray, most: f64) -> Option<f64> {
     Some(tree.meet(mesh, &local, most)?.0)
 }
 
-/// The same, and the normal of the surface in the root, of any length. It is 0 where the ray starts
-/// in the body.
+/// The distance, and the normal of the surface in the root, of any length. The normal is 0 if the
+/// ray starts in the body.
 pub(crate) fn meet(solid: &Solid, ray: &Ray, most: f64) -> Option<(f64, Meters)> {
     if let Kind::Solid(round) = solid.kind() {
         return closed_form(round.shape, solid, ray, most);

@@ -118,7 +118,7 @@ impl Placement {
         }
     }
 
-    /// The same place with other axes and another unit of length.
+    /// The place, with other axes and another unit of length.
     pub(crate) fn changed(&self, axes: &Matrix, scale: f64) -> Self {
         Self {
             rotation: product(&product(axes, &self.rotation), &transposed(axes)),

@@ -207,7 +207,7 @@ impl Kind {
         }
     }
 
-    /// The same, to change it.
+    /// The signal of the node, to change it.
     pub fn signal_mut(&mut self) -> Option<&mut Signal> {
         match self {
             Self::TouchSensor(touch) => Some(&mut touch.signal),

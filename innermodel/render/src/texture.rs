@@ -190,7 +190,7 @@ fn from_jpeg(bytes: &[u8], left: usize) -> Result<Texture, TextureError> {
 /// Look of a surface.
 #[derive(Clone, Copy)]
 pub(crate) enum Paint<'c> {
-    /// The same everywhere.
+    /// One colour everywhere.
     Colour([u8; 3]),
     /// Each side of a box shows a picture, upright as seen from outside.
     Box {

@@ -66,6 +66,6 @@ pub trait Dynamics: Debug + Send {
     /// A number that differs, but for chance, where speeds differ.
     fn digest(&self) -> u64;
 
-    /// The same for a world that is cloned. Speeds are kept; contacts begin anew.
+    /// A copy for a cloned world. Speeds are kept; contacts begin anew.
     fn duplicate(&self) -> Box<dyn Dynamics>;
 }

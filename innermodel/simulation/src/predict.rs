@@ -35,7 +35,7 @@ impl World {
         self.predict_while(id, speed, time, || true)
     }
 
-    /// The same, for callers who cannot wait long: before each step, `goes_on` decides.
+    /// [`World::predict`] for callers with a limit: before each step, `goes_on` decides.
     ///
     /// # Errors
     /// [`Error::Interrupted`] if it said no.

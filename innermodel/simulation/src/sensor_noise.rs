@@ -43,7 +43,7 @@ impl<'s> SensorNoise<'s> {
         (!self.is_lost()).then_some(measured)
     }
 
-    /// The same for a value that is not lost.
+    /// The measured value, never lost.
     pub(crate) fn inexact(&mut self, value: f64) -> f64 {
         let Signal { noise, quantum, .. } = *self.signal;
         let mut measured = value + self.bias;

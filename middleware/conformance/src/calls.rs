@@ -217,7 +217,7 @@ pub fn calls_of_different_types_refuse_each_other(subject: &dyn Subject) {
     assert_eq!(refused, Some(mismatch(&theirs.types, &ours.types)));
 }
 
-/// The same address in two networks is not connected.
+/// Equal addresses in two networks are not connected.
 pub fn networks_are_separate(subject: &dyn Subject) {
     let (network, elsewhere) = (Network::new(subject), Network::new(subject));
     let address = endpoint("default/Motor");

@@ -230,7 +230,7 @@ pub fn a_closing_server_ends_queued_calls(subject: &dyn Subject) {
     });
 }
 
-/// The same after the server has taken the request and before it handles it.
+/// A server that closes after it has taken a request, and before it handles it, ends the call.
 pub fn a_closing_server_ends_accepted_calls(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");

@@ -75,7 +75,7 @@ impl<'a> Network<'a> {
         Box::new(Enveloping(backend))
     }
 
-    /// The same, with requests and replies in envelopes.
+    /// [`Network::join`], with requests and replies in envelopes.
     pub fn join_bare(&self, instance: &str) -> Box<dyn Backend> {
         let environment = self.environment(instance);
         self.subject.connect(&environment).expect("the network")
@@ -95,7 +95,7 @@ impl<'a> Network<'a> {
         serving_on(&|| self.join("server"), endpoint, handler, body)
     }
 
-    /// The same, with requests and replies in envelopes.
+    /// [`Network::serving`], with requests and replies in envelopes.
     pub fn serving_bare<R>(
         &self,
         endpoint: &Endpoint,
@@ -199,7 +199,7 @@ pub fn serve_until(server: &mut dyn Server, stop: &WakeEvent, handler: &Handler<
     });
 }
 
-/// The same, with a handler that may lend memory for its reply.
+/// [`serve_until`] with a handler that may lend memory for its reply.
 pub fn serve_replies_until(
     server: &mut dyn Server,
     stop: &WakeEvent,

@@ -13,7 +13,7 @@ const DIVIDE: Operation = Operation {
     two_way: true,
     replies: &[ReplyVariant::of::<i32>(BY_ZERO), ReplyVariant::of::<i32>(0)],
 };
-/// The same, from an IDSL that differs.
+/// `divide` of an IDSL that differs.
 const OTHER_DIVIDE: Operation = Operation {
     type_hash: 8,
     ..DIVIDE

@@ -19,7 +19,7 @@ use std::time::Duration;
 /// How long a request waits until its client can be reached. A client whose reader was not found by
 /// then has none.
 const HOLD: Duration = Duration::from_millis(200);
-/// The same, of a component, which has one.
+/// How long a request of a component waits, which has a reader of replies.
 const HOLD_COMPONENT: Duration = Duration::from_secs(5);
 
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsServer, OpenError> {

@@ -59,7 +59,7 @@ impl DeadNodes {
         self.clean_since(self.rounds(), goes_on, |_| false)
     }
 
-    /// The same until some nodes were removed, for an opening that tries again then.
+    /// Cleans until some nodes were removed, for an opening that tries again then.
     pub(crate) fn clean_some(&self, goes_on: impl FnMut(Option<&str>) -> bool) -> (usize, bool) {
         self.clean_since(self.rounds(), goes_on, |removed| removed > 0)
     }

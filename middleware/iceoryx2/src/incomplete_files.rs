@@ -26,8 +26,8 @@ use std::time::{Duration, Instant, SystemTime};
 pub(crate) const CREATION: Duration = Duration::from_millis(500);
 /// Pause between two searches while files are created or removed.
 const INTERVAL: Duration = Duration::from_millis(250);
-/// The same while nothing happens: the kernel announces a new file. It is shorter than the lease of
-/// the leader, which a search renews.
+/// The pause while nothing happens: the kernel announces a new file. It is shorter than the lease
+/// of the leader, which a search renews.
 const RENEWAL: Duration = Duration::from_millis(500);
 /// Pause between two looks of a process that does not lead: longer than a renewal, which shows that
 /// the leader is alive.

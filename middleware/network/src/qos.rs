@@ -37,7 +37,7 @@ pub(crate) fn contract(qos: &Qos<'_>) -> QosContract {
     }
 }
 
-/// The same of an endpoint that was discovered.
+/// The contract of an endpoint that was discovered.
 pub(crate) fn contract_of(end: &End) -> QosContract {
     QosContract {
         reliable: end.reliable,

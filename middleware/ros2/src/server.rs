@@ -23,7 +23,7 @@ use std::time::Duration;
 /// How long a request waits until its client can be reached. A client whose reader was not found by
 /// then has none.
 const HOLD: Duration = Duration::from_millis(200);
-/// The same, of a client that names its reader.
+/// How long a request waits whose client names its reader.
 const HOLD_NAMED: Duration = Duration::from_secs(5);
 /// How long a request of a component waits for an earlier one, to another operation.
 const ORDER: Duration = Duration::from_millis(50);

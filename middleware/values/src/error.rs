@@ -64,7 +64,7 @@ impl ValueError {
         }
     }
 
-    /// The same error, seen from the structure that has the member `name`.
+    /// The error as the structure sees it that has the member `name`.
     pub(crate) fn in_member(mut self, name: &str) -> Self {
         let dot = if self.path.is_empty() || self.path.starts_with('[') {
             ""
@@ -75,7 +75,7 @@ impl ValueError {
         self
     }
 
-    /// The same error, seen from the sequence that has the element `at`.
+    /// The error as the sequence sees it that has the element `at`.
     pub(crate) fn in_element(mut self, at: impl fmt::Display) -> Self {
         let dot = if self.path.is_empty() || self.path.starts_with('[') {
             ""

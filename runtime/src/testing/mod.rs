@@ -83,7 +83,7 @@ pub fn configured(description: &'static Description) -> Result<Configured, Start
     configured_by(description, None)
 }
 
-/// The same with the configuration in `file`.
+/// [`configured`] with the configuration in `file`.
 pub fn configured_by(
     description: &'static Description,
     file: Option<PathBuf>,

@@ -149,8 +149,7 @@ impl<T: Clone + 'static> FakeServer<T> {
         self.calls.borrow().clone()
     }
 
-    /// The same, and forgets them. A long test takes them now and then, since all are kept until
-    /// then.
+    /// Takes them. A long test does so now and then, since all are kept until then.
     pub fn take_calls(&self) -> Vec<T> {
         self.calls.take()
     }

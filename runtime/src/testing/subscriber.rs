@@ -85,8 +85,7 @@ impl<T: Clone + 'static> FakeSubscriber<T> {
         self.samples.borrow().clone()
     }
 
-    /// The same, and forgets them. A long test takes them now and then, since all are kept until
-    /// then.
+    /// Takes them. A long test does so now and then, since all are kept until then.
     pub fn take_samples(&self) -> Vec<T> {
         self.samples.take()
     }

@@ -46,7 +46,7 @@ pub(crate) fn finish(command: Command, limit: Duration) -> Result<(Duration, Str
     Ok((ended.took, ended.errors))
 }
 
-/// The same, but returns its output on stdout.
+/// [`finish`], but returns the output on stdout.
 pub(crate) fn output(command: Command, limit: Duration) -> Result<String, Failure> {
     let stdout = tempfile::tempfile()?;
     end_of(command, limit, stdout.try_clone()?.into())?;

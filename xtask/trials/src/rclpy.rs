@@ -39,8 +39,8 @@ const IMAGE: u64 = 1 << 20;
 const PERIOD: u32 = 33;
 /// Memory that may come between the second and the last quarter of a soak, in MB.
 const GROWTH: f64 = 1.0;
-/// The same of a short soak. Fast DDS counts a killed peer as alive for 20 s, so the memory of such
-/// peers grows at first.
+/// The limit of growth in a short soak. Fast DDS counts a killed peer as alive for 20 s, so the
+/// memory of such peers grows at first.
 const EARLY_GROWTH: f64 = 8.0;
 /// From this length on, in seconds, a soak is not short.
 const LONG: u64 = 80;

@@ -55,7 +55,7 @@ struct Plan {
 pub(crate) enum Middleware {
     /// The one of the committed generated code.
     Iceoryx2,
-    /// The same components as variants.
+    /// The components as variants for DDS.
     Dds,
     Ros2,
 }

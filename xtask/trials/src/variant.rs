@@ -21,7 +21,7 @@ pub(crate) const DDS: [&str; 6] = [
     "dds.interfaces=lo",
 ];
 
-/// The same for ROS 2.
+/// The settings for ROS 2.
 pub(crate) const ROS2: [&str; 6] = [
     "--set-middleware",
     "ros2.lease=10s",

@@ -83,8 +83,8 @@ pub(crate) fn ranks(items: &[Item], nets: &[LevelNet]) -> Vec<usize> {
     folded(items, &rank)
 }
 
-/// The same columns without empty ones, and several in the place of one that is far higher than the
-/// picture is wide.
+/// Removes empty columns, and breaks a column that is far higher than the picture is wide into
+/// several.
 fn folded(items: &[Item], rank: &[usize]) -> Vec<usize> {
     let room = |item: &Item| f64::from(item.width + 60) * f64::from(item.height + 30);
     let area: f64 = items.iter().map(room).sum();

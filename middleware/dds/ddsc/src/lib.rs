@@ -332,7 +332,7 @@ impl Writer {
         Ok(())
     }
 
-    /// The same, with an identity beside the body, in the inline quality of service.
+    /// Writes a sample with an identity beside the body, in the inline quality of service.
     pub fn write_related(
         &self,
         sequence: u64,

@@ -44,7 +44,7 @@ impl Loan {
         }
     }
 
-    /// The same, for reading.
+    /// The memory, for reading.
     pub fn bytes(&self) -> &[u8] {
         // SAFETY: as above.
         unsafe { std::slice::from_raw_parts(self.body.sub(BEFORE_BODY), BEFORE_BODY + self.size) }

@@ -1,4 +1,4 @@
-//! The same network under rcdeploy, which restarts killed components. Sometimes the supervisor or
+//! The network of `ground` under rcdeploy, which restarts killed components. Sometimes the supervisor or
 //! its guard is killed.
 
 use super::ground::{END, Ground, LOOK, NAMES, NETWORK, RECOVERY};
