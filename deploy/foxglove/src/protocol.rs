@@ -178,7 +178,7 @@ pub(crate) fn parameter(name: &str, value: &Json) -> Json {
     parameter
 }
 
-/// How bad it is what a status says.
+/// The severity of a status.
 #[derive(Clone, Copy)]
 pub(crate) enum Level {
     Warning = 1,

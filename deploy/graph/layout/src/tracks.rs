@@ -77,7 +77,7 @@ fn span(layers: &Layers, wire: &Wire) -> (i32, i32) {
     (all().min().unwrap_or(0), all().max().unwrap_or(0))
 }
 
-/// How bad it is if the first wire runs left of the second one.
+/// The cost if the first wire runs left of the second one.
 fn cost(one: &(Vec<i32>, Vec<i32>), other: &(Vec<i32>, Vec<i32>)) -> usize {
     let crossing = |ys: &[i32], of: &(Vec<i32>, Vec<i32>)| {
         let all = || of.0.iter().chain(&of.1).copied();
