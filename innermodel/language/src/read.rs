@@ -67,11 +67,12 @@ fn root(text: XmlSource<'_>, root: roxmltree::Node<'_, '_>, found: &mut Diagnost
     let name = root.tag_name().name();
     if !name.eq_ignore_ascii_case(elements::ROOT) {
         let message = format!("expected `<{}>`, found `<{name}>`", elements::ROOT);
-        found.push(Diagnostic::error(
-            "not-an-innermodel",
-            text.tag(root),
-            message,
-        ));
+        let error = Diagnostic::error("not-an-innermodel", text.tag(root), message);
+        found.push(if name == "robot" {
+            error.help("this is a URDF: `rcgen import FILE --out FILE.xml` makes an InnerModel file of it")
+        } else {
+            error
+        });
     }
 }
 

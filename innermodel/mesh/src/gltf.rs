@@ -1,16 +1,22 @@
 //! glTF 2.0, as `.gltf` with its buffers and as `.glb`: the triangles of the scene, with the
-//! transforms of their nodes, and with `Looks` their base colours. The buffers are files beside it,
-//! or inside as base64.
+//! transforms of their nodes, and with `Looks` their base colours. Morph targets have the weights
+//! of the file, skins the pose of their joints. The buffers are files beside it, or inside as
+//! base64.
 
+mod accessors;
 mod materials;
+mod skins;
 
 use crate::looks::Looks;
 use crate::{MeshError, TriangleMesh};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use rc_diagnostics::foreign::clean;
 use serde::Deserialize;
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::path::Path;
+use std::rc::Rc;
 
 /// Values of `mode`: how the corners of a primitive form triangles.
 const TRIANGLES: u32 = 4;
@@ -31,9 +37,11 @@ struct Root {
     scenes: Vec<Scene>,
     nodes: Vec<Node>,
     meshes: Vec<Mesh>,
-    accessors: Vec<Accessor>,
-    buffer_views: Vec<View>,
+    accessors: Vec<accessors::Accessor>,
+    buffer_views: Vec<accessors::View>,
     buffers: Vec<Buffer>,
+    skins: Vec<skins::Skin>,
+    extensions_required: Vec<String>,
     #[serde(flatten)]
     look: materials::Tables,
 }
@@ -49,6 +57,8 @@ struct Scene {
 struct Node {
     children: Vec<usize>,
     mesh: Option<usize>,
+    skin: Option<usize>,
+    weights: Option<Vec<f64>>,
     matrix: Option<[f64; 16]>,
     translation: Option<[f64; 3]>,
     rotation: Option<[f64; 4]>,
@@ -58,6 +68,8 @@ struct Node {
 #[derive(Deserialize)]
 struct Mesh {
     primitives: Vec<Primitive>,
+    #[serde(default)]
+    weights: Vec<f64>,
 }
 
 #[derive(Deserialize)]
@@ -66,39 +78,12 @@ struct Primitive {
     indices: Option<usize>,
     material: Option<usize>,
     mode: Option<u32>,
+    #[serde(default)]
+    targets: Vec<Attributes>,
 }
 
-#[derive(Deserialize)]
-struct Attributes {
-    #[serde(rename = "POSITION")]
-    position: Option<usize>,
-    #[serde(rename = "TEXCOORD_0")]
-    first_places: Option<usize>,
-    #[serde(rename = "TEXCOORD_1")]
-    second_places: Option<usize>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Accessor {
-    buffer_view: Option<usize>,
-    #[serde(default)]
-    byte_offset: usize,
-    component_type: u32,
-    #[serde(default)]
-    normalized: bool,
-    count: usize,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct View {
-    buffer: usize,
-    #[serde(default)]
-    byte_offset: usize,
-    byte_length: usize,
-    byte_stride: Option<usize>,
-}
+/// Accessors by their names: `POSITION`, `TEXCOORD_0`.
+type Attributes = HashMap<String, usize>;
 
 #[derive(Deserialize)]
 struct Buffer {
@@ -115,15 +100,23 @@ pub(crate) fn read(
     looks: Option<&mut Looks>,
 ) -> Result<TriangleMesh, MeshError> {
     let (json, binary) = parts(bytes)?;
-    let root: Root = serde_json::from_slice(json).map_err(|e| wrong(&e.to_string()))?;
+    let root = root(json)?;
+    let shape = root.extensions_required.iter();
+    let mut shape = shape.filter(|name| !is_read(name) && !is_look(name));
+    if let Some(name) = shape.next() {
+        return Err(MeshError::Wrong(format!(
+            "the shape needs the extension `{}`, which is not read; export the file without it",
+            clean(name)
+        )));
+    }
     let mut buffers = Vec::new();
     let mut left = crate::LARGEST;
     for buffer in &root.buffers {
         let bytes = match &buffer.uri {
             None => Cow::Borrowed(binary.ok_or_else(|| wrong("a buffer has no file"))?),
-            Some(uri) => Cow::Owned(match base64(uri)? {
+            Some(uri) => Cow::Owned(match inside(uri)? {
                 Some(bytes) => bytes,
-                None => crate::bytes_up_to(&folder.join(decoded(uri)), left).map_err(total)?,
+                None => crate::bytes_up_to(&folder.join(name_of(uri)), left).map_err(total)?,
             }),
         };
         // A file may be named many times: all together are as large as one may be.
@@ -141,6 +134,9 @@ pub(crate) fn read(
         mesh: TriangleMesh::default(),
         looks,
         visited: 0,
+        moved: 0,
+        skins: HashMap::new(),
+        parents: Vec::new(),
     };
     reader.materials(folder);
     let identity = [
@@ -158,6 +154,49 @@ pub(crate) fn read(
     Ok(reader.mesh)
 }
 
+/// Whether a required extension is read.
+fn is_read(name: &str) -> bool {
+    name == "KHR_mesh_quantization"
+}
+
+/// Whether an extension only says how a mesh looks.
+fn is_look(name: &str) -> bool {
+    let families = [
+        "KHR_materials_",
+        "KHR_texture_",
+        "KHR_lights_",
+        "EXT_texture_",
+        "EXT_lights_",
+        "KHR_xmp",
+    ];
+    families.iter().any(|family| name.starts_with(family))
+}
+
+/// The tables of a file. Those of another version differ, so the version explains an error first.
+fn root(json: &[u8]) -> Result<Root, MeshError> {
+    #[derive(Deserialize)]
+    struct Head {
+        asset: Asset,
+    }
+    #[derive(Deserialize)]
+    #[serde(rename_all = "camelCase")]
+    struct Asset {
+        version: String,
+        min_version: Option<String>,
+    }
+    let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
+    let head: Option<Head> = serde_json::from_slice(json).ok();
+    let version = head.map(|head| head.asset.min_version.unwrap_or(head.asset.version));
+    if let Some(version) = version.filter(|version| version.split('.').next() != Some("2")) {
+        return Err(other_version(&clean(&version)));
+    }
+    serde_json::from_slice(json).map_err(|e| wrong(&e.to_string()))
+}
+
+fn other_version(version: &str) -> MeshError {
+    MeshError::Wrong(format!("expected version 2.0 of glTF, found {version}"))
+}
+
 /// A limit of what is left is one of all files.
 fn total(error: MeshError) -> MeshError {
     match error {
@@ -167,16 +206,27 @@ fn total(error: MeshError) -> MeshError {
 }
 
 /// The bytes that a URI contains. `None` if it names a file.
-fn base64(uri: &str) -> Result<Option<Vec<u8>>, MeshError> {
-    let text = uri
+fn inside(uri: &str) -> Result<Option<Vec<u8>>, MeshError> {
+    let Some((form, content)) = uri
         .strip_prefix("data:")
-        .and_then(|rest| rest.split_once(";base64,"));
-    let bytes = text.map(|(_, text)| STANDARD.decode(text));
-    bytes.transpose().map_err(|e| wrong(&e.to_string()))
+        .and_then(|uri| uri.split_once(','))
+    else {
+        return Ok(None);
+    };
+    if !form.ends_with(";base64") {
+        return Ok(Some(decoded(content)));
+    }
+    let bytes = STANDARD.decode(content);
+    bytes.map(Some).map_err(|e| wrong(&e.to_string()))
 }
 
-/// The name of a file in a URI, in which `%20` is a blank.
-fn decoded(uri: &str) -> String {
+/// The name of a file in a URI.
+fn name_of(uri: &str) -> String {
+    String::from_utf8_lossy(&decoded(uri)).into_owned()
+}
+
+/// The bytes of a text in a URI, in which `%20` is a blank.
+fn decoded(uri: &str) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut rest = uri.as_bytes();
     while let [first, after @ ..] = rest {
@@ -186,7 +236,7 @@ fn decoded(uri: &str) -> String {
         bytes.push(code.unwrap_or(*first));
         rest = if code.is_some() { &after[2..] } else { after };
     }
-    String::from_utf8_lossy(&bytes).into_owned()
+    bytes
 }
 
 fn wrong(what: &str) -> MeshError {
@@ -199,13 +249,29 @@ fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshError> {
         return Ok((bytes, None));
     }
     let cut = || wrong("the file is cut");
-    let chunk = |at: usize| {
-        let length = bytes.get(at..at + 4).and_then(|b| b.try_into().ok());
-        let length = u32::from_le_bytes(length?) as usize;
-        bytes.get(at + 8..at + 8 + length)
+    let number = |at: usize| {
+        let four = bytes.get(at..at + 4)?.try_into().ok()?;
+        Some(u32::from_le_bytes(four))
     };
-    let json = chunk(12).ok_or_else(cut)?;
-    Ok((json, chunk(20 + json.len().next_multiple_of(4))))
+    let version = number(4).ok_or_else(cut)?;
+    if version != 2 {
+        return Err(other_version(&version.to_string()));
+    }
+    if number(8).ok_or_else(cut)? as usize > bytes.len() {
+        return Err(cut());
+    }
+    let chunk = |at: usize| {
+        let length = number(at)? as usize;
+        let form = bytes.get(at + 4..at + 8)?;
+        Some((form, bytes.get(at + 8..at + 8 + length)?))
+    };
+    let (form, json) = chunk(12).ok_or_else(cut)?;
+    if form != b"JSON" {
+        return Err(wrong("the first chunk of the file is not JSON"));
+    }
+    let next = chunk(20 + json.len().next_multiple_of(4));
+    let binary = next.filter(|(form, _)| form == b"BIN\0");
+    Ok((json, binary.map(|(_, bytes)| bytes)))
 }
 
 struct Reader<'r> {
@@ -214,6 +280,12 @@ struct Reader<'r> {
     mesh: TriangleMesh,
     looks: Option<&'r mut Looks>,
     visited: usize,
+    /// How many vertices morph targets have moved.
+    moved: usize,
+    /// The matrices of the joints of skins.
+    skins: HashMap<usize, Rc<[Matrix]>>,
+    /// The parent of each node. Empty until a skin is read.
+    parents: Vec<Option<usize>>,
 }
 
 impl Reader<'_> {
@@ -243,8 +315,10 @@ impl Reader<'_> {
                     "the scene has more than a million nodes and primitives",
                 ));
             }
+            let weights = node.weights.as_ref().unwrap_or(&mesh.weights);
+            let bones = node.skin.map(|skin| self.skin(skin)).transpose()?;
             for primitive in &mesh.primitives {
-                self.primitive(primitive, &here)?;
+                self.primitive(primitive, &here, weights, bones.as_deref())?;
             }
         }
         for child in &node.children {
@@ -253,8 +327,16 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn primitive(&mut self, primitive: &Primitive, to: &Matrix) -> Result<(), MeshError> {
-        let Some(position) = primitive.attributes.position else {
+    /// Adds a primitive at `to`, with the weights of its morph targets and the matrices of its
+    /// joints.
+    fn primitive(
+        &mut self,
+        primitive: &Primitive,
+        to: &Matrix,
+        weights: &[f64],
+        bones: Option<&[Matrix]>,
+    ) -> Result<(), MeshError> {
+        let Some(&position) = primitive.attributes.get("POSITION") else {
             return Ok(());
         };
         let mode = primitive.mode.unwrap_or(TRIANGLES);
@@ -262,35 +344,34 @@ impl Reader<'_> {
             return Ok(());
         }
         // Before anything is read: strips and fans have three times as many corners as indices.
-        let elements = self
-            .root
-            .accessors
-            .get(primitive.indices.unwrap_or(position));
-        let elements = elements.ok_or_else(|| wrong("data of a mesh are missing"))?;
+        let elements = self.count(primitive.indices.unwrap_or(position))?;
         let count = match mode {
-            TRIANGLES => elements.count / 3,
-            _ => elements.count.saturating_sub(2),
+            TRIANGLES => elements / 3,
+            _ => elements.saturating_sub(2),
         };
         if self.mesh.triangles.len().saturating_add(count) > MAX_TRIANGLES {
             return Err(wrong("the scene has more than 50 million triangles"));
         }
-        let first = self.mesh.vertices.len() as u32;
-        let numbers = self.numbers(position, 3)?;
-        let vertices = numbers.chunks_exact(3).map(|p| {
-            [0, 1, 2]
-                .map(|row| to[row][0] * p[0] + to[row][1] * p[1] + to[row][2] * p[2] + to[row][3])
-        });
-        self.mesh.vertices.extend(vertices);
-        if self.mesh.vertices.len() > 3 * MAX_TRIANGLES {
+        let first = self.mesh.vertices.len();
+        if first.saturating_add(self.count(position)?) > 3 * MAX_TRIANGLES {
             return Err(wrong("the scene has more than 150 million vertices"));
         }
-        let count = self.mesh.vertices.len() as u32 - first;
+        let mut numbers = self.numbers(position, 3)?;
+        self.morph(primitive, weights, &mut numbers)?;
+        let places = numbers.as_chunks::<3>().0;
+        match bones.filter(|_| primitive.attributes.contains_key("JOINTS_0")) {
+            Some(bones) => {
+                let placed = self.placed(primitive, places, bones)?;
+                self.mesh.vertices.extend(placed);
+            }
+            None => {
+                let placed = places.iter().map(|place| applied(to, place));
+                self.mesh.vertices.extend(placed);
+            }
+        }
+        let (first, count) = (first as u32, places.len() as u32);
         let corners: Vec<u32> = match primitive.indices {
-            Some(indices) => self
-                .numbers(indices, 1)?
-                .iter()
-                .map(|n| *n as u32)
-                .collect(),
+            Some(indices) => self.indices(indices)?,
             None => (0..count).collect(),
         };
         if corners.iter().any(|corner| *corner >= count) {
@@ -303,49 +384,29 @@ impl Reader<'_> {
         self.paint(primitive, &corners)
     }
 
-    /// The numbers of an accessor, `width` in each element.
-    fn numbers(&self, at: usize, width: usize) -> Result<Vec<f64>, MeshError> {
-        let missing = || wrong("data of a mesh are missing");
-        let accessor = self.root.accessors.get(at).ok_or_else(missing)?;
-        if accessor.count > 3 * MAX_TRIANGLES {
-            return Err(wrong("an accessor has more than 150 million elements"));
-        }
-        let view = accessor
-            .buffer_view
-            .and_then(|view| self.root.buffer_views.get(view));
-        let view = view.ok_or_else(missing)?;
-        let buffer = self.buffers.get(view.buffer).ok_or_else(missing)?;
-        let end = view
-            .byte_offset
-            .checked_add(view.byte_length)
-            .ok_or_else(missing)?;
-        let bytes = buffer.get(view.byte_offset..end).ok_or_else(missing)?;
-        let size = match accessor.component_type {
-            5120 | 5121 => 1,
-            5122 | 5123 => 2,
-            5125 | 5126 => 4,
-            other => return Err(wrong(&format!("{other} is no type of numbers"))),
-        };
-        let stride = view.byte_stride.unwrap_or(size * width).max(1);
-        let mut numbers = Vec::new();
-        for element in 0..accessor.count {
-            for number in 0..width {
-                let place = element
-                    .checked_mul(stride)
-                    .and_then(|at| at.checked_add(accessor.byte_offset))
-                    .and_then(|at| at.checked_add(number * size))
-                    .ok_or_else(missing)?;
-                let end = place.checked_add(size).ok_or_else(missing)?;
-                let bytes = bytes.get(place..end).ok_or_else(missing)?;
-                let number = value(bytes, accessor.component_type);
-                numbers.push(if accessor.normalized {
-                    number / greatest(accessor.component_type)
-                } else {
-                    number
-                });
+    /// Adds the weighted morph targets of a primitive to its places.
+    fn morph(
+        &mut self,
+        primitive: &Primitive,
+        weights: &[f64],
+        numbers: &mut [f64],
+    ) -> Result<(), MeshError> {
+        for (target, weight) in primitive.targets.iter().zip(weights) {
+            let Some(&target) = target.get("POSITION").filter(|_| *weight != 0.0) else {
+                continue;
+            };
+            if self.count(target)? != numbers.len() / 3 {
+                return Err(wrong("a morph target has not one place for each vertex"));
+            }
+            self.moved += numbers.len() / 3;
+            if self.moved > 3 * MAX_TRIANGLES {
+                return Err(wrong("morph targets move more than 150 million vertices"));
+            }
+            for (number, delta) in numbers.iter_mut().zip(self.numbers(target, 3)?) {
+                *number += weight * delta;
             }
         }
-        Ok(numbers)
+        Ok(())
     }
 }
 
@@ -364,30 +425,6 @@ fn triangles(corners: Vec<u32>, mode: u32) -> Vec<u32> {
     windows
         .flat_map(|(number, three)| of_last(number, three))
         .collect()
-}
-
-fn value(bytes: &[u8], form: u32) -> f64 {
-    let mut four = [0; 4];
-    four[..bytes.len()].copy_from_slice(bytes);
-    let whole = u32::from_le_bytes(four);
-    match form {
-        5126 => f64::from(f32::from_bits(whole)),
-        5120 => f64::from(bytes[0] as i8),
-        5122 => f64::from(whole as u16 as i16),
-        _ => f64::from(whole),
-    }
-}
-
-/// The number that means 1 in a normalized accessor.
-fn greatest(form: u32) -> f64 {
-    match form {
-        5120 => f64::from(i8::MAX),
-        5121 => f64::from(u8::MAX),
-        5122 => f64::from(i16::MAX),
-        5123 => f64::from(u16::MAX),
-        5125 => f64::from(u32::MAX),
-        _ => 1.0,
-    }
 }
 
 fn local(node: &Node) -> Matrix {
@@ -427,4 +464,9 @@ fn product(a: &Matrix, b: &Matrix) -> Matrix {
             inner + if column == 3 { a[row][3] } else { 0.0 }
         })
     })
+}
+
+/// Where a matrix takes a place.
+fn applied(to: &Matrix, p: &[f64; 3]) -> [f64; 3] {
+    to.map(|row| row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3])
 }

@@ -3,6 +3,7 @@
 //! [`read`] gives the triangles of a file in its own frame and unit. `InnerModel` mirrors z and
 //! scales: see `innermodel::kinds::Mesh`. [`read_with_looks`] also gives colours and pictures.
 
+mod clipping;
 mod gltf;
 mod looks;
 mod obj;

@@ -1,9 +1,11 @@
 //! Wavefront OBJ: its vertices and faces, and with `Looks` the colours and pictures of its
 //! materials. Normals and curves are not used.
 
+use crate::clipping::Clipping;
 use crate::looks::{AlphaMode, Look, Looks, MOST_MATERIALS, Material, Picture, Wrap, colour, find};
 use crate::{MeshError, TriangleMesh};
 use rc_diagnostics::foreign::clean;
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -20,9 +22,18 @@ pub(crate) fn read(
     let text = String::from_utf8_lossy(bytes);
     let mut mesh = TriangleMesh::default();
     let mut painter = looks.map(|(folder, looks)| Painter::new(folder, looks));
-    for (number, line) in text.lines().enumerate() {
-        let wrong = |what: &str| MeshError::Wrong(format!("line {}: {what}", number + 1));
-        let mut words = line.split_whitespace();
+    // A mark of the encoding would hide the first vertex.
+    let text = text.trim_start_matches('\u{feff}');
+    let mut clipping = Clipping::default();
+    for (number, line) in lines(text) {
+        let line = line.as_ref();
+        let wrong = |what: &str| MeshError::Wrong(format!("line {number}: {what}"));
+        let mut words = match line.trim_start().as_bytes() {
+            // Names may have the sign of a comment.
+            [b'v' | b'f', ..] => without_comment(line),
+            _ => line,
+        }
+        .split_whitespace();
         match words.next() {
             Some("v") => {
                 let numbers: Vec<f64> = words.take(3).map_while(|w| w.parse().ok()).collect();
@@ -38,13 +49,17 @@ pub(crate) fn read(
                 };
                 let corners: Option<Vec<u32>> = words.clone().map(corner).collect();
                 let corners = corners.ok_or_else(|| wrong("expected places of vertices"))?;
-                // A face with more corners is a fan.
-                for pair in corners.windows(2).skip(1) {
-                    mesh.triangles.push([corners[0], pair[0], pair[1]]);
-                }
+                let triangles = clipping.triangles(&mesh.vertices, &corners);
+                let triangles = triangles.map_err(|problem| wrong(problem))?;
+                let places = triangles.iter();
+                let places = places.map(|three| three.map(|place| corners[place]));
+                mesh.triangles.extend(places);
                 if let Some(painter) = &mut painter {
-                    painter.face(words);
+                    painter.face(words, &triangles);
                 }
+            }
+            Some("surf" | "call") => {
+                return Err(wrong("curved surfaces and other files are not read"));
             }
             Some(word) => {
                 if let Some(painter) = &mut painter {
@@ -55,6 +70,32 @@ pub(crate) fn read(
         }
     }
     Ok(mesh)
+}
+
+/// The lines of a text with their numbers. One that ends with `\\` goes on in the next.
+fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+    let end = if text.contains('\n') { '\n' } else { '\r' };
+    let mut rest = (1..).zip(text.split(end));
+    std::iter::from_fn(move || {
+        let (number, line) = rest.next()?;
+        let mut line = Cow::Borrowed(line);
+        while let Some(begun) = line.trim_end().strip_suffix('\\') {
+            let begun = begun.len();
+            let whole = line.to_mut();
+            whole.truncate(begun);
+            whole.push(' ');
+            match rest.next() {
+                Some((_, more)) => whole.push_str(more),
+                None => break,
+            }
+        }
+        Some((number, line))
+    })
+}
+
+/// What stands before a comment.
+fn without_comment(line: &str) -> &str {
+    line.split('#').next().unwrap_or_default()
 }
 
 /// The index of a place: from 1, or counted back from the last of `count`.
@@ -114,13 +155,19 @@ impl<'p> Painter<'p> {
                 let (u, v) = (next().unwrap_or(0.0), next().unwrap_or(0.0));
                 self.places.push([u, v]);
             }
-            "usemtl" => self.current = self.names.get(rest).copied(),
-            "mtllib" => self.library(rest),
+            "usemtl" => {
+                let found = self.names.get(rest);
+                let found = found.or_else(|| self.names.get(without_comment(rest).trim_end()));
+                self.current = found.copied();
+            }
+            "mtllib" if find(self.folder, rest).exists() => self.library(rest),
+            "mtllib" => self.library(without_comment(rest).trim_end()),
             _ => {}
         }
     }
 
-    fn face<'w>(&mut self, words: impl Iterator<Item = &'w str>) {
+    /// A face with the triangles that it became.
+    fn face<'w>(&mut self, words: impl Iterator<Item = &'w str>, triangles: &[[usize; 3]]) {
         let (material, mapping) = match self.current {
             Some((material, mapping)) => (Some(material), mapping),
             None => (None, PLAIN),
@@ -134,10 +181,10 @@ impl<'p> Painter<'p> {
             (u.is_finite() && v.is_finite()).then_some([u, v])
         };
         let corners: Vec<[f32; 2]> = words.map(|word| corner(word).unwrap_or_default()).collect();
-        for pair in corners.windows(2).skip(1) {
+        for three in triangles {
             self.looks.triangles.push(Look {
                 material,
-                corners: [corners[0], pair[0], pair[1]],
+                corners: three.map(|place| corners[place]),
             });
         }
     }
@@ -158,7 +205,8 @@ impl<'p> Painter<'p> {
         };
         let mut here: Option<usize> = None;
         let mut names = Vec::new();
-        for line in String::from_utf8_lossy(&bytes).lines() {
+        let text = String::from_utf8_lossy(&bytes);
+        for (_, line) in lines(text.trim_start_matches('\u{feff}')) {
             let line = line.trim();
             let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
             let rest = rest.trim();

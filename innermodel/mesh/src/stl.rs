@@ -8,14 +8,46 @@ const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
 pub(crate) fn read(bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
+    if is_text(bytes) {
+        text(&String::from_utf8_lossy(bytes))
+    } else {
+        binary(bytes)
+    }
+}
+
+/// Whether the file is text. Some files of bytes begin with `solid`, too: what follows in the next
+/// line tells.
+fn is_text(bytes: &[u8]) -> bool {
+    const BOM: &[u8] = b"\xef\xbb\xbf";
+    let bytes = bytes.strip_prefix(BOM).unwrap_or(bytes).trim_ascii_start();
+    let is = |word: &[u8], of: &[u8]| {
+        let start = of.get(..word.len());
+        start.is_some_and(|start| start.eq_ignore_ascii_case(word))
+    };
+    if !is(b"solid", bytes) {
+        return false;
+    }
+    let line_end = bytes.iter().position(|byte| matches!(byte, b'\n' | b'\r'));
+    let next = bytes[line_end.unwrap_or(bytes.len())..].trim_ascii_start();
+    is(b"facet", next) || is(b"endsolid", next) || next.is_empty() && !bytes.contains(&0)
+}
+
+fn binary(bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
     let number = |at: usize| {
         let four = bytes.get(at..at + 4)?;
         Some(u32::from_le_bytes(four.try_into().ok()?))
     };
-    // Some files of bytes begin with `solid`, too: their length tells.
-    let count = number(80).map_or(0, |count| count as usize);
-    if bytes.len() < HEADER || count.saturating_mul(TRIANGLE) != bytes.len() - HEADER {
-        return text(&String::from_utf8_lossy(bytes));
+    let Some(count) = number(HEADER - 4).map(|count| count as usize) else {
+        return Err(MeshError::Wrong(
+            "expected `solid`, or the header of a file of bytes".to_owned(),
+        ));
+    };
+    let there = (bytes.len() - HEADER) / TRIANGLE;
+    // Programs write colours and notes behind the triangles.
+    if count > there {
+        return Err(MeshError::Wrong(format!(
+            "the header says {count} triangles, but the file ends after {there}"
+        )));
     }
     let mut mesh = TriangleMesh::default();
     for triangle in 0..count {
@@ -31,25 +63,66 @@ pub(crate) fn read(bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
     Ok(mesh)
 }
 
+/// Where the reader of a text is.
+enum Place {
+    /// Before or after a solid.
+    Outside,
+    Solid,
+    /// In a facet, with the number of its line.
+    Facet(usize),
+}
+
 fn text(text: &str) -> Result<TriangleMesh, MeshError> {
-    if !text.trim_start().starts_with("solid") {
-        return Err(MeshError::Wrong(
-            "expected `solid`, or as many triangles as the header says".to_owned(),
-        ));
-    }
+    let wrong = |line: usize, what: String| MeshError::Wrong(format!("line {line}: {what}"));
     let mut mesh = TriangleMesh::default();
-    for (number, line) in text.lines().enumerate() {
-        let mut words = line.split_whitespace();
-        if words.next() != Some("vertex") {
-            continue;
+    let mut place = Place::Outside;
+    let end = if text.contains('\n') { '\n' } else { '\r' };
+    let lines = text.trim_start_matches('\u{feff}').split(end);
+    for (line, content) in (1..).zip(lines) {
+        let mut words = content.split_whitespace();
+        let word = words.next().unwrap_or_default().to_ascii_lowercase();
+        match (word.as_str(), &place) {
+            ("solid", Place::Outside) => place = Place::Solid,
+            ("facet", Place::Solid) => place = Place::Facet(line),
+            ("vertex", Place::Facet(_)) => {
+                let numbers: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
+                let vertex = numbers.try_into();
+                let vertex =
+                    vertex.map_err(|_| wrong(line, "expected three numbers".to_owned()))?;
+                mesh.vertices.push(vertex);
+            }
+            ("endfacet", Place::Facet(_)) => {
+                let first = 3 * mesh.triangles.len();
+                let corners = mesh.vertices.len() - first;
+                if corners != 3 {
+                    let what = format!("expected three corners of the facet, found {corners}");
+                    return Err(wrong(line, what));
+                }
+                let first = first as u32;
+                mesh.triangles.push([first, first + 1, first + 2]);
+                place = Place::Solid;
+            }
+            ("endsolid", Place::Solid) => place = Place::Outside,
+            ("solid" | "facet" | "vertex" | "endfacet" | "endsolid", _) => {
+                let expected = match place {
+                    Place::Outside => "`solid`",
+                    Place::Solid => "`facet` or `endsolid`",
+                    Place::Facet(_) => "`vertex` or `endfacet`",
+                };
+                return Err(wrong(line, format!("expected {expected}, found `{word}`")));
+            }
+            // `outer loop`, `endloop`, and notes of other programs.
+            _ => {}
         }
-        let numbers: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
-        let vertex = numbers.try_into().map_err(|_| {
-            MeshError::Wrong(format!("line {}: expected three numbers", number + 1))
-        })?;
-        mesh.vertices.push(vertex);
     }
-    let count = mesh.vertices.len() as u32 / 3;
-    mesh.triangles = (0..count).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
-    Ok(mesh)
+    match place {
+        Place::Outside => Ok(mesh),
+        Place::Solid => Err(MeshError::Wrong(
+            "the file is cut: `endsolid` is missing".to_owned(),
+        )),
+        Place::Facet(line) => {
+            let what = "the file is cut: `endfacet` is missing".to_owned();
+            Err(wrong(line, what))
+        }
+    }
 }

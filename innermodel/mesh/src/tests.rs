@@ -1,8 +1,8 @@
 //! Tests of the readers.
 
+mod gltf;
+
 use crate::{Looks, MeshError, Picture, TriangleMesh, Wrap, read, read_with_looks};
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use std::path::PathBuf;
 
 fn written(name: &str, bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
@@ -62,62 +62,10 @@ fn stl() {
     }
     bytes.extend([0; 2]);
     assert_eq!(written("a.stl", &bytes).expect("a mesh"), triangle());
-    bytes.pop();
-    assert!(matches!(written("a.stl", &bytes), Err(MeshError::Empty)));
     assert!(matches!(
         written("a.stl", b"nothing"),
         Err(MeshError::Wrong(_))
     ));
-}
-
-#[test]
-fn gltf() {
-    let mut bytes = Vec::new();
-    for number in triangle().vertices.iter().flatten() {
-        bytes.extend((*number as f32).to_le_bytes());
-    }
-    bytes.extend([0, 0, 1, 0, 2, 0]);
-    let json = |buffer: &str| {
-        format!(
-            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
-            "nodes":[{{"children":[1],"translation":[10,0,0]}},
-                {{"mesh":0,"scale":[2,2,2],"rotation":[0,0,0.7071067811865476,0.7071067811865476]}}],
-            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
-            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}},
-                {{"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"}}],
-            "bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":6}}],
-            "buffers":[{{"byteLength":42{buffer}}}]}}"#
-        )
-    };
-    let base64 = STANDARD.encode(&bytes);
-    let inside = format!(r#","uri":"data:application/octet-stream;base64,{base64}""#);
-    let text = written("a.gltf", json(&inside).as_bytes()).expect("a mesh");
-    let json = json("");
-    let json = format!(
-        "{json}{}",
-        " ".repeat(json.len().next_multiple_of(4) - json.len())
-    );
-    let mut glb = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
-    glb.extend((json.len() as u32).to_le_bytes());
-    glb.extend(b"JSON");
-    glb.extend(json.as_bytes());
-    glb.extend((bytes.len() as u32).to_le_bytes());
-    glb.extend(b"BIN\0");
-    glb.extend(&bytes);
-    assert_eq!(written("a.glb", &glb).expect("a mesh"), text);
-    // A quarter of a turn about z, twice as large, ten to the right.
-    let expected = [[10.0, 0.0, 0.0], [10.0, 2.0, 0.0], [6.0, 0.0, 1.0]];
-    for (a, b) in text
-        .vertices
-        .iter()
-        .flatten()
-        .zip(expected.iter().flatten())
-    {
-        assert!((a - b).abs() < 1e-6, "{text:?}");
-    }
-    for length in 0..glb.len() {
-        let _ = written("a.glb", &glb[..length]);
-    }
 }
 
 #[test]
@@ -217,100 +165,142 @@ fn materials_and_their_files_have_bounds() {
     );
 }
 
-/// A file of primitives, each with its mode, the number of its vertices and its indices, over the
-/// same four vertices.
-fn primitives(list: &[(u32, usize, &[u8])]) -> Result<TriangleMesh, MeshError> {
-    let mut bytes = Vec::new();
-    for number in [
-        [0.0_f32, 0.0, 0.0],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [1.0, 1.0, 0.0],
-    ]
-    .as_flattened()
-    {
-        bytes.extend(number.to_le_bytes());
-    }
-    let (mut views, mut accessors, mut parts) = (String::new(), String::new(), Vec::new());
-    for (at, (mode, count, indices)) in list.iter().enumerate() {
-        let (start, length) = (bytes.len(), indices.len());
-        bytes.extend(*indices);
-        views += &format!(r#",{{"buffer":0,"byteOffset":{start},"byteLength":{length}}}"#);
-        accessors += &format!(
-            r#"{{"bufferView":0,"componentType":5126,"count":{count},"type":"VEC3"}},
-            {{"bufferView":{},"componentType":5121,"count":{length},"type":"SCALAR"}},"#,
-            at + 1
-        );
-        let (points, corners) = (2 * at, 2 * at + 1);
-        parts.push(format!(
-            r#"{{"attributes":{{"POSITION":{points}}},"indices":{corners},"mode":{mode}}}"#
-        ));
-    }
-    let (parts, accessors) = (parts.join(","), accessors.trim_end_matches(','));
-    let json = format!(
-        r#"{{"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{parts}]}}],
-        "accessors":[{accessors}],"bufferViews":[{{"buffer":0,"byteLength":48}}{views}],
-        "buffers":[{{"byteLength":{},"uri":"data:;base64,{}"}}]}}"#,
-        bytes.len(),
-        STANDARD.encode(&bytes)
+fn problem(name: &str, content: &[u8]) -> String {
+    written(name, content).expect_err("no mesh").to_string()
+}
+
+#[test]
+fn lines_of_obj_go_on_and_have_comments() {
+    let text = "\u{feff}v 0 0 0 # the first\nv 1 \\\n 0 0#x\nv 0 \\  \r\n2 0.5\n\
+        usemtl a\nf 1 2 \\\n3 # a comment\n";
+    let mesh = written("a.obj", text.as_bytes());
+    assert_eq!(mesh.expect("a mesh"), triangle());
+    let alone = text.replace("\r\n", "\n").replace('\n', "\r");
+    let mesh = written("a.obj", alone.as_bytes());
+    assert_eq!(mesh.expect("a mesh"), triangle());
+    let error = problem("a.obj", b"v 0 0 \\\n0\nv 1 0\n");
+    assert_eq!(error, "line 3: expected three numbers");
+    let error = problem(
+        "a.obj",
+        b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nsurf 0 1 0 1 1 2\n",
     );
-    written("a.gltf", json.as_bytes())
-}
-
-#[test]
-fn strips_and_fans_are_triangles() {
-    let mesh = primitives(&[
-        (5, 4, &[0, 1, 2, 3]),
-        (6, 4, &[0, 1, 3, 2]),
-        (1, 4, &[0, 1]),
-    ]);
-    let mesh = mesh.expect("a mesh");
-    assert_eq!(mesh.triangles, [[0, 1, 2], [1, 3, 2], [4, 5, 7], [4, 7, 6]]);
-}
-
-/// A primitive has its own vertices: those of another one are none of its corners.
-#[test]
-fn corners_are_vertices_of_their_primitive() {
-    assert!(primitives(&[(4, 3, &[0, 1, 2]), (4, 3, &[0, 2, 1])]).is_ok());
-    for wrong in [3, 255] {
-        let found = primitives(&[(4, 3, &[0, 1, wrong]), (4, 3, &[0, 1, 2])]);
-        let error = found.expect_err("a wrong corner").to_string();
-        assert_eq!(error, "a triangle has a corner that is not there");
-    }
-}
-
-/// Few bytes that repeat each other a billion times are refused.
-#[test]
-fn what_repeats_has_a_bound() {
-    let children = vec!["1"; 1000].join(",");
-    let primitives = vec![r#"{"attributes":{}}"#; 2000].join(",");
-    let json = format!(
-        r#"{{"scenes":[{{"nodes":[0]}}],"nodes":[{{"children":[{children}]}},{{"mesh":0}}],
-        "meshes":[{{"primitives":[{primitives}]}}]}}"#
-    );
-    let error = written("a.gltf", json.as_bytes()).expect_err("too many");
     assert_eq!(
-        error.to_string(),
-        "the scene has more than a million nodes and primitives"
+        error,
+        "line 5: curved surfaces and other files are not read"
     );
 }
 
-/// The count alone refuses them: the data, which are not there, are not read.
+/// The area of the triangles is that of the face, so none of them lies outside.
 #[test]
-fn triangles_have_a_bound_before_they_are_read() {
-    for (mode, count) in [(4, 150_000_003), (5, 50_000_003), (6, 50_000_003)] {
-        for (most, expected) in [
-            (count, "the scene has more than 50 million triangles"),
-            (3, "data of a mesh are missing"),
-        ] {
-            let json = format!(
-                r#"{{"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
-                "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1,"mode":{mode}}}]}}],
-                "accessors":[{{"bufferView":0,"componentType":5126,"count":3}},
-                {{"bufferView":0,"componentType":5121,"count":{most}}}]}}"#
-            );
-            let error = written("a.gltf", json.as_bytes()).expect_err("no mesh");
-            assert_eq!(error.to_string(), expected, "{mode}");
+fn faces_that_are_not_convex_keep_their_shape() {
+    for (corners, expected) in [
+        // An arrow, an L, and a comb, from two sides.
+        ("0 0;4 4;0 1;-4 4", 4.0),
+        ("0 0;2 0;2 1;1 1;1 2;0 2", 3.0),
+        ("0 0;5 0;5 3;4 3;4 1;3 1;3 3;2 3;2 1;1 1;1 3;0 3", 11.0),
+    ] {
+        let count = corners.split(';').count();
+        let places: Vec<String> = (1..=count).map(|n| n.to_string()).collect();
+        let turned: Vec<String> = places.iter().rev().cloned().collect();
+        for places in [places, turned] {
+            let vertices = corners.split(';').map(|two| format!("v 7 {two}\n"));
+            let text = vertices.collect::<String>() + "f " + &places.join(" ");
+            let mesh = written("a.obj", text.as_bytes()).expect("a mesh");
+            assert_eq!(mesh.triangles.len(), count - 2);
+            let area = |of: &[u32; 3]| {
+                let [a, b, c] = of.map(|at| mesh.vertices[at as usize]);
+                ((b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])) / 2.0
+            };
+            let areas: Vec<f64> = mesh.triangles.iter().map(area).collect();
+            let sum: f64 = areas.iter().map(|area| area.abs()).sum();
+            assert_eq!(sum, expected, "{corners}");
+            assert!(areas.iter().all(|area| area * areas[0] >= 0.0), "{areas:?}");
         }
+    }
+}
+
+#[test]
+fn stl_of_other_programs() {
+    let text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+        vertex 0 2 0.5\nendloop\nendfacet\nendsolid a\n";
+    let two = format!("{text}{}", text.replace("solid a", "solid"));
+    for (content, count) in [
+        (text.to_uppercase(), 1),
+        (format!("\u{feff}{text}"), 1),
+        (text.replace('\n', "\r\n"), 1),
+        (text.replace('\n', "\r"), 1),
+        (format!("{text}\0\0\u{1a}written by a program\n"), 1),
+        (two, 2),
+    ] {
+        let mesh = written("a.STL", content.as_bytes()).expect("a mesh");
+        assert_eq!(mesh.triangles.len(), count, "{content}");
+        assert_eq!(mesh.vertices[..3], triangle().vertices);
+    }
+    // Nothing is left out or shifted.
+    let lines: Vec<&str> = text.lines().collect();
+    for (cut, expected) in [
+        (1, "the file is cut: `endsolid` is missing"),
+        (4, "line 2: the file is cut: `endfacet` is missing"),
+        (7, "line 2: the file is cut: `endfacet` is missing"),
+        (8, "the file is cut: `endsolid` is missing"),
+    ] {
+        assert_eq!(
+            problem("a.stl", lines[..cut].join("\n").as_bytes()),
+            expected
+        );
+    }
+    for (from, to, expected) in [
+        (
+            "vertex 1 0 0\n",
+            "",
+            "line 7: expected three corners of the facet, found 2",
+        ),
+        (
+            "endloop",
+            "vertex 1 1 1",
+            "line 8: expected three corners of the facet, found 4",
+        ),
+        (
+            "endfacet\n",
+            "",
+            "line 8: expected `vertex` or `endfacet`, found `endsolid`",
+        ),
+        (
+            "endfacet",
+            "endfacet\nvertex 1 1 1",
+            "line 9: expected `facet` or `endsolid`, found `vertex`",
+        ),
+        (
+            "vertex 1 0 0",
+            "vertex 1 0",
+            "line 5: expected three numbers",
+        ),
+    ] {
+        let changed = text.replacen(from, to, 1);
+        assert_eq!(problem("a.stl", changed.as_bytes()), expected, "{changed}");
+    }
+}
+
+#[test]
+fn bytes_behind_the_triangles_of_stl_are_no_triangles() {
+    for header in ["solid of bytes", "SOLID\nmade", "a program"] {
+        let mut bytes = vec![b' '; 80];
+        bytes[..header.len()].copy_from_slice(header.as_bytes());
+        bytes.extend(1_u32.to_le_bytes());
+        bytes.extend([0; 12]);
+        for number in triangle().vertices.iter().flatten() {
+            bytes.extend((*number as f32).to_le_bytes());
+        }
+        bytes.extend([0; 2]);
+        let whole = bytes.clone();
+        for behind in [0, 1, 50, 49] {
+            bytes.resize(whole.len() + behind, 7);
+            let mesh = written("a.stl", &bytes);
+            assert_eq!(mesh.expect("a mesh"), triangle(), "{header} {behind}");
+        }
+        assert_eq!(
+            problem("a.stl", &whole[..whole.len() - 1]),
+            "the header says 1 triangles, but the file ends after 0"
+        );
     }
 }

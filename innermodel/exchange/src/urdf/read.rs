@@ -1,6 +1,7 @@
 //! From URDF to a document.
 
 mod bodies;
+mod xacro;
 
 use super::METRE;
 use super::write::NO_SPEED;
@@ -49,6 +50,10 @@ pub fn read(sources: &SourceMap, source: SourceId) -> (Document, Diagnostics) {
             text.slice(text.tag(top))
         );
         found.push(Diagnostic::error("not-a-urdf", text.tag(top), message));
+        return (Document::default(), found);
+    }
+    if let Some(macros) = xacro::unexpanded(&text, top) {
+        found.push(macros);
         return (Document::default(), found);
     }
     let mut reader = Reader {
@@ -166,6 +171,10 @@ impl Reader<'_> {
         }
         if self.found.has_errors() {
             return;
+        }
+        if links.is_empty() {
+            let message = "`<robot>` has no `<link>`".to_owned();
+            return self.error("not-a-urdf", self.text.tag(top), message);
         }
         self.ids.extend(links.keys().cloned());
         let tops = links
@@ -317,6 +326,44 @@ impl Reader<'_> {
         })
     }
 
+    /// Says how a joint follows another one: InnerModel couples no joints.
+    fn mimic(&mut self, mimic: Xml<'_, '_>, joint: &Name, form: &str) {
+        let Some(leader) = self.attribute(mimic, "joint") else {
+            return;
+        };
+        let (multiplier, offset) = (
+            self.number(mimic, "multiplier", 1.0),
+            self.number(mimic, "offset", 0.0),
+        );
+        let of_leader = mimic.parent().and_then(|joint| {
+            let mut joints = joint
+                .parent()?
+                .children()
+                .filter(|c| c.has_tag_name("joint"));
+            joints.find(|joint| joint.attribute("name") == Some(&leader.text))
+        });
+        let Some(of_leader) = of_leader else {
+            let message = format!("there is no joint `{}`", leader.text);
+            self.error("unknown-joint", leader.span, message);
+            return;
+        };
+        // Positions of a prismatic joint become millimetres.
+        let unit = |form: &str| if form == "prismatic" { METRE } else { 1.0 };
+        let own = unit(form);
+        let multiplier = multiplier * own / unit(of_leader.attribute("type").unwrap_or_default());
+        let (joint, leader, offset) = (&joint.text, &leader.text, offset * own);
+        let sum = match offset {
+            0.0 => String::new(),
+            below if below < 0.0 => format!(" - {}", -below),
+            _ => format!(" + {offset}"),
+        };
+        let message = format!(
+            "InnerModel couples no joints: move `{joint}` to {multiplier} * `{leader}`{sum} \
+            wherever you move `{leader}`"
+        );
+        self.misses(self.text.tag(mimic), message);
+    }
+
     /// Adds a joint and the node of the link below it, which it returns.
     fn joint(&mut self, edge: &Edge<'_>, parent: Option<usize>) -> usize {
         let xml = edge.xml;
@@ -331,7 +378,10 @@ impl Reader<'_> {
         let link = &link;
         let form = self.text.attribute(xml, "type");
         let form = form.unwrap_or_else(|| Name::new("", self.text.tag(xml)));
-        for tag in ["mimic", "dynamics", "calibration", "safety_controller"] {
+        if let Some(mimic) = child_of(xml, "mimic") {
+            self.mimic(mimic, &edge.name, &form.text);
+        }
+        for tag in ["dynamics", "calibration", "safety_controller"] {
             if let Some(lost) = child_of(xml, tag) {
                 let message = format!("InnerModel has no words for `<{tag}>` of a joint");
                 self.misses(self.text.tag(lost), message);

@@ -209,3 +209,84 @@ fn a_link_with_the_id_of_the_root_gets_another_one() {
     assert_eq!(ids.collect::<Vec<_>>(), ["base", "root_2"]);
     crate::model(&document);
 }
+
+/// What `xacro` has to expand is no robot yet, wherever it stands.
+#[test]
+fn macros_are_refused() {
+    let robot = |inner: &str| {
+        let xmlns = "http://www.ros.org/wiki/xacro";
+        imported(&format!(
+            "<robot name='r' xmlns:xacro='{xmlns}'>\n{inner}\n</robot>"
+        ))
+    };
+    for (inner, expected) in [
+        (
+            "<xacro:include filename='arm.xacro'/>",
+            "error[not-a-urdf]: `<xacro:include>` is a macro of xacro",
+        ),
+        (
+            "<link name='a'/><link name='b'><xacro:inertia/></link>",
+            "error[not-a-urdf]: `<xacro:inertia>` is a macro of xacro",
+        ),
+        (
+            "<link name='${prefix}base'/>",
+            "error[not-a-urdf]: `${prefix}base` is an expression of xacro",
+        ),
+        (
+            "<link name='a'><visual><geometry><mesh filename='$(find arm)/a.stl'/></geometry></visual></link>",
+            "error[not-a-urdf]: `$(find arm)/a.stl` is an expression of xacro",
+        ),
+        ("", "error[not-a-urdf]: `<robot>` has no `<link>`"),
+    ] {
+        let (document, found) = robot(inner);
+        assert_eq!(document.nodes.len(), 0);
+        let line = if inner.is_empty() {
+            "robot.urdf:1:"
+        } else {
+            "robot.urdf:2:"
+        };
+        let first = found.lines().next().unwrap_or_default();
+        assert!(
+            first.starts_with(line) && first.contains(expected),
+            "{found}"
+        );
+        assert_eq!(
+            first.contains("expand the file first"),
+            !inner.is_empty(),
+            "{found}"
+        );
+    }
+    let expanded = "<link name='a'/><gazebo><plugin name='${x}'/></gazebo>";
+    let (document, found) = robot(expanded);
+    assert!(!found.contains("error"), "{found}");
+    assert_eq!(document.nodes.len(), 1);
+}
+
+/// The formula is in the units of InnerModel.
+#[test]
+fn a_joint_that_follows_has_a_formula() {
+    let gripper = |mimic: &str| {
+        imported(&format!(
+            "<robot name='r'><link name='hand'/><link name='left'/><link name='right'/>
+            <joint name='turn' type='revolute'><parent link='hand'/><child link='left'/>
+                <limit lower='0' upper='1' effort='1' velocity='1'/></joint>
+            <joint name='slide' type='prismatic'><parent link='hand'/><child link='right'/>
+                <limit lower='0' upper='1' effort='1' velocity='1'/>{mimic}</joint></robot>"
+        ))
+    };
+    let (document, found) = gripper("<mimic joint='turn' multiplier='-0.5' offset='0.02'/>");
+    assert!(document.nodes.len() > 2, "{found}");
+    let expected = "warning[lost-on-import]: InnerModel couples no joints: move `slide` to \
+        -500 * `turn` + 20 wherever you move `turn`";
+    assert!(found.contains(expected), "{found}");
+    let (_, found) = gripper("<mimic joint='slide' offset='-0.5'/>");
+    assert!(
+        found.contains("move `slide` to 1 * `slide` - 500"),
+        "{found}"
+    );
+    let (_, found) = gripper("<mimic joint='trun'/>");
+    assert!(
+        found.contains("error[unknown-joint]: there is no joint `trun`"),
+        "{found}"
+    );
+}

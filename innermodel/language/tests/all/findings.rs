@@ -147,7 +147,7 @@ fn other_texts_are_refused() {
     check(
         "<robot name='a'/>",
         &expect![[r#"
-        world.xml:1:2: error[not-an-innermodel]: expected `<innerModel>`, found `<robot>`
+        world.xml:1:2: error[not-an-innermodel]: expected `<innerModel>`, found `<robot>` (this is a URDF: `rcgen import FILE --out FILE.xml` makes an InnerModel file of it)
         world.xml:1:8: warning[unused-attribute]: the attribute `name` has no effect here
     "#]],
     );

@@ -1,8 +1,9 @@
 //! The base colours of a glTF file, and the pictures that they name.
 
-use super::{Primitive, Reader, Root, base64, decoded};
+use super::{Primitive, Reader, Root, inside, is_look, name_of};
 use crate::MeshError;
 use crate::looks::{AlphaMode, Look, MOST_MATERIALS, Material, Picture, Wrap, colour, find};
+use rc_diagnostics::foreign::clean;
 use serde::Deserialize;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -10,6 +11,8 @@ use std::path::Path;
 
 /// How many bytes of buffers all pictures may have.
 const MOST_INSIDE: usize = 256 << 20;
+/// How many extensions that are not read are named.
+const MOST_NAMED: usize = 8;
 
 /// Materials, textures and pictures of a file.
 #[derive(Deserialize, Default)]
@@ -76,19 +79,16 @@ impl Root {
         let missing = || "a picture is missing".to_owned();
         let image = self.look.images.get(at).ok_or_else(missing)?;
         if let Some(uri) = &image.uri {
-            let inside = base64(uri).map_err(|error| format!("a picture: {error}"))?;
+            let inside = inside(uri).map_err(|error| format!("a picture: {error}"))?;
             return Ok(match inside {
                 Some(bytes) => Picture::Bytes(bytes.into()),
-                None => Picture::File(find(folder, &decoded(uri))),
+                None => Picture::File(find(folder, &name_of(uri))),
             });
         }
         let view = image
             .buffer_view
             .and_then(|view| self.buffer_views.get(view));
-        let view = view.ok_or_else(missing)?;
-        let end = view.byte_offset.checked_add(view.byte_length);
-        let bytes = buffers.get(view.buffer).zip(end);
-        let bytes = bytes.and_then(|(bytes, end)| bytes.get(view.byte_offset..end));
+        let bytes = view.and_then(|view| view.bytes(buffers));
         let bytes = bytes.ok_or_else(missing)?;
         let rest = left.checked_sub(bytes.len());
         *left = rest.ok_or_else(|| "its pictures have more than 256 MiB".to_owned())?;
@@ -104,6 +104,14 @@ impl Reader<'_> {
             return;
         };
         let tables = &root.look;
+        let needed = root.extensions_required.iter().filter(|name| is_look(name));
+        for name in needed.take(MOST_NAMED) {
+            let problem = format!(
+                "its looks need the extension `{}`, which is not read",
+                clean(name)
+            );
+            looks.problems.push(problem);
+        }
         // Each picture once, however many materials have it.
         let mut known: HashMap<usize, Option<Picture>> = HashMap::new();
         let mut left = MOST_INSIDE;
@@ -173,14 +181,14 @@ impl Reader<'_> {
         let base = described.map(|described| &described.pbr_metallic_roughness);
         let reference = base.and_then(|base| base.base_color_texture.as_ref());
         let attributes = &primitive.attributes;
-        let places = reference.and_then(|reference| match reference.tex_coord {
-            0 => attributes.first_places,
-            1 => attributes.second_places,
-            _ => None,
+        let places = reference.and_then(|reference| {
+            let name = format!("TEXCOORD_{}", reference.tex_coord);
+            attributes.get(&name).copied()
         });
         // Each vertex has a place, as each has a position.
-        let count = |at: Option<usize>| self.root.accessors.get(at?).map(|a| a.count);
-        let places = places.filter(|at| count(Some(*at)) == count(attributes.position));
+        let count = |at: usize| self.count(at).ok();
+        let position = attributes.get("POSITION").and_then(|at| count(*at));
+        let places = places.filter(|at| count(*at) == position);
         let places = places.map_or(Ok(Vec::new()), |places| self.numbers(places, 2))?;
         let place = |corner: u32| {
             let at = corner as usize * 2;
