@@ -8,9 +8,10 @@ use crate::interface_crate::{Definitions, Error, InterfaceCrate};
 use crate::load::FileLoader;
 use crate::parallel;
 use crate::project::Project;
-use crate::python::print as python;
+use crate::python::{print as python, reply_order};
 use crate::requirements;
 use crate::rust::print::{self, FIRST_TEST};
+use crate::view;
 use crate::worker_language::WorkerLanguage;
 use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
@@ -87,6 +88,10 @@ impl Component {
             files.remove(Path::new(python::FIRST_TEST));
         }
         found.extend(requirements::compare(&project.component, &folder).1);
+        if !found.has_errors() {
+            let (view, _) = view::component::of(project, middleware);
+            reply_order::check(project, &view, &folder, &mut found)?;
+        }
         let component = Self {
             folder,
             language: WorkerLanguage::Python,

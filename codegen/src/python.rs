@@ -15,6 +15,7 @@ mod machine;
 pub mod names;
 mod parameters;
 pub(crate) mod print;
+pub(crate) mod reply_order;
 mod source;
 pub mod stubs;
 mod testing;

@@ -16,16 +16,24 @@ NameKind = Literal["enumerator", "exception member", "member", "parameter", "par
 
 def distinct(kind: NameKind, names: Iterable[str]) -> list[str]:
     """These names as generated code has them. Descriptions of other processes may have names that
-    no IDSL allows, or that become one: no name keeps a client from a network."""
-    found: list[str] = []
+    no IDSL allows, or that become one: no name keeps a client from a network, nor occupies it for
+    long."""
+    found: dict[str, None] = {}
+    # The next number to try behind a name that is taken: each is tried once.
+    numbers: dict[str, int] = {}
     for at, name in enumerate(names):
         free = _native.name_of(kind, name)
         if not (free.isascii() and free.isidentifier()):
             free = f"n{at}"
-        while free in found or (kind == "enumerator" and free == "mro"):
+        wanted = free
+        if free in found or (kind == "enumerator" and free == "mro"):
             free += "_"
-        found.append(free)
-    return found
+        while free in found:
+            number = numbers.get(wanted, 2)
+            numbers[wanted] = number + 1
+            free = f"{wanted}_{number}"
+        found[free] = None
+    return list(found)
 
 
 def snake_case(name: str) -> str:
@@ -52,29 +60,34 @@ def _exception(name: str, members: list[str]) -> type:
     return type(name, (RemoteError,), body)
 
 
-def _class(name: str, described: Mapping[str, Any]) -> type | None:
+def _class(module: str, name: str, described: Mapping[str, Any]) -> type | None:
     if "enum" in described:
         keys = distinct("enumerator", (key for key, _ in described["enum"]))
         numbers = (number for _, number in described["enum"])
-        return IntEnum(name, list(zip(keys, numbers, strict=True)))  # type: ignore[return-value]
+        members = list(zip(keys, numbers, strict=True))
+        return IntEnum(name, members, module=module)  # type: ignore[return-value]
     if "exception" in described:
-        members = (member["name"] for member in described["exception"])
-        return _exception(name, distinct("exception member", members))
-    if "struct" in described:
-        members = (member["name"] for member in described["struct"])
-        fields = [(member, Any) for member in distinct("member", members)]
-        return make_dataclass(name, fields, slots=True)
-    return None
+        names = (member["name"] for member in described["exception"])
+        made: type = _exception(name, distinct("exception member", names))
+    elif "struct" in described:
+        names = (member["name"] for member in described["struct"])
+        fields = [(member, Any) for member in distinct("member", names)]
+        made = make_dataclass(name, fields, slots=True)
+    else:
+        return None
+    made.__module__ = module
+    return made
 
 
 def _answer(operation: Mapping[str, Any]) -> list[str]:
-    """The parts of a reply."""
+    """The parts of a reply: the result, then the `out` parameters."""
     parts = distinct("part", (part["name"] for part in operation.get("outputs", [])))
     if operation.get("result"):
         result = "result"
-        while result in parts:
+        taken = set(parts)
+        while result in taken:
             result += "_"
-        parts.append(result)
+        parts.insert(0, result)
     return parts
 
 
@@ -92,7 +105,9 @@ def classes(modules: Iterable[Mapping[str, Any]], known: Known | None = None) ->
         for described in module.get("types", []):
             name = f"{prefix}::{described['name']}"
             key = (name, json.dumps(described, sort_keys=True))
-            made = known.get(key) or _class(_title(described["name"]), described)
+            made = known.get(key) or _class(
+                prefix, _title(described["name"]), described
+            )
             if made is not None:
                 found[name] = known[key] = made
         for interface in module.get("interfaces", []):
@@ -102,6 +117,8 @@ def classes(modules: Iterable[Mapping[str, Any]], known: Known | None = None) ->
                     name = f"{prefix}::{interface['name']}.{operation['name']}"
                     key = (name, json.dumps(parts))
                     title = f"{_title(operation['name'])}Answer"
-                    found[name] = known.get(key) or namedtuple(title, parts)  # noqa: PYI024
+                    found[name] = known.get(key) or namedtuple(  # noqa: PYI024
+                        title, parts, module=prefix
+                    )
                     known[key] = found[name]
     return found

@@ -40,8 +40,8 @@ class Stopping(CallError):
     """This component is stopping: it makes no more calls, and can still send commands."""
 
 
-class InvalidArgument(CallError, ValueError):
-    """An argument does not fit its type. The message names the field."""
+class InvalidArgument(CallError, TypeError, ValueError):
+    """An argument does not fit its type or its range. The message names the field."""
 
 
 class MalformedReply(CallError):
@@ -56,8 +56,8 @@ class SendError(Error):
     """A sample was not published."""
 
 
-class InvalidSample(SendError, ValueError):
-    """The sample does not fit its type. The message names the field."""
+class InvalidSample(SendError, TypeError, ValueError):
+    """The sample does not fit its type or its range. The message names the field."""
 
 
 class NotSent(SendError):

@@ -2,15 +2,17 @@
 //! components describe.
 
 use crate::errors;
+use crate::publisher::Publisher;
 use crate::samples::Samples;
 use crate::types::{Types, Used};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use rc_deploy_client::params;
 use rc_observe::{Answer, Topic, call};
 use rc_values::Value;
 use std::collections::HashMap;
-use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -72,22 +74,22 @@ impl Network {
         Ok(())
     }
 
-    /// All operations that can be called: component, slot, operation, and the names of its
-    /// parameters.
-    fn operations(&self) -> Vec<(String, String, String, Vec<String>)> {
-        let all = self.network.operations().into_iter();
-        all.map(|operation| {
-            let inputs = operation.operation.request.members.iter();
-            let inputs = inputs.map(|member| member.name.clone()).collect();
-            let server = operation.server;
-            (
-                server.component,
-                server.slot,
-                operation.operation.name,
-                inputs,
-            )
-        })
-        .collect()
+    /// All operations that can be called: component, slot, interface and operation.
+    fn operations(&self) -> Vec<(String, String, String, String)> {
+        let mut all = Vec::new();
+        for service in self.network.services() {
+            for server in &service.servers {
+                for operation in &service.interface.operations {
+                    all.push((
+                        server.component.clone(),
+                        server.slot.clone(),
+                        service.interface.name.clone(),
+                        operation.name.clone(),
+                    ));
+                }
+            }
+        }
+        all
     }
 
     /// The names of the components.
@@ -123,12 +125,15 @@ impl Network {
             let message = format!("{}(): {misfit}", of.name);
             errors::raise(py, "InvalidArgument", &message)
         })?;
+        let has_result = of.has_result;
         let limit = Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
         let network = self.network.name.clone();
         let answer = interruptible(py, move || call(&network, &found, &request, limit))?;
         match answer.map_err(|error| of_call(py, &error))? {
             // A reply has the name of its operation, as the class of its parts.
-            Answer::Result(Value::Struct(ty, values)) => types.answer_object(py, &ty.name, values),
+            Answer::Result(Value::Struct(ty, values)) => {
+                types.answer_object(py, &ty.name, has_result, values)
+            }
             Answer::Result(_) => Ok(py.None().into_bound(py)),
             Answer::Exception(value) => Err(PyErr::from_value(types.object(py, value)?)),
         }
@@ -140,19 +145,79 @@ impl Network {
             .network
             .topic(topic)
             .map_err(|error| failed(py, &error))?;
-        let network = rc_observe::Network {
-            name: self.network.name.clone(),
-            components: Vec::new(),
-            silent: Vec::new(),
-        };
-        // The description of a topic is that of its last publisher.
-        let end = topic.publishers.last().or(topic.subscribers.first());
-        let types = Arc::clone(self.types(end.map_or("", |end| &end.component))?);
-        Samples::of(py, network, topic, types)
+        let types = Arc::clone(self.types(describes(&topic))?);
+        Samples::of(py, self.bare(), topic, types)
+    }
+
+    /// Opens a topic for sending. Returns its name, and the component, the interface and the
+    /// operation that describe it.
+    fn publisher(
+        &self,
+        py: Python<'_>,
+        topic: &str,
+    ) -> PyResult<(Publisher, String, String, String, String)> {
+        let topic = self.network.topic(topic);
+        let topic = topic.map_err(|error| failed(py, &error))?;
+        let component = describes(&topic).to_owned();
+        let types = Arc::clone(self.types(&component)?);
+        let (name, interface) = (topic.name(), topic.interface.name.clone());
+        let operation = topic.operation.name.clone();
+        let publisher = Publisher::open(py, self.bare(), topic, types)?;
+        Ok((publisher, name, component, interface, operation))
+    }
+
+    /// The parameters of a component, as JSON.
+    fn parameters(&self, py: Python<'_>, component: &str) -> PyResult<String> {
+        let listed = self.of_component(py, component, |network, component| {
+            params::list(network, component, &[])
+        })?;
+        serde_json::to_string(&listed).map_err(|error| PyRuntimeError::new_err(error.to_string()))
+    }
+
+    /// Changes parameters of a component, all or none. `changes` is a table in JSON.
+    fn set_parameters(&self, py: Python<'_>, component: &str, changes: &str) -> PyResult<()> {
+        let changes: serde_json::Map<String, serde_json::Value> =
+            serde_json::from_str(changes).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+        let changed = self.of_component(py, component, move |network, component| {
+            params::set(network, component, &changes)
+        });
+        changed.map(drop)
+    }
+
+    /// Writes the changed parameters of a component into its configuration.
+    fn save_parameters(&self, py: Python<'_>, component: &str) -> PyResult<()> {
+        self.of_component(py, component, params::save).map(drop)
     }
 }
 
+/// The component that describes a topic: its last publisher, else a subscriber.
+fn describes(topic: &Topic) -> &str {
+    let end = topic.publishers.last().or(topic.subscribers.first());
+    end.map_or("", |end| &end.component)
+}
+
 impl Network {
+    /// The network without its components, for a thread that opens a topic.
+    fn bare(&self) -> rc_observe::Network {
+        rc_observe::Network {
+            name: self.network.name.clone(),
+            components: Vec::new(),
+            silent: Vec::new(),
+        }
+    }
+
+    /// Asks a component for something about its parameters.
+    fn of_component<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        component: &str,
+        ask: impl FnOnce(&str, &str) -> Result<T, rc_deploy_client::Error> + Send + 'static,
+    ) -> PyResult<T> {
+        let (network, component) = (self.network.name.clone(), component.to_owned());
+        let outcome = interruptible(py, move || ask(&network, &component))?;
+        outcome.map_err(|error| errors::raise(py, "Error", &error.to_string()))
+    }
+
     fn types(&self, component: &str) -> PyResult<&Arc<Types>> {
         let missing = || PyRuntimeError::new_err("the classes of the component are not set");
         let all = self.types.get();
@@ -166,12 +231,19 @@ fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     act: impl FnOnce() -> T + Send + 'static,
 ) -> PyResult<T> {
-    let (done, mut results) = sync_channel(1);
+    let (done, results) = sync_channel(1);
     let thread = std::thread::Builder::new().name("client".to_owned());
     thread.spawn(move || {
         // Nobody may wait any more.
         let _ = done.send(act());
     })?;
+    let ended = awaited(py, results)?;
+    ended.ok_or_else(|| PyRuntimeError::new_err("the thread of the client panicked"))
+}
+
+/// Waits for a result of another thread, without the interpreter's lock. Ctrl-C ends the wait.
+/// `None` if the thread has ended without one.
+pub(crate) fn awaited<T: Send>(py: Python<'_>, mut results: Receiver<T>) -> PyResult<Option<T>> {
     loop {
         let result;
         (results, result) = py.detach(move || {
@@ -179,11 +251,9 @@ fn interruptible<T: Send + 'static>(
             (results, result)
         });
         match result {
-            Ok(result) => return Ok(result),
+            Ok(result) => return Ok(Some(result)),
             Err(RecvTimeoutError::Timeout) => py.check_signals()?,
-            Err(RecvTimeoutError::Disconnected) => {
-                return Err(PyRuntimeError::new_err("the thread of the client panicked"));
-            }
+            Err(RecvTimeoutError::Disconnected) => return Ok(None),
         }
     }
 }

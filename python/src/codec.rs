@@ -82,7 +82,8 @@ impl Codec {
         value: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let operation = self.operation(slot, operation)?;
-        encoded(py, operation, self.types.reply(&operation.reply, value))
+        let (ty, has_result) = (&operation.reply, operation.has_result);
+        encoded(py, operation, self.types.reply(ty, has_result, value))
     }
 
     /// Decodes the result of a call from these bytes.
@@ -95,7 +96,8 @@ impl Codec {
     ) -> PyResult<Bound<'py, PyAny>> {
         let operation = self.operation(slot, operation)?;
         let values = decoded(py, &operation.reply, bytes)?;
-        self.types.answer_object(py, &operation.answer, values)
+        let (answer, has_result) = (&operation.answer, operation.has_result);
+        self.types.answer_object(py, answer, has_result, values)
     }
 
     /// Opens a member of a slot array, as a process does. Returns it and the number of its slot.

@@ -300,7 +300,8 @@ impl PythonComponent {
         let failed = |text: String| Answer::Failed(format!("{}(): {text}", operation.handler));
         match handled {
             Ok(result) if operation.wire.two_way => {
-                match self.types.reply(&operation.reply, result.bind(py)) {
+                let (ty, has_result) = (&operation.reply, operation.has_result);
+                match self.types.reply(ty, has_result, result.bind(py)) {
                     Ok(value) => Answer::Reply(0, value),
                     Err(misfit) => failed(wrong_result(operation, &misfit)),
                 }

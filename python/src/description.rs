@@ -128,6 +128,8 @@ pub(crate) struct Operation {
     pub(crate) wire: typed::Operation,
     pub(crate) request: Arc<Struct>,
     pub(crate) reply: Arc<Struct>,
+    /// Whether the last member of the reply is the result; the others are `out` parameters.
+    pub(crate) has_result: bool,
     pub(crate) throws: Vec<rc_values::Exception>,
     /// The name of the worker's function.
     pub(crate) handler: String,
@@ -230,6 +232,7 @@ fn read_slot(catalog: &Catalog, slot: &SlotText) -> Result<Slot, String> {
             wire,
             request: Arc::clone(&known.request),
             reply: Arc::clone(&known.reply),
+            has_result: known.has_result,
             throws: known.throws.clone(),
             handler: text.handler.clone(),
             in_place: text.in_place,

@@ -102,10 +102,12 @@ impl Types {
         self.members(ty, arguments.iter().map(Ok))
     }
 
-    /// The result of a handler, as the structure of its reply.
+    /// The result of a handler, as the structure of its reply. A tuple begins with the result, if
+    /// the operation `has_result`; the structure ends with it.
     pub(crate) fn reply(
         &self,
         ty: &Arc<Struct>,
+        has_result: bool,
         object: &Bound<'_, PyAny>,
     ) -> Result<Value, Misfit> {
         match ty.members.as_slice() {
@@ -124,10 +126,18 @@ impl Types {
                 let parts = object.cast::<PyTuple>().ok();
                 let parts = parts.filter(|parts| parts.len() == members.len());
                 let parts = parts.ok_or_else(|| {
-                    let names: Vec<&str> = members.iter().map(|m| m.name.as_str()).collect();
+                    let mut names: Vec<&str> = members.iter().map(|m| m.name.as_str()).collect();
+                    if has_result {
+                        names.pop();
+                        names.insert(0, "result");
+                    }
                     Misfit::expected(format!("a tuple of {}", names.join(", ")), object)
                 })?;
-                self.members(ty, parts.iter().map(Ok))
+                let mut parts: Vec<_> = parts.iter().map(Ok).collect();
+                if has_result {
+                    parts.rotate_left(1);
+                }
+                self.members(ty, parts.into_iter())
             }
         }
     }
@@ -244,7 +254,10 @@ impl Types {
             Primitive::Bool if is_bool => Ok(Value::Bool(object.is_truthy()?)),
             _ if is_bool || primitive == Primitive::Bool => Err(Misfit::expected(word, object)),
             Primitive::F32 | Primitive::F64 => {
-                if object.is_instance_of::<PyString>() {
+                if object.is_instance_of::<PyString>()
+                    || object.is_instance(self.numpy_complex.bind(object.py()))?
+                    || is_masked(object)?
+                {
                     return Err(Misfit::expected(word, object));
                 }
                 let number: f64 = object.extract().map_err(|error: PyErr| {
@@ -256,7 +269,9 @@ impl Types {
                 })?;
                 float(primitive, number)
             }
-            _ if object.is_instance_of::<PyFloat>() => Err(Misfit::expected(word, object)),
+            _ if object.is_instance_of::<PyFloat>() || is_masked(object)? => {
+                Err(Misfit::expected(word, object))
+            }
             _ => {
                 let number = object.extract::<i128>();
                 let number = match number {
@@ -407,6 +422,15 @@ fn of_buffer(primitive: Primitive, object: &Bound<'_, PyAny>) -> Result<Option<N
         return Ok(None);
     };
     let py = object.py();
+    // A conversion of NumPy drops the imaginary part, and what a mask hides has any value.
+    if buffer.format().to_bytes().contains(&b'Z') {
+        return Err(Misfit::new("its numbers are complex; take `.real`"));
+    }
+    if is_masked(object)? {
+        return Err(Misfit::new(
+            "a mask hides some of its numbers; `.filled(VALUE)` gives them a value",
+        ));
+    }
     macro_rules! same {
         ($($kind:ident $number:ty),*) => {
             match primitive {
@@ -455,6 +479,17 @@ fn of_buffer(primitive: Primitive, object: &Bound<'_, PyAny>) -> Result<Option<N
         }
     }
     Ok(None)
+}
+
+/// Whether a mask of `NumPy` hides a part of an array, or all of it.
+fn is_masked(object: &Bound<'_, PyAny>) -> PyResult<bool> {
+    if object.is_exact_instance_of::<PyFloat>() || object.is_exact_instance_of::<PyInt>() {
+        return Ok(false);
+    }
+    match object.getattr_opt("mask")? {
+        Some(mask) if object.hasattr("filled")? => mask.call_method0("any")?.is_truthy(),
+        _ => Ok(false),
+    }
 }
 
 /// The nearest float of an integer.

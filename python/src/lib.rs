@@ -21,6 +21,7 @@ mod member;
 mod memory;
 mod names;
 mod parameters;
+mod publisher;
 mod replies;
 mod run;
 mod sample;
@@ -53,6 +54,8 @@ mod _native {
     use super::member::Member;
     #[pymodule_export]
     use super::names::name_of;
+    #[pymodule_export]
+    use super::publisher::Publisher;
     #[pymodule_export]
     use super::run::{Embedded, embed, run};
     #[pymodule_export]

@@ -344,7 +344,8 @@ impl Link {
         })?;
         match answer {
             Ok(Answer::Result(Value::Struct(_, values))) => {
-                self.types.answer_object(py, &operation.answer, values)
+                let (answer, has_result) = (&operation.answer, operation.has_result);
+                self.types.answer_object(py, answer, has_result, values)
             }
             Ok(Answer::Result(_)) => Ok(py.None().into_bound(py)),
             Ok(Answer::Image(memory)) => self.result_view(py, operation, memory),

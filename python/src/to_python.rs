@@ -55,13 +55,18 @@ impl Types {
         PyTuple::new(py, objects.collect::<PyResult<Vec<_>>>()?)
     }
 
-    /// The result of a call: nothing, the only part of the reply, or all of them.
+    /// The result of a call: nothing, the only part of the reply, or all of them. A reply ends with
+    /// the result, if the operation `has_result`; the tuple begins with it.
     pub(crate) fn answer_object<'py>(
         &self,
         py: Python<'py>,
         operation: &str,
-        values: Vec<Value>,
+        has_result: bool,
+        mut values: Vec<Value>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        if has_result && values.len() > 1 {
+            values.rotate_right(1);
+        }
         let mut parts = self.parts(py, values)?.into_any();
         match (parts.len()?, self.answer(operation)) {
             (0, _) => parts = py.None().into_bound(py),

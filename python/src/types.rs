@@ -24,6 +24,7 @@ pub(crate) struct Types {
     pub(crate) frombuffer: Py<PyAny>,
     pub(crate) empty: Py<PyAny>,
     pub(crate) numpy_bool: Py<PyAny>,
+    pub(crate) numpy_complex: Py<PyAny>,
 }
 
 /// The types of an operation, and the name of the class for replies of several parts.
@@ -60,6 +61,7 @@ impl Types {
             frombuffer: numpy.getattr("frombuffer")?.unbind(),
             empty: numpy.getattr("empty")?.unbind(),
             numpy_bool: numpy.getattr("bool_")?.unbind(),
+            numpy_complex: numpy.getattr("complexfloating")?.unbind(),
         };
         let mut uses = Uses::default();
         for operation in operations {

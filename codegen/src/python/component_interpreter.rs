@@ -5,6 +5,7 @@ use super::interpreter::{self, Unusable};
 use crate::project::Project;
 use pep440_rs::Version;
 use rc_diagnostics::{Diagnostic, Span};
+use std::ffi::OsString;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -26,10 +27,10 @@ pub enum Next {
 
 /// What a launcher takes.
 enum Taken {
-    /// The active virtual environment.
-    Active(PathBuf),
     /// `.venv` of the component.
     Own(PathBuf),
+    /// The active virtual environment.
+    Active(PathBuf),
     /// `python3` of the path.
     InPath,
 }
@@ -38,11 +39,10 @@ impl Taken {
     /// In the order of the launcher.
     fn by(folder: &Path) -> Self {
         let own = folder.join(interpreter::OWN_ENVIRONMENT);
-        match interpreter::active_environment() {
-            Some(active) => Self::Active(active),
-            None if interpreter::may_run(&own.join(interpreter::PROGRAM)) => Self::Own(own),
-            None => Self::InPath,
+        if interpreter::may_run(&own.join(interpreter::PROGRAM)) {
+            return Self::Own(own);
         }
+        interpreter::active_environment().map_or(Self::InPath, Self::Active)
     }
 }
 
@@ -65,6 +65,17 @@ pub fn check(
         let is_old = !interpreter::is_new_enough(version, oldest);
         is_old.then(|| error("old-python", message, help))
     };
+    let home = |program: &Path, version: &Version| {
+        let home = wrong_home(version)?;
+        let message = format!(
+            "PYTHONHOME is {}, with which `{}` does not start: it has no library of Python {}.{}",
+            rc_diagnostics::foreign::clean(&home.to_string_lossy()),
+            program.display(),
+            version.release()[0],
+            version.release()[1],
+        );
+        Some(error("no-python", message, "unset it: `unset PYTHONHOME`".to_owned()))
+    };
     let (environment, help_old, help_numpy) = match Taken::by(project.code()) {
         Taken::InPath => {
             let makes = project.component.python.is_some_and(|python| python.venv);
@@ -78,7 +89,7 @@ pub fn check(
             return match asked {
                 Ok(version) => {
                     let help = format!("with a newer one in the path, {make} makes an environment");
-                    old(program, version, help)
+                    old(program, version, help).or_else(|| home(program, version))
                 }
                 Err(Unusable(reason)) => {
                     let help = "install it, or activate a virtual environment that has it";
@@ -105,7 +116,24 @@ pub fn check(
         let lacks = settings.lacks_numpy(&environment)?;
         lacks.then(|| error("no-numpy", message, help_numpy))
     };
-    old(&program, &settings.version, help_old).or_else(numpy)
+    old(&program, &settings.version, help_old)
+        .or_else(|| home(&program, &settings.version))
+        .or_else(numpy)
+}
+
+/// PYTHONHOME, if it names a folder without the library of this version: then no interpreter
+/// starts. Only the files tell: `rcgen` runs interpreters without this variable.
+fn wrong_home(version: &Version) -> Option<OsString> {
+    let home = std::env::var_os("PYTHONHOME").filter(|home| !home.is_empty())?;
+    // Python takes the first of two folders for its library.
+    let prefix = std::env::split_paths(&home).next()?;
+    let (major, minor) = (version.release()[0], version.release()[1]);
+    let library = |folder: &str| {
+        let folder = prefix.join(folder);
+        folder.join(format!("python{major}.{minor}/os.py")).exists()
+            || folder.join(format!("python{major}{minor}.zip")).exists()
+    };
+    (!["lib", "lib64"].into_iter().any(library)).then_some(home)
 }
 
 /// What `pyvenv.cfg` says about a virtual environment.

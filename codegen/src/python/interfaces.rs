@@ -34,6 +34,9 @@ struct Answer {
     operation: String,
     name: String,
     fields: Vec<String>,
+    /// Whether the first field is the result.
+    #[serde(skip)]
+    has_result: bool,
 }
 
 /// An operation as clients and publishers have it.
@@ -58,6 +61,13 @@ struct Function {
 }
 
 impl InterfaceFile {
+    /// The operations that reply with a result and `out` parameters, the classes of the replies,
+    /// and their fields.
+    pub(crate) fn replies(&self) -> impl Iterator<Item = (&str, &str, &[String])> {
+        let answers = self.answers.iter().filter(|answer| answer.has_result);
+        answers.map(|of| (of.operation.as_str(), of.name.as_str(), of.fields.as_slice()))
+    }
+
     /// The operations that reply with several values, and the classes of the replies.
     pub(crate) fn answers(&self) -> impl Iterator<Item = (&str, &str)> {
         self.answers
@@ -212,6 +222,7 @@ fn file(view: &view::Component, interface: &Interface, roles: &[(&str, bool)]) -
     }
 }
 
+/// Result first, then the `out` parameters, as the IDSL writes them.
 fn answer(of: &Operation, path: types::Path) -> Answer {
     let mut taken = BTreeSet::new();
     let outputs = of.outputs.iter().map(|output| {
@@ -225,12 +236,13 @@ fn answer(of: &Operation, path: types::Path) -> Answer {
         while taken.contains(&name) {
             name.push('_');
         }
-        fields.push(format!("{name}: {}", types::annotation(ty, path)));
+        fields.insert(0, format!("{name}: {}", types::annotation(ty, path)));
     }
     Answer {
         operation: of.name.clone(),
         name: answer_name(&of.name),
         fields,
+        has_result: of.result.is_some(),
     }
 }
 

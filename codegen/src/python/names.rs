@@ -108,6 +108,12 @@ const PACKAGES: [&str; 12] = [
 /// not hide, without those that begin with `_`.
 const STANDARD: &str = include_str!("standard_modules.txt");
 
+/// Whether a file of the worker with this name would hide a module of Python, or of the framework:
+/// `src` stands first where modules are looked for.
+pub(super) fn hides_module(stem: &str) -> bool {
+    STANDARD.lines().any(|module| module == stem) || ["numpy", "robocomp"].contains(&stem)
+}
+
 /// Whether a component can have this name, which is that of its package.
 ///
 /// # Errors

@@ -111,6 +111,11 @@ impl Code {
         all().find(starts).or_else(|| all().next())
     }
 
+    /// All files.
+    pub(super) fn files(&self) -> impl Iterator<Item = (&Path, SourceId)> {
+        self.files.iter().map(|(path, source)| (path.as_path(), *source))
+    }
+
     /// The place of a function's name.
     pub(super) fn place(&self, method: &Method, sources: &SourceMap) -> Span {
         self.at(method.file, method.line, method.column, sources)

@@ -3,11 +3,13 @@
 use super::component::{self, Component, WORKER, WORKER_MODULE};
 use super::component_interpreter::{self, InPath, Next};
 use super::handlers::Handler;
+use super::{names, reply_order};
 use super::source::{self, Class, Code, Method};
 use crate::project::Project;
 use crate::{requirements, view};
 use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
+use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -49,6 +51,7 @@ pub fn of(
     if found.has_errors() {
         return Ok((None, found));
     }
+    reply_order::check(project, &view, folder, &mut found)?;
     let component = component::of(&view);
     let missing = compare(project, folder, &component, true, sources, &mut found)?;
     let mut all = Diagnostics::new();
@@ -73,6 +76,7 @@ pub(crate) fn check(
     if more.has_errors() || !folder.join("src").is_dir() {
         return Ok(());
     }
+    reply_order::check(project, &view, folder, found)?;
     let component = component::of(&view);
     let missing = compare(project, folder, &component, false, sources, found)?;
     found.extend(
@@ -107,6 +111,7 @@ fn compare(
     let Some(code) = code.filter(|_| !found.iter().any(|d| d.code == "python-syntax")) else {
         return Ok(None);
     };
+    hidden(&code, &crate::paths::normal(&src), sources, found);
     let line = code.line_of(WORKER);
     let Some(worker) = line.first() else {
         let file = src.join(format!("{WORKER_MODULE}.py"));
@@ -145,6 +150,32 @@ fn compare(
         requirements: lacking.into_iter().map(requirements::line).collect(),
         total: required.len(),
     }))
+}
+
+/// Warns of files in `src` that hide modules of Python from the worker and from what it imports.
+fn hidden(code: &Code, src: &Path, sources: &SourceMap, found: &mut Diagnostics) {
+    for (path, source) in code.files() {
+        let Ok(inside) = path.strip_prefix(src) else {
+            continue;
+        };
+        // A module, or the file that makes a folder a package. Others are inside of packages.
+        let name = match inside.parent() {
+            Some(parent) if parent == Path::new("") => inside.file_stem(),
+            Some(parent) if inside.ends_with("__init__.py") && parent.iter().count() == 1 => {
+                parent.file_name()
+            }
+            _ => None,
+        };
+        let name = name.and_then(OsStr::to_str).unwrap_or_default();
+        if !names::hides_module(name) {
+            continue;
+        }
+        let message = format!("this hides the module `{name}` of Python, also from its library");
+        let first = sources.text(source).lines().next().map_or(0, str::len);
+        let place = Span::new(source, 0, first);
+        let warning = Diagnostic::warning("hidden-module", place, message);
+        found.push(warning.help(format!("give it another name, as `my_{name}`")));
+    }
 }
 
 /// Reports a function that cannot take the arguments of its calls, or says that it takes others.

@@ -118,12 +118,10 @@ fn answered(index: usize, of: &Operation, stem: &str, all: &Types) -> Answered {
     };
     let arguments = ["self".to_owned(), format!("answer: {function}")];
     let head = format!("def on_{}", names::method(&of.name).trim_end_matches('_'));
-    let mut parts: Vec<String> = of
-        .outputs
-        .iter()
-        .map(|output| all.default_of(output, &path))
-        .collect();
-    parts.extend(of.result.iter().map(|ty| all.default_of_type(ty, &path)));
+    let result = of.result.iter().map(|ty| all.default_of_type(ty, &path));
+    let outputs = of.outputs.iter();
+    let outputs = outputs.map(|output| all.default_of(output, &path));
+    let parts: Vec<String> = result.chain(outputs).collect();
     let default = match parts.as_slice() {
         [] => String::new(),
         [one] => match one.as_str() {

@@ -152,6 +152,26 @@ fn a_worker_that_does_not_fit_is_reported() {
 }
 
 #[test]
+fn a_generation_tells_workers_of_the_earlier_order_of_replies() {
+    let guard = Guard::new();
+    let interface = "generated/guard/interfaces/watch.py";
+    let (result, out) = ("    result: list[_guard.Echo]\n", "    count_: int\n");
+    let now = format!("{result}{out}");
+    guard.replace(interface, &now, &format!("{out}{result}"));
+    let (code, said) = guard.run(&["check", "--format", "short", "guard.cdsl"]);
+    assert_eq!(code, 0, "{said}");
+    expect![[r"
+        guard.cdsl:4:11: warning[reply-order]: the replies of `look` begin with the result now, in the order of the IDSL: (result, count_) (change where the order matters: src/specific_worker.py:9, src/specific_worker.py:21)
+    "]].assert_eq(&said);
+    let (code, again) = guard.run(&["--format", "short", "guard.cdsl"]);
+    assert_eq!(code, 0, "{again}");
+    assert!(again.contains(said.trim()), "{again}");
+    assert!(guard.text(interface).contains(&now));
+    // It is told once: the package is the new one.
+    assert_eq!(guard.run(&["check", "guard.cdsl"]), (0, String::new()));
+}
+
+#[test]
 fn handlers_may_come_from_other_files_and_from_packages() {
     let guard = Guard::new();
     guard.replace(
@@ -172,6 +192,27 @@ fn handlers_may_come_from_other_files_and_from_packages() {
     assert_eq!(guard.run(&["check", "guard.cdsl"]), (0, String::new()));
     fs::write(&silent, "class Silent:\n    pass\n").expect("a file");
     assert_eq!(guard.run(&["check", "guard.cdsl"]).0, 1);
+}
+
+#[test]
+fn a_file_that_hides_a_module_of_python_is_reported() {
+    let guard = Guard::new();
+    let src = guard.path().join("src");
+    for folder in ["email", "guarding", "json"] {
+        fs::create_dir(src.join(folder)).expect("a folder");
+    }
+    // A folder without `__init__.py` hides nothing, and what is inside of a package neither.
+    let files = ["queue.py", "numpy.py", "email/__init__.py", "email/parser.py"];
+    for file in files.into_iter().chain(["json/queue.py", "guarding/queue.py", "camera.py"]) {
+        fs::write(src.join(file), "").expect("a file");
+    }
+    let (code, said) = guard.run(&["check", "--format", "short", "guard.cdsl"]);
+    assert_eq!(code, 0, "{said}");
+    expect![[r"
+        src/email/__init__.py:1:1: warning[hidden-module]: this hides the module `email` of Python, also from its library (give it another name, as `my_email`)
+        src/numpy.py:1:1: warning[hidden-module]: this hides the module `numpy` of Python, also from its library (give it another name, as `my_numpy`)
+        src/queue.py:1:1: warning[hidden-module]: this hides the module `queue` of Python, also from its library (give it another name, as `my_queue`)
+    "]].assert_eq(&said);
 }
 
 #[test]

@@ -165,9 +165,10 @@ fn listed(path: &Path) -> Result<&str, Error> {
     Ok(name)
 }
 
-/// The script. Its interpreter is that of the active virtual environment, of `.venv` in the
-/// component's folder, or `python3`. An interpreter that cannot import the framework is a failed
-/// start, in one line.
+/// The script. Its interpreter is that of `.venv` in the component's folder, of the active virtual
+/// environment, or `python3`. A foreign PYTHONPATH comes behind the packages of an environment,
+/// which were chosen for the component. An interpreter that does not start or cannot import the
+/// framework is a failed start, in one line.
 fn text(
     package: &str,
     folder: &Path,
@@ -188,23 +189,34 @@ fn text(
         "#!/bin/sh\n\
          # Written by rcdeploy: runs the component `{package}`, which is in Python.\n\
          folder={folder}\n\
-         if [ -n \"${{VIRTUAL_ENV:-}}\" ] && [ -x \"$VIRTUAL_ENV/bin/python\" ]; then\n    \
-         python=$VIRTUAL_ENV/bin/python\n\
-         elif [ -x \"$folder/.venv/bin/python\" ]; then\n    \
+         before= behind=${{PYTHONPATH:-}}\n\
+         if [ -x \"$folder/.venv/bin/python\" ]; then\n    \
          python=$folder/.venv/bin/python\n\
+         elif [ -n \"${{VIRTUAL_ENV:-}}\" ] && [ -x \"$VIRTUAL_ENV/bin/python\" ]; then\n    \
+         python=$VIRTUAL_ENV/bin/python\n\
          elif command -v python3 >/dev/null; then\n    \
-         python=python3\n\
+         python=python3\n    \
+         before=$behind\n    \
+         behind=\n\
          else\n    \
          echo \"{package}: error: there is no python3 in the path; {needed}\" >&2\n    \
          exit 3\n\
          fi\n\
-         export PYTHONPATH={paths}\"${{PYTHONPATH:+:$PYTHONPATH}}\"\n\
+         if [ -n \"${{PYTHONHOME:-}}\" ] && ! \"$python\" -S -c \"\" 2>/dev/null; then\n    \
+         echo \"{package}: error: PYTHONHOME is $PYTHONHOME, with which $python does not start; unset it\" >&2\n    \
+         exit 3\n\
+         fi\n\
+         export PYTHONPATH={paths}\"${{before:+:$before}}\" ROBOCOMP_BEHIND=\"$behind\"\n\
          export PYTHONSAFEPATH=1 PYTHONUNBUFFERED=1 ROBOCOMP_LAUNCHER=\"$0\"\n\
          {native}\
-         exec \"$python\" -c 'import sys\n\
+         exec \"$python\" -c 'import os, sys\n\
          if sys.version_info < ({major}, {minor}):\n    \
          sys.stderr.write(\"{package}: error: %s is Python %d.%d; {needed}\\n\" % ((sys.executable,) + sys.version_info[:2]))\n    \
          sys.exit(3)\n\
+         behind = os.environ.pop(\"ROBOCOMP_BEHIND\", \"\")\n\
+         if behind:\n    \
+         sys.path.extend(behind.split(os.pathsep))\n    \
+         os.environ[\"PYTHONPATH\"] += os.pathsep + behind\n\
          try:\n    \
          import robocomp\n\
          except ImportError as error:\n    \
@@ -303,12 +315,19 @@ mod tests {
 
     /// Exit code, standard output and standard error of a launcher.
     fn run(path: &Path) -> (Option<i32>, String, String) {
+        run_in(path, &[])
+    }
+
+    /// The same with variables.
+    fn run_in(path: &Path, variables: &[(&str, &Path)]) -> (Option<i32>, String, String) {
         // The shell reads it: another thread of the tests may just have a copy of an open file.
         let output = std::process::Command::new("/bin/sh")
             .arg(path)
             .args(["--name", "a b"])
             .env_remove("VIRTUAL_ENV")
             .env_remove("PYTHONPATH")
+            .env_remove("PYTHONHOME")
+            .envs(variables.iter().copied())
             .output()
             .expect("it starts");
         let text = |bytes| String::from_utf8(bytes).expect("a text");
@@ -345,7 +364,7 @@ mod tests {
         assert_eq!(Note::read(&path).expect("a file"), Some(note()));
         let (code, out, err) = run(&path);
         assert_eq!((code, err.as_str()), (Some(0), ""));
-        assert!(out.starts_with("-c import sys\n"), "{out}");
+        assert!(out.starts_with("-c import os, sys\n"), "{out}");
         assert!(out.ends_with("alter_sys=True) --name a b\n"), "{out}");
     }
 
@@ -389,6 +408,54 @@ mod tests {
         assert_eq!((code, out.as_str()), (Some(3), ""));
         assert!(err.starts_with("eyes: error: "), "{err}");
         assert!(err.ends_with("needs Python 3.999 or newer\n"), "{err}");
+        assert_eq!(err.lines().count(), 1, "{err}");
+    }
+
+    #[test]
+    fn what_the_shell_has_does_not_beat_the_environment_of_a_component() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let home = folder.path().join("eyes");
+        let venv = home.join(".venv");
+        std::fs::create_dir(&home).expect("a folder");
+        let made = std::process::Command::new("python3")
+            .args(["-m", "venv", "--without-pip"])
+            .arg(&venv)
+            .status();
+        assert!(made.is_ok_and(|status| status.success()));
+        let lib = std::fs::read_dir(venv.join("lib")).expect("a folder").next();
+        let own = lib.expect("a version").expect("its folder").path().join("site-packages");
+        let package = |place: &Path, name: &str, text: &str| {
+            std::fs::create_dir_all(place).expect("a folder");
+            std::fs::write(place.join(name), text).expect("a file");
+        };
+        package(&own, "numpy.py", "place = 'own'\n");
+        let foreign = folder.path().join("foreign");
+        package(&foreign, "numpy.py", "place = 'foreign'\n");
+        package(&foreign, "other.py", "");
+        let generated = home.join(GENERATED);
+        package(&generated, "robocomp.py", "");
+        package(&generated.join("eyes"), "__init__.py", "");
+        let main = "import os, sys, numpy, other\n\
+                    print(numpy.place, sys.prefix.endswith('eyes/.venv'), os.environ['PYTHONPATH'])\n";
+        package(&generated.join("eyes"), "__main__.py", main);
+        let path = folder.path().join("launcher");
+        let paths = [generated.clone()];
+        let text = text("eyes", &home, &paths, None, (3, 11), &note());
+        write(&path, &text.expect("a script")).expect("a launcher");
+
+        // A foreign folder comes behind; programs that the worker starts have it as before.
+        let active = folder.path().join("active");
+        package(&active.join("bin"), "python", "#!/bin/sh\necho active\n");
+        let variables = [("PYTHONPATH", foreign.as_path()), ("VIRTUAL_ENV", &active)];
+        let path_there = format!("{}:{}", generated.display(), foreign.display());
+        let wanted = format!("own True {path_there}\n");
+        assert_eq!(run_in(&path, &variables), (Some(0), wanted, String::new()));
+
+        // No interpreter starts with the home of another one.
+        let (code, out, err) = run_in(&path, &[("PYTHONHOME", &foreign)]);
+        assert_eq!((code, out.as_str()), (Some(3), ""), "{err}");
+        let wanted = format!("eyes: error: PYTHONHOME is {}, with which ", foreign.display());
+        assert!(err.starts_with(&wanted) && err.ends_with("; unset it\n"), "{err}");
         assert_eq!(err.lines().count(), 1, "{err}");
     }
 

@@ -58,13 +58,19 @@ impl Eyes {
 
     /// Findings of `rcdeploy` about interpreters, in one line each.
     fn found(&self, args: &[&str], environment: Option<&Path>) -> Vec<String> {
+        let active = environment.map(|environment| ("VIRTUAL_ENV", environment));
+        self.found_with(args, active.as_slice())
+    }
+
+    /// The same with these variables of Python.
+    fn found_with(&self, args: &[&str], variables: &[(&str, &Path)]) -> Vec<String> {
         let mut rcdeploy = self.site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
         rcdeploy.args(args).arg(&self.ddsl);
         rcdeploy.env("PATH", self.site.path("networks/bin"));
-        rcdeploy.env_remove("PYTHONPATH").env_remove("VIRTUAL_ENV");
-        if let Some(environment) = environment {
-            rcdeploy.env("VIRTUAL_ENV", environment);
+        for name in ["PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV"] {
+            rcdeploy.env_remove(name);
         }
+        rcdeploy.envs(variables.iter().copied());
         let ran = self.site.run(rcdeploy);
         assert_eq!(ran.code, 1, "nothing is built: {ran:?}");
         let folder = format!("{}/", self.site.path("networks").display());
@@ -120,18 +126,22 @@ fn an_interpreter_that_cannot_run_a_component_is_found_by_a_check() {
     assert_eq!(eyes.check(), [without.as_str()]);
     assert!(!eyes.trace(".venv/bin/python").exists(), "it ran");
 
-    // Before a build as well, and the active environment comes first.
+    // Before a build as well. The active environment comes behind that of the component.
     let built = eyes.found(&["up", "--build"], None).join("\n");
     assert!(built.contains("error[no-numpy]: `eyes/.venv`"), "{built}");
     let active = eyes.site.path("networks/active");
     eyes.program("active/bin/python", "3.13.0");
     fs::write(active.join("pyvenv.cfg"), "version = 3.10.0\n").expect("a file");
-    let found = eyes.found(&["check", "--format", "short"], Some(&active));
+    let found = || eyes.found(&["check", "--format", "short"], Some(&active));
+    assert_eq!(found(), [without.as_str()]);
+    let away = own.with_file_name("away");
+    fs::rename(&own, &away).expect("to rename");
     let help = "deactivate this environment, or activate another one";
     let old = format!(
         "`active/bin/python` is Python 3.10; this component needs Python 3.13 or newer ({help})"
     );
-    assert_eq!(found, [format!("{place}[old-python]: {old}")]);
+    assert_eq!(found(), [format!("{place}[old-python]: {old}")]);
+    fs::rename(&away, &own).expect("to rename");
 
     // What may have the package is not refused.
     let foreign = packages.join("foreign.pth");
@@ -141,4 +151,14 @@ fn an_interpreter_that_cannot_run_a_component_is_found_by_a_check() {
     assert_eq!(eyes.check(), [without.as_str()]);
     fs::create_dir(packages.join("numpy")).expect("a folder");
     assert_eq!(eyes.check(), [""; 0]);
+
+    // No interpreter starts with the home of another one.
+    let home = eyes.site.path("networks/home");
+    let found = eyes.found_with(&["check", "--format", "short"], &[("PYTHONHOME", &home)]);
+    let wrong = "PYTHONHOME is home, with which `eyes/.venv/bin/python` does not start: it has no library of Python 3.13 (unset it: `unset PYTHONHOME`)";
+    assert_eq!(found, [format!("{place}[no-python]: {wrong}")]);
+    fs::create_dir_all(home.join("lib/python3.13")).expect("a folder");
+    fs::write(home.join("lib/python3.13/os.py"), "").expect("a file");
+    let found = eyes.found_with(&["check", "--format", "short"], &[("PYTHONHOME", &home)]);
+    assert_eq!(found, [""; 0]);
 }

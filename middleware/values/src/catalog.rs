@@ -44,6 +44,8 @@ pub struct Operation {
     pub request: Arc<Struct>,
     /// Structure of a reply: the output parameters, then the returned value as `return`.
     pub reply: Arc<Struct>,
+    /// Whether there is a returned value.
+    pub has_result: bool,
     /// The exceptions, in their order.
     pub throws: Vec<Exception>,
 }
@@ -340,6 +342,7 @@ impl<'m> Resolver<'m> {
             pattern,
             request: Arc::new(self.structure(place, &operation.inputs, 0)?),
             reply: Arc::new(self.structure(place, &outputs, 0)?),
+            has_result: operation.result.is_some(),
             throws,
         })
     }

@@ -1,11 +1,14 @@
 """A running network without a component of one's own."""
 
 import copy
+import inspect
 import os
+import pydoc
 import signal
 import subprocess
 import sys
 import threading
+import time
 import unittest
 from datetime import timedelta
 
@@ -13,11 +16,47 @@ import numpy as np
 import robocomp
 from build import Fixture
 from demo import MODULE
-from robocomp._classes import classes
+from robocomp._classes import classes, distinct
 
 MIDDLEWARE = os.environ.get("TEST_MIDDLEWARE", "iceoryx2")
 NETWORK = os.environ.get("TEST_NETWORK", f"py-client-{os.getpid()}")
 LIMIT = timedelta(seconds=20)
+
+
+PARAMETERS = {
+    "name": "server",
+    "parameters": [
+        {
+            "name": "speed",
+            "kind": {"scalar": {"type": "float"}},
+            "default": {"float": 500.0},
+            "range": {"min": {"float": 0.0}, "max": {"float": 1500.0}},
+            "editable": True,
+        },
+        {
+            "name": "pause",
+            "kind": {"scalar": {"type": "duration"}},
+            "default": {"duration": 1000000000},
+            "editable": True,
+        },
+    ],
+}
+
+
+def counted(function, *arguments):
+    """The result of a function, and the number of lines that ran in it."""
+    lines = 0
+
+    def trace(frame, event, _):
+        nonlocal lines
+        lines += event == "line"
+        return trace if frame.f_code is function.__code__ else None
+
+    sys.settrace(trace)
+    try:
+        return function(*arguments), lines
+    finally:
+        sys.settrace(None)
 
 
 class Client(unittest.TestCase):
@@ -25,6 +64,8 @@ class Client(unittest.TestCase):
     def setUpClass(cls):
         fixture = Fixture("server", [MODULE], MIDDLEWARE)
         fixture.slot("Echo", "implements", "Demo::Echo").slot("Images", "publishes", "Demo::Images")
+        fixture.slot("Seen", "subscribesTo", "Demo::Images")
+        fixture.description["parameters"] = PARAMETERS
         types = fixture.types
 
         cls.gate = threading.Event()
@@ -35,6 +76,9 @@ class Client(unittest.TestCase):
             def initialize(self, ctx):
                 self.number = 0
                 self.notes = []
+
+            def image(self, ctx, image):
+                self.notes.append(f"seen {image.frame}")
 
             def compute(self, ctx):
                 self.number += 1
@@ -51,7 +95,7 @@ class Client(unittest.TestCase):
             def shift(self, ctx, at, by):
                 if by == 0:
                     raise types["Demo::Nonsense"]("by is zero", 7)
-                return 3, types["Demo::Point"](at.x + by, at.y)
+                return types["Demo::Point"](at.x + by, at.y), 3
 
             def note(self, ctx, text):
                 if text == "wait":
@@ -102,15 +146,91 @@ class Client(unittest.TestCase):
     def test_operations_are_called(self):
         net = self.net
         self.assertEqual(net.components, ["server"])
-        self.assertEqual(dir(net.server), ["echo"])
+        self.assertEqual(dir(net.server), ["echo", "params"])
         np.testing.assert_array_equal(net.server.echo.numbers([2, 4]), [1.0, 2.0])
         np.testing.assert_array_equal(net["server"].Echo.numbers(data=[6]), [3.0])
         point = net.types["Demo::Point"](1.0, 2.0)
         answer = net.server.echo.shift(at=point, by=2.0)
         self.assertEqual((answer.count_, answer.result.x), (3, 3.0))
+        result, count = answer
+        self.assertEqual((count, result.x), (3, 3.0))
         self.assertIsNone(net.server.echo.nothing())
         net.server.echo.note("a note")
         self.assertEqual(net.server.echo.noted(), ["a note"])
+
+    def test_operations_have_signatures_and_documentation(self):
+        shift = self.net.server.echo.shift
+        signature = inspect.signature(shift)
+        self.assertEqual(list(signature.parameters), ["at", "by"])
+        point = self.net.types["Demo::Point"]
+        self.assertIs(signature.parameters["at"].annotation, point)
+        self.assertIs(signature.return_annotation, self.net.types["Demo::Echo.shift"])
+        text = pydoc.plain(pydoc.render_doc(shift))
+        self.assertIn("shift(at: Demo.Point, by: float) -> Demo.ShiftAnswer", text)
+        for line in (
+            "`server.Echo.shift`",
+            "by: float64",
+            "result: Demo::Point",
+            "count: int32",
+            "Raises",
+            "Demo::Nonsense",
+        ):
+            self.assertIn(line, text)
+        numbers = self.net.server.echo.numbers
+        self.assertEqual(str(inspect.signature(numbers)), "(data: numpy.ndarray) -> numpy.ndarray")
+        with self.assertRaises(TypeError) as error:
+            shift(at=point(0.0, 0.0), by=1.0, to=2)
+        self.assertIn("server.Echo.shift(at: Demo.Point, by: float)", str(error.exception))
+        self.assertIn("'to'", str(error.exception))
+
+    def test_what_is_printed_says_what_it_is(self):
+        net = self.net
+        self.assertEqual(repr(net), f"<network {NETWORK}: components server; topics 2>")
+        self.assertEqual(repr(net.server), "<component server: slots echo>")
+        said = repr(net.server.echo)
+        self.assertTrue(said.startswith("<slot server.Echo: echo, nothing, shift"), said)
+
+    def test_samples_are_published(self):
+        types = self.net.types
+        frame = f"{time.monotonic_ns() % 10**9}"
+        center = types["Demo::Point"](1.0, 2.0)
+        values = {"number": 7, "kind": types["Demo::Kind"].DOOR, "frame": frame, "center": center}
+        values |= {"corners": [], "pose": [0.0] * 6, "data": b"abc"}
+        image = types["Demo::Image"](**values)
+        with self.net.publisher("server.Seen.image") as seen:
+            self.assertEqual(seen.subscribers, 1)
+            self.assertEqual(repr(seen), "<publisher server.Seen.image(image: Demo.Image)>")
+            with self.assertRaises(TypeError):
+                seen.publish()
+            with self.assertRaises(robocomp.InvalidSample):
+                seen.publish(5)
+            seen.publish(image=image)
+        with self.assertRaises(robocomp.SendError):
+            seen.publish(image)
+        end = time.monotonic() + LIMIT.total_seconds()
+        while f"seen {frame}" not in self.net.server.echo.noted():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.01)
+        with self.assertRaises(robocomp.Error):
+            self.net.publisher("nothing")
+
+    def test_parameters_are_read_and_changed(self):
+        params = self.net.server.params
+        self.assertEqual(dict(params), {"speed": 500.0, "pause": "1 s"})
+        params["speed"] = np.float64(600.0)
+        params.update(pause=timedelta(milliseconds=250))
+        self.assertEqual((params["speed"], params["pause"]), (600.0, "250 ms"))
+        with self.assertRaises(robocomp.Error) as error:
+            params.update({"speed": 700.0, "pause": 5})
+        self.assertIn("pause", str(error.exception))
+        self.assertEqual(params["speed"], 600.0)
+        with self.assertRaises(robocomp.Error) as error:
+            params["sped"] = 1.0
+        self.assertIn("speed", str(error.exception))
+        with self.assertRaises(KeyError):
+            params["sped"]
+        self.assertIn("speed = 600.0  (float", repr(params))
+        params.update(speed=500.0, pause="1 s")
 
     def test_errors_are_exceptions(self):
         net = self.net
@@ -236,8 +356,8 @@ except robocomp.StartError as error:
         self.assertNotIn("noted", message)
 
     def test_a_topic_is_a_stream(self):
-        self.assertEqual(self.net.topics, ["server.Images.image"])
-        images = self.net.topic("image", timeout=LIMIT)
+        self.assertEqual(self.net.topics, ["server.Images.image", "server.Seen.image"])
+        images = self.net.topic("Images.image", timeout=LIMIT)
         numbers = []
         for image in images:
             self.assertEqual(image.data.tolist(), [5] * 8)
@@ -265,7 +385,7 @@ class Versions(unittest.TestCase):
                     return None
 
                 def shift(self, ctx, at, by):
-                    return 1, at
+                    return at, 1
 
                 def note(self, ctx, text):
                     pass
@@ -376,8 +496,34 @@ class Classes(unittest.TestCase):
         pair = made["Odd::Pair"](1.0, 2.0, 3.0, 4.0, 5.0)
         self.assertEqual((pair.a, pair.a_, pair.max_range, pair.max_range_, pair.n4), (1.0, 2.0, 3.0, 4.0, 5.0))
         self.assertEqual(made["Odd::Broken"](5.0).args_, 5.0)
-        self.assertEqual(made["Odd::Calls.ask"]._fields, ("result", "b", "result_"))
+        self.assertEqual(made["Odd::Calls.ask"]._fields, ("result_", "result", "b"))
         self.assertEqual(made["Odd::a b\0"](1.0).x, 1.0)
+
+    def test_hostile_names_do_not_occupy_a_client(self):
+        many = 4000
+        members = lambda name: [{"name": name(at), "type": "float64"} for at in range(many)]  # noqa: E731
+        shapes = {
+            "equal": lambda at: "a",
+            "numbered": lambda at: "a" if at % 2 else f"a_{at}",
+            "odd": lambda at: "\0",
+            "words": lambda at: "class",
+        }
+        for shape, name in shapes.items():
+            # The work is counted, not timed.
+            names, lines = counted(distinct, "member", [name(at) for at in range(many)])
+            self.assertLess(lines, 20 * many, shape)
+            self.assertEqual(len(set(names)), many, shape)
+        module = {
+            "module": "Odd",
+            "types": [
+                {"name": "Struct", "struct": members(shapes["equal"])},
+                {"name": "Enum", "enum": [["a", at] for at in range(many)]},
+                {"name": "Exception", "exception": members(shapes["equal"])},
+            ],
+        }
+        made = classes([module])
+        self.assertEqual(len(made["Odd::Struct"].__match_args__), many)
+        self.assertEqual(len(made["Odd::Enum"]), many)
 
 
 

@@ -45,12 +45,12 @@ class Server:
                 if by < 0:
                     raise types["Demo::Empty"]()
                 if by > 1e6:
-                    return types["Demo::Point"](1e30, 0.0), 1
+                    return 1, types["Demo::Point"](1e30, 0.0)
                 if by > 1e5:
-                    return 1, "two"
+                    return "two", 1
                 if by > 1e4:
                     raise KeyError("lost")
-                return 3, types["Demo::Point"](at.x + by, at.y)
+                return types["Demo::Point"](at.x + by, at.y), 3
 
             def note(self, ctx, text):
                 self.notes.append(text)
@@ -269,7 +269,28 @@ class Exchange(unittest.TestCase):
         answer = self.shift(1.0)
         self.assertEqual(answer.count_, 3)
         self.assertEqual(answer.result, self.types["Demo::Point"](2.0, 2.0))
-        self.assertIsInstance(answer, tuple)
+        self.assertEqual(answer, (self.types["Demo::Point"](2.0, 2.0), 3))
+
+    def test_arrays_that_would_lose_a_part_are_refused(self):
+        masked = np.ma.array([1, 2], mask=[False, True])
+        hidden = np.ma.array(5, mask=True)
+        sends = lambda data: self.client.run(lambda ctx: ctx.echo.numbers(data))  # noqa: E731
+        for data, reason in (
+            (np.array([1 + 2j, 3]), "complex"),
+            (np.array([1 + 0j], np.complex64), "complex"),
+            (masked, "filled"),
+            (masked.astype(np.float64), "filled"),
+            ([np.ma.masked], "expected int32"),
+            ([hidden], "expected int32"),
+        ):
+            with self.assertRaises(TypeError) as caught:
+                sends(data)
+            self.assertIn(reason, str(caught.exception))
+        point = self.types["Demo::Point"]
+        for number in (np.complex128(1 + 2j), 1j, np.ma.masked, np.ma.array(5.0, mask=True)):
+            with self.assertRaises(TypeError):
+                self.client.run(lambda ctx: ctx.echo.shift(point(1.0, 2.0), number))  # noqa: B023
+        np.testing.assert_array_equal(sends(np.ma.array([1, 2, 3])), [0.5, 1.0, 1.5])
 
     def test_exceptions_of_the_interface_arrive(self):
         with self.assertRaises(self.types["Demo::Nonsense"]) as caught:

@@ -53,7 +53,7 @@ class LaserFake(_testing.FakeServer):
     def answer_defaults(self) -> None:
         """Answers every query that has no answer yet with default values."""
         self._or_default(0, list)
-        self._or_default(1, lambda: _i_laser.GetLaserAndBStateDataAnswer(_robo_comp_generic_base.TBaseState(), []))
+        self._or_default(1, lambda: _i_laser.GetLaserAndBStateDataAnswer([], _robo_comp_generic_base.TBaseState()))
         self._or_default(2, lambda: _robo_comp_laser.LaserConfData())
 
 

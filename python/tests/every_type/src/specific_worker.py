@@ -73,7 +73,7 @@ class SpecificWorker(Worker):
         kind: Kind,
         point: Point | None,
     ) -> SeveralAnswer:
-        return SeveralAnswer(text, outline, kind, point, number)
+        return SeveralAnswer(number, text, outline, kind, point)
 
     def types_outputs(self, ctx: Context) -> OutputsAnswer:
         return OutputsAnswer(-(2**63), ["a", ""])

@@ -14,8 +14,8 @@ from ..types import robo_comp_laser as _robo_comp_laser
 class GetLaserAndBStateDataAnswer(_typing.NamedTuple):
     """The reply of `getLaserAndBStateData`."""
 
-    b_state: _robo_comp_generic_base.TBaseState
     result: list[_robo_comp_laser.TData]
+    b_state: _robo_comp_generic_base.TBaseState
 
 
 class LaserClient(_robocomp.Client):
