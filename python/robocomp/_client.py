@@ -85,7 +85,7 @@ class Parameters(MutableMapping[str, Any]):
     """The parameters of a running component by their paths, as `motors[2].max`. A value that is
     assigned is checked as one of the configuration; `update` changes several, all or none. Those
     that are not editable take effect at the next start of the component, if it allows that.
-    A duration is a text, as `500 ms`; a `timedelta` may be assigned. Secret values are `***`."""
+    A duration is a text, as `500ms`; a `timedelta` may be assigned. Secret values are `***`."""
 
     def __init__(self, network: "Network", component: str) -> None:
         self._network = network

@@ -1,7 +1,6 @@
 //! Bytes of calls and samples without a network, for tests of workers: a fake checks values as the
 //! wire does.
 
-use crate::description::{Operation, Program};
 use crate::errors;
 use crate::from_python::Misfit;
 use crate::member::Member;
@@ -11,6 +10,7 @@ use crate::view::{Loan, View};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
+use rc_host::{Aligned, Operation, Program};
 use rc_middleware::Encoding;
 use rc_runtime::testing::TestMembers;
 use rc_values::{Struct, Type, Value, decode, encode_body, encode_image};
@@ -151,7 +151,7 @@ impl Codec {
         let value = self.types.structure(ty, value);
         let value = value.map_err(|misfit| refused(misfit.to_string()))?;
         let image = encode_image(&value).map_err(|error| refused(error.to_string()))?;
-        let memory = Py::new(py, Memory::copied(&image))?;
+        let memory = Py::new(py, Memory::owned(Aligned::copied(&image)))?;
         let view = View::new(memory, Arc::clone(&self.types), Arc::clone(ty), 0);
         Bound::new(py, view)
     }

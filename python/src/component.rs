@@ -1,21 +1,20 @@
 //! A worker in Python as the runtime sees it.
 
 use crate::alive::Alive;
-use crate::description::{Operation, Program};
 use crate::errors;
 use crate::from_python::Misfit;
-use crate::kept_count::KeptCounts;
 use crate::link::Link;
+use crate::memory::Memory;
 use crate::parameters;
-use crate::replies::undecodable;
-use crate::sample::Sample;
-use crate::session::{self, Number, Session};
+use crate::session::note_failure;
 use crate::types::Types;
 use crate::view::View;
-use crate::wire::{read, write};
 use crate::worker::Worker;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use rc_host::{
+    KeptCounts, Number, Operation, Program, Sample, Session, read, session, undecodable, write,
+};
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Encoding, KeptSample, Reader};
 use rc_runtime::lifecycle::{Hook, Transition};
@@ -216,8 +215,8 @@ impl PythonComponent {
             operation.request.members.first().map(|member| &member.ty),
         ) {
             (Sample::Value(value), _) => self.arguments(py, member, value),
-            (Sample::Image(memory), Some(Type::Struct(ty))) => {
-                let memory = Py::new(py, memory)?;
+            (Sample::Image(image), Some(Type::Struct(ty))) => {
+                let memory = Py::new(py, Memory::received(image))?;
                 let view = View::new(memory, Arc::clone(&self.types), Arc::clone(ty), 0);
                 let mut arguments = self.first_arguments(py, member)?;
                 arguments.push(Bound::new(py, view)?.into_any());
@@ -240,7 +239,7 @@ impl PythonComponent {
                 .and_then(|arguments| component.worker.handle(py, &operation.handler, arguments));
             handled.map(drop).map_err(|error| {
                 let text = errors::one_line(py, &error);
-                session::note_failure(py, &error);
+                note_failure(py, &error);
                 HandlerError(format!("{}(): {text}", operation.handler))
             })
         })
@@ -312,7 +311,7 @@ impl PythonComponent {
                 Some(Err(misfit)) => failed(misfit.to_string()),
                 None => {
                     let text = errors::one_line(py, &error);
-                    session::note_failure(py, &error);
+                    note_failure(py, &error);
                     failed(text)
                 }
             },

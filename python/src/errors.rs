@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use rc_host::HostError;
 use rc_middleware::{CallError, SendError};
 use rc_runtime::{MemberError, StartError, TimeError, WorkerError};
 use std::collections::VecDeque;
@@ -34,10 +35,18 @@ pub(crate) fn wrong_thread() -> PyErr {
 }
 
 /// The generated package does not fit its description.
-pub(crate) fn no_such(what: &str, slot: usize) -> PyErr {
-    pyo3::exceptions::PyIndexError::new_err(format!(
-        "slot {slot} has no such {what}; generate the component anew"
-    ))
+pub(crate) fn no_such(what: &'static str, slot: usize) -> PyErr {
+    of_host(HostError::NoSuch { what, slot })
+}
+
+/// The exception for a context that did nothing.
+#[expect(clippy::needless_pass_by_value, reason = "a function for `map_err`")]
+pub(crate) fn of_host(error: HostError) -> PyErr {
+    match &error {
+        HostError::WrongThread => wrong_thread(),
+        HostError::Member(error) => of_member(error),
+        _ => pyo3::exceptions::PyIndexError::new_err(error.to_string()),
+    }
 }
 
 /// The exception for a call that failed.

@@ -70,7 +70,7 @@ impl Hooks for PythonComponent {
 impl PythonComponent {
     fn machine_name(
         &self,
-        names: impl FnOnce(&'static crate::description::Machine) -> &'static Vec<String>,
+        names: impl FnOnce(&'static rc_host::Machine) -> &'static Vec<String>,
         number: u16,
     ) -> Option<&'static str> {
         let names = names(self.program.machine?);

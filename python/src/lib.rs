@@ -5,15 +5,12 @@
 //! its context and of its worker. [`run`] joins them with the runtime.
 
 mod alive;
-mod backends;
 mod client;
 mod codec;
 mod component;
-mod description;
 mod errors;
 mod from_python;
 mod hooks;
-mod kept_count;
 mod link;
 mod log;
 mod machine_runner;
@@ -22,15 +19,12 @@ mod memory;
 mod names;
 mod parameters;
 mod publisher;
-mod replies;
 mod run;
-mod sample;
 mod samples;
 mod session;
 mod to_python;
 mod types;
 mod view;
-mod wire;
 mod worker;
 
 use pyo3::prelude::*;

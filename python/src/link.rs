@@ -1,21 +1,17 @@
 //! The class `Link`: what the generated clients, publishers and contexts call.
 
-use crate::description::{Operation, Program};
 use crate::errors;
 use crate::from_python::Misfit;
 use crate::member::Member;
 use crate::memory::Memory;
-use crate::replies::undecodable;
-use crate::sample::copied;
-use crate::session::{Number, with, with_core, with_machine, with_time};
+use crate::session::{with, with_core, with_machine, with_time};
 use crate::types::Types;
 use crate::view::{Loan, View};
-use crate::wire::{read, write};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use rc_middleware::typed::{TypedClient, expect_result};
-use rc_middleware::{CallError, DecodeError, Reader};
+use rc_host::link::{self, Answer, Reading};
+use rc_host::{Number, Operation, Program};
 use rc_runtime::{Order, Time};
 use rc_values::{Type, Value};
 use std::sync::Arc;
@@ -28,55 +24,14 @@ pub(crate) struct Link {
     types: Arc<Types>,
 }
 
-/// Reply of a server.
-enum Answer {
-    Result(Value),
-    /// The image of a result.
-    Image(Memory),
-    Exception(Value),
-}
-
 impl Link {
     pub(crate) fn new(program: Arc<Program>, types: Arc<Types>) -> Self {
         Self { program, types }
     }
 
     fn operation(&self, slot: usize, operation: usize) -> PyResult<&Operation> {
-        let is_member = slot >= self.program.slots.len();
-        let described = if is_member {
-            with(|session| session.described(slot))?
-        } else {
-            slot
-        };
-        let found = self.program.operation(described, operation);
-        found.ok_or_else(|| errors::no_such("operation", slot))
+        link::operation(&self.program, slot, operation).map_err(errors::of_host)
     }
-}
-
-/// Calls a query. `result` reads what it returns, unless that is nothing.
-fn call(
-    client: &mut TypedClient,
-    operation: &Operation,
-    request: &Value,
-    result: impl FnOnce(&mut Reader<'_>) -> Result<Answer, DecodeError>,
-) -> Result<Answer, CallError> {
-    client.call_with(
-        &operation.wire,
-        |writer| write(request, writer),
-        |case, reader| {
-            if let Some(thrown) = operation.throws.iter().find(|thrown| thrown.id == case) {
-                return read(&thrown.ty, reader)
-                    .map(Answer::Exception)
-                    .map_err(|error| CallError::Malformed(undecodable(error)));
-            }
-            expect_result(case)?;
-            if operation.reply.members.is_empty() {
-                let empty = Value::Struct(Arc::clone(&operation.reply), Vec::new());
-                return Ok(Answer::Result(empty));
-            }
-            result(reader).map_err(CallError::Malformed)
-        },
-    )
 }
 
 #[allow(
@@ -94,10 +49,7 @@ impl Link {
         arguments: &Bound<'py, PyTuple>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let operation = self.operation(slot, operation)?;
-        self.ask(py, slot, operation, arguments, |reader| {
-            let value = read(&operation.reply, reader);
-            value.map(Answer::Result).map_err(undecodable)
-        })
+        self.ask(py, slot, operation, arguments, Reading::Value)
     }
 
     /// Calls a query and returns a view of the image of its result, which is copied as a whole.
@@ -109,9 +61,7 @@ impl Link {
         arguments: &Bound<'py, PyTuple>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let operation = self.operation(slot, operation)?;
-        self.ask(py, slot, operation, arguments, |reader| {
-            copied(&operation.reply, reader).map(Answer::Image)
-        })
+        self.ask(py, slot, operation, arguments, Reading::Image)
     }
 
     /// Sends a command.
@@ -124,12 +74,8 @@ impl Link {
     ) -> PyResult<()> {
         let operation = self.operation(slot, operation)?;
         let request = self.request(py, operation, arguments)?;
-        let sent = py.detach(|| {
-            with(|session| {
-                let client = session.client(slot)?;
-                Ok(client.send_with(&operation.wire, |writer| write(&request, writer)))
-            })
-        })?;
+        let sent = py.detach(|| link::command(slot, operation, &request));
+        let sent = sent.map_err(errors::of_host)?;
         sent.map_err(|error| errors::of_call(py, &error))
     }
 
@@ -144,12 +90,8 @@ impl Link {
         let described = self.operation(slot, operation)?;
         let sample = self.types.arguments(&described.request, arguments);
         let sample = sample.map_err(|misfit| misplaced(py, "InvalidSample", described, &misfit))?;
-        let sent = py.detach(|| {
-            with(|session| {
-                let publisher = session.publisher(slot, operation)?;
-                Ok(publisher.publish_with(|writer| write(&sample, writer)))
-            })
-        })?;
+        let sent = py.detach(|| link::publish(slot, operation, &sample));
+        let sent = sent.map_err(errors::of_host)?;
         sent.map_err(|error| errors::of_sending(py, &error))
     }
 
@@ -333,22 +275,17 @@ impl Link {
         slot: usize,
         operation: &Operation,
         arguments: &Bound<'py, PyTuple>,
-        result: impl FnOnce(&mut Reader<'_>) -> Result<Answer, DecodeError> + Send,
+        reading: Reading,
     ) -> PyResult<Bound<'py, PyAny>> {
         let request = self.request(py, operation, arguments)?;
-        let answer = py.detach(|| {
-            with(|session| {
-                let client = session.client(slot)?;
-                Ok(call(client, operation, &request, result))
-            })
-        })?;
-        match answer {
+        let answer = py.detach(|| link::query(slot, operation, &request, reading));
+        match answer.map_err(errors::of_host)? {
             Ok(Answer::Result(Value::Struct(_, values))) => {
                 let (answer, has_result) = (&operation.answer, operation.has_result);
                 self.types.answer_object(py, answer, has_result, values)
             }
             Ok(Answer::Result(_)) => Ok(py.None().into_bound(py)),
-            Ok(Answer::Image(memory)) => self.result_view(py, operation, memory),
+            Ok(Answer::Image(image)) => self.result_view(py, operation, Memory::owned(image)),
             Ok(Answer::Exception(value)) => Err(PyErr::from_value(self.types.object(py, value)?)),
             Err(error) => Err(errors::of_call(py, &error)),
         }

@@ -1,10 +1,10 @@
 //! The state machine of a worker under test: the interpreter of the runtime without a process.
 //! Exceptions of the worker's functions end a step and reach the test.
 
-use crate::description::{Machine, Program};
 use crate::worker::Worker;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use rc_host::{Machine, Program};
 use rc_machine::{Failed, Host, Interpreter, Session};
 use std::cell::RefCell;
 use std::time::Duration;

@@ -8,17 +8,16 @@
     reason = "the buffer protocol hands out addresses; each block has its argument"
 )]
 
-use crate::kept_count::KeptCount;
 use pyo3::exceptions::PyBufferError;
 use pyo3::ffi;
 use pyo3::prelude::*;
+use rc_host::{Aligned, Image, KeptCount, Lent};
 use rc_middleware::in_place::{FromBytes, IntoBytes};
 use rc_middleware::{KeptSample, LoanedSample};
 use std::ffi::{CString, c_int, c_void};
 use std::ptr::NonNull;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::ThreadId;
 
 /// The memory of an image. Its address stays the same until it is taken.
 #[pyclass(frozen, module = "robocomp._native")]
@@ -40,11 +39,10 @@ impl<T: FromBytes + IntoBytes + Send + 'static> Number for T {}
 
 /// Owner of the bytes.
 enum Backing {
-    /// Aligned to 16.
-    Owned(#[expect(dead_code, reason = "it owns the memory")] Box<[u128]>),
+    Owned(#[expect(dead_code, reason = "it owns the memory")] Aligned),
     /// The same, for the loan of a test: it counts the loans of a topic.
     Counted(
-        #[expect(dead_code, reason = "it owns the memory")] Box<[u128]>,
+        #[expect(dead_code, reason = "it owns the memory")] Aligned,
         #[expect(dead_code, reason = "it counts the loan")] Arc<()>,
     ),
     /// The numbers of a value.
@@ -58,39 +56,6 @@ enum Backing {
     Taken,
 }
 
-/// A sample that stays on the thread of its publisher.
-struct Lent {
-    sample: Option<Box<dyn LoanedSample>>,
-    thread: ThreadId,
-}
-
-// SAFETY: `sample` is used and dropped on `thread` only: `Memory::take` and `Drop` compare it, and
-// a sample that is dropped elsewhere waits in `ABANDONED` for its thread.
-unsafe impl Send for Lent {}
-
-/// Samples whose objects ended on another thread.
-static ABANDONED: Mutex<Vec<Lent>> = Mutex::new(Vec::new());
-
-impl Drop for Lent {
-    fn drop(&mut self) {
-        if self.sample.is_some() && std::thread::current().id() != self.thread {
-            let lent = Self {
-                sample: self.sample.take(),
-                thread: self.thread,
-            };
-            let mut abandoned = ABANDONED.lock().unwrap_or_else(PoisonError::into_inner);
-            abandoned.push(lent);
-        }
-    }
-}
-
-/// Drops the samples of this thread whose objects ended on other threads.
-pub(crate) fn drop_abandoned() {
-    let own = std::thread::current().id();
-    let mut abandoned = ABANDONED.lock().unwrap_or_else(PoisonError::into_inner);
-    abandoned.retain(|lent| lent.thread != own);
-}
-
 // SAFETY: `start` is the address of the memory that `backing` owns. It is read and written only
 // while the interpreter is attached, in `bytes`, `write` and through buffers, whose users keep
 // Python's rules for shared arrays.
@@ -99,42 +64,39 @@ unsafe impl Send for Memory {}
 unsafe impl Sync for Memory {}
 
 impl Memory {
-    /// A copy of an image, which is only read.
-    pub(crate) fn copied(bytes: &[u8]) -> Self {
-        let memory = Self::own(bytes.len(), false);
-        // SAFETY: the memory has this length, nobody else has it yet, and does not overlap.
-        unsafe {
-            memory
-                .start
-                .as_ptr()
-                .copy_from_nonoverlapping(bytes.as_ptr(), bytes.len());
-        };
-        memory
+    /// An image of its own, which is only read.
+    pub(crate) fn owned(image: Aligned) -> Self {
+        Self::of(image, false, Backing::Owned)
+    }
+
+    /// The image of a received sample, which is only read.
+    pub(crate) fn received(image: Image) -> Self {
+        match image {
+            Image::Copied(image) => Self::owned(image),
+            Image::Kept(sample, count) => Self::kept(sample, count),
+        }
     }
 
     /// Zeros for an image that is copied when it is sent.
     pub(crate) fn zeros(length: usize) -> Self {
-        Self::own(length, true)
+        Self::of(Aligned::zeros(length), true, Backing::Owned)
     }
 
     /// Zeros for a loan of a test. `loan` is held for as long as the memory is.
     pub(crate) fn counted(length: usize, loan: Arc<()>) -> Self {
-        Self::of(length, true, |owned| Backing::Counted(owned, loan))
+        let of = |image| Backing::Counted(image, loan);
+        Self::of(Aligned::zeros(length), true, of)
     }
 
-    fn own(length: usize, writable: bool) -> Self {
-        Self::of(length, writable, Backing::Owned)
-    }
-
-    fn of(length: usize, writable: bool, backing: impl FnOnce(Box<[u128]>) -> Backing) -> Self {
-        let mut owned = vec![0_u128; length.div_ceil(16)].into_boxed_slice();
+    fn of(mut image: Aligned, writable: bool, backing: impl FnOnce(Aligned) -> Backing) -> Self {
+        let memory = image.bytes_mut();
         Self {
-            start: NonNull::from(&mut *owned).cast(),
-            length,
+            start: NonNull::from(&mut *memory).cast(),
+            length: memory.len(),
             writable,
             exports: AtomicUsize::new(0),
             discarded: AtomicBool::new(false),
-            backing: Mutex::new(backing(owned)),
+            backing: Mutex::new(backing(image)),
         }
     }
 
@@ -147,10 +109,7 @@ impl Memory {
             writable: true,
             exports: AtomicUsize::new(0),
             discarded: AtomicBool::new(false),
-            backing: Mutex::new(Backing::Lent(Lent {
-                sample: Some(sample),
-                thread: std::thread::current().id(),
-            })),
+            backing: Mutex::new(Backing::Lent(Lent::new(sample))),
         }
     }
 
@@ -167,8 +126,7 @@ impl Memory {
         }
     }
 
-    /// The memory of a received sample, which is only read.
-    pub(crate) fn kept(sample: Box<dyn KeptSample>, kept_count: KeptCount) -> Self {
+    fn kept(sample: Box<dyn KeptSample>, kept_count: KeptCount) -> Self {
         let memory = sample.memory();
         Self {
             start: NonNull::from(memory).cast(),
@@ -242,7 +200,7 @@ impl Memory {
             Backing::Owned(_) | Backing::Counted(..) | Backing::Numbers(_) | Backing::Kept(..) => {
                 return Ok(None);
             }
-            Backing::Lent(lent) if lent.thread != std::thread::current().id() => {
+            Backing::Lent(lent) if !lent.is_here() => {
                 // This error runs Python, which may hand the interpreter's lock to a thread that waits
                 // for this one.
                 drop(backing);
@@ -251,7 +209,7 @@ impl Memory {
             Backing::Lent(_) => {}
         }
         match std::mem::replace(&mut *backing, Backing::Taken) {
-            Backing::Lent(mut lent) => Ok(lent.sample.take()),
+            Backing::Lent(mut lent) => Ok(lent.take()),
             _ => Ok(None),
         }
     }

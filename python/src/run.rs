@@ -2,12 +2,12 @@
 
 use crate::alive::{Alive, LOOK};
 use crate::component::Start;
-use crate::description::Program;
 use crate::errors;
 use crate::types::Types;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rc_host::Program;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -5,7 +5,7 @@ use pyo3::types::{PyDict, PyString, PyTuple, PyType};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::description::Program;
+use rc_host::Program;
 
 /// The class of a structure, an exception or an enum.
 pub(crate) struct Class {

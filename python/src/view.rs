@@ -5,7 +5,6 @@ use crate::memory::Memory;
 use crate::session::with;
 use crate::to_python::dtype;
 use crate::types::Types;
-use crate::wire::write;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyAttributeError, PyTypeError};
 use pyo3::prelude::*;
@@ -310,14 +309,14 @@ impl Loan {
         (slot, operation): (usize, usize),
     ) -> PyResult<Bound<'py, Self>> {
         let (size, ty) = in_place(request)?;
-        crate::memory::drop_abandoned();
+        rc_host::drop_abandoned();
         let lent = with(|session| {
             let publisher = session.publisher(slot, operation)?;
-            let lent = publisher.loan_image(size);
-            let lent = lent
-                .map_err(|error| errors::raise(py, "NotSent", &format!("{error}; {ONE_LOAN}")))?;
-            Ok(lent.map(Memory::lent))
+            Ok(publisher.loan_image(size))
         })?;
+        let lent =
+            lent.map_err(|error| errors::raise(py, "NotSent", &format!("{error}; {ONE_LOAN}")))?;
+        let lent = lent.map(Memory::lent);
         let memory = lent.unwrap_or_else(|| Memory::zeros(size));
         Self::over(
             py,
@@ -411,12 +410,8 @@ impl Loan {
                 return send.bind(py).call1((arguments,)).map(drop);
             }
         };
-        let sent = py.detach(|| {
-            with(|session| {
-                let publisher = session.publisher(slot, operation)?;
-                Ok(publisher.publish_with(|writer| write(&value, writer)))
-            })
-        })?;
+        let sent = py.detach(|| rc_host::link::publish(slot, operation, &value));
+        let sent = sent.map_err(errors::of_host)?;
         sent.map_err(|error| errors::of_sending(py, &error))
     }
 

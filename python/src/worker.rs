@@ -1,9 +1,9 @@
 //! The user's worker: its functions by their names.
 
-use crate::description::{Machine, Program};
 use pyo3::call::PyCallArgs;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use rc_host::{Machine, Program};
 use rc_runtime::Role;
 use std::collections::HashMap;
 

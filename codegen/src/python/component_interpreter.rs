@@ -74,7 +74,11 @@ pub fn check(
             version.release()[0],
             version.release()[1],
         );
-        Some(error("no-python", message, "unset it: `unset PYTHONHOME`".to_owned()))
+        Some(error(
+            "no-python",
+            message,
+            "unset it: `unset PYTHONHOME`".to_owned(),
+        ))
     };
     let (environment, help_old, help_numpy) = match Taken::by(project.code()) {
         Taken::InPath => {

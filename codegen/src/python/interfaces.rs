@@ -65,7 +65,13 @@ impl InterfaceFile {
     /// and their fields.
     pub(crate) fn replies(&self) -> impl Iterator<Item = (&str, &str, &[String])> {
         let answers = self.answers.iter().filter(|answer| answer.has_result);
-        answers.map(|of| (of.operation.as_str(), of.name.as_str(), of.fields.as_slice()))
+        answers.map(|of| {
+            (
+                of.operation.as_str(),
+                of.name.as_str(),
+                of.fields.as_slice(),
+            )
+        })
     }
 
     /// The operations that reply with several values, and the classes of the replies.

@@ -113,7 +113,9 @@ impl Code {
 
     /// All files.
     pub(super) fn files(&self) -> impl Iterator<Item = (&Path, SourceId)> {
-        self.files.iter().map(|(path, source)| (path.as_path(), *source))
+        self.files
+            .iter()
+            .map(|(path, source)| (path.as_path(), *source))
     }
 
     /// The place of a function's name.

@@ -3,8 +3,8 @@
 use super::component::{self, Component, WORKER, WORKER_MODULE};
 use super::component_interpreter::{self, InPath, Next};
 use super::handlers::Handler;
-use super::{names, reply_order};
 use super::source::{self, Class, Code, Method};
+use super::{names, reply_order};
 use crate::project::Project;
 use crate::{requirements, view};
 use rc_cdsl::model::Backend;

@@ -202,8 +202,16 @@ fn a_file_that_hides_a_module_of_python_is_reported() {
         fs::create_dir(src.join(folder)).expect("a folder");
     }
     // A folder without `__init__.py` hides nothing, and what is inside of a package neither.
-    let files = ["queue.py", "numpy.py", "email/__init__.py", "email/parser.py"];
-    for file in files.into_iter().chain(["json/queue.py", "guarding/queue.py", "camera.py"]) {
+    let files = [
+        "queue.py",
+        "numpy.py",
+        "email/__init__.py",
+        "email/parser.py",
+    ];
+    for file in files
+        .into_iter()
+        .chain(["json/queue.py", "guarding/queue.py", "camera.py"])
+    {
         fs::write(src.join(file), "").expect("a file");
     }
     let (code, said) = guard.run(&["check", "--format", "short", "guard.cdsl"]);

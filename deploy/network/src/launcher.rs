@@ -422,8 +422,14 @@ mod tests {
             .arg(&venv)
             .status();
         assert!(made.is_ok_and(|status| status.success()));
-        let lib = std::fs::read_dir(venv.join("lib")).expect("a folder").next();
-        let own = lib.expect("a version").expect("its folder").path().join("site-packages");
+        let lib = std::fs::read_dir(venv.join("lib"))
+            .expect("a folder")
+            .next();
+        let own = lib
+            .expect("a version")
+            .expect("its folder")
+            .path()
+            .join("site-packages");
         let package = |place: &Path, name: &str, text: &str| {
             std::fs::create_dir_all(place).expect("a folder");
             std::fs::write(place.join(name), text).expect("a file");
@@ -454,8 +460,14 @@ mod tests {
         // No interpreter starts with the home of another one.
         let (code, out, err) = run_in(&path, &[("PYTHONHOME", &foreign)]);
         assert_eq!((code, out.as_str()), (Some(3), ""), "{err}");
-        let wanted = format!("eyes: error: PYTHONHOME is {}, with which ", foreign.display());
-        assert!(err.starts_with(&wanted) && err.ends_with("; unset it\n"), "{err}");
+        let wanted = format!(
+            "eyes: error: PYTHONHOME is {}, with which ",
+            foreign.display()
+        );
+        assert!(
+            err.starts_with(&wanted) && err.ends_with("; unset it\n"),
+            "{err}"
+        );
         assert_eq!(err.lines().count(), 1, "{err}");
     }
 

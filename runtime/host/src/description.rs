@@ -14,9 +14,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::backends;
-use crate::errors;
+use crate::error::HostError;
 use crate::replies;
-use pyo3::PyResult;
 
 /// The JSON text.
 #[derive(Deserialize)]
@@ -84,62 +83,78 @@ struct OperationText {
 
 /// The state machine of a component.
 #[derive(Deserialize)]
-pub(crate) struct Machine {
-    pub(crate) chart: Chart,
+pub struct Machine {
+    /// The tables.
+    pub chart: Chart,
     /// The events that may be fired from outside.
-    pub(crate) external: Vec<u16>,
+    pub external: Vec<u16>,
     /// The event that follows the start of the machine.
     #[serde(default)]
-    pub(crate) first_event: Option<u16>,
+    pub first_event: Option<u16>,
     /// The event of each period, and the state in which it is fired.
     #[serde(default)]
-    pub(crate) period_event: Option<u16>,
+    pub period_event: Option<u16>,
+    /// The state of the event of each period.
     #[serde(default)]
-    pub(crate) period_state: Option<u16>,
+    pub period_state: Option<u16>,
     /// The suffix of `entry_`, `exit_` and `during_`, by the number of the state.
-    pub(crate) states: Vec<String>,
+    pub states: Vec<String>,
     /// The functions of guards, by their numbers.
-    pub(crate) guards: Vec<String>,
+    pub guards: Vec<String>,
     /// The functions of actions, by their numbers.
-    pub(crate) actions: Vec<String>,
+    pub actions: Vec<String>,
 }
 
-/// A component: what the runtime knows of it, and what the joint with Python needs besides.
-pub(crate) struct Program {
-    pub(crate) description: &'static rc_runtime::Description,
-    pub(crate) slots: Vec<Slot>,
-    pub(crate) machine: Option<&'static Machine>,
+/// A component: what the runtime knows of it, and what a joint with another language needs besides.
+pub struct Program {
+    /// For the runtime.
+    pub description: &'static rc_runtime::Description,
+    /// The slots, by their numbers.
+    pub slots: Vec<Slot>,
+    /// The state machine.
+    pub machine: Option<&'static Machine>,
 }
 
 /// A slot.
-pub(crate) struct Slot {
-    pub(crate) role: Role,
-    pub(crate) is_array: bool,
-    pub(crate) operations: Vec<Operation>,
+pub struct Slot {
+    /// Its role.
+    pub role: Role,
+    /// Whether the worker opens its members.
+    pub is_array: bool,
+    /// The operations, in the order of the IDSL.
+    pub operations: Vec<Operation>,
     /// The states in which requests are served; `None` for all.
-    pub(crate) available: Option<Vec<u16>>,
+    pub available: Option<Vec<u16>>,
 }
 
 /// An operation of a slot.
-pub(crate) struct Operation {
-    pub(crate) name: String,
-    /// The key of its class for replies of several parts.
-    pub(crate) answer: String,
-    pub(crate) wire: typed::Operation,
-    pub(crate) request: Arc<Struct>,
-    pub(crate) reply: Arc<Struct>,
+pub struct Operation {
+    /// The name of the IDSL.
+    pub name: String,
+    /// `Module::Interface.operation`: the key of its type for replies of several parts.
+    pub answer: String,
+    /// For calls.
+    pub wire: typed::Operation,
+    /// The parameters of a request or of a sample.
+    pub request: Arc<Struct>,
+    /// Structure of a reply: the `out` parameters, then the result.
+    pub reply: Arc<Struct>,
     /// Whether the last member of the reply is the result; the others are `out` parameters.
-    pub(crate) has_result: bool,
-    pub(crate) throws: Vec<rc_values::Exception>,
+    pub has_result: bool,
+    /// The exceptions.
+    pub throws: Vec<rc_values::Exception>,
     /// The name of the worker's function.
-    pub(crate) handler: String,
+    pub handler: String,
     /// Whether the handler of a sample gets a view.
-    pub(crate) in_place: bool,
+    pub in_place: bool,
 }
 
 impl Program {
-    /// Reads a description. The error names the part that is wrong.
-    pub(crate) fn read(json: &str) -> Result<Self, String> {
+    /// Reads a description, JSON.
+    ///
+    /// # Errors
+    /// The part that is wrong.
+    pub fn read(json: &str) -> Result<Self, String> {
         let text: Text = serde_json::from_str(json)
             .map_err(|error| format!("the description of the component: {error}"))?;
         let catalog = Catalog::new(&text.types).map_err(|error| error.to_string())?;
@@ -181,8 +196,8 @@ impl Program {
         })
     }
 
-    /// The same in this folder, whose `etc/config.toml` is the default configuration.
-    pub(crate) fn in_folder(self, folder: String) -> Self {
+    /// The component in this folder, whose `etc/config.toml` is the default configuration.
+    pub fn in_folder(self, folder: String) -> Self {
         let description = rc_runtime::Description {
             folder: leak_text(folder),
             ..*self.description
@@ -194,13 +209,16 @@ impl Program {
     }
 
     /// A slot array by its number.
-    pub(crate) fn array(&self, slot: usize) -> PyResult<&Slot> {
+    ///
+    /// # Errors
+    /// There is no such array.
+    pub fn array(&self, slot: usize) -> Result<&Slot, HostError> {
         let array = self.slots.get(slot).filter(|slot| slot.is_array);
-        array.ok_or_else(|| errors::no_such("array", slot))
+        array.ok_or_else(|| HostError::no_such("array", slot))
     }
 
     /// An operation by the index of its slot and its own. The generated layer has no others.
-    pub(crate) fn operation(&self, slot: usize, operation: usize) -> Option<&Operation> {
+    pub fn operation(&self, slot: usize, operation: usize) -> Option<&Operation> {
         self.slots.get(slot)?.operations.get(operation)
     }
 }

@@ -1,8 +1,8 @@
 //! Received samples and replies: values, or images that a view reads in place.
 
+use crate::Aligned;
 use crate::description::Operation;
 use crate::kept_count::KeptCount;
-use crate::memory::Memory;
 use crate::replies::undecodable;
 use crate::wire::read;
 use rc_middleware::typed::HandlerError;
@@ -12,20 +12,30 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
 /// A received sample.
-pub(crate) enum Sample {
+pub enum Sample {
+    /// For a handler that gets values.
     Value(Value),
     /// For a handler that gets a view.
-    Image(Memory),
+    Image(Image),
+}
+
+/// The image of a sample.
+pub enum Image {
+    /// A copy.
+    Copied(Aligned),
+    /// The sample itself. Its publisher has the memory again when this is dropped.
+    Kept(Box<dyn KeptSample>, KeptCount),
 }
 
 impl Sample {
     /// Reads a sample of a topic.
-    pub(crate) fn read(
-        operation: &Operation,
-        reader: &mut Reader<'_>,
-    ) -> Result<Self, HandlerError> {
+    ///
+    /// # Errors
+    /// It is not of its type.
+    pub fn read(operation: &Operation, reader: &mut Reader<'_>) -> Result<Self, HandlerError> {
         if operation.in_place {
-            return Ok(Self::Image(copied(&operation.request, reader)?));
+            let image = copied(&operation.request, reader)?;
+            return Ok(Self::Image(Image::Copied(image)));
         }
         let value = read(&operation.request, reader).map_err(undecodable)?;
         Ok(Self::Value(value))
@@ -33,7 +43,10 @@ impl Sample {
 
     /// Takes a sample of a topic, of which the worker keeps so many. It stays in its place for as
     /// long as the worker has a view of it.
-    pub(crate) fn keep(
+    ///
+    /// # Errors
+    /// It is not of its type, or the worker keeps as many as it may.
+    pub fn keep(
         operation: &Operation,
         kept: &Arc<AtomicUsize>,
         encoding: Encoding,
@@ -44,7 +57,7 @@ impl Sample {
         }
         check(&operation.request, sample.memory())?;
         match KeptCount::one(kept) {
-            Some(kept_count) => Ok(Self::Image(Memory::kept(sample, kept_count))),
+            Some(kept_count) => Ok(Self::Image(Image::Kept(sample, kept_count))),
             None => Err(HandlerError(format!(
                 "the worker keeps {KEPT_SAMPLES} samples of `{}`, the most that it may, so {}() does \
                  not get the next ones; drop views of earlier samples, or keep what their copy() \
@@ -56,14 +69,14 @@ impl Sample {
 }
 
 /// A copy of an image that follows, or the image of a value in the other encoding.
-pub(crate) fn copied(ty: &Arc<Struct>, reader: &mut Reader<'_>) -> Result<Memory, DecodeError> {
+pub(crate) fn copied(ty: &Arc<Struct>, reader: &mut Reader<'_>) -> Result<Aligned, DecodeError> {
     if let Some(image) = reader.image() {
         check(ty, image)?;
-        return Ok(Memory::copied(image));
+        return Ok(Aligned::copied(image));
     }
     let value = decode_from(ty, reader).map_err(undecodable)?;
     let image = encode_image(&value).map_err(undecodable)?;
-    Ok(Memory::copied(&image))
+    Ok(Aligned::copied(&image))
 }
 
 fn check(ty: &Struct, image: &[u8]) -> Result<(), DecodeError> {

@@ -1,4 +1,4 @@
-//! The middlewares that a component in Python may use: all of them.
+//! The middlewares that a component may use: all of them.
 
 use rc_middleware::{Backend, Environment, OpenError};
 use rc_runtime::Connect;

@@ -7,20 +7,21 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The numbers of kept samples. A topic is its slot, which may be a member, and its operation.
 #[derive(Default)]
-pub(crate) struct KeptCounts(HashMap<(usize, usize), Arc<AtomicUsize>>);
+pub struct KeptCounts(HashMap<(usize, usize), Arc<AtomicUsize>>);
 
 impl KeptCounts {
-    pub(crate) fn of(&mut self, slot: usize, operation: usize) -> &Arc<AtomicUsize> {
+    /// The number of a topic.
+    pub fn of(&mut self, slot: usize, operation: usize) -> &Arc<AtomicUsize> {
         self.0.entry((slot, operation)).or_default()
     }
 }
 
 /// One of the samples of a topic that the worker keeps.
-pub(crate) struct KeptCount(Arc<AtomicUsize>);
+pub struct KeptCount(Arc<AtomicUsize>);
 
 impl KeptCount {
     /// Counts one more, up to the limit: the one that is handled, and those of earlier calls.
-    pub(crate) fn one(count: &Arc<AtomicUsize>) -> Option<Self> {
+    pub fn one(count: &Arc<AtomicUsize>) -> Option<Self> {
         // Only the thread of the worker adds; all threads subtract.
         if count.load(Ordering::Acquire) >= KEPT_SAMPLES {
             return None;

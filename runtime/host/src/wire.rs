@@ -5,14 +5,14 @@ use rc_values::{Struct, Value, ValueError, decode, decode_from, encode};
 use std::sync::Arc;
 
 /// Writes a value that was checked against its type.
-pub(crate) fn write(value: &Value, writer: &mut Writer<'_>) {
+pub fn write(value: &Value, writer: &mut Writer<'_>) {
     if let Err(error) = encode(value, writer) {
         writer.fail(EncodeError::NoValue(error.to_string()));
     }
 }
 
 /// Reads a structure in either encoding.
-pub(crate) fn read(ty: &Arc<Struct>, reader: &mut Reader<'_>) -> Result<Value, ValueError> {
+pub fn read(ty: &Arc<Struct>, reader: &mut Reader<'_>) -> Result<Value, ValueError> {
     match reader.image() {
         Some(image) => decode(ty, Encoding::Image, image),
         None => decode_from(ty, reader),

@@ -27,6 +27,6 @@ impl VariantCodec for Variant {
 
 /// A value that does not fit its type, as an error of decoding.
 #[allow(clippy::needless_pass_by_value, reason = "a function for `map_err`")]
-pub(crate) fn undecodable(error: ValueError) -> DecodeError {
+pub fn undecodable(error: ValueError) -> DecodeError {
     DecodeError::Invalid(EncodeError::NoValue(error.to_string()))
 }

@@ -1,0 +1,33 @@
+//! What a worker in another language needs of the runtime: a component that is described by JSON,
+//! values whose types are known at run time, and the connections of a worker by numbers of slots.
+//!
+//! This crate names no language. An extension module is a skin on it: it converts values of
+//! [`rc_values`] from and to objects of its language, and calls the functions of the worker.
+//!
+//! - [`Program::read`] reads the description that a generated package hands over.
+//! - A [`Session`] is what a context reaches, on the thread of the worker; [`session`] finds it.
+//! - [`link`] has the calls and publications of a context.
+//! - [`Sample`] is what a handler of a topic gets, [`Aligned`] and [`Lent`] the memory of values in
+//!   place.
+
+mod aligned;
+mod backends;
+mod description;
+mod error;
+mod kept_count;
+mod lent;
+pub mod link;
+mod replies;
+mod sample;
+pub mod session;
+mod wire;
+
+pub use aligned::Aligned;
+pub use description::{Machine, Operation, Program, Slot};
+pub use error::HostError;
+pub use kept_count::{KeptCount, KeptCounts};
+pub use lent::{Lent, drop_abandoned};
+pub use replies::undecodable;
+pub use sample::{Image, Sample};
+pub use session::{Number, Session};
+pub use wire::{read, write};

@@ -1,0 +1,129 @@
+//! Calls and publications of a context, on the session of this thread. Arguments were checked
+//! against their types.
+
+use crate::Aligned;
+use crate::description::{Operation, Program};
+use crate::error::HostError;
+use crate::replies::undecodable;
+use crate::sample::copied;
+use crate::session::with;
+use crate::wire::{read, write};
+use rc_middleware::typed::{TypedClient, expect_result};
+use rc_middleware::{CallError, DecodeError, Reader, SendError};
+use rc_values::Value;
+use std::sync::Arc;
+
+/// Reply of a server.
+pub enum Answer {
+    /// The structure of a reply.
+    Result(Value),
+    /// The image of a result, which is copied as a whole.
+    Image(Aligned),
+    /// An exception that the operation declares.
+    Exception(Value),
+}
+
+/// How a reply is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reading {
+    /// As a value.
+    Value,
+    /// As the image of its only part.
+    Image,
+}
+
+/// An operation of a slot or of a member, by numbers. The generated layer has no others.
+///
+/// # Errors
+/// There is no such operation, or no session.
+pub fn operation(
+    program: &Program,
+    slot: usize,
+    operation: usize,
+) -> Result<&Operation, HostError> {
+    let described = if slot >= program.slots.len() {
+        with(|session| session.described(slot))?
+    } else {
+        slot
+    };
+    let found = program.operation(described, operation);
+    found.ok_or_else(|| HostError::no_such("operation", slot))
+}
+
+/// Calls a query.
+///
+/// # Errors
+/// The outer one: there is no session, or no such client. The inner one: the call failed.
+pub fn query(
+    slot: usize,
+    operation: &Operation,
+    request: &Value,
+    reading: Reading,
+) -> Result<Result<Answer, CallError>, HostError> {
+    with(|session| {
+        let client = session.client(slot)?;
+        Ok(call(client, operation, request, |reader| match reading {
+            Reading::Value => {
+                let value = read(&operation.reply, reader);
+                value.map(Answer::Result).map_err(undecodable)
+            }
+            Reading::Image => copied(&operation.reply, reader).map(Answer::Image),
+        }))
+    })
+}
+
+/// Sends a command.
+///
+/// # Errors
+/// As of [`query`].
+pub fn command(
+    slot: usize,
+    operation: &Operation,
+    request: &Value,
+) -> Result<Result<(), CallError>, HostError> {
+    with(|session| {
+        let client = session.client(slot)?;
+        Ok(client.send_with(&operation.wire, |writer| write(request, writer)))
+    })
+}
+
+/// Publishes a sample on the topic of an operation.
+///
+/// # Errors
+/// As of [`query`].
+pub fn publish(
+    slot: usize,
+    operation: usize,
+    sample: &Value,
+) -> Result<Result<(), SendError>, HostError> {
+    with(|session| {
+        let publisher = session.publisher(slot, operation)?;
+        Ok(publisher.publish_with(|writer| write(sample, writer)))
+    })
+}
+
+/// Calls a query. `result` reads what it returns, unless that is nothing.
+fn call(
+    client: &mut TypedClient,
+    operation: &Operation,
+    request: &Value,
+    result: impl FnOnce(&mut Reader<'_>) -> Result<Answer, DecodeError>,
+) -> Result<Answer, CallError> {
+    client.call_with(
+        &operation.wire,
+        |writer| write(request, writer),
+        |case, reader| {
+            if let Some(thrown) = operation.throws.iter().find(|thrown| thrown.id == case) {
+                return read(&thrown.ty, reader)
+                    .map(Answer::Exception)
+                    .map_err(|error| CallError::Malformed(undecodable(error)));
+            }
+            expect_result(case)?;
+            if operation.reply.members.is_empty() {
+                let empty = Value::Struct(Arc::clone(&operation.reply), Vec::new());
+                return Ok(Answer::Result(empty));
+            }
+            result(reader).map_err(CallError::Malformed)
+        },
+    )
+}

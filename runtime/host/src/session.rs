@@ -1,0 +1,275 @@
+//! What a worker reaches through its context: on its thread, while one of its functions runs.
+
+use crate::description::{Program, Slot};
+use crate::error::HostError;
+use crate::lent::drop_abandoned;
+use rc_middleware::OpenError;
+use rc_middleware::typed::{TypedClient, TypedPublisher};
+use rc_runtime::machine::{Machine, Numbered};
+use rc_runtime::{Connections, Core, Member, Ports, Role, TimeSource};
+use std::cell::RefCell;
+use std::sync::Arc;
+
+/// A state or an event by its number.
+#[derive(Clone, Copy, Debug)]
+pub struct Number(
+    /// The number.
+    pub u16,
+);
+
+impl Numbered for Number {
+    fn number(self) -> u16 {
+        self.0
+    }
+}
+
+/// The sending ends of a slot, or of a member of an array. An array itself has none.
+struct Ends {
+    /// The number of the slot in the description, for a member that of its array.
+    described: usize,
+    client: Option<TypedClient>,
+    publishers: Vec<TypedPublisher>,
+}
+
+impl Ends {
+    fn open(
+        of: &Slot,
+        described: usize,
+        ports: &Connections,
+        slot: usize,
+    ) -> Result<Self, OpenError> {
+        let client = (of.role == Role::Requires).then(|| ports.client(slot));
+        let topics = if of.role == Role::Publishes {
+            of.operations.len()
+        } else {
+            0
+        };
+        let publishers = (0..topics).map(|operation| ports.publisher(slot, operation));
+        Ok(Self {
+            described,
+            client: client.transpose()?,
+            publishers: publishers.collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn peers(&self) -> usize {
+        let publishers = self.publishers.iter().map(TypedPublisher::peers).max();
+        self.client.as_ref().map_or(0, TypedClient::peers) + publishers.unwrap_or(0)
+    }
+}
+
+/// The connections of a component. Core and machine are here while a function of the worker runs;
+/// between two of them the runtime has them.
+pub struct Session {
+    /// The core.
+    pub core: Option<Core>,
+    /// The state machine, if the component has one.
+    pub machine: Option<Machine<Number, Number>>,
+    /// Advances the time of the network.
+    pub time: TimeSource,
+    program: Arc<Program>,
+    ports: Ports,
+    /// By the number of the slot: those of the description, then the members in the order in which
+    /// the worker opened them.
+    ends: Vec<Ends>,
+}
+
+thread_local! {
+    static SESSION: RefCell<Option<Session>> = const { RefCell::new(None) };
+}
+
+impl Session {
+    /// Opens the sending ends of all slots that are no arrays.
+    ///
+    /// # Errors
+    /// A middleware refuses one.
+    pub fn open(program: &Arc<Program>, ports: &Ports) -> Result<Self, OpenError> {
+        let slots = program.slots.iter().enumerate();
+        let ends = slots.map(|(at, slot)| {
+            if slot.is_array {
+                return Ok(Ends {
+                    described: at,
+                    client: None,
+                    publishers: Vec::new(),
+                });
+            }
+            Ends::open(slot, at, ports, at)
+        });
+        Ok(Self {
+            core: None,
+            machine: None,
+            ends: ends.collect::<Result<_, _>>()?,
+            time: ports.time_source(),
+            program: Arc::clone(program),
+            ports: Ports::clone(ports),
+        })
+    }
+
+    /// Opens a member of the array with this number.
+    ///
+    /// # Errors
+    /// There is no such array, or the runtime refuses the member.
+    pub fn open_member(&mut self, array: usize, name: &str) -> Result<Member, HostError> {
+        let of = self.program.array(array)?;
+        let opened = self.ports.open_member(array, name, |ports, slot| {
+            Ends::open(of, array, ports, slot)
+        });
+        let (member, ends) = opened?;
+        // The runtime numbers members in the order in which they are opened.
+        self.ends.push(ends);
+        Ok(member)
+    }
+
+    /// The members of an array that the network lists.
+    ///
+    /// # Errors
+    /// There is no such array.
+    pub fn listed(&self, array: usize) -> Result<Option<Vec<String>>, HostError> {
+        self.program.array(array)?;
+        Ok(self.ports.listed(array))
+    }
+
+    /// The number in the description of a slot, or of the array of a member.
+    ///
+    /// # Errors
+    /// There is no such slot.
+    pub fn described(&self, slot: usize) -> Result<usize, HostError> {
+        let ends = self.ends.get(slot);
+        let ends = ends.ok_or_else(|| HostError::no_such("operation", slot))?;
+        Ok(ends.described)
+    }
+
+    /// Makes it the session of this thread.
+    pub fn begin(self) {
+        SESSION.set(Some(self));
+    }
+
+    /// Closes the session of this thread.
+    pub fn end() {
+        drop_abandoned();
+        drop(SESSION.take());
+    }
+
+    /// The client of a slot.
+    ///
+    /// # Errors
+    /// The slot has none.
+    pub fn client(&mut self, slot: usize) -> Result<&mut TypedClient, HostError> {
+        let ends = self.ends.get_mut(slot);
+        let client = ends.and_then(|ends| ends.client.as_mut());
+        client.ok_or_else(|| HostError::no_such("client", slot))
+    }
+
+    /// The publisher of a topic of a slot.
+    ///
+    /// # Errors
+    /// The slot has none.
+    pub fn publisher(
+        &mut self,
+        slot: usize,
+        operation: usize,
+    ) -> Result<&mut TypedPublisher, HostError> {
+        let ends = self.ends.get_mut(slot);
+        let topic = ends.and_then(|ends| ends.publishers.get_mut(operation));
+        topic.ok_or_else(|| HostError::no_such("publisher", slot))
+    }
+
+    /// The number of peers of a slot that sends.
+    pub fn peers(&self, slot: usize) -> usize {
+        self.ends.get(slot).map_or(0, Ends::peers)
+    }
+}
+
+/// Passes the session of this thread to `use_it`.
+///
+/// # Errors
+/// On another thread there is none, and inside of `use_it` neither.
+pub fn with<T>(use_it: impl FnOnce(&mut Session) -> Result<T, HostError>) -> Result<T, HostError> {
+    SESSION.with(|session| match session.try_borrow_mut() {
+        Ok(mut session) => match session.as_mut() {
+            Some(session) => use_it(session),
+            None => Err(HostError::WrongThread),
+        },
+        Err(_) => Err(HostError::WrongThread),
+    })
+}
+
+/// Passes the core to `use_it`.
+///
+/// # Errors
+/// It is there while a function of the worker runs, on its thread.
+pub fn with_core<T>(use_it: impl FnOnce(&mut Core) -> T) -> Result<T, HostError> {
+    with(|session| {
+        let core = session.core.as_mut().ok_or(HostError::WrongThread)?;
+        Ok(use_it(core))
+    })
+}
+
+/// Passes the state machine to `use_it`.
+///
+/// # Errors
+/// As of [`with_core`].
+pub fn with_machine<T>(
+    use_it: impl FnOnce(&mut Machine<Number, Number>) -> T,
+) -> Result<T, HostError> {
+    with(|session| {
+        let machine = session.machine.as_mut().ok_or(HostError::WrongThread)?;
+        Ok(use_it(machine))
+    })
+}
+
+/// Passes the time of the network to `use_it`.
+///
+/// # Errors
+/// As of [`with`].
+pub fn with_time<T>(use_it: impl FnOnce(&mut TimeSource) -> T) -> Result<T, HostError> {
+    with(|session| Ok(use_it(&mut session.time)))
+}
+
+/// Writes the numbers of peers of all slots that send, between two functions of the worker.
+pub fn count_peers(peers: &mut [usize]) {
+    SESSION.with_borrow(|session| {
+        let ends = session.iter().flat_map(|session| &session.ends);
+        for (count, ends) in peers.iter_mut().zip(ends) {
+            if ends.client.is_some() || !ends.publishers.is_empty() {
+                *count = ends.peers();
+            }
+        }
+    });
+}
+
+/// Gives core and machine to the session while `run` runs.
+pub fn lend<T>(
+    core: &mut Option<Core>,
+    machine: &mut Option<Machine<Number, Number>>,
+    run: impl FnOnce() -> T,
+) -> T {
+    /// Takes them back, also from a panic.
+    struct CoreGuard<'a>(
+        &'a mut Option<Core>,
+        &'a mut Option<Machine<Number, Number>>,
+    );
+
+    impl CoreGuard<'_> {
+        fn swap(&mut self) {
+            SESSION.with_borrow_mut(|session| {
+                if let Some(session) = session {
+                    std::mem::swap(&mut session.core, self.0);
+                    std::mem::swap(&mut session.machine, self.1);
+                }
+            });
+        }
+    }
+
+    impl Drop for CoreGuard<'_> {
+        fn drop(&mut self) {
+            self.swap();
+        }
+    }
+
+    // Samples whose last view ended on another thread since the last function.
+    drop_abandoned();
+    let mut guard = CoreGuard(core, machine);
+    guard.swap();
+    run()
+}
