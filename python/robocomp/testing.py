@@ -106,13 +106,22 @@ class FakeArray(Generic[F]):
         self._slot = slot
         self._make = make
         self._fakes: dict[str, F] = {}
+        self._prepare: list[collections.abc.Callable[[F], None]] = []
         link.prepare_members(slot, self.member)
 
     def member(self, name: str) -> F:
         """The peer of a member. A test may prepare it before the worker opens the member."""
         if name not in self._fakes:
             self._fakes[name] = self._make(self._link, self._slot, name)
+            for prepare in self._prepare:
+                prepare(self._fakes[name])
         return self._fakes[name]
+
+    def each(self, prepare: collections.abc.Callable[[F], None]) -> None:
+        """Does this with the peer of each member, now and when the worker opens it."""
+        self._prepare.append(prepare)
+        for fake in self.all():
+            prepare(fake)
 
     def all(self) -> list[F]:
         """The peers of all members that the worker has opened, or that the test has asked for."""

@@ -14,6 +14,8 @@ pub struct FakeArray<F> {
 struct Fakes<F> {
     new: fn(&TestBed, &str) -> F,
     members: RefCell<BTreeMap<String, F>>,
+    /// What is done with each new one.
+    prepare: RefCell<Vec<fn(&F)>>,
 }
 
 impl<F: Clone> Fakes<F> {
@@ -21,6 +23,9 @@ impl<F: Clone> Fakes<F> {
         let known = self.members.borrow().get(name).cloned();
         known.unwrap_or_else(|| {
             let new = (self.new)(bed, name);
+            for prepare in self.prepare.borrow().iter() {
+                prepare(&new);
+            }
             self.members
                 .borrow_mut()
                 .insert(name.to_owned(), new.clone());
@@ -37,6 +42,7 @@ impl<F: Clone + 'static> FakeArray<F> {
         let fakes = Rc::new(Fakes {
             new,
             members: RefCell::default(),
+            prepare: RefCell::default(),
         });
         let made = Rc::clone(&fakes);
         bed.prepare_members(slot, move |bed, name| drop(made.member(bed, name)));
@@ -49,6 +55,12 @@ impl<F: Clone + 'static> FakeArray<F> {
     /// The peer of a member. A test may prepare it before the worker opens the member.
     pub fn member(&self, name: &str) -> F {
         self.fakes.member(&self.bed, name)
+    }
+
+    /// Does this with the peer of each member, now and when the worker opens it.
+    pub fn each(&self, prepare: fn(&F)) {
+        self.fakes.prepare.borrow_mut().push(prepare);
+        self.all().iter().for_each(prepare);
     }
 
     /// The peers of all members that the worker has opened, or that the test has asked for.

@@ -71,6 +71,23 @@ fn each_member_has_a_fake_peer_of_its_own() -> Result<(), WorkerError> {
 }
 
 #[test]
+fn default_answers_reach_members_that_the_worker_opens_later() -> Result<(), WorkerError> {
+    let mut test = of(&["front", "back"]);
+    test.answer_defaults();
+    test.sources
+        .member("front")
+        .on_get_laser_data(|| vec![measure(7.0)]);
+    test.list_members("sources", &["front", "back"]);
+    let mut worker = SpecificWorker::initialize(&mut test)?;
+    let lasers = test.lasers.members().to_vec();
+    assert_eq!(worker.get_laser_data(&mut test, &lasers[0]), [measure(7.0)]);
+    let ctx: &mut Context = &mut test;
+    let back = ctx.sources.get("back").cloned().expect("a member");
+    assert_eq!(ctx.sources[&back].get_laser_data(), Ok(Vec::new()));
+    Ok(())
+}
+
+#[test]
 fn samples_come_with_their_member() -> Result<(), WorkerError> {
     let mut test = of(&["front", "back"]);
     test.list_members("tracks", &["back"]);

@@ -56,6 +56,20 @@ def test_each_member_has_a_fake_peer_of_its_own() -> None:
     assert (published(test, "front"), published(test, "back")) == ([1.0], [2.0])
 
 
+def test_default_answers_reach_members_that_the_worker_opens_later() -> None:
+    test = of("front", "back")
+    test.answer_defaults()
+    test.sources.member("front").on_get_laser_data([TData(dist=7.0)])
+    test.list_members("sources", ["front", "back"])
+    worker = test.start(SpecificWorker)
+    front, back = test.ctx.lasers.members()
+    assert worker.lasers_get_laser_data(test.ctx, front) == [TData(dist=7.0)]
+    assert worker.lasers_get_laser_data(test.ctx, back) == []
+    # The defaults have answered: a call without an answer is refused, and the worker returns none.
+    (source,) = [s for s in test.ctx.sources if s.name == "back"]
+    assert test.ctx.sources[source].get_laser_conf_data().device == ""
+
+
 def test_samples_come_with_their_member() -> None:
     test = of("front", "back")
     test.list_members("tracks", ["back"])

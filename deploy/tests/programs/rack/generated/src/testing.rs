@@ -157,15 +157,9 @@ impl TestContext {
 
     /// Answers every query that has no answer yet with default values.
     pub fn answer_defaults(&mut self) {
-        for server in self.sources.all() {
-            server.answer_defaults();
-        }
-        for server in self.dds_sources.all() {
-            server.answer_defaults();
-        }
-        for server in self.ros_sources.all() {
-            server.answer_defaults();
-        }
+        self.sources.each(|server| server.answer_defaults());
+        self.dds_sources.each(|server| server.answer_defaults());
+        self.ros_sources.each(|server| server.answer_defaults());
     }
 }
 

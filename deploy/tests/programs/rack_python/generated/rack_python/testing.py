@@ -102,9 +102,6 @@ class TestContext(_testing.TestContext[Context, Worker]):
 
     def answer_defaults(self) -> None:
         """Answers every query that has no answer yet with default values."""
-        for sources in self.sources.all():
-            sources.answer_defaults()
-        for dds_sources in self.dds_sources.all():
-            dds_sources.answer_defaults()
-        for ros_sources in self.ros_sources.all():
-            ros_sources.answer_defaults()
+        self.sources.each(lambda server: server.answer_defaults())
+        self.dds_sources.each(lambda server: server.answer_defaults())
+        self.ros_sources.each(lambda server: server.answer_defaults())
