@@ -408,7 +408,9 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
     if component.viewer.is_some() {
         let message = "a component in Python cannot show a tree of InnerModel";
         let error = Diagnostic::error("not-in-python", component.language.span, message);
-        found.push(error.help("write `language rust;`"));
+        let help = "leave the option out: `rcview --live NETWORK` shows the tree of a simulator, \
+                    and a component in Rust shows its own";
+        found.push(error.help(help));
     }
     let mut seen: Vec<(&str, String)> = Vec::new();
     let mut handlers: BTreeSet<String> = super::HOOKS.iter().map(|h| (*h).to_owned()).collect();

@@ -18,7 +18,7 @@ impl Network {
                     instance.path, host.name.text
                 );
                 let error = Diagnostic::error("python-elsewhere", span, message);
-                found.push(error.help("leave `host` out, or start it there by hand"));
+                found.push(error.help("leave `host` out, or run it there in a network of its own: `rcgen explain python-elsewhere`"));
             }
         }
     }

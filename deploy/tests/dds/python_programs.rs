@@ -332,6 +332,6 @@ fn a_component_in_python_runs_on_no_other_host() {
     let ran = site.rcdeploy(&args, true);
     assert_eq!(ran.code, 1, "{ran:?}");
     let said = "error[python-elsewhere]: `wanderer` is in Python, and runs on this machine only, not on `there` \
-                (leave `host` out, or start it there by hand)";
+                (leave `host` out, or run it there in a network of its own: `rcgen explain python-elsewhere`)";
     assert!(ran.stderr.contains(said), "{ran:?}");
 }
