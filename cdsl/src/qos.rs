@@ -5,8 +5,8 @@ use crate::model::{Qos, Role, SPIN};
 use crate::resolver::Resolver;
 use rc_diagnostics::Diagnostic;
 use rc_idsl::model::InterfaceId;
-use rc_settings::duration;
 use rc_syntax::{Literal, LiteralKind};
+use rc_vocabulary::duration;
 use std::collections::HashMap;
 use std::time::Duration;
 

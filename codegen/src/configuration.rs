@@ -6,8 +6,8 @@ use crate::project::Project;
 use rc_cdsl::Component;
 use rc_configuration::{Configuration, Parameters, Update};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_settings::member;
 use rc_syntax::Loader;
+use rc_vocabulary::member;
 use std::io;
 use std::path::{Path, PathBuf};
 

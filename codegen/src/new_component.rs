@@ -138,7 +138,7 @@ impl NewComponent {
             (imports, slots)
         };
         let period = self.period.unwrap_or(Duration::from_millis(100));
-        let period = rc_settings::duration::text_of(period);
+        let period = rc_vocabulary::duration::text_of(period);
         let name = &self.name;
         Ok(format!(
             "{head}\nComponent {name}\n{{\n    Communications\n    {{\n{slots}    }};\n    \

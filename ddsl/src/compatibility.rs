@@ -7,8 +7,8 @@ use rc_cdsl::Component;
 use rc_cdsl::model::{Backend, Qos, Role};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::canonical::operation_text;
-use rc_settings::qos::{self, Policy};
-use rc_settings::{Key, Value, duration};
+use rc_vocabulary::qos::{self, Policy};
+use rc_vocabulary::{Key, Value, duration};
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -178,7 +178,7 @@ impl<'a> CompatibilityChecker<'a> {
             return false;
         }
         // iceoryx2 has no domains.
-        let domain = rc_settings::key(here.word(), "domain");
+        let domain = rc_vocabulary::key(here.word(), "domain");
         domain.is_none_or(|key| self.is_same_domain(span, here, key, [consumer, provider], found))
     }
 

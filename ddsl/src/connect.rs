@@ -10,8 +10,8 @@ use crate::model::{Deployment, Instance, InstanceOrGroup, SlotPath};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Role, Slot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
-use rc_settings::member;
 use rc_syntax::Name;
+use rc_vocabulary::member;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 /// A connection between a consumer and a provider.

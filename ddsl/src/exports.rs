@@ -5,8 +5,8 @@ use crate::model::{Deployment, Group};
 use rc_cdsl::Component;
 use rc_cdsl::model::Role;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
-use rc_settings::member;
 use rc_syntax::Name;
+use rc_vocabulary::member;
 use std::collections::{BTreeMap, HashMap};
 
 /// The slot of each exported name of each group. `None` after an error.

@@ -201,7 +201,7 @@ pub(crate) fn duration(
 const SHORT_READY: Duration = Duration::from_millis(100);
 
 fn short_ready(literal: &Literal, ready: Duration) -> Diagnostic {
-    let text = rc_settings::duration::text_of(ready);
+    let text = rc_vocabulary::duration::text_of(ready);
     let message = format!("`ready` is {text}, in which few components start");
     let help = match literal.kind {
         LiteralKind::Int(number) => {

@@ -6,8 +6,8 @@ use crate::model::{Array, Instance};
 use rc_cdsl::Component;
 use rc_cdsl::model::Slot;
 use rc_diagnostics::{Diagnostic, Diagnostics};
-use rc_settings::member;
 use rc_syntax::Name;
+use rc_vocabulary::member;
 use std::collections::HashMap;
 
 /// Reads the field `slots`. Reports names that cannot be members, and those that occur twice.
@@ -136,7 +136,7 @@ fn check_arrays(instance: &Instance, component: &Component, found: &mut Diagnost
 
 /// Reports members whose address would be longer than an address may be.
 fn check_lengths(network: &str, instance: &Instance, found: &mut Diagnostics) {
-    let most = rc_settings::address::LONGEST;
+    let most = rc_vocabulary::address::LONGEST;
     for Array { name, members } in &instance.arrays {
         let array = format!("{network}/{}/{}", instance.path, name.text);
         let too_long = members

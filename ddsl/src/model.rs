@@ -4,8 +4,8 @@
 pub use crate::ast::{Parameter, ParameterValue};
 use rc_cdsl::model::Backend;
 use rc_diagnostics::Span;
-use rc_settings::Value;
 use rc_syntax::Name;
+use rc_vocabulary::Value;
 use std::net::{IpAddr, SocketAddr};
 use std::ops::Range;
 use std::path::PathBuf;
@@ -121,7 +121,7 @@ pub struct Array {
 pub struct Setting {
     /// The middleware.
     pub middleware: Backend,
-    /// The key, one of `rc_settings`.
+    /// The key, one of `rc_vocabulary`.
     pub key: &'static str,
     /// The value.
     pub value: Value,

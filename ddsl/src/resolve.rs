@@ -364,7 +364,7 @@ impl<'a> Resolver<'a> {
         }
         for (group, tree) in std::mem::take(&mut self.externals) {
             if let Some(address) = &tree.address
-                && let Err(reason) = rc_settings::address::check(&address.text)
+                && let Err(reason) = rc_vocabulary::address::check(&address.text)
             {
                 let error = Diagnostic::error("bad-address", address.span, reason);
                 self.found.push(error);

@@ -5,8 +5,10 @@ use crate::duplicates::report_duplicate;
 use crate::model::Setting;
 use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
-use rc_settings::{Key, Kind, MIDDLEWARES, Scalar, Value, ValueError, duration, unknown_key_help};
 use rc_syntax::{Literal, LiteralKind, Name};
+use rc_vocabulary::{
+    Key, Kind, MIDDLEWARES, Scalar, Value, ValueError, duration, unknown_key_help,
+};
 
 /// The middleware and the settings of a block. Components in it inherit them.
 #[derive(Clone, Debug)]
@@ -72,7 +74,7 @@ impl<'a> Block<'a> {
         self.named.push(Name::new(backend.word(), tree.name.span));
         for (word, values) in tree.settings.iter().flatten() {
             let name = word.text.to_lowercase();
-            let Some(key) = rc_settings::key(backend.word(), &name) else {
+            let Some(key) = rc_vocabulary::key(backend.word(), &name) else {
                 let message = format!("`{}` cannot be set of {}", word.text, backend.word());
                 let error = Diagnostic::error("unknown-key", word.span, message);
                 self.found
@@ -86,7 +88,7 @@ impl<'a> Block<'a> {
     /// `domain 7;` sets the domain of every middleware that has domains.
     pub(crate) fn domain(&mut self, word: &Name, literal: &Literal) {
         for (_, backend) in Backend::WORDS.iter().take(3) {
-            if let Some(key) = rc_settings::key(backend.word(), "domain") {
+            if let Some(key) = rc_vocabulary::key(backend.word(), "domain") {
                 self.set(*backend, key, word, std::slice::from_ref(literal));
             }
         }

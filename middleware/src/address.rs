@@ -19,7 +19,7 @@ impl Address {
     /// assert!(Address::parse("/Laser").is_err());
     /// ```
     pub fn parse(text: &str) -> Result<Self, String> {
-        rc_settings::address::check(text)?;
+        rc_vocabulary::address::check(text)?;
         Ok(Self(text.to_owned()))
     }
 

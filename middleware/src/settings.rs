@@ -1,18 +1,18 @@
 //! The settings of middlewares, from configurations, networks and command lines.
 
-use rc_settings::ros::Remapping;
-use rc_settings::{Value, qos};
+use rc_vocabulary::ros::Remapping;
+use rc_vocabulary::{Value, qos};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// The settings of middlewares, by the name of the middleware and the key.
 ///
-/// Text is converted where it is read, by the table of `rc_settings`, so a backend finds values
+/// Text is converted where it is read, by the table of `rc_vocabulary`, so a backend finds values
 /// that are valid. If a key is not set, the methods give the default of that table.
 ///
 /// ```
 /// use rc_middleware::Settings;
-/// use rc_settings::Value;
+/// use rc_vocabulary::Value;
 ///
 /// let mut settings = Settings::default();
 /// settings.set("dds", "domain", Value::Int(7));
@@ -26,7 +26,7 @@ impl Settings {
     /// The value of `key`, or its default. `None` if it has neither.
     pub fn value(&self, middleware: &str, key: &str) -> Option<&Value> {
         let value = self.0.get(middleware).and_then(|keys| keys.get(key));
-        value.or_else(|| rc_settings::key(middleware, key)?.default.as_ref())
+        value.or_else(|| rc_vocabulary::key(middleware, key)?.default.as_ref())
     }
 
     /// The value of a key that takes `true` or `false`.

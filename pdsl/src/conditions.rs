@@ -568,5 +568,5 @@ fn unit_help(a: OperandType, b: OperandType) -> Option<String> {
 }
 
 fn negative_time(text: &str) -> Option<u64> {
-    rc_settings::duration::parse(text.strip_prefix('-')?).filter(|ns| *ns < u64::MAX)
+    rc_vocabulary::duration::parse(text.strip_prefix('-')?).filter(|ns| *ns < u64::MAX)
 }

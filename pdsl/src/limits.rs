@@ -3,8 +3,8 @@
 use crate::ast;
 use rc_configuration::model::{Length, Parameter, Range, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
-use rc_settings::duration;
 use rc_syntax::{Literal, LiteralKind};
+use rc_vocabulary::duration;
 
 /// Checks limits, and reports errors.
 pub(crate) struct LimitChecker<'f> {

@@ -6,8 +6,8 @@ use crate::slots::Listed;
 use crate::time::ClockChoice;
 use rc_management::component::Role;
 use rc_middleware::{Address, Settings};
-use rc_settings::member;
-use rc_settings::qos::Policy;
+use rc_vocabulary::member;
+use rc_vocabulary::qos::Policy;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

@@ -9,7 +9,7 @@ use crate::slots::Listed;
 use crate::time::ClockChoice;
 use lexopt::prelude::{Long, Short, ValueExt};
 use rc_middleware::{Address, Settings};
-use rc_settings::member;
+use rc_vocabulary::member;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::time::Duration;
@@ -193,18 +193,18 @@ fn setting(text: &str, settings: &mut Settings) -> Result<(), lexopt::Error> {
         )
         .into());
     };
-    if rc_settings::keys(middleware).is_none() {
-        let names = rc_settings::MIDDLEWARES.map(|(name, _)| name);
+    if rc_vocabulary::keys(middleware).is_none() {
+        let names = rc_vocabulary::MIDDLEWARES.map(|(name, _)| name);
         let hint = match rc_diagnostics::nearest(middleware, names) {
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("there are {}", names.join(", ")),
         };
         return Err(format!("--set-middleware: `{middleware}` is not a middleware; {hint}").into());
     }
-    let Some(key) = rc_settings::key(middleware, name) else {
+    let Some(key) = rc_vocabulary::key(middleware, name) else {
         return Err(format!(
             "--set-middleware: `{name}` cannot be set of {middleware}; {}",
-            rc_settings::unknown_key_help(middleware, name)
+            rc_vocabulary::unknown_key_help(middleware, name)
         )
         .into());
     };
@@ -300,7 +300,7 @@ fn help(description: &Description) -> String {
     }
     let backends = description.backends.iter().map(|(name, _)| *name);
     let settings = backends.flat_map(|name| {
-        let keys = rc_settings::keys(name).unwrap_or_default();
+        let keys = rc_vocabulary::keys(name).unwrap_or_default();
         keys.iter()
             .map(move |key| (format!("{name}.{}", key.name), key))
     });

@@ -88,7 +88,7 @@ impl ComponentInfo {
             operations: operations(&slot),
         });
         let settings = |middleware: &str| {
-            let keys = rc_settings::keys(middleware).unwrap_or_default().iter();
+            let keys = rc_vocabulary::keys(middleware).unwrap_or_default().iter();
             let set = keys.filter_map(|key| {
                 let value = self.settings.value(middleware, key.name)?;
                 Some((key.name.to_owned(), value.to_string()))

@@ -1,7 +1,7 @@
 //! The members of slot arrays.
 
 use rc_middleware::OpenError;
-use rc_settings::member::MOST;
+use rc_vocabulary::member::MOST;
 use std::sync::Arc;
 
 /// A member of a slot array. Its clones are the same member; they are cheap.

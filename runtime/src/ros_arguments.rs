@@ -16,7 +16,7 @@ use crate::description::ROS2;
 use given::{For, RosArguments, Source};
 use params_file::scalar;
 use rc_configuration::UntypedValue;
-use rc_settings::{Scalar, Value, ros};
+use rc_vocabulary::{Scalar, Value, ros};
 use std::ffi::OsString;
 
 /// Usage of `--ros-args`, for messages.
@@ -105,7 +105,7 @@ fn remap(text: &str, out: &mut RosArguments) -> Result<(), String> {
         _ => None,
     };
     let (key, value) = key.unwrap_or(("remap", rule));
-    let Some(known) = rc_settings::key(ROS2, key) else {
+    let Some(known) = rc_vocabulary::key(ROS2, key) else {
         return Err(format!("--ros-args: `{key}` cannot be set of {ROS2}"));
     };
     let converted = known.kind.convert(Scalar::Text(value));

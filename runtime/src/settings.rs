@@ -8,9 +8,9 @@ use crate::ros_arguments::RosOverrides;
 use crate::slots::{NamedSlot, OpenSlot, SlotTable};
 use rc_management::component::Role;
 use rc_middleware::{Durability, OpenError, Qos, Reliability, Settings};
-use rc_settings::Value;
-use rc_settings::qos::{self, Policy};
-use rc_settings::ros::ResolvedRemapping;
+use rc_vocabulary::Value;
+use rc_vocabulary::qos::{self, Policy};
+use rc_vocabulary::ros::ResolvedRemapping;
 
 /// Collects all settings. The log reports a rule that matches nothing in the component; a network
 /// may have it for another component.
@@ -70,7 +70,7 @@ fn overrides(
     }
     let own = |key: &str| settings.text(ROS2, key).map(str::to_owned);
     let (network, name) = (&arguments.network, &arguments.name);
-    let (namespace, node) = rc_settings::ros::node(network, name, own("namespace"), own("node"));
+    let (namespace, node) = rc_vocabulary::ros::node(network, name, own("namespace"), own("node"));
     let remap = settings.remappings(ROS2, "remap").iter();
     let remap = remap.map(|rule| rule.resolve(&namespace, &node));
     let remap: Vec<ResolvedRemapping> = remap.collect();
@@ -78,7 +78,7 @@ fn overrides(
     for NamedSlot { path, of, address } in topics(slots, ROS2)? {
         for operation in of.operations {
             let own = address.join(operation.name);
-            let topic = rc_settings::ros::operation(own.as_str(), &path, operation.name, &remap);
+            let topic = rc_vocabulary::ros::operation(own.as_str(), &path, operation.name, &remap);
             named.push((topic, of.role, format!("{path}/{}", operation.name)));
         }
     }
@@ -129,7 +129,7 @@ fn warn(
     for (middleware, _) in description.backends {
         for rule in settings.remappings(middleware, "remap") {
             let from = &rule.from;
-            if let Some(hint) = rc_settings::ros::unknown_target_help(from, &all)
+            if let Some(hint) = rc_vocabulary::ros::unknown_target_help(from, &all)
                 && !slots.may_have(from)
             {
                 tracing::warn!("remap `{rule}`: {name} has no `{from}`; {hint}");

@@ -5,7 +5,7 @@ use crate::description::{Description, Slot};
 use crate::error::StartError;
 use crate::member::{Member, MemberError};
 use rc_middleware::{Address, OpenError};
-use rc_settings::member;
+use rc_vocabulary::member;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;

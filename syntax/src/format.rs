@@ -5,7 +5,7 @@
 //! trees, and therefore never loses a comment.
 
 use crate::scan::{SegmentKind, segments};
-use rc_settings::duration;
+use rc_vocabulary::duration;
 
 /// The maximum width. Longer lines are broken after a comma or before `throws`.
 const WIDTH: usize = 100;

@@ -1,7 +1,7 @@
 //! Literals.
 
 use rc_diagnostics::Span;
-use rc_settings::duration;
+use rc_vocabulary::duration;
 
 /// A literal with its location.
 #[derive(Clone, Debug, PartialEq)]

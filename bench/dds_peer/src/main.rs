@@ -10,7 +10,7 @@
 use bench_protocol::{Kind, LARGEST, next_command, now, pause, ready, report};
 use rc_ddsc::{Domain, Event, Listener, Participant, Qos, Reader, Sample, Topic, Writer};
 use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
-use rc_settings::Value;
+use rc_vocabulary::Value;
 use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
 use std::collections::VecDeque;
 use std::os::fd::OwnedFd;

@@ -8,7 +8,7 @@ use rc_middleware::{
     CallError, Environment, Header, Profile, Reader, Reply, RunDirectory, Settings, WakeEvent,
     Writer,
 };
-use rc_settings::Value;
+use rc_vocabulary::Value;
 use ros2_client::qos::{Durability, History, Reliability, WhenFull};
 use ros2_client::{
     Client, Context, Message, Name, Node, NodeName, NodeOptions, QosProfile, Server,

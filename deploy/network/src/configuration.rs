@@ -9,7 +9,7 @@ use rc_configuration::model::{Kind, Parameter, Type};
 use rc_configuration::{Binding, Settings, Values};
 use rc_ddsl::model::{Deployment, Instance, Setting};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_settings::{Value, qos, ros};
+use rc_vocabulary::{Value, qos, ros};
 use std::collections::{BTreeMap, HashMap};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -109,7 +109,7 @@ pub(crate) fn settings(
                 keys.filter_map(|(key, set)| {
                     Some(Setting {
                         middleware: *backend,
-                        key: rc_settings::key(word, key)?.name,
+                        key: rc_vocabulary::key(word, key)?.name,
                         value: set.value.clone(),
                         span: set.span,
                     })
@@ -239,7 +239,7 @@ fn rules(settings: &Settings, project: &Project, found: &mut Diagnostics) {
     }
 }
 
-/// Slots with their operations, as the rules of `rc_settings` take them.
+/// Slots with their operations, as the rules of `rc_vocabulary` take them.
 fn named<'a>(slots: &'a [(String, Vec<&'a str>)]) -> Vec<(&'a str, Vec<&'a str>)> {
     let slots = slots.iter();
     slots

@@ -6,7 +6,7 @@ use rc_cdsl::model::Backend;
 use rc_ddsl::model::{Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_middleware::qos::MAX_READERS;
-use rc_settings::Value;
+use rc_vocabulary::Value;
 use serde::Serialize;
 use std::fmt;
 
@@ -261,5 +261,9 @@ fn domain(instance: &Instance, backend: Backend) -> Option<Value> {
     let set = instance
         .setting(backend, "domain")
         .map(|set| set.value.clone());
-    set.or_else(|| rc_settings::key(backend.word(), "domain")?.default.clone())
+    set.or_else(|| {
+        rc_vocabulary::key(backend.word(), "domain")?
+            .default
+            .clone()
+    })
 }

@@ -6,8 +6,8 @@ use rc_codegen::Project;
 use rc_configuration::{LiveParameters, Values};
 use rc_ddsl::model::{Deployment, ParameterValue};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
-use rc_settings::duration;
 use rc_syntax::{Literal, LiteralKind};
+use rc_vocabulary::duration;
 use serde_json::Value as Json;
 use std::rc::Rc;
 

@@ -8,7 +8,7 @@ use crate::process_name::process_name;
 use crate::topology::{Connection, End, Host, Kind};
 use rc_ddsl::model::{Policy, Restart};
 use rc_middleware::RunDirectory;
-use rc_settings::duration;
+use rc_vocabulary::duration;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;

@@ -2,7 +2,7 @@
 //! that are connected become two: before anything starts, and not as calls that two components
 //! execute or values that none receives.
 //!
-//! Names are made here as the components make them, by `rc_settings::ros`.
+//! Names are made here as the components make them, by `rc_vocabulary::ros`.
 
 use crate::model::Network;
 use crate::process_name::process_name;
@@ -13,8 +13,8 @@ use rc_ddsl::{Connection, Endpoint};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
 use rc_idsl::canonical::{interface_hash, operation_hash};
 use rc_idsl::model::Operation;
-use rc_settings::Value;
-use rc_settings::ros::{self, ResolvedRemapping};
+use rc_vocabulary::Value;
+use rc_vocabulary::ros::{self, ResolvedRemapping};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Options of a component that change its names in ROS 2. No finding is reported for such a

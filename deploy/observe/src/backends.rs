@@ -74,7 +74,7 @@ impl Backends {
     ) -> Result<Box<dyn Backend>, Error> {
         let mut settings = Settings::default();
         for (name, text) in wanted {
-            let key = rc_settings::key(middleware, name);
+            let key = rc_vocabulary::key(middleware, name);
             if let Some(value) = key.and_then(|key| key.kind.parse(text).ok()) {
                 settings.set(middleware, name, value);
             }

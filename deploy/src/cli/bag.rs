@@ -63,7 +63,7 @@ fn note_cut(cut: Option<String>) {
 
 /// Parses `10s`, `1min 30s`, `250ms`.
 pub(super) fn duration(text: &str) -> Result<Duration, String> {
-    let parsed = rc_settings::duration::parse(text).map(Duration::from_nanos);
+    let parsed = rc_vocabulary::duration::parse(text).map(Duration::from_nanos);
     parsed.ok_or_else(|| "a time looks like `10s`, `1.5min` or `250ms`".to_owned())
 }
 

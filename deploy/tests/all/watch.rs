@@ -5,7 +5,7 @@ use rc_deploy::Component;
 use rc_middleware::{
     Address, Backend, Endpoint, Environment, Qos, RunDirectory, Settings, TypeIdentity, WakeEvent,
 };
-use rc_settings::Value;
+use rc_vocabulary::Value;
 use rustix::process::Signal;
 use std::path::Path;
 

@@ -4,7 +4,7 @@ use crate::command_line::Failure;
 use innermodel::Snapshot;
 use innermodel::slots::{self, Members};
 use rc_diagnostics::foreign::clean;
-use rc_settings::member;
+use rc_vocabulary::member;
 use std::collections::BTreeMap;
 
 /// The clause `slots` of a component that serves the devices of `tree`.

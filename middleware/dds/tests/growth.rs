@@ -6,7 +6,7 @@ use rc_middleware::{
     Address, Endpoint, Environment, Header, Qos, Reader, RunDirectory, Settings, TypeIdentity,
     WakeEvent, Writer, wait,
 };
-use rc_settings::Value;
+use rc_vocabulary::Value;
 use std::os::fd::AsFd;
 use std::sync::mpsc::channel;
 use std::time::Duration;

@@ -1,7 +1,7 @@
 //! A port of the domain that another program occupies.
 
 use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
-use rc_settings::Value;
+use rc_vocabulary::Value;
 use std::net::UdpSocket;
 
 #[test]

@@ -4,7 +4,7 @@
 use crate::names::{self, NodeName};
 use rc_middleware::{Environment, OpenError};
 use rc_network::{Configuration, Joining, refused};
-use rc_settings::ros::{self, ResolvedRemapping};
+use rc_vocabulary::ros::{self, ResolvedRemapping};
 
 /// The configuration of a node.
 #[derive(Clone, Debug)]

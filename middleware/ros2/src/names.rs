@@ -1,7 +1,7 @@
 //! The names of addresses and types in ROS 2, and in DDS below it.
 
 use rc_middleware::{Endpoint, ExternalType, OpenError};
-use rc_settings::ros::{self, ResolvedRemapping};
+use rc_vocabulary::ros::{self, ResolvedRemapping};
 
 /// The names of a topic of DDS and of its type.
 pub(crate) type Topic = (String, String);
@@ -93,7 +93,7 @@ impl NodeName {
 mod tests {
     use super::*;
     use rc_middleware::{Address, Qos, TypeIdentity};
-    use rc_settings::ros::Remapping;
+    use rc_vocabulary::ros::Remapping;
 
     fn endpoint(address: &str, type_name: &str) -> Endpoint {
         Endpoint {

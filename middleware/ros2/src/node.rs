@@ -6,7 +6,7 @@ use crate::names::NodeName;
 use crate::types::NodeTypes;
 use rc_middleware::{Environment, OpenError};
 use rc_network::Session;
-use rc_settings::ros::ResolvedRemapping;
+use rc_vocabulary::ros::ResolvedRemapping;
 use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;

@@ -2,7 +2,7 @@
 
 use rc_conformance::network::{endpoint, until};
 use rc_middleware::{Backend, Environment, RunDirectory, Settings, WakeEvent};
-use rc_settings::Value;
+use rc_vocabulary::Value;
 use std::time::{Duration, Instant};
 
 /// A component with a run directory of its own, as if on another machine.

@@ -190,7 +190,7 @@ impl Checker {
                     continue;
                 };
                 for (name, item) in members.iter() {
-                    let member = rc_settings::member::path(slot, name);
+                    let member = rc_vocabulary::member::path(slot, name);
                     self.binding(members, (name, member), item, at, out);
                 }
             }
@@ -238,7 +238,7 @@ impl Checker {
             let path = format!("bindings.{slot}");
             return self.wrong_type(item, &path, at, "an address as a string");
         };
-        if let Err(reason) = rc_settings::address::check(address) {
+        if let Err(reason) = rc_vocabulary::address::check(address) {
             let span = self.locator.span(item.span(), at);
             let error = Diagnostic::error("bad-address", span, reason);
             return self.found.push(error);

@@ -4,8 +4,8 @@ use crate::checker::Checker;
 use crate::document;
 use crate::model;
 use rc_diagnostics::{Diagnostic, Span};
-use rc_settings::ros::Remapping;
-use rc_settings::{
+use rc_vocabulary::ros::Remapping;
+use rc_vocabulary::{
     Key, Kind, MIDDLEWARES, Scalar, Value, ValueError, key, keys, qos, unknown_key_help,
 };
 use std::collections::BTreeMap;

@@ -4,7 +4,7 @@
 use crate::condition::Condition;
 pub use crate::value::Value;
 use rc_diagnostics::nearest;
-use rc_settings::duration;
+use rc_vocabulary::duration;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 

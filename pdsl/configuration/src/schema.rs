@@ -6,14 +6,14 @@
 
 use crate::check::{COMPONENT, LEVELS, SHORTEST_PERIOD};
 use crate::model::{Kind, Length, Parameter, Parameters, Rule, Type, Value};
-use rc_settings::duration as time;
-use rc_settings::{Key, Kind as Takes, MIDDLEWARES, Value as Setting, qos};
+use rc_vocabulary::duration as time;
+use rc_vocabulary::{Key, Kind as Takes, MIDDLEWARES, Value as Setting, qos};
 use serde_json::{Map, Value as Json, json};
 use std::time::Duration;
 
 /// The longest line of a schema, in bytes, unless a single value is longer.
 const LINE: usize = 140;
-/// The format of a duration, as `rc_settings::duration::parse` reads it.
+/// The format of a duration, as `rc_vocabulary::duration::parse` reads it.
 const DURATION: &str = r"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*(us|ms|s|min)\s*$";
 /// The format of the address of a slot: names with `/` between them.
 const ADDRESS: &str = "^[A-Za-z0-9_-]+(/[A-Za-z0-9_-]+)*$";

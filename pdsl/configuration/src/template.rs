@@ -1,7 +1,7 @@
 //! The initial configuration file of a component. It then belongs to the user.
 
 use crate::model::{Kind, Parameter, Parameters};
-use rc_settings::duration;
+use rc_vocabulary::duration;
 use std::fmt::Write;
 use std::time::Duration;
 

@@ -1,6 +1,6 @@
 //! The value of a parameter.
 
-use rc_settings::duration;
+use rc_vocabulary::duration;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::time::Duration;

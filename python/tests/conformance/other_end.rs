@@ -101,9 +101,9 @@ impl Network {
     pub(crate) fn join(&self, instance: &str) -> Box<dyn Backend> {
         let mut settings = Settings::default();
         if self.over.domain > 0 {
-            let domain = rc_settings::Value::Int(self.over.domain);
+            let domain = rc_vocabulary::Value::Int(self.over.domain);
             settings.set(self.over.name(), "domain", domain);
-            let interfaces = rc_settings::Value::Texts(vec!["lo".to_owned()]);
+            let interfaces = rc_vocabulary::Value::Texts(vec!["lo".to_owned()]);
             settings.set(self.over.name(), "interfaces", interfaces);
         }
         (self.over.connect)(&Environment {

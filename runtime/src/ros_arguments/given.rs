@@ -1,8 +1,8 @@
 //! The arguments of ROS 2, as the command line gives them.
 
 use rc_configuration::UntypedValue;
-use rc_settings::Value;
-use rc_settings::ros::Remapping;
+use rc_vocabulary::Value;
+use rc_vocabulary::ros::Remapping;
 use std::path::PathBuf;
 
 /// The arguments of ROS 2, in their order where it counts.

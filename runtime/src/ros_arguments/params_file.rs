@@ -178,7 +178,7 @@ impl Reader<'_> {
 /// Whether this can name nodes: names and wildcards between `/`.
 fn is_pattern(text: &str) -> bool {
     let parts = text.strip_prefix('/').unwrap_or(text);
-    let is_part = |part: &str| matches!(part, "*" | "**") || rc_settings::ros::is_node(part);
+    let is_part = |part: &str| matches!(part, "*" | "**") || rc_vocabulary::ros::is_node(part);
     parts.split('/').all(is_part)
 }
 

@@ -2,8 +2,8 @@
 
 use crate::arguments::RosOverride;
 use rc_management::component::Role;
-use rc_settings::Scalar;
-use rc_settings::qos::Policy;
+use rc_vocabulary::Scalar;
+use rc_vocabulary::qos::Policy;
 
 /// The prefix of these parameters.
 pub(super) const QOS: &str = "qos_overrides.";
@@ -23,7 +23,7 @@ pub(super) fn quality(name: &str, value: &str) -> Result<Option<RosOverride>, St
         "subscription" => Role::SubscribesTo,
         _ => return Err(form()),
     };
-    if !topic.starts_with('/') || !rc_settings::ros::is_name(topic) {
+    if !topic.starts_with('/') || !rc_vocabulary::ros::is_name(topic) {
         return Err(form());
     }
     let value = value.trim_matches(['"', '\'']);

@@ -6,8 +6,8 @@ use crate::arguments::{Arguments, RosOverride};
 use crate::description::ROS2;
 use rc_configuration::UntypedValue;
 use rc_middleware::Settings;
-use rc_settings::ros::{self, Remapping};
-use rc_settings::{Kind, Value};
+use rc_vocabulary::ros::{self, Remapping};
+use rc_vocabulary::{Kind, Value};
 use serde_json::Value as Json;
 
 /// Values that the arguments of ROS 2 set for this node.

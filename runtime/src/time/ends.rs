@@ -8,8 +8,8 @@ use rc_middleware::{
     Address, Backend, Client, Endpoint, ExternalType, OpenError, Publisher, Qos, Reader,
     ReceiveError, Reliability, Server, Settings, Subscriber, TypeIdentity,
 };
-use rc_settings::Value;
-use rc_settings::ros::Remapping;
+use rc_vocabulary::Value;
+use rc_vocabulary::ros::Remapping;
 use std::os::fd::BorrowedFd;
 
 /// The most messages that are taken from a port in a turn of the loop.

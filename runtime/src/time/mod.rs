@@ -50,7 +50,7 @@ impl ClockChoice {
             ("system", None) => Ok(Self::System),
             ("source", None) => Ok(Self::Source),
             ("simulated", None) => Ok(Self::Simulated(None)),
-            ("simulated", Some(name)) if rc_settings::keys(name).is_some() => {
+            ("simulated", Some(name)) if rc_vocabulary::keys(name).is_some() => {
                 Ok(Self::Simulated(Some(name.to_owned())))
             }
             _ => Err(format!(

@@ -259,7 +259,7 @@ pub(crate) struct New {
 }
 
 fn period(text: &str) -> Result<Duration, String> {
-    let period = rc_settings::duration::parse(text).map(Duration::from_nanos);
+    let period = rc_vocabulary::duration::parse(text).map(Duration::from_nanos);
     period.ok_or_else(|| "expected a duration with a unit, as in `50ms` or `1s`".to_owned())
 }
 

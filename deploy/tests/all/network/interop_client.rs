@@ -53,7 +53,7 @@ impl InteropClient {
         let id = domain.id.to_string();
         let own = [("domain", id.as_str()), ("interfaces", "lo")];
         for (key, value) in own.iter().chain(more) {
-            let known = rc_settings::key(middleware, key).expect("a key");
+            let known = rc_vocabulary::key(middleware, key).expect("a key");
             let value = known.kind.parse(value).expect("a value");
             settings.set(middleware, key, value);
         }

@@ -46,7 +46,7 @@ fn join(
     let own = described.middlewares.get(middleware).into_iter().flatten();
     // The name of the component's own node is not that of the test.
     for (name, text) in own.filter(|(name, _)| *name != "node") {
-        let key = rc_settings::key(middleware, name).expect("a key");
+        let key = rc_vocabulary::key(middleware, name).expect("a key");
         settings.set(middleware, name, key.kind.parse(text).expect("a value"));
     }
     let environment = Environment {

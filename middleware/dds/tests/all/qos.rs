@@ -6,7 +6,7 @@ use rc_middleware::{
     Address, Backend, Endpoint, Environment, Header, OpenError, Qos, RunDirectory, SendError,
     Subscriber, TypeIdentity, WakeEvent, wait,
 };
-use rc_settings::Value;
+use rc_vocabulary::Value;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 

@@ -7,7 +7,7 @@ use rc_middleware::{
     Backend, CallError, Cdr, Client, Environment, Header, QueueGauge, RunDirectory, Settings,
     WakeEvent, now,
 };
-use rc_settings::Value;
+use rc_vocabulary::Value;
 use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 

@@ -2,7 +2,7 @@
 //! each network has a domain of its own.
 
 use rc_middleware::{Backend, Environment, OpenError};
-use rc_settings::Value;
+use rc_vocabulary::Value;
 use std::time::Duration;
 
 struct Ros2;

@@ -3,7 +3,7 @@
 
 use rc_middleware::qos::Reliability;
 use rc_middleware::{Backend, Endpoint, Environment, Qos, RunDirectory, Settings, WakeEvent};
-use rc_settings::Value;
+use rc_vocabulary::Value;
 use std::time::{Duration, Instant};
 
 /// Longest wait for an event.

@@ -9,8 +9,8 @@ use rc_middleware::{
 use rc_runtime::{
     Component, Core, Description, ParamChange, Ports, StartError, Values, WorkerError, embed,
 };
-use rc_settings::Value;
-use rc_settings::ros::Remapping;
+use rc_vocabulary::Value;
+use rc_vocabulary::ros::Remapping;
 use std::time::Duration;
 
 const LIMIT: Duration = Duration::from_secs(30);

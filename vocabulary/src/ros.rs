@@ -107,7 +107,7 @@ impl Remapping {
     /// `namespace` instead. Files cannot have such a rule.
     ///
     /// ```
-    /// use rc_settings::ros::{Remapping, operation};
+    /// use rc_vocabulary::ros::{Remapping, operation};
     /// let rule = Remapping::of_namespace("patrol", "/robot").resolve("/robot", "lidar");
     /// let name = operation("patrol/LaserPub/newScan", "LaserPub", "newScan", &[rule]);
     /// assert_eq!(name, "/robot/LaserPub/newScan");

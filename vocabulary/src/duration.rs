@@ -23,7 +23,7 @@ const UNITS: [(&str, u64); 4] = [
 /// nearest one. A duration beyond `u64::MAX` nanoseconds gives `u64::MAX`.
 ///
 /// ```
-/// use rc_settings::duration;
+/// use rc_vocabulary::duration;
 ///
 /// assert_eq!(duration::parse("1.5 ms"), Some(1_500_000));
 /// assert_eq!(duration::parse("50"), None);
@@ -59,7 +59,7 @@ pub fn from_fractional_milliseconds(milliseconds: f64) -> Option<u64> {
 /// fraction. [`parse`] reads the same number of nanoseconds from it.
 ///
 /// ```
-/// use rc_settings::duration;
+/// use rc_vocabulary::duration;
 ///
 /// assert_eq!(duration::text(1_500_000_000), "1500ms");
 /// assert_eq!(duration::text(100_000_001), "100000.001us");

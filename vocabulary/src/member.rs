@@ -9,8 +9,8 @@ pub const MOST: usize = 128;
 /// there. The error says what is allowed.
 ///
 /// ```
-/// assert!(rc_settings::member::check("front_left").is_ok());
-/// assert!(rc_settings::member::check("front.left").is_err());
+/// assert!(rc_vocabulary::member::check("front_left").is_ok());
+/// assert!(rc_vocabulary::member::check("front.left").is_err());
 /// ```
 pub fn check(name: &str) -> Result<(), String> {
     let fits = name.starts_with(|c: char| c.is_ascii_alphabetic())

@@ -6,8 +6,8 @@ pub const LONGEST: usize = 200;
 /// Checks the form of an address, such as `patrol/simulator/Laser`. The error says what is allowed.
 ///
 /// ```
-/// assert!(rc_settings::address::check("patrol/simulator/Laser").is_ok());
-/// assert!(rc_settings::address::check("/Laser").is_err());
+/// assert!(rc_vocabulary::address::check("patrol/simulator/Laser").is_ok());
+/// assert!(rc_vocabulary::address::check("/Laser").is_err());
 /// ```
 pub fn check(text: &str) -> Result<(), String> {
     let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
