@@ -2,8 +2,10 @@
 
 use rc_diagnostics::Span;
 use rc_idsl::Library;
-use rc_idsl::model::{InterfaceId, Pattern};
+use rc_idsl::model::InterfaceId;
 use rc_syntax::Name;
+use rc_vocabulary::qos::{Policies, Qos};
+pub use rc_vocabulary::{Language, Middleware, Role};
 use std::time::Duration;
 
 /// One component.
@@ -91,11 +93,13 @@ pub struct Slot {
     /// Whether it is an array, whose members are named at start.
     pub is_array: bool,
     /// The middleware, if the file sets one for this slot.
-    pub backend: Option<Backend>,
+    pub backend: Option<Middleware>,
     /// Whether the component works without a peer: its start and its readiness wait for none.
     pub optional: bool,
     /// Deviations from the default quality of service.
-    pub qos: Qos,
+    pub qos: Policies,
+    /// `in_place true;`: handlers receive samples, or write replies, in shared memory.
+    pub in_place: bool,
     /// The states in which requests are served; in all states if there is none.
     pub available: Vec<Name>,
     /// The location of its declaration.
@@ -108,108 +112,9 @@ impl Slot {
     pub fn path(&self) -> String {
         self.name.replace('.', "/")
     }
-}
 
-/// The role of a component in a connection.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Role {
-    /// Server of calls.
-    Implements,
-    /// Client of calls.
-    Requires,
-    /// Publisher of topics.
-    Publishes,
-    /// Subscriber of topics.
-    SubscribesTo,
-}
-
-impl Role {
-    /// The keywords of communication clauses. The paper on RoboComp's CDSL uses `request`.
-    pub const WORDS: [(&'static str, Role); 5] = [
-        ("implements", Role::Implements),
-        ("requires", Role::Requires),
-        ("request", Role::Requires),
-        ("publishes", Role::Publishes),
-        ("subscribesTo", Role::SubscribesTo),
-    ];
-
-    /// The keyword.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Implements => "implements",
-            Self::Requires => "requires",
-            Self::Publishes => "publishes",
-            Self::SubscribesTo => "subscribesTo",
-        }
-    }
-
-    /// Whether the slot belongs to topics, not to calls.
-    pub fn is_topic(self) -> bool {
-        matches!(self, Self::Publishes | Self::SubscribesTo)
-    }
-
-    /// Whether an operation with this pattern is valid in this role.
-    pub fn allows(self, pattern: Pattern) -> bool {
-        self.is_topic() == (pattern == Pattern::Publish)
+    /// The whole quality of service.
+    pub fn whole_qos(&self) -> Qos {
+        self.qos.over(Qos::of(self.role))
     }
 }
-
-/// A middleware.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Backend {
-    /// iceoryx2: shared memory on one machine.
-    Iceoryx2,
-    /// Cyclone DDS: a network of machines.
-    Dds,
-    /// ROS 2: a network of machines, with ROS 2 nodes as peers.
-    Ros2,
-    /// Inside one process, for tests. Only the command line can select it, not a file.
-    Local,
-}
-
-impl Backend {
-    /// The names valid in files. `ros` is an alias of `ros2`.
-    pub const WORDS: [(&'static str, Backend); 4] = [
-        ("iceoryx2", Self::Iceoryx2),
-        ("dds", Self::Dds),
-        ("ros2", Self::Ros2),
-        ("ros", Self::Ros2),
-    ];
-
-    /// The name in files and on command lines.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Iceoryx2 => "iceoryx2",
-            Self::Dds => "dds",
-            Self::Ros2 => "ros2",
-            Self::Local => "local",
-        }
-    }
-}
-
-/// Deviations from the default quality of service. `None` means the default.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Qos {
-    /// `reliability reliable;` (true) or `best_effort` (false)
-    pub reliable: Option<bool>,
-    /// `durability transient_local;` (true) or `volatile` (false)
-    pub transient_local: Option<bool>,
-    /// `depth 5;`
-    pub depth: Option<u32>,
-    /// `timeout 500ms;` of a call
-    pub timeout: Option<Duration>,
-    /// `in_place true;`: handlers receive samples, or write replies, in shared memory.
-    pub in_place: bool,
-    /// `deadline 100ms;`
-    pub deadline: Option<Duration>,
-    /// `lifespan 1s;`
-    pub lifespan: Option<Duration>,
-    /// `liveliness 1s;`
-    pub liveliness: Option<Duration>,
-    /// `wake spin 50us;`: how long a waiting thread polls before it sleeps.
-    pub spin: Option<Duration>,
-}
-
-/// The limits of `wake spin`.
-pub const SPIN: std::ops::RangeInclusive<Duration> =
-    Duration::from_micros(1)..=Duration::from_millis(10);

@@ -293,23 +293,20 @@ fn report_skipped_language(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
 }
 
 fn report_skipped_communication(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
-    const ALL: &str = "expected one of `implements`, `requires`, `publishes`, `subscribesTo`";
     let first = r.first_word(pair);
-    let words = Role::WORDS.map(|(word, _)| word);
-    if words.iter().any(|w| w.eq_ignore_ascii_case(&first.text)) {
+    if Role::from_file(&first.text).is_some() {
         return r.report_skipped(pair, Rule::communication);
     }
     let message = format!("expected a communication clause, found `{}`", first.text);
-    let words = ["implements", "requires", "publishes", "subscribesTo"];
+    let all: Vec<String> = Role::words().map(|word| format!("`{word}`")).collect();
+    let all = format!("expected one of {}", all.join(", "));
     // Keywords of other component models.
     let near = match first.text.to_lowercase().as_str() {
         "provides" | "provide" | "offers" | "serves" => Some("implements"),
         "uses" | "needs" | "calls" => Some("requires"),
-        _ => rc_diagnostics::nearest(&first.text, words),
+        _ => rc_diagnostics::nearest(&first.text, Role::words()),
     };
-    let help = near.map_or(ALL.to_owned(), |near| {
-        format!("did you mean `{near}`? {ALL}")
-    });
+    let help = near.map_or(all.clone(), |near| format!("did you mean `{near}`? {all}"));
     r.found
         .push(Diagnostic::error("unknown-communication", first.span, message).help(help));
 }

@@ -1,117 +1,112 @@
 //! The settings of a slot: quality of service, timeouts, wake-up.
 
 use crate::ast::Setting;
-use crate::model::{Qos, Role, SPIN};
+use crate::model::Role;
 use crate::resolver::Resolver;
 use rc_diagnostics::Diagnostic;
 use rc_idsl::model::InterfaceId;
 use rc_syntax::{Literal, LiteralKind};
-use rc_vocabulary::duration;
+use rc_vocabulary::qos::{Policies, PolicyName, Values};
+use rc_vocabulary::{Scalar, duration};
 use std::collections::HashMap;
-use std::time::Duration;
 
 /// The setting of a slot whose handlers receive or write values in shared memory.
 const IN_PLACE: &str = "in_place";
+/// The setting of how an end waits, whose value begins with `spin`.
+const WAKE: &str = "wake";
+
+/// The word for a policy as a setting of a slot.
+fn setting(policy: PolicyName) -> &'static str {
+    match policy {
+        PolicyName::Spin => WAKE,
+        other => other.word(),
+    }
+}
+
+/// The allowed values of a setting, for messages.
+fn allowed(policy: PolicyName) -> String {
+    let time = duration::text_of;
+    match policy.values() {
+        Values::Words(words) => {
+            let words: Vec<String> = words.iter().map(|word| format!("`{word}`")).collect();
+            words.join(" or ")
+        }
+        Values::Count(range) => format!("an integer from {} to {}", range.start(), range.end()),
+        Values::Limit | Values::Time => "a duration such as `500ms`".to_owned(),
+        Values::Within(range) => {
+            let (least, most) = (time(*range.start()), time(*range.end()));
+            format!("`spin` and a duration from {least} to {most}")
+        }
+    }
+}
+
+/// A literal as a value of a policy. The language has no word for no limit: it is the default.
+fn scalar(value: &Literal) -> Scalar<'_> {
+    match &value.kind {
+        LiteralKind::Name(word) if word != "none" => Scalar::Text(word),
+        LiteralKind::Int(number) => Scalar::Int(*number),
+        LiteralKind::Bool(choice) => Scalar::Bool(*choice),
+        LiteralKind::Duration(nanoseconds) => Scalar::Duration(*nanoseconds),
+        LiteralKind::Name(_) | LiteralKind::Float(_) | LiteralKind::String(_) => Scalar::Other,
+    }
+}
 
 impl Resolver<'_> {
-    /// Reads the settings of a slot. Reports invalid ones.
-    pub(crate) fn qos(&mut self, role: Role, interface: InterfaceId, settings: &[Setting]) -> Qos {
-        const TOPIC: [&str; 8] = [
-            "reliability",
-            "depth",
-            "durability",
-            "deadline",
-            "lifespan",
-            "liveliness",
-            "wake",
-            IN_PLACE,
-        ];
-        const CALL: [&str; 3] = ["timeout", "wake", IN_PLACE];
-        // Publishers and clients choose `in_place` at each call. Publishers never wait, so they
-        // have no `wake`.
-        let allowed = match role {
-            Role::SubscribesTo => &TOPIC[..],
-            Role::Publishes => &TOPIC[..6],
-            Role::Implements => &CALL[..],
-            Role::Requires => &CALL[..2],
+    /// Reads the settings of a slot: the quality of service, and whether values travel in place.
+    /// Reports invalid ones.
+    pub(crate) fn qos(
+        &mut self,
+        role: Role,
+        interface: InterfaceId,
+        settings: &[Setting],
+    ) -> (Policies, bool) {
+        let policies = PolicyName::ALL.into_iter().filter(|name| name.is_of(role));
+        // Publishers and clients choose `in_place` at each call.
+        let in_place = match role {
+            Role::Implements | Role::SubscribesTo => Some(IN_PLACE),
+            Role::Requires | Role::Publishes => None,
         };
-        let mut qos = Qos::default();
+        let (mut qos, mut is_in_place) = (Policies::default(), false);
         let mut seen = HashMap::new();
         for Setting { name, value, spin } in settings {
             self.check_unique(&mut seen, name, "setting");
-            if !allowed.contains(&name.text.as_str()) {
-                let message = format!("`{}` has no setting `{}`", role.word(), name.text);
+            let word = name.text.as_str();
+            let (is_valid, allowed) = if in_place == Some(word) {
+                let choice = match value.kind {
+                    LiteralKind::Bool(choice) => Some(choice),
+                    _ => None,
+                };
+                is_in_place = choice == Some(true);
+                if is_in_place {
+                    self.check_in_place(role, interface, value);
+                }
+                (choice.is_some(), "`true` or `false`".to_owned())
+            } else if let Some(policy) = policies.clone().find(|policy| setting(*policy) == word) {
+                let read = policy.read(scalar(value));
+                let read = read.filter(|_| *spin == (word == WAKE));
+                let is_valid = read.is_some();
+                qos.extend(read);
+                (is_valid, allowed(policy))
+            } else {
+                let message = format!("`{}` has no setting `{word}`", role.word());
                 let diagnostic = Diagnostic::error("unknown-qos", name.span, message);
-                self.found
-                    .push(diagnostic.suggest(&name.text, allowed.iter().copied()));
+                let words = policies.clone().map(setting).chain(in_place);
+                self.found.push(diagnostic.suggest(word, words));
                 continue;
-            }
-            let word = match &value.kind {
-                LiteralKind::Name(word) => word.as_str(),
-                _ => "",
-            };
-            let wakes = name.text == "wake";
-            let time = value
-                .as_nanoseconds()
-                .filter(|ns| *ns > 0)
-                .map(Duration::from_nanos);
-            let is_valid = match name.text.as_str() {
-                _ if *spin != wakes => false,
-                "wake" => assign(&mut qos.spin, time.filter(|time| SPIN.contains(time))),
-                "reliability" => {
-                    qos.reliable = parse_choice(word, "best_effort", "reliable");
-                    qos.reliable.is_some()
-                }
-                "durability" => {
-                    qos.transient_local = parse_choice(word, "volatile", "transient_local");
-                    qos.transient_local.is_some()
-                }
-                "depth" => {
-                    qos.depth = value
-                        .as_i64()
-                        .filter(|d| (1..=1000).contains(d))
-                        .map(|d| d as u32);
-                    qos.depth.is_some()
-                }
-                IN_PLACE => {
-                    let choice = match value.kind {
-                        LiteralKind::Bool(choice) => Some(choice),
-                        _ => None,
-                    };
-                    qos.in_place = choice == Some(true);
-                    if qos.in_place {
-                        self.check_in_place(role, interface, value);
-                    }
-                    choice.is_some()
-                }
-                "timeout" => assign(&mut qos.timeout, time),
-                "deadline" => assign(&mut qos.deadline, time),
-                "lifespan" => assign(&mut qos.lifespan, time),
-                _ => assign(&mut qos.liveliness, time),
             };
             if !is_valid {
-                let allowed = match name.text.as_str() {
-                    "reliability" => "`reliable` or `best_effort`",
-                    "durability" => "`volatile` or `transient_local`",
-                    "depth" => "an integer from 1 to 1000",
-                    "wake" => "`spin` and a duration from 1us to 10ms",
-                    IN_PLACE => "`true` or `false`",
-                    _ => "a duration such as `500ms`",
-                };
                 let written = match value.as_nanoseconds() {
                     Some(ns) if *spin => format!("`spin {}`", duration::text(ns)),
                     _ if *spin => format!("`spin` with {}", value.described()),
                     _ => value.described(),
                 };
-                let message = format!(
-                    "invalid value of `{}`: expected {allowed}, found {written}",
-                    name.text
-                );
+                let message =
+                    format!("invalid value of `{word}`: expected {allowed}, found {written}");
                 self.found
                     .push(Diagnostic::error("bad-qos", value.span, message));
             }
         }
-        qos
+        (qos, is_in_place)
     }
 
     /// Reports an interface without any operation whose values can travel in place.
@@ -138,18 +133,5 @@ impl Resolver<'_> {
             self.found
                 .push(Diagnostic::error("bad-qos", value.span, message).help(help));
         }
-    }
-}
-
-fn assign(field: &mut Option<Duration>, value: Option<Duration>) -> bool {
-    *field = value;
-    value.is_some()
-}
-
-fn parse_choice(word: &str, no: &str, yes: &str) -> Option<bool> {
-    if word == yes {
-        Some(true)
-    } else {
-        (word == no).then_some(false)
     }
 }

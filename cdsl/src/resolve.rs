@@ -1,13 +1,13 @@
 //! Loads the imported interfaces and builds the model of a component.
 
 use crate::ast::{self, Clause, SlotDecl};
-use crate::model::{Backend, Component, DEFAULT_PERIOD, Dependency, Role, Slot, StateMachine};
+use crate::model::{Component, DEFAULT_PERIOD, Dependency, Middleware, Role, Slot, StateMachine};
 use crate::parse::{KNOWN_LANGUAGES, parse, unknown_language};
 use crate::resolver::Resolver;
 use crate::slot_names::SlotNames;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_idsl::Session;
-use rc_idsl::model::{InterfaceId, Library, ModuleId, Operation};
+use rc_idsl::model::{InterfaceId, Library, ModuleId, Operation, Pattern};
 use rc_syntax::{Literal, LiteralKind, Loader, Name};
 use std::collections::{HashMap, HashSet};
 use std::time::Duration;
@@ -313,10 +313,9 @@ impl Resolver<'_> {
         let mut names = SlotNames::default();
         let mut seen = HashMap::new();
         for communication in declared {
-            let role = Role::WORDS
-                .iter()
-                .find(|(word, _)| word.eq_ignore_ascii_case(&communication.keyword.text));
-            let Some((_, role)) = role else { continue };
+            let Some(role) = Role::from_file(&communication.keyword.text) else {
+                continue;
+            };
             self.check_unique(
                 &mut seen,
                 &Name::new(role.word(), communication.keyword.span),
@@ -326,7 +325,7 @@ impl Resolver<'_> {
                 let Some(interface) = self.interface(&decl.interface) else {
                     continue;
                 };
-                self.check_patterns(*role, interface, decl);
+                self.check_patterns(role, interface, decl);
                 let name = names.name(decl);
                 if let Some(first) = names.taken.get(&name.to_ascii_lowercase()) {
                     let message = format!("duplicate slot `{name}`");
@@ -339,17 +338,18 @@ impl Resolver<'_> {
                 }
                 names.taken.insert(name.to_ascii_lowercase(), decl.span);
                 let backend = decl.backend.as_ref().and_then(|b| self.backend(b));
-                let qos = self.qos(*role, interface, &decl.qos);
-                let optional = self.optional(*role, decl);
-                let available = self.available(*role, decl);
+                let (qos, in_place) = self.qos(role, interface, &decl.qos);
+                let optional = self.optional(role, decl);
+                let available = self.available(role, decl);
                 slots.push(Slot {
                     name,
-                    role: *role,
+                    role: role,
                     interface,
                     is_array: decl.array.is_some(),
                     backend,
                     optional,
                     qos,
+                    in_place,
                     available,
                     span: decl.span,
                 });
@@ -507,7 +507,9 @@ impl Resolver<'_> {
                 .push(diagnostic.label(interface.name.span, "declared here"));
         }
         let wrong = |operation: &Operation| match operation.explicit_pattern {
-            Some(pattern) if !role.allows(pattern) => Some(format!("is a `{}`", pattern.word())),
+            Some(pattern) if role.is_topic() != (pattern == Pattern::Publish) => {
+                Some(format!("is a `{}`", pattern.word()))
+            }
             None if role.is_topic() => match (&operation.result, operation.outputs.first()) {
                 (Some(_), _) => Some("returns a value".to_owned()),
                 (None, Some(out)) => Some(format!("has `out {}`", out.name.text)),
@@ -553,23 +555,21 @@ impl Resolver<'_> {
             .push(diagnostic.label(operation.name.span, "declared here"));
     }
 
-    fn backend(&mut self, name: &Name) -> Option<Backend> {
+    fn backend(&mut self, name: &Name) -> Option<Middleware> {
         // RoboComp's files select Ice, which has no equivalent here.
         if name.text.eq_ignore_ascii_case("ice") {
             return None;
         }
-        let found = Backend::WORDS
-            .iter()
-            .find(|(word, _)| word.eq_ignore_ascii_case(&name.text));
+        let found = Middleware::from_file(&name.text);
         if found.is_none() {
             let message = format!("unknown middleware `{}`", name.text);
-            let words = ["iceoryx2", "dds", "ros2"];
+            let words = Middleware::in_files().map(Middleware::word);
             self.found.push(
                 Diagnostic::error("unknown-middleware", name.span, message)
                     .suggest(&name.text, words),
             );
         }
-        found.map(|(_, backend)| *backend)
+        found
     }
 
     /// Reports unused imports. An import is used if a slot's interface depends on its file, or if

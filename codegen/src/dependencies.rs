@@ -6,19 +6,17 @@ use crate::paths::{absolute, normal, relative};
 use rc_cdsl::Component;
 use rc_cdsl::model::Dependency;
 use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_vocabulary::Middleware;
 use semver::VersionReq;
 use std::path::Path;
 use toml_edit::{Array, DocumentMut, InlineTable, Item, TableLike, Value};
 
-/// Crates that a worker reaches through the generated crate of its component.
-const OURS: [&str; 6] = [
-    "rc-dds",
-    "rc-iceoryx2",
-    "rc-local",
-    "rc-middleware",
-    "rc-ros2",
-    "rc-runtime",
-];
+/// Whether a worker reaches a crate through the generated crate of its component.
+fn is_ours(package: &str) -> bool {
+    let mut backends = Middleware::ALL.into_iter();
+    ["rc-middleware", "rc-runtime"].contains(&package)
+        || backends.any(|middleware| middleware.can().package.0 == package)
+}
 
 /// Reports names that cannot be packages, and versions that cargo does not understand.
 pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
@@ -53,7 +51,7 @@ fn bad_name(name: &str, component: &str) -> Option<&'static str> {
         Some("its name is longer than 64 characters")
     } else if name == "interfaces" {
         Some("it is the crate of the interfaces")
-    } else if OURS.contains(&same.as_str()) {
+    } else if is_ours(&same) {
         Some("the generated crate exports what a worker needs of it")
     } else if name == own || name == format!("{own}_generated") {
         Some("it is the component itself")

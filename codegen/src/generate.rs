@@ -7,7 +7,7 @@ use crate::rust::{self, print::Printer};
 use crate::templates::TemplateError;
 use crate::worker_language::WorkerLanguage;
 use crate::{dependencies, markdown, parallel, requirements, view};
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_configuration::Parameters;
 use rc_diagnostics::Diagnostics;
 use rc_idsl::Library;
@@ -57,7 +57,7 @@ pub fn interfaces_root(stems: &[&str]) -> Result<String, TemplateError> {
 /// [`interfaces`].
 pub fn component(
     project: &Project,
-    middleware: Backend,
+    middleware: Middleware,
     interfaces: &str,
 ) -> Result<(Files, Diagnostics), TemplateError> {
     let (view, mut found) = view::component::of(project, middleware);
@@ -109,7 +109,7 @@ pub fn component(
 /// The view of a component as JSON: what every language of templates can print.
 pub fn view(
     project: &Project,
-    middleware: Backend,
+    middleware: Middleware,
 ) -> Result<(String, Diagnostics), TemplateError> {
     let (view, found) = view::component::of(project, middleware);
     let json = serde_json::to_string_pretty(&view);

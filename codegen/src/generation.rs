@@ -13,7 +13,7 @@ use crate::requirements;
 use crate::rust::print::{self, FIRST_TEST};
 use crate::view;
 use crate::worker_language::WorkerLanguage;
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
 use rc_syntax::Loader;
 use std::io;
@@ -43,7 +43,7 @@ impl Component {
     pub fn of(
         project: &Project,
         folder: PathBuf,
-        middleware: Backend,
+        middleware: Middleware,
         interfaces: &InterfaceCrate,
     ) -> Result<(Option<Self>, Diagnostics), Error> {
         if project.language() == WorkerLanguage::Python {
@@ -81,7 +81,7 @@ impl Component {
     fn of_python(
         project: &Project,
         folder: PathBuf,
-        middleware: Backend,
+        middleware: Middleware,
     ) -> Result<(Option<Self>, Diagnostics), Error> {
         let (mut files, mut found) = generate::component(project, middleware, "")?;
         if folder.join("src").exists() {
@@ -221,7 +221,7 @@ pub fn add_interfaces(interfaces: &InterfaceCrate, projects: &[&Project]) -> Res
 pub fn generate(
     project: &Project,
     folder: PathBuf,
-    middleware: Backend,
+    middleware: Middleware,
     sources: &mut SourceMap,
 ) -> Result<Diagnostics, Error> {
     let interfaces = InterfaceCrate::of(&folder)?;

@@ -74,7 +74,7 @@ fn slot_page<'a>(slot: &'a Slot, interface: &'a Interface) -> SlotPage<'a> {
     });
     SlotPage {
         name: code(&slot.name),
-        role: slot.role,
+        role: slot.role.word(),
         interface: code(&format!("{}::{}", interface.module, interface.name)),
         doc: &interface.doc,
         available: slot.available.iter().map(|state| code(state)).collect(),
@@ -125,7 +125,7 @@ fn facts(operation: &Operation) -> Vec<String> {
 fn words(ty: &Type) -> String {
     let at_most = |bound: &Option<u32>| bound.map_or(String::new(), |b| format!(" of at most {b}"));
     match ty {
-        Type::Primitive { name } => (*name).to_owned(),
+        Type::Primitive { name } => name.word().to_owned(),
         Type::Text { bound: None } => "string".to_owned(),
         Type::Text { bound: Some(bound) } => format!("string of at most {bound} bytes"),
         Type::Sequence { element, bound } => {

@@ -6,7 +6,7 @@ use crate::origin::Origin;
 use crate::worker_language::WorkerLanguage;
 use crate::{dependencies, machine_names, names, paths, requirements, ros, rust, viewer};
 use rc_cdsl::Component;
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_configuration::model::Parameters;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use rc_smdsl::StateMachine;
@@ -57,7 +57,7 @@ impl Project {
         if !found.has_errors() {
             found.extend(ros::annotations(&component.library));
             let mut slots = component.slots.iter();
-            if slots.any(|slot| slot.backend == Some(Backend::Ros2)) {
+            if slots.any(|slot| slot.backend == Some(Middleware::Ros2)) {
                 found.extend(ros::refused(&component.library));
             }
         }
@@ -131,7 +131,7 @@ impl Project {
     /// slot of it says so.
     pub(crate) fn is_node(&self) -> bool {
         let note = Note::of_generated(self.code());
-        note.is_ok_and(|note| note.is_some_and(|note| note.middleware == Backend::Ros2.word()))
+        note.is_ok_and(|note| note.is_some_and(|note| note.middleware == Middleware::Ros2.word()))
     }
 
     /// The folder of its code: that of the `.cdsl` file, or the one that `rcgen --out` generated it

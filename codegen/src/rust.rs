@@ -12,6 +12,7 @@ pub mod names;
 mod operation_names;
 mod parameters;
 pub(crate) mod print;
+mod qos;
 mod testing;
 mod types;
 pub mod worker;

@@ -14,7 +14,7 @@ use crate::rust::worker;
 use crate::templates::TemplateError;
 use crate::{dependencies, rust, view};
 use fits::Types;
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use serde_json::{Value, json};
 use source::{Block, Code, Method};
@@ -69,7 +69,7 @@ pub fn of(
     sources: &mut SourceMap,
 ) -> Result<(Option<Missing>, Diagnostics), Error> {
     // No handler depends on the middleware.
-    let (view, mut found) = view::component::of(project, Backend::Iceoryx2);
+    let (view, mut found) = view::component::of(project, Middleware::DEFAULT);
     rust::component::check(&project.component, &mut found);
     rust::check(&project.component.library, &mut found);
     let src = folder.join("src");

@@ -13,20 +13,10 @@ pub mod members;
 pub mod parameters;
 pub mod types;
 
-use rc_cdsl::model::Backend;
-
 pub(crate) use checks::range_text;
 pub use component::{Component, Slot};
 pub use machine::Machine;
 pub use parameters::{Parameter, Parameters};
-
-/// The backends that components are generated for.
-pub const BACKENDS: [Backend; 4] = [
-    Backend::Iceoryx2,
-    Backend::Dds,
-    Backend::Ros2,
-    Backend::Local,
-];
 
 /// The hash of a name in the envelope of calls: the first four bytes of its MD5 sum, little endian
 /// (OMG DDS-RPC 1.0, 7.5.1.1.3).

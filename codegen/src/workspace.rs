@@ -3,6 +3,7 @@
 use crate::files::{Files, Owner};
 use crate::interface_crate;
 use crate::paths;
+use rc_vocabulary::Middleware;
 use semver::VersionReq;
 use std::path::{Path, PathBuf};
 
@@ -101,21 +102,17 @@ impl Framework {
 }
 
 /// The crates that a workspace takes from the framework, with their folders there.
-const CRATES: [(&str, &str); 7] = [
-    ("rc-middleware", "middleware"),
-    ("rc-runtime", "runtime"),
-    ("rc-iceoryx2", "middleware/iceoryx2"),
-    ("rc-dds", "middleware/dds"),
-    ("rc-ros2", "middleware/ros2"),
-    ("rc-local", "middleware/local"),
-    ("innermodel-viewer", "innermodel/viewer"),
-];
+fn crates() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let first = [("rc-middleware", "middleware"), ("rc-runtime", "runtime")];
+    let backends = Middleware::ALL.map(|middleware| middleware.can().package);
+    let last = [("innermodel-viewer", "innermodel/viewer")];
+    first.into_iter().chain(backends).chain(last)
+}
 
 /// A workspace for components, with a first network of this name.
 pub fn init(network: &str, framework: &Framework) -> Result<Files, interface_crate::Error> {
     let mut files = Files::default();
-    let dependencies: String = CRATES
-        .iter()
+    let dependencies: String = crates()
         .map(|(name, folder)| format!("{name} = {}\n", framework.dependency(folder)))
         .collect();
     let manifest = format!(

@@ -4,11 +4,11 @@ use crate::endpoint::{Endpoint, slot};
 use crate::model::{Deployment, Host, Setting};
 use crate::units;
 use rc_cdsl::Component;
-use rc_cdsl::model::{Backend, Qos, Role};
+use rc_cdsl::model::{Middleware, Role};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::canonical::operation_text;
-use rc_vocabulary::qos::{self, Policy};
-use rc_vocabulary::{Key, Value, duration};
+use rc_vocabulary::qos::{self, Contract, Qos};
+use rc_vocabulary::{Key, Value};
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -166,7 +166,7 @@ impl<'a> CompatibilityChecker<'a> {
             found.push(Diagnostic::error("middleware-mismatch", span, message));
             return false;
         }
-        if here == Backend::Iceoryx2
+        if here == Middleware::Iceoryx2
             && let Some((one, other)) = self.hosts_apart(consumer, provider)
         {
             let message = format!(
@@ -178,7 +178,7 @@ impl<'a> CompatibilityChecker<'a> {
             return false;
         }
         // iceoryx2 has no domains.
-        let domain = rc_vocabulary::key(here.word(), "domain");
+        let domain = here.key("domain");
         domain.is_none_or(|key| self.is_same_domain(span, here, key, [consumer, provider], found))
     }
 
@@ -186,7 +186,7 @@ impl<'a> CompatibilityChecker<'a> {
     fn is_same_domain(
         &self,
         span: Span,
-        backend: Backend,
+        backend: Middleware,
         key: &'static Key,
         ends: [Endpoint; 2],
         found: &mut Diagnostics,
@@ -229,23 +229,14 @@ impl<'a> CompatibilityChecker<'a> {
         let slot = slot(self.components, end)?;
         let instance = &self.deployment.instances[end.instance];
         let backend = slot.backend.unwrap_or(instance.middleware);
-        let mut qos = slot.qos.clone();
+        let mut qos = slot.whole_qos();
         let set = instance.setting(backend, "qos");
         let Some((Value::Qos(rules), span)) = set.map(|set| (&set.value, set.span)) else {
             return Some((qos, None));
         };
         let policies = qos::policies(rules, &slot.name, operation);
         let is_set = !policies.is_empty();
-        for policy in policies {
-            match policy {
-                Policy::Reliable(yes) => qos.reliable = Some(yes),
-                Policy::TransientLocal(yes) => qos.transient_local = Some(yes),
-                Policy::Depth(depth) => qos.depth = Some(depth),
-                Policy::Deadline(limit) => qos.deadline = limit,
-                Policy::Lifespan(limit) => qos.lifespan = limit,
-                Policy::Liveliness(limit) => qos.liveliness = limit,
-            }
-        }
+        policies.into_iter().for_each(|policy| qos.set(policy));
         Some((qos, is_set.then_some(span)))
     }
 
@@ -275,15 +266,17 @@ impl<'a> CompatibilityChecker<'a> {
             else {
                 continue;
             };
-            for unmet in unmet_policies(&requested, &offered_qos) {
+            for unmet in Contract::from(&offered_qos).differences(&Contract::from(&requested)) {
                 if reported.contains(&unmet) {
                     continue;
                 }
-                let (setting, wanted, given) = &unmet;
                 let message = format!(
-                    "`{}` requests {setting} {wanted}, but `{}` offers {given}",
+                    "`{}` requests {} {}, but `{}` offers {}",
                     self.name(consumer),
-                    self.name(provider)
+                    unmet.policy,
+                    unmet.requested,
+                    self.name(provider),
+                    unmet.offered
                 );
                 let error = Diagnostic::error("qos-mismatch", span, message)
                     .label(asked.unwrap_or(one.span), "requested here")
@@ -294,30 +287,4 @@ impl<'a> CompatibilityChecker<'a> {
         }
         reported.is_empty()
     }
-}
-
-/// The requested policies that are not offered: name, requested value, offered value.
-fn unmet_policies(requested: &Qos, offered_qos: &Qos) -> Vec<(&'static str, String, String)> {
-    let mut unmet_policies = Vec::new();
-    let mut unmet = |setting, asked: &str, offered: &str| {
-        unmet_policies.push((setting, asked.to_owned(), offered.to_owned()));
-    };
-    // A publisher is reliable and volatile by default.
-    if requested.reliable == Some(true) && offered_qos.reliable == Some(false) {
-        unmet("reliability", "reliable", "best_effort");
-    }
-    if requested.transient_local == Some(true) && offered_qos.transient_local != Some(true) {
-        unmet("durability", "transient_local", "volatile");
-    }
-    for (setting, asked, offered) in [
-        ("deadline", requested.deadline, offered_qos.deadline),
-        ("liveliness", requested.liveliness, offered_qos.liveliness),
-    ] {
-        let Some(asked) = asked else { continue };
-        if offered.is_none_or(|offered| offered > asked) {
-            let offered = offered.map_or("none".to_owned(), duration::text_of);
-            unmet(setting, &duration::text_of(asked), &offered);
-        }
-    }
-    unmet_policies
 }

@@ -3,7 +3,7 @@
 use crate::ast::{self, Field};
 use crate::duplicates::{check_unique, report_duplicate};
 use crate::members;
-use crate::model::{BACKOFF, HUNG, Instance, Parameter, Policy, READY, Restart, STOP};
+use crate::model::{HUNG, Instance, Parameter, READY, Restart, RestartPolicy, STOP};
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
@@ -216,15 +216,12 @@ fn short_ready(literal: &Literal, ready: Duration) -> Diagnostic {
 
 fn restart(tree: &ast::Restart, found: &mut Diagnostics) -> Restart {
     let word = |text: &str| Name::new(text, tree.policy.span);
-    let known = Policy::WORDS
-        .iter()
-        .find(|(word, _)| word.eq_ignore_ascii_case(&tree.policy.text));
+    let known = RestartPolicy::from_word(&tree.policy.text.to_ascii_lowercase());
     if known.is_none() {
         let message = format!("unknown restart policy `{}`", tree.policy.text);
-        let words = Policy::WORDS.map(|(word, _)| word);
         found.push(
             Diagnostic::error("unknown-restart", tree.policy.span, message)
-                .suggest(&tree.policy.text, words),
+                .suggest(&tree.policy.text, RestartPolicy::words()),
         );
     }
     let hung = tree.hung.as_ref().and_then(|literal| {
@@ -242,9 +239,9 @@ fn restart(tree: &ast::Restart, found: &mut Diagnostics) -> Restart {
     });
     let backoff = tree.backoff.as_ref();
     let backoff = backoff.and_then(|time_| duration(time_, &word("backoff"), found));
-    let policy = known.map_or(Policy::Never, |(_, policy)| *policy);
+    let policy = known.unwrap_or(RestartPolicy::Never);
     if known.is_some()
-        && policy == Policy::Never
+        && policy == RestartPolicy::Never
         && (tree.hung.is_some() || tree.limit.is_some() || tree.backoff.is_some())
     {
         let message = "`hung`, `max` and `backoff` have no effect with the policy `never`";
@@ -258,7 +255,7 @@ fn restart(tree: &ast::Restart, found: &mut Diagnostics) -> Restart {
         policy,
         hung,
         limit,
-        backoff: backoff.unwrap_or(BACKOFF),
+        backoff: backoff.unwrap_or(Restart::BACKOFF),
     }
 }
 

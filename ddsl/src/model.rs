@@ -2,10 +2,11 @@
 //! groups and files are in one list of instances.
 
 pub use crate::ast::{Parameter, ParameterValue};
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_diagnostics::Span;
 use rc_syntax::Name;
 use rc_vocabulary::Value;
+pub use rc_vocabulary::{Restart, RestartPolicy};
 use std::net::{IpAddr, SocketAddr};
 use std::ops::Range;
 use std::path::PathBuf;
@@ -76,7 +77,7 @@ pub struct Instance {
     /// The TCP address of its management, and the location of the field.
     pub endpoint: Option<(SocketAddr, Span)>,
     /// The middleware of its slots, unless a slot sets its own.
-    pub middleware: Backend,
+    pub middleware: Middleware,
     /// The settings of middlewares. Each key of a middleware occurs once.
     pub settings: Vec<Setting>,
     /// The components and groups that must be ready first, and the location of each name.
@@ -120,7 +121,7 @@ pub struct Array {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setting {
     /// The middleware.
-    pub middleware: Backend,
+    pub middleware: Middleware,
     /// The key, one of `rc_vocabulary`.
     pub key: &'static str,
     /// The value.
@@ -131,7 +132,7 @@ pub struct Setting {
 
 impl Instance {
     /// Looks up a setting of a middleware.
-    pub fn setting(&self, middleware: Backend, key: &str) -> Option<&Setting> {
+    pub fn setting(&self, middleware: Middleware, key: &str) -> Option<&Setting> {
         let mut settings = self.settings.iter();
         settings.find(|s| s.middleware == middleware && s.key == key)
     }
@@ -141,59 +142,12 @@ impl Instance {
 pub const READY: Duration = Duration::from_secs(10);
 /// The default of [`Instance::stop`].
 pub const STOP: Duration = Duration::from_secs(3);
-/// The default of [`Restart::backoff`].
-pub const BACKOFF: Duration = Duration::from_millis(500);
 /// The least of [`Restart::hung`]: a component counts as hung when its loop has not turned for so
 /// long.
 pub const HUNG: Duration = Duration::from_secs(2);
 /// The maximum length in bytes of a network's name and of a component's full name: they become
 /// names of files and sockets.
 pub const LONGEST_NAME: usize = 64;
-
-/// The restart policy of a component.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Restart {
-    /// The exits that cause a restart.
-    pub policy: Policy,
-    /// How long a component may hang before it is stopped, which counts as a failure; none for
-    /// ever.
-    pub hung: Option<Duration>,
-    /// The maximum number of restarts within a time. One more exit stops the network.
-    pub limit: Option<(u32, Duration)>,
-    /// The delay before a restart. It doubles after each short run.
-    pub backoff: Duration,
-}
-
-impl Default for Restart {
-    fn default() -> Self {
-        Self {
-            policy: Policy::Never,
-            hung: None,
-            limit: None,
-            backoff: BACKOFF,
-        }
-    }
-}
-
-/// The exits after which a component is restarted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Policy {
-    /// No exit.
-    Never,
-    /// Exits with an error.
-    OnFailure,
-    /// Every exit.
-    Always,
-}
-
-impl Policy {
-    /// The names in files.
-    pub const WORDS: [(&'static str, Self); 3] = [
-        ("never", Self::Never),
-        ("on_failure", Self::OnFailure),
-        ("always", Self::Always),
-    ];
-}
 
 /// A group of components. Only exported slots are visible outside the group.
 #[derive(Clone, Debug)]

@@ -3,18 +3,16 @@
 use crate::ast;
 use crate::duplicates::report_duplicate;
 use crate::model::Setting;
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
-use rc_vocabulary::{
-    Key, Kind, MIDDLEWARES, Scalar, Value, ValueError, duration, unknown_key_help,
-};
+use rc_vocabulary::{Key, Kind, Scalar, Value, ValueError, duration, unknown_key_help};
 
 /// The middleware and the settings of a block. Components in it inherit them.
 #[derive(Clone, Debug)]
 pub(crate) struct Choice {
     /// The middleware of slots that do not choose one.
-    pub(crate) middleware: Backend,
+    pub(crate) middleware: Middleware,
     /// The settings, each key of a middleware once.
     pub(crate) settings: Vec<Setting>,
 }
@@ -22,7 +20,7 @@ pub(crate) struct Choice {
 impl Default for Choice {
     fn default() -> Self {
         Self {
-            middleware: Backend::Iceoryx2,
+            middleware: Middleware::DEFAULT,
             settings: Vec::new(),
         }
     }
@@ -35,7 +33,7 @@ pub(crate) struct Block<'a> {
     /// The middlewares that this block mentions.
     named: Vec<Name>,
     /// The settings of this block itself.
-    set: Vec<(Backend, &'static str, Span)>,
+    set: Vec<(Middleware, &'static str, Span)>,
 }
 
 impl<'a> Block<'a> {
@@ -87,15 +85,15 @@ impl<'a> Block<'a> {
 
     /// `domain 7;` sets the domain of every middleware that has domains.
     pub(crate) fn domain(&mut self, word: &Name, literal: &Literal) {
-        for (_, backend) in Backend::WORDS.iter().take(3) {
-            if let Some(key) = rc_vocabulary::key(backend.word(), "domain") {
-                self.set(*backend, key, word, std::slice::from_ref(literal));
+        for middleware in Middleware::in_files() {
+            if let Some(key) = middleware.key("domain") {
+                self.set(middleware, key, word, std::slice::from_ref(literal));
             }
         }
     }
 
-    fn set(&mut self, backend: Backend, key: &'static Key, word: &Name, literals: &[Literal]) {
-        let same = |(b, name, _): &&(Backend, &str, Span)| *b == backend && *name == key.name;
+    fn set(&mut self, backend: Middleware, key: &'static Key, word: &Name, literals: &[Literal]) {
+        let same = |(b, name, _): &&(Middleware, &str, Span)| *b == backend && *name == key.name;
         if let Some((_, _, first)) = self.set.iter().find(same) {
             return report_duplicate(word, "setting", *first, self.found);
         }
@@ -155,26 +153,24 @@ impl<'a> Block<'a> {
         None
     }
 
-    fn known(&mut self, name: &Name) -> Option<Backend> {
-        let known = Backend::WORDS
-            .iter()
-            .find(|(word, _)| word.eq_ignore_ascii_case(&name.text));
+    fn known(&mut self, name: &Name) -> Option<Middleware> {
+        let known = Middleware::from_file(&name.text);
         if known.is_none() {
             let message = format!("unknown middleware `{}`", name.text);
-            let words = ["iceoryx2", "dds", "ros2"];
+            let words = Middleware::in_files().map(Middleware::word);
             self.found.push(
                 Diagnostic::error("unknown-middleware", name.span, message)
                     .suggest(&name.text, words),
             );
         }
-        known.map(|(_, backend)| *backend)
+        known
     }
 }
 
 /// The keys of all middlewares, each once.
 pub(crate) fn words() -> impl Iterator<Item = &'static str> {
     let mut words = Vec::new();
-    for key in MIDDLEWARES.iter().flat_map(|(_, keys)| *keys) {
+    for key in Middleware::ALL.iter().flat_map(|one| one.can().keys) {
         if !words.contains(&key.name) {
             words.push(key.name);
         }

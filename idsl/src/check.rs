@@ -1,8 +1,7 @@
 //! Semantic checks of resolved declarations.
 
 use crate::ast::Annotation;
-use crate::image::{self, Image};
-use crate::model::{Library, Primitive, Range, Type, TypeDeclKind, TypeId};
+use crate::model::{Layout, Library, Primitive, Range, Type, TypeDeclKind, TypeId};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
 use std::collections::{HashMap, HashSet};
@@ -83,10 +82,10 @@ pub(crate) fn nesting(library: &mut Library, types: &[TypeId], found: &mut Diagn
                     library.types[id.0].kind = TypeDeclKind::Struct(Vec::new());
                 }
                 let image = match &library.ty(id).kind {
-                    TypeDeclKind::Enum(_) => Some(image::LENGTH),
+                    TypeDeclKind::Enum(_) => Some(Layout::ENUM),
                     TypeDeclKind::Struct(members) | TypeDeclKind::Exception(members) => {
                         let images = members.iter().map(|m| library.member_image(m));
-                        images.collect::<Option<Vec<_>>>().map(Image::structure)
+                        images.collect::<Option<Vec<_>>>().map(Layout::structure)
                     }
                     TypeDeclKind::Alias(ty) => library.image(ty),
                 };
@@ -163,7 +162,7 @@ pub(crate) fn value_fits(
             LiteralKind::Bool(_) => return true,
             _ => "`true` or `false`".to_owned(),
         },
-        Type::Primitive(primitive) => match (primitive.integer_limits(), &value.kind) {
+        Type::Primitive(primitive) => match (primitive.limits(), &value.kind) {
             (Some((min, max)), LiteralKind::Int(v)) if (min..=max).contains(&i128::from(*v)) => {
                 return true;
             }

@@ -1,23 +1,14 @@
 //! Which types have a memory image, and which values can travel in place.
 
-use crate::image::{Image, LENGTH};
-use crate::model::{Library, Member, Operation, Type, TypeDeclKind, TypeId};
-
-/// The maximum size of an image that is sent, in bytes.
-pub const LARGEST: u64 = 1 << 30;
+use crate::model::{Layout, Library, Member, Operation, Type, TypeDeclKind, TypeId};
 
 impl Library {
     /// The image of a value of this type. `None` if the type does not determine its size.
-    pub fn image(&self, ty: &Type) -> Option<Image> {
-        let number = |size: u32| Image {
-            size: u64::from(size),
-            align: u64::from(size),
-            counted: false,
-        };
+    pub fn image(&self, ty: &Type) -> Option<Layout> {
         Some(match ty {
-            Type::Primitive(primitive) => number(primitive.size()),
-            Type::String(bound) => Image::structure([LENGTH, number(1).times((*bound)?)]),
-            Type::Sequence(element, bound) => self.sequence(element, (*bound)?)?,
+            Type::Primitive(primitive) => Layout::number(primitive.size()),
+            Type::String(bound) => Layout::text((*bound)?),
+            Type::Sequence(element, bound) => Layout::sequence(self.image(element)?, (*bound)?),
             Type::Array(element, count) => self.image(element)?.times(*count),
             Type::Dictionary(..) => return None,
             Type::Named(id) => self.ty(*id).image?,
@@ -25,19 +16,12 @@ impl Library {
     }
 
     /// The image of a member. `None` as for [`image`](Self::image).
-    pub fn member_image(&self, member: &Member) -> Option<Image> {
-        if member.optional {
-            self.sequence(&member.ty, 1)
+    pub fn member_image(&self, member: &Member) -> Option<Layout> {
+        let value = self.image(&member.ty)?;
+        Some(if member.optional {
+            Layout::sequence(value, 1)
         } else {
-            self.image(&member.ty)
-        }
-    }
-
-    fn sequence(&self, element: &Type, bound: u32) -> Option<Image> {
-        let items = self.image(element)?.times(bound);
-        Some(Image {
-            counted: true,
-            ..Image::structure([LENGTH, items])
+            value
         })
     }
 
@@ -49,7 +33,7 @@ impl Library {
         };
         let decl = self.ty(*id);
         let image = decl.image?;
-        let fits = matches!(decl.kind, TypeDeclKind::Struct(_)) && image.size <= LARGEST;
+        let fits = matches!(decl.kind, TypeDeclKind::Struct(_)) && image.fits();
         (image.counted && fits).then_some(*id)
     }
 }

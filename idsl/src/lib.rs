@@ -9,7 +9,6 @@ mod annotations;
 pub mod ast;
 pub mod canonical;
 mod check;
-pub mod image;
 pub mod in_place;
 mod lookup;
 pub mod model;

@@ -116,7 +116,7 @@ impl ModuleResolver<'_> {
                         // A limit: comparing thousands of names with thousands takes minutes.
                         let near = if *self.suggestions < MAX_SUGGESTIONS {
                             *self.suggestions += 1;
-                            let words = Primitive::WORDS.iter().map(|(word, _)| *word);
+                            let words = Primitive::idsl_words().map(|(word, _)| word);
                             let types = reachable.iter().flat_map(|m| &library.module(*m).types);
                             let types = types.map(|t| library.ty(*t).name.text.as_str());
                             rc_diagnostics::nearest(wanted, words.chain(["string"]).chain(types))

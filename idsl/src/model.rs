@@ -1,8 +1,8 @@
 //! The model of IDSL: interfaces and types with all names resolved.
 
-use crate::image::Image;
 use rc_diagnostics::{SourceId, Span};
 use rc_syntax::{Literal, Name};
+pub use rc_vocabulary::{Layout, Primitive};
 use std::collections::HashMap;
 
 /// Index of a type in [`Library::types`].
@@ -78,7 +78,7 @@ pub struct TypeDecl {
     /// The levels of named types inside it. 0 if it contains none.
     pub nesting_depth: u32,
     /// The memory image of a plain type. `None` if the type does not determine its size.
-    pub image: Option<Image>,
+    pub image: Option<Layout>,
     /// `@ros("sensor_msgs/msg/LaserScan")` on a struct: its ROS 2 type, as written.
     pub ros_type: Option<Name>,
 }
@@ -150,111 +150,6 @@ pub enum Type {
     Dictionary(Box<Type>, Box<Type>),
     /// A named type.
     Named(TypeId),
-}
-
-/// Booleans and numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Primitive {
-    /// `bool`
-    Bool,
-    /// `int8`
-    I8,
-    /// `byte`, `uint8`
-    U8,
-    /// `short`, `int16`
-    I16,
-    /// `uint16`
-    U16,
-    /// `int`, `int32`
-    I32,
-    /// `uint32`
-    U32,
-    /// `long`, `int64`
-    I64,
-    /// `uint64`
-    U64,
-    /// `float`, `float32`
-    F32,
-    /// `double`, `float64`
-    F64,
-}
-
-impl Primitive {
-    /// All names of primitive types.
-    pub const WORDS: [(&'static str, Primitive); 17] = [
-        ("bool", Self::Bool),
-        ("byte", Self::U8),
-        ("short", Self::I16),
-        ("int", Self::I32),
-        ("long", Self::I64),
-        ("float", Self::F32),
-        ("double", Self::F64),
-        ("int8", Self::I8),
-        ("uint8", Self::U8),
-        ("int16", Self::I16),
-        ("uint16", Self::U16),
-        ("int32", Self::I32),
-        ("uint32", Self::U32),
-        ("int64", Self::I64),
-        ("uint64", Self::U64),
-        ("float32", Self::F32),
-        ("float64", Self::F64),
-    ];
-
-    /// The primitive that `word` names.
-    pub fn from_word(word: &str) -> Option<Self> {
-        Self::WORDS
-            .iter()
-            .find(|(name, _)| *name == word)
-            .map(|(_, primitive)| *primitive)
-    }
-
-    /// Name with its size, which the canonical form has. ROS uses the same names.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Bool => "bool",
-            Self::I8 => "int8",
-            Self::U8 => "uint8",
-            Self::I16 => "int16",
-            Self::U16 => "uint16",
-            Self::I32 => "int32",
-            Self::U32 => "uint32",
-            Self::I64 => "int64",
-            Self::U64 => "uint64",
-            Self::F32 => "float32",
-            Self::F64 => "float64",
-        }
-    }
-
-    /// The size on the wire and in memory, in bytes.
-    pub fn size(self) -> u32 {
-        match self {
-            Self::Bool | Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::I64 | Self::U64 | Self::F64 => 8,
-        }
-    }
-
-    /// The minimum and maximum of an integer type. `None` for other types.
-    pub fn integer_limits(self) -> Option<(i128, i128)> {
-        Some(match self {
-            Self::I8 => (i128::from(i8::MIN), i128::from(i8::MAX)),
-            Self::U8 => (0, i128::from(u8::MAX)),
-            Self::I16 => (i128::from(i16::MIN), i128::from(i16::MAX)),
-            Self::U16 => (0, i128::from(u16::MAX)),
-            Self::I32 => (i128::from(i32::MIN), i128::from(i32::MAX)),
-            Self::U32 => (0, i128::from(u32::MAX)),
-            Self::I64 => (i128::from(i64::MIN), i128::from(i64::MAX)),
-            Self::U64 => (0, i128::from(u64::MAX)),
-            Self::Bool | Self::F32 | Self::F64 => return None,
-        })
-    }
-
-    /// Whether it is a floating-point type.
-    pub fn is_float(self) -> bool {
-        matches!(self, Self::F32 | Self::F64)
-    }
 }
 
 /// A communication pattern.

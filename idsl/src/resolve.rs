@@ -270,7 +270,7 @@ impl ModuleResolver<'_> {
         Some(match &tree.kind {
             TypeKind::Named(scoped) => {
                 if let (None, Some(primitive)) =
-                    (&scoped.module, Primitive::from_word(&scoped.name.text))
+                    (&scoped.module, Primitive::from_idsl(&scoped.name.text))
                 {
                     return Some(Type::Primitive(primitive));
                 }

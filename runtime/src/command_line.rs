@@ -194,10 +194,10 @@ fn setting(text: &str, settings: &mut Settings) -> Result<(), lexopt::Error> {
         .into());
     };
     if rc_vocabulary::keys(middleware).is_none() {
-        let names = rc_vocabulary::MIDDLEWARES.map(|(name, _)| name);
-        let hint = match rc_diagnostics::nearest(middleware, names) {
+        let names = rc_vocabulary::Middleware::words();
+        let hint = match rc_diagnostics::nearest(middleware, names.clone()) {
             Some(near) => format!("did you mean `{near}`?"),
-            None => format!("there are {}", names.join(", ")),
+            None => format!("there are {}", names.collect::<Vec<_>>().join(", ")),
         };
         return Err(format!("--set-middleware: `{middleware}` is not a middleware; {hint}").into());
     }

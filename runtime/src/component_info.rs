@@ -8,12 +8,11 @@ use crate::slots::{OpenSlot, SlotTable};
 use crate::status::{self, Shared};
 use rc_management::component::{ClockKind, ClockStatus, Role, SlotStatus, Status};
 use rc_management::link::Heartbeat;
-use rc_management::observation::{self, Described, OperationDescription, SlotDescription};
+use rc_management::observation::{Described, OperationDescription, SlotDescription};
 use rc_middleware::{Address, Environment, Settings};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 /// Facts that do not change while the component runs.
 pub(crate) struct ComponentInfo {
@@ -69,10 +68,8 @@ impl ComponentInfo {
                 name: operation.name.to_owned(),
                 hash: format!("{:016x}", operation.type_hash),
                 qos: match slot.role {
-                    Role::Publishes | Role::SubscribesTo => {
-                        qos(&topic_qos(slot, at, &self.settings))
-                    }
-                    Role::Implements | Role::Requires => qos(&slot.qos),
+                    Role::Publishes | Role::SubscribesTo => topic_qos(slot, at, &self.settings),
+                    Role::Implements | Role::Requires => slot.qos,
                 },
                 external_type: slot.external_types.get(at).map(|ty| (*ty).to_owned()),
             });
@@ -216,19 +213,6 @@ fn add_variables(
     if is_local {
         let interfaces = settings.entry("interfaces".to_owned());
         interfaces.or_insert_with(|| "127.0.0.1".to_owned());
-    }
-}
-
-/// A quality of service as tools see it.
-pub(crate) fn qos(qos: &rc_middleware::Qos) -> observation::QosDescription {
-    let ms = |time: Option<Duration>| time.map(|time| time.as_secs_f64() * 1e3);
-    observation::QosDescription {
-        reliable: qos.reliability == rc_middleware::Reliability::Reliable,
-        transient_local: qos.durability == rc_middleware::Durability::TransientLocal,
-        depth: qos.depth,
-        deadline_ms: ms(qos.deadline),
-        lifespan_ms: ms(qos.lifespan),
-        liveliness_ms: ms(qos.liveliness),
     }
 }
 

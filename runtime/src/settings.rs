@@ -7,9 +7,9 @@ use crate::description::ROS2;
 use crate::ros_arguments::RosOverrides;
 use crate::slots::{NamedSlot, OpenSlot, SlotTable};
 use rc_management::component::Role;
-use rc_middleware::{Durability, OpenError, Qos, Reliability, Settings};
+use rc_middleware::{OpenError, Qos, Settings};
 use rc_vocabulary::Value;
-use rc_vocabulary::qos::{self, Policy};
+use rc_vocabulary::qos;
 use rc_vocabulary::ros::ResolvedRemapping;
 
 /// Collects all settings. The log reports a rule that matches nothing in the component; a network
@@ -170,16 +170,7 @@ pub(crate) fn topic_qos(slot: &OpenSlot, operation: usize, settings: &Settings) 
         policies.extend(qos::policies(rules, &slot.path(), operation));
     }
     for policy in policies {
-        match policy {
-            Policy::Reliable(true) => qos.reliability = Reliability::Reliable,
-            Policy::Reliable(false) => qos.reliability = Reliability::BestEffort,
-            Policy::TransientLocal(true) => qos.durability = Durability::TransientLocal,
-            Policy::TransientLocal(false) => qos.durability = Durability::Volatile,
-            Policy::Depth(depth) => qos.depth = depth,
-            Policy::Deadline(limit) => qos.deadline = limit,
-            Policy::Lifespan(limit) => qos.lifespan = limit,
-            Policy::Liveliness(limit) => qos.liveliness = limit,
-        }
+        qos.set(policy);
     }
     qos
 }

@@ -2,6 +2,7 @@
 
 use crate::duration::LONGEST;
 use crate::kind::Kind;
+use crate::middleware::Middleware;
 use crate::value::Value;
 use rc_diagnostics::nearest;
 use std::ops::RangeInclusive;
@@ -30,7 +31,7 @@ const QUEUE_DOC: &str = "The most MiB of received data that waits in each slot. 
 /// DDS computes its ports from the number of the domain. Domain 233 would need ports above 65535.
 const DOMAINS: RangeInclusive<i64> = 0..=232;
 
-static DDS: [Key; 6] = [
+pub(crate) static DDS: [Key; 6] = [
     Key {
         name: "domain",
         kind: Kind::Int(DOMAINS),
@@ -69,7 +70,7 @@ static DDS: [Key; 6] = [
     },
 ];
 
-static ROS2: [Key; 10] = [
+pub(crate) static ROS2: [Key; 10] = [
     Key {
         name: "domain",
         kind: Kind::Int(DOMAINS),
@@ -132,24 +133,14 @@ static ROS2: [Key; 10] = [
     },
 ];
 
-/// Every middleware with its keys.
-pub static MIDDLEWARES: [(&str, &[Key]); 4] = [
-    ("iceoryx2", &[]),
-    ("dds", &DDS),
-    ("ros2", &ROS2),
-    ("local", &[]),
-];
-
-/// The keys of a middleware. `None` for an unknown middleware.
+/// The keys of the middleware with this word. `None` for an unknown middleware.
 pub fn keys(middleware: &str) -> Option<&'static [Key]> {
-    let mut all = MIDDLEWARES.iter();
-    all.find(|(name, _)| *name == middleware)
-        .map(|(_, keys)| *keys)
+    Middleware::from_word(middleware).map(|middleware| middleware.can().keys)
 }
 
 /// The key `name` of a middleware.
 pub fn key(middleware: &str, name: &str) -> Option<&'static Key> {
-    keys(middleware)?.iter().find(|key| key.name == name)
+    Middleware::from_word(middleware)?.key(name)
 }
 
 /// The help for a key that `middleware` does not have: the nearest name, or all names.
@@ -172,7 +163,7 @@ mod tests {
 
     #[test]
     fn defaults_are_valid_values() {
-        for key in MIDDLEWARES.iter().flat_map(|(_, keys)| *keys) {
+        for key in Middleware::ALL.iter().flat_map(|one| one.can().keys) {
             let Some(default) = &key.default else {
                 continue;
             };

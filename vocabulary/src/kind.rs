@@ -76,9 +76,8 @@ impl Kind {
                     .to_owned()
             }
             Self::Qos => format!(
-                "a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as \"LaserPub/newScan.depth:=1\", of reliability (reliable, best_effort), durability (volatile, transient_local), depth ({} to {}), deadline, lifespan and liveliness (a duration, or none)",
-                qos::DEPTH.start(),
-                qos::DEPTH.end()
+                "a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as \"LaserPub/newScan.depth:=1\", of {}",
+                qos::all_allowed()
             ),
             Self::Remappings => {
                 "a rule FROM:=TO, such as \"LaserPub/newScan:=/scan\": FROM is a slot, SLOT/operation or a name of ROS 2, TO is the new name"

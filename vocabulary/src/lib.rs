@@ -1,28 +1,50 @@
-//! Settings of middlewares: which keys a middleware has, what values they take, and how text
-//! becomes a value.
+//! What all layers name, each thing once: the types of the IDSL, the ends of a connection, quality
+//! of service, middlewares with their settings, languages, restart policies, names.
 //!
-//! Configurations, `.ddsl` files and command lines share the table [`MIDDLEWARES`]. Each of them
-//! converts what is written into a [`Value`] once, by [`Kind::convert`] or [`Kind::parse`]; from
-//! there on settings are values.
+//! Each is a type of its own with its words and limits, in the form that files and messages have
+//! (`serde`). The languages read them, generated code and components use them, tools print them.
+//! Components link this crate, so it has no grammar and no heavy dependency.
 //!
 //! - [`address`]: addresses of slots.
 //! - [`duration`]: durations as people write them.
+//! - [`Kind`], [`Value`]: what a setting takes. Configurations, `.ddsl` files and command lines
+//!   convert what is written once, by [`Kind::convert`] or [`Kind::parse`].
+//! - [`Language`]: the programming languages of workers.
+//! - [`layout`]: the memory image of plain types.
 //! - [`member`]: members of slot arrays.
+//! - [`Middleware`]: the middlewares, what they can do, and their settings ([`Key`]).
+//! - [`Primitive`]: booleans and numbers.
 //! - [`qos`]: rules that override the quality of service of topics.
+//! - [`Restart`]: when a component restarts.
+//! - [`Role`]: the ends of a connection.
 //! - [`ros`]: names of ROS 2, and rules that remap them.
 
 pub mod address;
 pub mod duration;
 mod key;
 mod kind;
+mod language;
+pub mod layout;
 pub mod member;
+mod middleware;
+mod primitive;
 pub mod qos;
+mod restart;
+mod role;
 pub mod ros;
 mod scalar;
 mod target;
 mod value;
+mod word;
 
-pub use key::{Key, MIDDLEWARES, key, keys, unknown_key_help};
+pub use key::{Key, key, keys, unknown_key_help};
 pub use kind::{Kind, ValueError};
+pub use language::Language;
+pub use layout::Layout;
+pub use middleware::{Capabilities, Middleware};
+pub use primitive::{Class, Primitive};
+pub use restart::{Restart, RestartPolicy};
+pub use role::Role;
 pub use scalar::Scalar;
 pub use value::Value;
+pub use word::listed;

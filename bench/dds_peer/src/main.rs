@@ -190,19 +190,12 @@ impl Part {
 
 /// The quality of service of publishers and subscribers.
 fn values(reliable: bool) -> Qos<'static> {
-    Qos {
-        reliable,
-        depth: 10,
-        ..Qos::default()
-    }
-}
-
-/// The quality of service of calls.
-fn calls() -> Qos<'static> {
-    Qos {
-        reliable: true,
-        ..Qos::default()
-    }
+    use rc_vocabulary::qos::Qos as Policies;
+    Qos::of(if reliable {
+        &Policies::PUBLISHER
+    } else {
+        &Policies::SUBSCRIBER
+    })
 }
 
 /// The source timestamp of a sample.
@@ -214,8 +207,8 @@ fn stamp() -> i64 {
 /// The publisher and client: executes commands until the standard input ends.
 fn ping(domain: &str) -> Result<(), Failure> {
     let part = Part::new(domain)?;
-    part.reader("hand_Reply", &calls(), 0)?;
-    let requests = part.writer("hand_Request", &calls())?;
+    part.reader("hand_Reply", &Qos::LOSSLESS, 0)?;
+    let requests = part.writer("hand_Request", &Qos::LOSSLESS)?;
     let samples = part.writer("hand", &values(true))?;
     part.inbox.meet(3)?;
     // The other program may discover them a little later.
@@ -268,8 +261,8 @@ fn ping(domain: &str) -> Result<(), Failure> {
 /// The subscriber and server: replies and records until a signal ends the process.
 fn pong(domain: &str) -> Result<(), Failure> {
     let part = Part::new(domain)?;
-    let replies = part.writer("hand_Reply", &calls())?;
-    part.reader("hand_Request", &calls(), 0)?;
+    let replies = part.writer("hand_Reply", &Qos::LOSSLESS)?;
+    part.reader("hand_Request", &Qos::LOSSLESS, 0)?;
     part.reader("hand", &values(false), 1)?;
     let (mut times, mut data, mut reply) = (Vec::new(), Vec::new(), Vec::new());
     let mut sequence = 0;

@@ -458,7 +458,7 @@ fn backends_and_quality_of_service() {
             c.cdsl:4:56: error[bad-qos]: invalid value of `depth`: expected an integer from 1 to 1000, found the number 0
             c.cdsl:4:70: error[bad-qos]: invalid value of `durability`: expected `volatile` or `transient_local`, found the string "volatile"
             c.cdsl:4:91: error[bad-qos]: invalid value of `deadline`: expected a duration such as `500ms`, found `-1ms`
-            c.cdsl:4:97: error[unknown-qos]: `publishes` has no setting `timeout` (expected one of `reliability`, `depth`, `durability`, `deadline`, `lifespan`, `liveliness`)
+            c.cdsl:4:97: error[unknown-qos]: `publishes` has no setting `timeout` (expected one of `reliability`, `durability`, `depth`, `deadline`, `lifespan`, `liveliness`)
         "#]],
     );
     check(
@@ -470,7 +470,7 @@ fn backends_and_quality_of_service() {
             c.cdsl:3:82: error[bad-qos]: invalid value of `wake`: expected `spin` and a duration from 1us to 10ms, found `spin 20ms`
             c.cdsl:4:38: error[bad-qos]: invalid value of `timeout`: expected a duration such as `500ms`, found `spin 3s`
             c.cdsl:4:52: error[bad-qos]: invalid value of `wake`: expected `spin` and a duration from 1us to 10ms, found `spin 0ms`
-            c.cdsl:5:22: error[unknown-qos]: `publishes` has no setting `wake` (expected one of `reliability`, `depth`, `durability`, `deadline`, `lifespan`, `liveliness`)
+            c.cdsl:5:22: error[unknown-qos]: `publishes` has no setting `wake` (expected one of `reliability`, `durability`, `depth`, `deadline`, `lifespan`, `liveliness`)
         "#]],
     );
     let slots = check(
@@ -494,7 +494,7 @@ fn in_place_is_for_handlers_of_plain_structures() {
             c.cdsl:3:34: error[bad-qos]: no operation of `LaserPub` has a plain struct with a bounded sequence as its only parameter (use only numbers, enums, `string<N>`, `sequence<T, N>`, arrays and structs of them)
             c.cdsl:3:72: error[bad-qos]: invalid value of `in_place`: expected `true` or `false`, found the number 1
             c.cdsl:4:21: error[unknown-qos]: `requires` has no setting `in_place` (expected one of `timeout`, `wake`)
-            c.cdsl:5:22: error[unknown-qos]: `publishes` has no setting `in_place` (expected one of `reliability`, `depth`, `durability`, `deadline`, `lifespan`, `liveliness`)
+            c.cdsl:5:22: error[unknown-qos]: `publishes` has no setting `in_place` (expected one of `reliability`, `durability`, `depth`, `deadline`, `lifespan`, `liveliness`)
         "#]],
     );
 }

@@ -58,8 +58,9 @@ pub(crate) fn script(tool: &Tool, shell: Shell) -> String {
 }
 
 /// Completes an argument that is one of some words.
-pub fn words(words: &'static [&'static str]) -> ArgValueCandidates {
-    ArgValueCandidates::new(|| words.iter().map(CompletionCandidate::new).collect())
+pub fn words(words: impl IntoIterator<Item = impl ToString>) -> ArgValueCandidates {
+    let words: Vec<String> = words.into_iter().map(|word| word.to_string()).collect();
+    ArgValueCandidates::new(move || words.iter().map(CompletionCandidate::new).collect())
 }
 
 /// Completes files with one of these extensions, and folders, which may hold them.

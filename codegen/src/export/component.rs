@@ -5,7 +5,7 @@ use super::ros2::{escaped, package_file};
 use crate::files::{Files, Owner};
 use crate::note::Note;
 use crate::{Project, names, ros};
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use std::io;
 
@@ -22,7 +22,7 @@ pub fn component(project: &Project) -> io::Result<(Files, Diagnostics)> {
         found.push(diagnostic);
     }
     let folder = project.folder().canonicalize()?;
-    let ros2 = Backend::Ros2;
+    let ros2 = Middleware::Ros2;
     let is_slot = component
         .slots
         .iter()

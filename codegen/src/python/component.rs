@@ -10,6 +10,7 @@ use crate::view;
 use crate::view::library::Kind;
 use handlers::Handler;
 use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_vocabulary::Role;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -246,13 +247,13 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
 fn one<'a>(view: &'a view::Component, index: usize, slot: &'a view::Slot) -> Slot<'a> {
     let interface = view.interface(slot);
     let class = names::class(&slot.interface);
-    let calls = slot.role == "requires";
+    let calls = slot.role == Role::Requires;
     let end = if calls { "Client" } else { "Publisher" };
     Slot {
         name: &slot.name,
         index,
         field: names::snake(&slot.name),
-        role: slot.role,
+        role: slot.role.word(),
         sends: slot.sends,
         calls,
         is_array: slot.is_array,
@@ -433,10 +434,7 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
                 Diagnostic::error("name-collision", slot.span, message).help("name it with `as`"),
             );
         }
-        if matches!(
-            slot.role,
-            rc_cdsl::model::Role::Implements | rc_cdsl::model::Role::SubscribesTo
-        ) {
+        if matches!(slot.role, Role::Implements | Role::SubscribesTo) {
             for operation in &interface.operations {
                 let handler = handlers::name(&slot.name, &operation.name.text);
                 if !handlers.insert(handler.clone()) {

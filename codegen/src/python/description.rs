@@ -4,7 +4,8 @@
 use super::{handlers, machine, names};
 use crate::view;
 use crate::view::component::{Slot, Time};
-use serde_json::{Map, Value, json};
+use rc_vocabulary::Role;
+use serde_json::{Value, json};
 
 /// The text of this file.
 pub(crate) fn of(view: &view::Component) -> Result<String, serde_json::Error> {
@@ -44,7 +45,8 @@ fn slot(view: &view::Component, slot: &Slot) -> Value {
         if slot.receives {
             operation["handler"] = handlers::name(&slot.name, &of.name).into();
         }
-        let in_place = slot.in_place && slot.role == "subscribesTo" && of.sample_in_place.is_some();
+        let in_place =
+            slot.in_place && slot.role == Role::SubscribesTo && of.sample_in_place.is_some();
         if in_place {
             operation["in_place"] = true.into();
         }
@@ -56,8 +58,8 @@ fn slot(view: &view::Component, slot: &Slot) -> Value {
         "interface": slot.interface,
         "type_name": format!("{}::{}", slot.module, slot.interface),
         "type_hash": slot.type_hash,
-        "middleware": slot.middleware.unwrap_or(&view.middleware),
-        "qos": qos(slot),
+        "middleware": slot.middleware.unwrap_or(view.middleware),
+        "qos": slot.qos.0,
         "operations": operations.collect::<Vec<Value>>(),
     });
     if slot.is_array {
@@ -77,35 +79,6 @@ fn slot(view: &view::Component, slot: &Slot) -> Value {
             .into();
     }
     all
-}
-
-/// Settings that differ from the default of the role.
-fn qos(slot: &Slot) -> Value {
-    let qos = &slot.qos;
-    let mut all = Map::new();
-    let mut set = |name: &str, value: Option<Value>| {
-        all.extend(value.map(|value| (name.to_owned(), value)));
-    };
-    set(
-        "reliable",
-        qos.reliability.map(|word| (word == "reliable").into()),
-    );
-    set(
-        "transient_local",
-        qos.durability
-            .map(|word| (word == "transient_local").into()),
-    );
-    set("depth", qos.depth.map(Value::from));
-    for (name, time) in [
-        ("deadline_ns", qos.deadline),
-        ("lifespan_ns", qos.lifespan),
-        ("liveliness_ns", qos.liveliness),
-        ("timeout_ns", qos.timeout),
-        ("spin_ns", qos.spin),
-    ] {
-        set(name, time.map(|time| nanoseconds(time).into()));
-    }
-    Value::Object(all)
 }
 
 fn of_machine(machine: &view::Machine) -> Result<Value, serde_json::Error> {

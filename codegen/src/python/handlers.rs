@@ -4,6 +4,7 @@ use super::layout;
 use super::{documentation, interfaces, library, names, types};
 use crate::view;
 use crate::view::library::{Interface, Operation};
+use rc_vocabulary::Role;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -101,7 +102,7 @@ fn handler(
     write: &dyn Fn(String) -> String,
 ) -> Handler {
     let sample = of.sample_in_place.as_ref();
-    let sample = sample.filter(|_| slot.in_place && slot.role == "subscribesTo");
+    let sample = sample.filter(|_| slot.in_place && slot.role == Role::SubscribesTo);
     let mut arguments = vec!["self".to_owned(), "ctx: Context".to_owned()];
     let mut parameters = vec!["ctx".to_owned()];
     let mut all = vec!["Context".to_owned()];

@@ -6,6 +6,7 @@ use crate::view;
 use crate::view::library::{Interface, Operation};
 use crate::view::types::Type;
 use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_vocabulary::Role;
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -152,7 +153,7 @@ pub(crate) fn of(view: &view::Component) -> Vec<InterfaceFile> {
     let used = all.filter_map(|interface| {
         let slots = view.slots.iter();
         let slots = slots.filter(|s| s.module == interface.module && s.interface == interface.name);
-        let roles: Vec<(&str, bool)> = slots.map(|slot| (slot.role, slot.sends)).collect();
+        let roles: Vec<(Role, bool)> = slots.map(|slot| (slot.role, slot.sends)).collect();
         (!roles.is_empty()).then(|| file(view, interface, &roles))
     });
     let mut files: Vec<InterfaceFile> = used.collect();
@@ -160,12 +161,12 @@ pub(crate) fn of(view: &view::Component) -> Vec<InterfaceFile> {
     files
 }
 
-fn file(view: &view::Component, interface: &Interface, roles: &[(&str, bool)]) -> InterfaceFile {
+fn file(view: &view::Component, interface: &Interface, roles: &[(Role, bool)]) -> InterfaceFile {
     let path =
         |module: &str, name: &str| format!("_{}.{}", names::module(module), names::class(name));
     let class = names::class(&interface.name);
-    let has = |role: &str| roles.iter().any(|(r, sends)| *r == role && *sends);
-    let (calls, publishes) = (has("requires"), has("publishes"));
+    let has = |role: Role| roles.iter().any(|(r, sends)| *r == role && *sends);
+    let (calls, publishes) = (has(Role::Requires), has(Role::Publishes));
     let answers = interface.operations.iter().filter(|o| parts(o) > 1);
     let answers: Vec<Answer> = answers.map(|of| answer(of, &path)).collect();
     let operations = interface.operations.iter().enumerate();

@@ -6,6 +6,7 @@ use crate::view;
 use crate::view::library::{Kind, Module, TypeDecl};
 use crate::view::members::Member;
 use crate::view::types::Type;
+use rc_vocabulary::Role;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -66,7 +67,7 @@ impl Uses {
 #[derive(Debug, Serialize)]
 struct Constant {
     name: String,
-    ty: &'static str,
+    ty: String,
     value: String,
     doc: String,
 }
@@ -149,15 +150,15 @@ impl<'a> Types<'a> {
             for operation in operations {
                 let sample = operation.sample_in_place.as_ref();
                 match slot.role {
-                    "publishes" => sample.into_iter().for_each(|ty| types.lend(ty)),
-                    "subscribesTo" if slot.in_place => {
+                    Role::Publishes => sample.into_iter().for_each(|ty| types.lend(ty)),
+                    Role::SubscribesTo if slot.in_place => {
                         sample.into_iter().for_each(|ty| types.see(ty));
                     }
-                    "requires" => {
+                    Role::Requires => {
                         let result = operation.result_in_place.iter();
                         result.for_each(|ty| types.see(ty));
                     }
-                    _ => {}
+                    Role::SubscribesTo | Role::Implements => {}
                 }
             }
         }
@@ -230,12 +231,7 @@ impl<'a> Types<'a> {
         let path = Self::path_in(&module.name);
         let constants = module.constants.iter().map(|constant| Constant {
             name: names::shout(&constant.name),
-            ty: match types::annotation(&constant.ty, &path).as_str() {
-                "bool" => "bool",
-                "float" => "float",
-                "str" => "str",
-                _ => "int",
-            },
+            ty: types::annotation(&constant.ty, &path),
             value: types::value(&constant.value, &path),
             doc: documentation::docstring(0, &constant.doc),
         });

@@ -7,7 +7,7 @@ use super::source::{self, Class, Code, Method};
 use super::{names, reply_order};
 use crate::project::Project;
 use crate::{requirements, view};
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use std::ffi::OsStr;
 use std::io;
@@ -36,7 +36,7 @@ pub fn of(
     folder: &Path,
     sources: &mut SourceMap,
 ) -> io::Result<(Option<Missing>, Diagnostics)> {
-    let (view, mut found) = view::component::of(project, Backend::Iceoryx2);
+    let (view, mut found) = view::component::of(project, Middleware::DEFAULT);
     super::check(&project.component.library, &mut found);
     component::check(&project.component, &mut found);
     if !folder.join("src").is_dir() {
@@ -72,7 +72,7 @@ pub(crate) fn check(
     found: &mut Diagnostics,
 ) -> io::Result<()> {
     let folder = project.code();
-    let (view, more) = view::component::of(project, Backend::Iceoryx2);
+    let (view, more) = view::component::of(project, Middleware::DEFAULT);
     if more.has_errors() || !folder.join("src").is_dir() {
         return Ok(());
     }

@@ -5,6 +5,7 @@ use super::library::{Types, Uses};
 use super::{documentation, interfaces, layout, names, types};
 use crate::view;
 use crate::view::library::Operation;
+use rc_vocabulary::Role;
 use serde::Serialize;
 
 /// The fakes of a component.
@@ -84,7 +85,7 @@ pub(crate) fn of(view: &view::Component, of: &Types) -> Testing {
 }
 
 fn fake(view: &view::Component, index: usize, slot: &view::Slot, of: &Types) -> Fake {
-    let calls = slot.role == "requires";
+    let calls = slot.role == Role::Requires;
     let stem = interfaces::stem(view, &slot.module, &slot.interface);
     let operations = view.interface(slot).filter(|_| calls);
     let operations = operations.map_or(&[][..], |interface| &interface.operations);

@@ -3,6 +3,7 @@
 use super::names;
 use crate::view::members::{Member, Value};
 use crate::view::types::Type;
+use rc_vocabulary::{Class, Primitive};
 
 /// How a named type is written, from its module and its name in the IDSL.
 pub(crate) type Path<'a> = &'a dyn Fn(&str, &str) -> String;
@@ -11,7 +12,7 @@ pub(crate) type Path<'a> = &'a dyn Fn(&str, &str) -> String;
 /// `NumPy`.
 pub(crate) fn annotation(ty: &Type, path: Path) -> String {
     match ty.resolved() {
-        Type::Primitive { name } => primitive(name).to_owned(),
+        Type::Primitive { name } => primitive(*name).0.to_owned(),
         Type::Text { .. } => "str".to_owned(),
         Type::Sequence { element, .. } | Type::Array { element, .. } => match dtype(element) {
             Some(dtype) => format!("_npt.NDArray[_np.{dtype}]"),
@@ -38,11 +39,12 @@ pub(crate) fn member(member: &Member, path: Path) -> String {
     }
 }
 
-fn primitive(name: &str) -> &'static str {
-    match name {
-        "bool" => "bool",
-        "float32" | "float64" => "float",
-        _ => "int",
+/// The type of Python for a number, and its zero.
+pub(crate) fn primitive(of: Primitive) -> (&'static str, &'static str) {
+    match of.class() {
+        Class::Bool => ("bool", "False"),
+        Class::Signed | Class::Unsigned => ("int", "0"),
+        Class::Float => ("float", "0.0"),
     }
 }
 
@@ -51,9 +53,9 @@ pub(crate) fn dtype(ty: &Type) -> Option<&'static str> {
     let Type::Primitive { name } = ty.resolved() else {
         return None;
     };
-    Some(match *name {
-        "bool" => "bool_",
-        other => other,
+    Some(match name.class() {
+        Class::Bool => "bool_",
+        Class::Signed | Class::Unsigned | Class::Float => name.word(),
     })
 }
 
@@ -84,11 +86,7 @@ pub(crate) fn default(
 pub(crate) fn of_type(ty: &Type, path: Path, first: &dyn Fn(&str, &str) -> String) -> Default {
     let value = |text: &str| Default::Value(text.to_owned());
     match ty.resolved() {
-        Type::Primitive { name } => value(match primitive(name) {
-            "bool" => "False",
-            "float" => "0.0",
-            _ => "0",
-        }),
+        Type::Primitive { name } => value(primitive(*name).1),
         Type::Text { .. } => value("\"\""),
         Type::Sequence { element, .. } => Default::New(match dtype(element) {
             Some(dtype) => format!("_np.zeros(0, _np.{dtype})"),
@@ -119,7 +117,9 @@ pub(crate) fn value(value: &Value, path: Path) -> String {
         Type::Named { module, name, .. } => {
             format!("{}.{}", path(module, name), names::shout(&value.text))
         }
-        Type::Primitive { name: "bool" } => match value.text.as_str() {
+        Type::Primitive {
+            name: Primitive::Bool,
+        } => match value.text.as_str() {
             "true" => "True".to_owned(),
             _ => "False".to_owned(),
         },

@@ -6,11 +6,12 @@ use super::machine::{self, Machine, TRAIT};
 use super::names;
 use super::operation_names::{answer_name, error_name};
 use super::worker;
-use super::{parameters, testing, types};
+use super::{parameters, qos, testing, types};
 use crate::view;
-use crate::view::component::{Qos, Time};
+use crate::view::component::Time;
 use crate::view::library::Interface;
 use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_vocabulary::{Middleware, Role};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -33,7 +34,7 @@ pub(crate) struct Component<'a> {
     /// The functions for its life cycle that a new worker has.
     hooks: &'static [&'static str],
     pub(crate) package: String,
-    backends: Vec<BackendCrate<'a>>,
+    backends: Vec<BackendCrate>,
     ros_types: &'a [String],
     /// Modules of types.
     pub(crate) type_modules: Vec<Reexport>,
@@ -61,16 +62,15 @@ pub(crate) struct Component<'a> {
     arrays: bool,
     /// Whether a slot serves requests in some states only.
     gated: bool,
-    /// Whether a slot sets its reliability, its durability.
-    reliability: bool,
-    durability: bool,
+    /// Types of the quality of service that slots name.
+    qos_types: BTreeSet<&'static str>,
 }
 
 /// A middleware that a component uses.
 #[derive(Debug, Serialize)]
-struct BackendCrate<'a> {
-    word: &'a str,
-    package: String,
+struct BackendCrate {
+    word: &'static str,
+    package: &'static str,
     module: String,
 }
 
@@ -111,9 +111,8 @@ pub(crate) struct Slot<'a> {
     end: String,
     type_hash: &'a str,
     backend: Option<&'a str>,
-    qos: &'a Qos,
-    /// Whether it differs from the role's default.
-    own_qos: bool,
+    /// Fields of the quality of service that differ from the role's default.
+    qos: Vec<String>,
     types: String,
     external_types: &'a [String],
     doc: &'a [String],
@@ -142,16 +141,6 @@ const HOOKS: [&str; 4] = ["configure", "activate", "deactivate", "cleanup"];
 
 /// The functions that the worker must write for its state machine.
 fn functions(machine: &view::Machine, index: usize) -> Slot<'_> {
-    const QOS: &Qos = &Qos {
-        reliability: None,
-        durability: None,
-        depth: None,
-        deadline: None,
-        lifespan: None,
-        liveliness: None,
-        timeout: None,
-        spin: None,
-    };
     Slot {
         name: &machine.name,
         index,
@@ -171,8 +160,7 @@ fn functions(machine: &view::Machine, index: usize) -> Slot<'_> {
         end: String::new(),
         type_hash: "",
         backend: None,
-        qos: QOS,
-        own_qos: false,
+        qos: Vec::new(),
         types: String::new(),
         external_types: &[],
         doc: &[],
@@ -192,16 +180,16 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
     let receiving = slots.iter().filter(|slot| slot.receives);
     let mut traits: Vec<String> = receiving.map(|slot| slot.type_name.clone()).collect();
     traits.sort_by(|a, b| worker::order(a, b));
-    let has = |role: &str, array: bool| {
+    let has = |role: Role, array: bool| {
         let mut slots = slots.iter();
-        slots.any(|s| s.receives && s.role_word == role && s.is_array == array)
+        slots.any(|s| s.receives && s.role_word == role.word() && s.is_array == array)
     };
     Component {
         name: &view.name,
         file: &view.file,
         doc: &view.doc,
         hash: &view.hash,
-        middleware: &view.middleware,
+        middleware: view.middleware.word(),
         note: &view.note,
         period: view.period,
         simulates_time: view.simulates_time,
@@ -212,10 +200,10 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         backends: view
             .middlewares
             .iter()
-            .map(|word| BackendCrate {
-                word,
-                package: format!("rc-{word}"),
-                module: format!("rc_{word}"),
+            .map(|middleware| BackendCrate {
+                word: middleware.word(),
+                package: middleware.can().package.0,
+                module: middleware.module(),
             })
             .collect(),
         ros_types: &view.ros_types,
@@ -233,14 +221,13 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         worker: WORKER,
         testing: testing::of(view),
         sends: slots.iter().any(|slot| slot.sends),
-        implements: has("implements", false),
-        subscribes: has("subscribesTo", false),
-        implements_members: has("implements", true),
-        subscribes_members: has("subscribesTo", true),
+        implements: has(Role::Implements, false),
+        subscribes: has(Role::SubscribesTo, false),
+        implements_members: has(Role::Implements, true),
+        subscribes_members: has(Role::SubscribesTo, true),
         arrays: slots.iter().any(|slot| slot.is_array),
         gated: slots.iter().any(|slot| !slot.available.is_empty()),
-        reliability: slots.iter().any(|slot| slot.qos.reliability.is_some()),
-        durability: slots.iter().any(|slot| slot.qos.durability.is_some()),
+        qos_types: qos::types(view),
         slots,
         traits,
     }
@@ -318,10 +305,10 @@ fn interface_modules(view: &view::Component, exports: &Exports) -> Vec<Reexport>
         }
         let base = names::camel(&interface.name);
         let mut names = Vec::new();
-        if slots.iter().any(|s| s.role == "requires") {
+        if slots.iter().any(|s| s.role == Role::Requires) {
             names.push(format!("{base}Client"));
         }
-        if slots.iter().any(|s| s.role == "publishes" && s.sends) {
+        if slots.iter().any(|s| s.role == Role::Publishes && s.sends) {
             names.push(format!("{base}Publisher"));
         }
         for operation in &interface.operations {
@@ -405,7 +392,7 @@ fn one<'a>(
     let module = exports::interface_module(view, &slot.module, &slot.interface);
     let interface = view.interface(slot);
     let base = names::camel(&slot.interface);
-    let kind = if slot.role == "publishes" {
+    let kind = if slot.role == Role::Publishes {
         "Publisher"
     } else {
         "Client"
@@ -425,19 +412,11 @@ fn one<'a>(
         });
     let mut uses: Vec<String> = mentions.into_iter().collect();
     uses.push("crate::context::Context".to_owned());
-    if slot.role == "implements" || operations.iter().any(Handler::takes_values) {
+    if slot.role == Role::Implements || operations.iter().any(Handler::takes_values) {
         uses.push(format!("crate::interfaces::{module}"));
     }
     uses.sort();
     let shout = names::shout(&slot.name);
-    let qos = &slot.qos;
-    let times = [
-        qos.deadline,
-        qos.lifespan,
-        qos.liveliness,
-        qos.timeout,
-        qos.spin,
-    ];
     Slot {
         name: &slot.name,
         index,
@@ -445,12 +424,12 @@ fn one<'a>(
         field: names::snake(&slot.name),
         type_name: trait_name(view, &slot.name),
         role: match slot.role {
-            "implements" => "Implements",
-            "requires" => "Requires",
-            "publishes" => "Publishes",
-            _ => "SubscribesTo",
+            Role::Implements => "Implements",
+            Role::Requires => "Requires",
+            Role::Publishes => "Publishes",
+            Role::SubscribesTo => "SubscribesTo",
         },
-        role_word: slot.role,
+        role_word: slot.role.word(),
         receives: slot.receives,
         sends: slot.sends,
         is_array: slot.is_array,
@@ -461,12 +440,8 @@ fn one<'a>(
         end: format!("interfaces::{module}::{base}{kind}"),
         module,
         type_hash: &slot.type_hash,
-        backend: slot.middleware,
-        own_qos: qos.reliability.is_some()
-            || qos.durability.is_some()
-            || qos.depth.is_some()
-            || times.iter().any(Option::is_some),
-        qos,
+        backend: slot.middleware.map(Middleware::word),
+        qos: slot.qos.0.iter().map(qos::field).collect(),
         types: format!("TYPES_{shout}"),
         external_types: &slot.external_types,
         doc: interface.map_or(&[], |interface| interface.doc.as_slice()),

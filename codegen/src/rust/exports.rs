@@ -5,6 +5,7 @@ use super::in_place;
 use super::names;
 use super::operation_names::{answer_name, error_name};
 use crate::view;
+use rc_vocabulary::Role;
 use std::collections::BTreeSet;
 
 /// Names that every generated crate exports.
@@ -90,9 +91,8 @@ impl<'a> Exports<'a> {
                 names.extend([error_name(&operation.name), answer_name(&operation.name)]);
             }
         }
-        let receiving = ["implements", "subscribesTo"];
         let slots = component.slots.iter();
-        let slots = slots.filter(|s| receiving.contains(&s.role));
+        let slots = slots.filter(|s| matches!(s.role, Role::Implements | Role::SubscribesTo));
         names.extend(slots.map(|s| trait_name(component, &s.name)));
         names.sort();
         let repeated = names.windows(2).filter(|pair| pair[0] == pair[1]);

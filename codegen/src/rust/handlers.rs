@@ -8,6 +8,7 @@ use crate::view::documentation;
 use crate::view::library::{Interface, Operation};
 use crate::view::members::Member;
 use crate::view::types::Type;
+use rc_vocabulary::Role;
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -139,8 +140,8 @@ impl Handlers<'_> {
         let throws = !of.throws.is_empty();
         let in_place = match self.slot.role {
             _ if !self.slot.in_place => None,
-            "subscribesTo" => of.sample_in_place.as_ref(),
-            _ => of.result_in_place.as_ref(),
+            Role::SubscribesTo => of.sample_in_place.as_ref(),
+            Role::Implements | Role::Requires | Role::Publishes => of.result_in_place.as_ref(),
         };
         let sample = in_place.filter(|_| !of.two_way);
         let reply = in_place.filter(|_| of.two_way);

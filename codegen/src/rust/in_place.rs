@@ -98,18 +98,19 @@ fn place<'a>(home: &str, of: &'a Structure) -> InPlaceType<'a> {
     let mut functions: BTreeSet<String> = counted.map(part_name).collect();
     let mut free = |wanted: String| names::free(wanted, &mut taken);
     let (mut fields, mut parts, mut gaps) = (Vec::new(), Vec::new(), 0);
-    let mut gap = |bytes: u64, fields: &mut Vec<Field>, free: &mut dyn FnMut(String) -> String| {
-        if bytes > 0 {
-            let name = free(format!("_gap{gaps}"));
-            gaps += 1;
-            fields.push(Field {
-                name,
-                ty: format!("[u8; {bytes}]"),
-                public: false,
-                doc: Vec::new(),
-            });
-        }
-    };
+    let mut gap =
+        |bytes: usize, fields: &mut Vec<Field>, free: &mut dyn FnMut(String) -> String| {
+            if bytes > 0 {
+                let name = free(format!("_gap{gaps}"));
+                gaps += 1;
+                fields.push(Field {
+                    name,
+                    ty: format!("[u8; {bytes}]"),
+                    public: false,
+                    doc: Vec::new(),
+                });
+            }
+        };
     for part in &of.parts {
         let name = part_name(part);
         let item = item(home, &part.item);
@@ -212,12 +213,7 @@ fn part_view<'a>(
         default: match (default, &part.item) {
             (Some(value), Item::Bytes) => format!("{:?}", value.text),
             (Some(value), _) => types::value(value, &types::in_module(home)),
-            (
-                None,
-                Item::Number {
-                    name: "float32" | "float64",
-                },
-            ) => "0.0".to_owned(),
+            (None, Item::Number { name }) if name.is_float() => "0.0".to_owned(),
             (None, Item::Number { .. }) => "0".to_owned(),
             (None, _) => String::new(),
         },
@@ -232,7 +228,7 @@ fn part_view<'a>(
 
 fn item(home: &str, of: &Item) -> String {
     match of {
-        Item::Number { name } => types::primitive(name).to_owned(),
+        Item::Number { name } => types::primitive(*name).to_owned(),
         Item::Bool => "rc_middleware::in_place::Bool".to_owned(),
         Item::Bytes => "u8".to_owned(),
         Item::Array { element, length } => format!("[{}; {length}]", item(home, element)),

@@ -8,6 +8,7 @@ use super::types;
 use crate::view;
 use crate::view::documentation;
 use crate::view::library as idsl;
+use rc_vocabulary::Role;
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -97,7 +98,7 @@ fn fake(
     taken: &mut BTreeSet<String>,
 ) -> Fake {
     let module = exports::interface_module(view, &slot.module, &slot.interface);
-    let calls = slot.role == "requires";
+    let calls = slot.role == Role::Requires;
     let base = names::camel(&slot.name);
     let kept = if calls { "Call" } else { "Sample" };
     let interface = view.interface(slot);

@@ -3,6 +3,7 @@
 use super::names;
 use crate::view::members::{Member, Value};
 use crate::view::types::Type;
+use rc_vocabulary::Primitive;
 
 /// How the path of a named type is written, from its module and its name in the IDSL.
 pub(crate) type Path<'a> = &'a dyn Fn(&str, &str) -> String;
@@ -34,7 +35,7 @@ pub(crate) fn in_interface(home: &str) -> impl Fn(&str, &str) -> String {
 /// A type that owns its value.
 pub(crate) fn owned(ty: &Type, path: Path) -> String {
     match ty {
-        Type::Primitive { name } => primitive(name).to_owned(),
+        Type::Primitive { name } => primitive(*name).to_owned(),
         Type::Text { .. } => "String".to_owned(),
         Type::Sequence { element, .. } => format!("Vec<{}>", owned(element, path)),
         Type::Array { element, length } => format!("[{}; {length}]", owned(element, path)),
@@ -79,19 +80,19 @@ pub(crate) fn is_small(ty: &Type) -> bool {
 }
 
 /// The type of Rust for a primitive one.
-pub(crate) fn primitive(name: &str) -> &'static str {
-    match name {
-        "bool" => "bool",
-        "int8" => "i8",
-        "uint8" => "u8",
-        "int16" => "i16",
-        "uint16" => "u16",
-        "int32" => "i32",
-        "uint32" => "u32",
-        "int64" => "i64",
-        "uint64" => "u64",
-        "float32" => "f32",
-        _ => "f64",
+pub(crate) fn primitive(of: Primitive) -> &'static str {
+    match of {
+        Primitive::Bool => "bool",
+        Primitive::I8 => "i8",
+        Primitive::U8 => "u8",
+        Primitive::I16 => "i16",
+        Primitive::U16 => "u16",
+        Primitive::I32 => "i32",
+        Primitive::U32 => "u32",
+        Primitive::I64 => "i64",
+        Primitive::U64 => "u64",
+        Primitive::F32 => "f32",
+        Primitive::F64 => "f64",
     }
 }
 

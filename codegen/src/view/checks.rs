@@ -3,6 +3,7 @@
 use rc_idsl::Library;
 use rc_idsl::model::{Member, Type};
 use rc_syntax::{Literal, LiteralKind};
+use rc_vocabulary::Primitive;
 use serde::Serialize;
 
 /// One check of a value.
@@ -17,7 +18,7 @@ pub enum Check {
     /// A number lies between two ends, which are allowed values.
     Range {
         /// The primitive type of the number.
-        primitive: &'static str,
+        primitive: Primitive,
         /// The smallest value in decimal notation, with a point or an exponent.
         min: Option<String>,
         /// The largest value, likewise.
@@ -55,7 +56,7 @@ pub(super) fn range(library: &Library, member: &Member) -> Vec<Check> {
         range_text(member),
     ) {
         (Type::Primitive(primitive), Some(range), Some(text)) => vec![Check::Range {
-            primitive: primitive.word(),
+            primitive: *primitive,
             min: end(&range.min),
             max: end(&range.max),
             text,

@@ -5,11 +5,12 @@ use super::{Machine, Parameters, machine, parameters};
 use crate::note::Note;
 use crate::project::Project;
 use crate::{ros, viewer};
-use rc_cdsl::model::{self, Backend, Role};
+use rc_cdsl::model::{self, Middleware, Role};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;
 use rc_idsl::model::Operation;
-use serde::Serialize;
+use rc_vocabulary::qos::{Policies, Policy, PolicyName};
+use serde::{Serialize, Serializer};
 use std::time::Duration;
 
 /// A component.
@@ -24,9 +25,9 @@ pub struct Component {
     /// The hash of all description files, sixteen hexadecimal digits.
     pub hash: String,
     /// The middleware of every slot that does not choose one.
-    pub middleware: String,
+    pub middleware: Middleware,
     /// All middlewares of the component, this one first.
-    pub middlewares: Vec<String>,
+    pub middlewares: Vec<Middleware>,
     /// Note for tools in the executable, as the content of a string of bytes.
     pub note: String,
     /// The default period.
@@ -105,7 +106,7 @@ pub struct Slot {
     /// The name, unique in the component.
     pub name: String,
     /// `implements`, `requires`, `publishes` or `subscribesTo`.
-    pub role: &'static str,
+    pub role: Role,
     /// Whether handlers of the worker serve it.
     pub receives: bool,
     /// Whether the worker calls or publishes through it.
@@ -121,7 +122,7 @@ pub struct Slot {
     /// The hash of the whole interface, sixteen hexadecimal digits.
     pub type_hash: String,
     /// The middleware, if it differs from the component's.
-    pub middleware: Option<&'static str>,
+    pub middleware: Option<Middleware>,
     /// Where the quality of service differs from the role's default.
     pub qos: Qos,
     /// The states of the machine in which requests are served; in all states if there is none.
@@ -132,41 +133,48 @@ pub struct Slot {
     pub external_types: Vec<String>,
 }
 
-/// Deviations from a role's default quality of service.
-#[derive(Debug, Serialize)]
-pub struct Qos {
-    /// `reliable` or `best_effort`.
-    pub reliability: Option<&'static str>,
-    /// `transient_local` or `volatile`.
-    pub durability: Option<&'static str>,
-    /// The number of samples that a queue holds.
-    pub depth: Option<u32>,
-    /// The longest time between two samples.
-    pub deadline: Option<Time>,
-    /// How long a sample is of use.
-    pub lifespan: Option<Time>,
-    /// The longest time without a sign of life.
-    pub liveliness: Option<Time>,
-    /// The longest time of a call.
-    pub timeout: Option<Time>,
-    /// How long a waiting end stays awake before it sleeps.
-    pub spin: Option<Time>,
+/// Deviations from a role's default quality of service. As JSON, every policy by its name: a word,
+/// a number, a [`Time`], or `null` where it is the default.
+#[derive(Debug, Default)]
+pub struct Qos(pub Policies);
+
+impl Serialize for Qos {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        #[serde(untagged)]
+        enum Value {
+            Word(&'static str),
+            Number(u32),
+            Time(Option<Time>),
+        }
+        let value = |policy: Policy| match policy {
+            Policy::Reliability(value) => Value::Word(value.word()),
+            Policy::Durability(value) => Value::Word(value.word()),
+            Policy::Depth(depth) => Value::Number(depth),
+            Policy::Deadline(limit) | Policy::Lifespan(limit) | Policy::Liveliness(limit) => {
+                Value::Time(limit.map(Time::from))
+            }
+            Policy::Timeout(time) | Policy::Spin(time) => Value::Time(Some(time.into())),
+        };
+        let all = PolicyName::ALL.into_iter();
+        to.collect_map(all.map(|name| (name.word(), self.0.get(name).map(value))))
+    }
 }
 
 /// The view of a project that has no errors, for a middleware.
-pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
+pub fn of(project: &Project, middleware: Middleware) -> (Component, Diagnostics) {
     let mut found = Diagnostics::new();
     let component = &project.component;
     let library = &component.library;
     check_language(project, &mut found);
     // Slots that choose ROS 2 were checked when the component was read.
-    if middleware == Backend::Ros2 {
+    if middleware.can().has_nodes {
         found.extend(ros::refused(library));
     }
-    let mut middlewares = vec![middleware.word().to_owned()];
+    let mut middlewares = vec![middleware];
     for backend in component.slots.iter().filter_map(|slot| slot.backend) {
-        if !middlewares.iter().any(|word| word == backend.word()) {
-            middlewares.push(backend.word().to_owned());
+        if !middlewares.contains(&backend) {
+            middlewares.push(backend);
         }
     }
     let note = Note {
@@ -187,7 +195,7 @@ pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
         file: in_a_comment(&file.to_string_lossy()),
         doc: component.doc.clone(),
         hash: note.model.clone(),
-        middleware: note.middleware.clone(),
+        middleware,
         middlewares,
         note: note.to_byte_string(),
         period: component.period.into(),
@@ -240,14 +248,14 @@ impl Component {
     }
 }
 
-fn one(library: &Library, slot: &model::Slot, middleware: Backend) -> Slot {
+fn one(library: &Library, slot: &model::Slot, middleware: Middleware) -> Slot {
     let interface = library.interface(slot.interface);
     // An interface without operations is a connection, but there is nothing to handle or publish.
     let any = !interface.operations.is_empty();
     let backend = slot.backend.unwrap_or(middleware);
     Slot {
         name: slot.name.clone(),
-        role: slot.role.word(),
+        role: slot.role,
         receives: any && matches!(slot.role, Role::Implements | Role::SubscribesTo),
         sends: slot.role == Role::Requires || (any && slot.role == Role::Publishes),
         is_array: slot.is_array,
@@ -258,30 +266,15 @@ fn one(library: &Library, slot: &model::Slot, middleware: Backend) -> Slot {
             "{:016x}",
             rc_idsl::canonical::interface_hash(library, slot.interface)
         ),
-        middleware: (backend != middleware).then(|| backend.word()),
-        qos: qos(&slot.qos),
+        middleware: (backend != middleware).then_some(backend),
+        qos: Qos(slot.qos.clone()),
         available: slot.available.iter().map(|s| s.text.clone()).collect(),
-        in_place: slot.qos.in_place,
-        external_types: match backend {
-            Backend::Ros2 => external_types(library, slot),
-            _ => Vec::new(),
+        in_place: slot.in_place,
+        external_types: if backend.can().has_nodes {
+            external_types(library, slot)
+        } else {
+            Vec::new()
         },
-    }
-}
-
-fn qos(qos: &model::Qos) -> Qos {
-    let word = |choice: Option<bool>, yes: &'static str, no: &'static str| {
-        choice.map(|choice| if choice { yes } else { no })
-    };
-    Qos {
-        reliability: word(qos.reliable, "reliable", "best_effort"),
-        durability: word(qos.transient_local, "transient_local", "volatile"),
-        depth: qos.depth,
-        deadline: qos.deadline.map(Time::from),
-        lifespan: qos.lifespan.map(Time::from),
-        liveliness: qos.liveliness.map(Time::from),
-        timeout: qos.timeout.map(Time::from),
-        spin: qos.spin.map(Time::from),
     }
 }
 

@@ -1,13 +1,13 @@
-//! How values of plain types lie in shared memory, see `rc_idsl::image`. Every gap of the layout
+//! How values of plain types lie in shared memory, see `rc_vocabulary::layout`. Every gap of the layout
 //! has a number of bytes here, so that a printed structure leaves no byte without a member.
 
 use super::checks::{self, Check};
 use super::members::{self, member};
 use super::types::{Type, of_type};
 use rc_idsl::Library;
-use rc_idsl::image::{self, Image};
-use rc_idsl::in_place::LARGEST;
 use rc_idsl::model::{self, Member, TypeDeclKind, TypeId};
+use rc_vocabulary::Primitive;
+use rc_vocabulary::layout::{self, Layout};
 use serde::Serialize;
 use std::collections::HashMap;
 
@@ -24,7 +24,7 @@ pub struct Structure {
     /// The members, in order.
     pub parts: Vec<Part>,
     /// Bytes of the gap behind the last part.
-    pub gap: u64,
+    pub gap: usize,
 }
 
 /// A member of such a structure.
@@ -33,7 +33,7 @@ pub struct Part {
     /// The member of the named type; none in a structure without a name.
     pub member: Option<members::Member>,
     /// Bytes of the gap before it.
-    pub gap: u64,
+    pub gap: usize,
     /// For a sequence, a text and an optional member, which begin with their length as a uint32.
     pub room: Option<Room>,
     /// Type of the elements, or of the only one.
@@ -50,7 +50,7 @@ pub struct Part {
 #[derive(Debug, Serialize)]
 pub struct Room {
     /// Bytes of the gap between the length and the elements.
-    pub gap: u64,
+    pub gap: usize,
     /// The number of elements that it can hold.
     pub bound: u32,
 }
@@ -61,8 +61,8 @@ pub struct Room {
 pub enum Item {
     /// A number as it is.
     Number {
-        /// The word of its type.
-        name: &'static str,
+        /// Its type.
+        name: Primitive,
     },
     /// A `bool` in one byte.
     Bool,
@@ -104,7 +104,7 @@ pub(crate) struct Inside {
 /// The structures of a type, each after those that it contains.
 pub(crate) fn of(library: &Library, id: TypeId, known: &mut Known) -> Vec<Structure> {
     let decl = library.ty(id);
-    let fits = decl.image.is_some_and(|image| image.size <= LARGEST);
+    let fits = decl.image.is_some_and(|image| image.fits());
     if !fits {
         return Vec::new();
     }
@@ -152,26 +152,26 @@ fn structure(
     known: &mut Known,
 ) -> Structure {
     let (mut at, mut align) = (0, 1);
-    let mut place = |image: Image| {
+    let mut place = |image: Layout| {
         align = align.max(image.align);
-        let gap = image::aligned(at, image.align) - at;
+        let gap = layout::aligned(at, image.align) - at;
         at += gap + image.size;
         gap
     };
     let mut parts = Vec::new();
     for source in sources {
-        let bytes = model::Type::Primitive(model::Primitive::U8);
+        let bytes = model::Type::Primitive(Primitive::U8);
         let (element, bound) = match source.ty {
             ty if source.optional => (ty, Some(1)),
             model::Type::Sequence(element, bound) => (library.resolved(element), *bound),
             model::Type::String(bound) => (&bytes, *bound),
             ty => (ty, None),
         };
-        let image = library.image(element).unwrap_or(image::LENGTH);
+        let image = library.image(element).unwrap_or(Layout::LENGTH);
         let (gap, room) = match bound {
             None => (place(image), None),
             Some(bound) => {
-                let gap = place(image::LENGTH);
+                let gap = place(Layout::LENGTH);
                 let room = Room {
                     gap: place(image.times(bound)),
                     bound,
@@ -204,7 +204,7 @@ fn structure(
             has_ranges: inside.ranges,
         });
     }
-    let gap = image::aligned(at, align) - at;
+    let gap = layout::aligned(at, align) - at;
     Structure {
         path,
         value,
@@ -223,10 +223,8 @@ fn item(
     known: &mut Known,
 ) -> Item {
     match library.resolved(ty) {
-        model::Type::Primitive(model::Primitive::Bool) => Item::Bool,
-        model::Type::Primitive(primitive) => Item::Number {
-            name: primitive.word(),
-        },
+        model::Type::Primitive(Primitive::Bool) => Item::Bool,
+        model::Type::Primitive(primitive) => Item::Number { name: *primitive },
         model::Type::Array(element, length) => Item::Array {
             element: Box::new(item(library, path, element, done, known)),
             length: *length,

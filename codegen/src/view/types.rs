@@ -2,6 +2,7 @@
 
 use rc_idsl::Library;
 use rc_idsl::model::{self, TypeDeclKind, TypeId};
+use rc_vocabulary::Primitive;
 use serde::Serialize;
 
 /// A type where it is used.
@@ -10,8 +11,8 @@ use serde::Serialize;
 pub enum Type {
     /// A number or a `bool`: `bool`, `int8`, `uint8` … `uint64`, `float32`, `float64`.
     Primitive {
-        /// One of these words.
-        name: &'static str,
+        /// Its type, as the word.
+        name: Primitive,
     },
     /// Text in UTF-8.
     Text {
@@ -79,9 +80,7 @@ impl Type {
 pub(super) fn of_type(library: &Library, ty: &model::Type) -> Type {
     let boxed = |ty: &model::Type| Box::new(of_type(library, ty));
     match ty {
-        model::Type::Primitive(primitive) => Type::Primitive {
-            name: primitive.word(),
-        },
+        model::Type::Primitive(primitive) => Type::Primitive { name: *primitive },
         model::Type::String(bound) => Type::Text { bound: *bound },
         model::Type::Sequence(element, bound) => Type::Sequence {
             element: boxed(element),

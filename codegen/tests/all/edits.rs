@@ -26,7 +26,7 @@ fn run(folder: &Path) -> bool {
     let Some(project) = project.filter(|_| !found.has_errors()) else {
         return false;
     };
-    let middleware = rc_cdsl::model::Backend::Iceoryx2;
+    let middleware = rc_cdsl::model::Middleware::Iceoryx2;
     let found = generation::generate(&project, folder.to_path_buf(), middleware, &mut sources);
     if found.expect("a folder that can be written").has_errors() {
         return false;

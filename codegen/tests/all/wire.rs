@@ -2,7 +2,7 @@
 
 use rc_codegen::ros::names;
 use rc_idsl::Library;
-use rc_idsl::model::{InterfaceId, Member, Primitive, Type, TypeDeclKind};
+use rc_idsl::model::{InterfaceId, Member, Type, TypeDeclKind};
 use std::collections::BTreeMap;
 
 /// The encodings of types, topics, requests and responses, by name.
@@ -56,11 +56,7 @@ fn member(library: &Library, member: &Member) -> String {
 
 fn text(library: &Library, ty: &Type) -> String {
     match library.resolved(ty) {
-        Type::Primitive(primitive) => {
-            let all = Primitive::WORDS.iter().rev();
-            let mut words = all.filter(|(_, other)| other == primitive);
-            words.next().expect("a word").0.to_owned()
-        }
+        Type::Primitive(primitive) => primitive.word().to_owned(),
         Type::String(None) => "string".to_owned(),
         Type::String(Some(bound)) => format!("string<={bound}"),
         Type::Sequence(element, None) => format!("*({})", text(library, element)),

@@ -9,7 +9,7 @@ mod kubernetes;
 mod systemd;
 mod yaml;
 
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_codegen::Files;
 use rc_codegen::worker_language::WorkerLanguage;
 use rc_ddsl::model::Host;
@@ -169,7 +169,7 @@ fn machines<'n>(network: &'n Network, plan: &'n Plan) -> Vec<Machine<'n>> {
             .iter()
             .flat_map(|project| &project.component.slots);
         let chosen = slots.map(|slot| slot.backend.unwrap_or(instance.middleware));
-        let chosen: Vec<Backend> = chosen.collect();
+        let chosen: Vec<Middleware> = chosen.collect();
         let part = Part {
             component,
             name: process_name(&component.name),
@@ -177,8 +177,8 @@ fn machines<'n>(network: &'n Network, plan: &'n Plan) -> Vec<Machine<'n>> {
             needs_elsewhere: elsewhere.into_iter().map(name).collect(),
             groups,
             files: network.files(at, component),
-            memory: chosen.contains(&Backend::Iceoryx2),
-            dds: chosen.contains(&Backend::Dds),
+            memory: chosen.contains(&Middleware::Iceoryx2),
+            dds: chosen.contains(&Middleware::Dds),
             is_python: network.projects[at]
                 .as_ref()
                 .is_some_and(|project| project.language() == WorkerLanguage::Python),

@@ -9,7 +9,6 @@
 use super::{Export, Machine, Part, Source, time};
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
-use rc_deploy_network::plan::LONGEST_PAUSE;
 use rc_deploy_network::plan::{Policy, Restart};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -217,11 +216,11 @@ fn restart(restart: Restart, line: &mut impl FnMut(&str, String)) {
         );
     }
     line("RestartSec", time(restart.backoff));
-    if restart.backoff < LONGEST_PAUSE && !restart.backoff.is_zero() {
+    if restart.backoff < Restart::LONGEST_PAUSE && !restart.backoff.is_zero() {
         // The number of doublings up to the longest pause.
-        let ratio = LONGEST_PAUSE.as_secs_f64() / restart.backoff.as_secs_f64();
+        let ratio = Restart::LONGEST_PAUSE.as_secs_f64() / restart.backoff.as_secs_f64();
         line("RestartSteps", (ratio.log2().ceil() as u32).to_string());
-        line("RestartMaxDelaySec", time(LONGEST_PAUSE));
+        line("RestartMaxDelaySec", time(Restart::LONGEST_PAUSE));
     }
 }
 

@@ -1,7 +1,7 @@
 //! Checks the configurations of components. Their middleware settings take precedence over those of
 //! the network.
 
-use rc_cdsl::model::{Backend, Role, Slot};
+use rc_cdsl::model::{Middleware, Role, Slot};
 use rc_codegen::Project;
 use rc_codegen::configuration::unknown_slots;
 use rc_codegen::paths::normal;
@@ -104,12 +104,12 @@ pub(crate) fn settings(
     let instances = deployment.instances.iter_mut().zip(configured);
     instances
         .map(|(instance, configured)| {
-            let own = Backend::WORDS.iter().take(3).flat_map(|(word, backend)| {
-                let keys = configured.settings.get(*word).into_iter().flatten();
-                keys.filter_map(|(key, set)| {
+            let own = Middleware::in_files().flat_map(|middleware| {
+                let keys = configured.settings.get(middleware.word());
+                keys.into_iter().flatten().filter_map(move |(key, set)| {
                     Some(Setting {
-                        middleware: *backend,
-                        key: rc_vocabulary::key(word, key)?.name,
+                        middleware,
+                        key: middleware.key(key)?.name,
                         value: set.value.clone(),
                         span: set.span,
                     })

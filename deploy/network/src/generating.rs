@@ -3,11 +3,10 @@
 
 use crate::error::{Error, refused};
 use crate::model::Network;
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_codegen::generation::{self, Component};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
-use rc_codegen::view::BACKENDS;
 use rc_codegen::worker_language::WorkerLanguage;
 use rc_codegen::{FileLoader, Project, stubs};
 use rc_diagnostics::{Diagnostics, SourceMap};
@@ -26,7 +25,7 @@ pub struct Generated {
 /// The components of one workspace, which share a crate of interfaces.
 struct Shared<'n> {
     interfaces: InterfaceCrate,
-    stale: Vec<(&'n Project, Backend)>,
+    stale: Vec<(&'n Project, Middleware)>,
 }
 
 impl Network {
@@ -56,8 +55,8 @@ impl Network {
     }
 
     /// The components to generate, each with its middleware.
-    fn stale(&self) -> Vec<(&Project, Backend)> {
-        let mut stale: Vec<(&Project, Backend)> = Vec::new();
+    fn stale(&self) -> Vec<(&Project, Middleware)> {
+        let mut stale: Vec<(&Project, Middleware)> = Vec::new();
         for (instance, project, variant) in self.built() {
             let note = Note::of_generated(project.code());
             let middleware = match (&note, variant) {
@@ -66,7 +65,7 @@ impl Network {
                     continue;
                 }
                 (Ok(Some(note)), None) => {
-                    let known = BACKENDS.into_iter().find(|b| b.word() == note.middleware);
+                    let known = Middleware::from_word(&note.middleware);
                     known.unwrap_or(instance.middleware)
                 }
                 (Ok(None) | Err(_), None) => instance.middleware,
@@ -74,7 +73,7 @@ impl Network {
                 (_, Some(_)) if project.code().join(project.language().manifest()).exists() => {
                     continue;
                 }
-                (_, Some(_)) => Backend::Iceoryx2,
+                (_, Some(_)) => Middleware::DEFAULT,
             };
             if stale.iter().all(|(known, _)| known.path != project.path) {
                 stale.push((project, middleware));

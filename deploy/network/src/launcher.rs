@@ -6,7 +6,7 @@
 use crate::error::{Error, cannot, refused};
 use crate::model::Profile;
 use crate::variant;
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_codegen::cargo_workspace::Workspace;
 use rc_codegen::files::GENERATED;
 use rc_codegen::note::Note;
@@ -86,7 +86,7 @@ pub(crate) fn of(
     root: &Path,
     target: &Path,
     profile: Profile,
-    variant: Option<Backend>,
+    variant: Option<Middleware>,
     path: PathBuf,
 ) -> Result<Launcher, Error> {
     let package = package(project);

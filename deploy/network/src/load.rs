@@ -5,7 +5,7 @@ use crate::model::Network;
 use crate::parameters::{given, overridden};
 use crate::programs::variants;
 use crate::workspaces::Workspaces;
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_codegen::paths::normal;
 use rc_codegen::{FileLoader, Project};
 use rc_ddsl::model::Deployment;
@@ -19,7 +19,7 @@ use std::rc::Rc;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Overrides<'a> {
     /// All components are variants for this middleware.
-    pub middleware: Option<Backend>,
+    pub middleware: Option<Middleware>,
     /// Values of parameters, each as `COMPONENT.PATH=VALUE`.
     pub parameters: &'a [String],
 }

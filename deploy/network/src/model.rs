@@ -2,7 +2,7 @@
 
 use crate::parameters::OverriddenParameters;
 use crate::workspaces::Workspaces;
-use rc_cdsl::model::{Backend, Slot};
+use rc_cdsl::model::{Middleware, Slot};
 use rc_codegen::Project;
 use rc_configuration::Binding;
 use rc_ddsl::model::{Deployment, Setting};
@@ -18,7 +18,7 @@ pub struct NetworkTime {
     pub source: usize,
     /// The followers in the order of their turns, that of the file, each with the middleware over
     /// which it receives the time.
-    pub followers: Vec<(usize, Backend)>,
+    pub followers: Vec<(usize, Middleware)>,
 }
 
 /// A network, as far as it could be parsed.
@@ -38,10 +38,10 @@ pub struct Network {
     /// The source of time and its followers. `None` if a component does not publish it.
     pub time: Option<NetworkTime>,
     /// The middleware of all components, if the command line sets it.
-    pub(crate) middleware: Option<Backend>,
+    pub(crate) middleware: Option<Middleware>,
     /// The middleware for which each instance is a variant. `None` if its program is built from its
     /// folder, or is named.
-    pub(crate) variants: Vec<Option<Backend>>,
+    pub(crate) variants: Vec<Option<Middleware>>,
     /// For each instance, the values that the network sets, and those that are in effect.
     pub(crate) parameters: Vec<OverriddenParameters>,
     /// For each instance, the addresses in its configuration.

@@ -2,7 +2,7 @@
 
 use crate::model::{Network, NetworkTime};
 use crate::process_name::process_name;
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_ddsl::model::{Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_middleware::qos::MAX_READERS;
@@ -37,7 +37,7 @@ impl fmt::Display for ClockPlan {
 
 impl Network {
     /// The middlewares of an instance: its own, then those that its slots choose.
-    fn middlewares(&self, at: usize) -> Vec<Backend> {
+    fn middlewares(&self, at: usize) -> Vec<Middleware> {
         let mut all = vec![self.deployment.instances[at].middleware];
         let project = self.projects[at].as_deref();
         let slots = project.map_or(&[][..], |project| &project.component.slots);
@@ -56,9 +56,9 @@ impl Network {
 
     /// Whether an instance takes its time from `/clock` of ROS 2.
     fn uses_ros_clock(&self, at: usize) -> bool {
-        let set = self.deployment.instances[at].setting(Backend::Ros2, "use_sim_time");
+        let set = self.deployment.instances[at].setting(Middleware::Ros2, "use_sim_time");
         set.is_some_and(|set| set.value == Value::Bool(true))
-            && self.middlewares(at).contains(&Backend::Ros2)
+            && self.middlewares(at).contains(&Middleware::Ros2)
     }
 
     /// Finds the source of time and its followers, and reports mistakes.
@@ -125,15 +125,15 @@ impl Network {
 
     /// The first middleware of a follower that connects it with its source; else the reason why
     /// there is none.
-    fn time_link(&self, source: usize, at: usize) -> Result<Backend, String> {
+    fn time_link(&self, source: usize, at: usize) -> Result<Middleware, String> {
         let theirs = self.middlewares(source);
         let own = self.middlewares(at);
-        let common: Vec<Backend> = own.iter().copied().filter(|b| theirs.contains(b)).collect();
+        let common: Vec<Middleware> = own.iter().copied().filter(|b| theirs.contains(b)).collect();
         let instances = &self.deployment.instances;
         let (one, other) = (&instances[source], &instances[at]);
         let mut reasons = Vec::new();
         for backend in common {
-            let apart = backend == Backend::Iceoryx2 && are_apart(&self.deployment, one, other);
+            let apart = backend == Middleware::Iceoryx2 && are_apart(&self.deployment, one, other);
             if apart {
                 reasons.push("they are on different hosts, which iceoryx2 does not connect".into());
             } else if domain(one, backend) != domain(other, backend) {
@@ -146,7 +146,7 @@ impl Network {
             }
         }
         if reasons.is_empty() {
-            let words = |all: &[Backend]| {
+            let words = |all: &[Middleware]| {
                 let all: Vec<&str> = all.iter().map(|backend| backend.word()).collect();
                 all.join(", ")
             };
@@ -190,7 +190,7 @@ impl Network {
             let other = other.or(source.map(|(_, span)| (span, "the clock of the network")));
             if let Some((span, label)) = other
                 && self.uses_ros_clock(at)
-                && let Some(set) = instance.setting(Backend::Ros2, "use_sim_time")
+                && let Some(set) = instance.setting(Middleware::Ros2, "use_sim_time")
             {
                 let message = format!("`{}` has two clocks", instance.path);
                 let error = Diagnostic::error("two-clocks", set.span, message)
@@ -257,13 +257,9 @@ fn are_apart(deployment: &Deployment, one: &Instance, other: &Instance) -> bool 
 }
 
 /// The domain of an instance, where its middleware has domains.
-fn domain(instance: &Instance, backend: Backend) -> Option<Value> {
+fn domain(instance: &Instance, backend: Middleware) -> Option<Value> {
     let set = instance
         .setting(backend, "domain")
         .map(|set| set.value.clone());
-    set.or_else(|| {
-        rc_vocabulary::key(backend.word(), "domain")?
-            .default
-            .clone()
-    })
+    set.or_else(|| backend.key("domain")?.default.clone())
 }

@@ -1,12 +1,10 @@
 //! The plan of a network, as plain data.
 
+pub use rc_vocabulary::{Restart, RestartPolicy as Policy};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::time::Duration;
-
-/// The longest pause before a restart, unless `backoff` is longer.
-pub const LONGEST_PAUSE: Duration = Duration::from_secs(30);
 
 /// The plan of a network.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -89,43 +87,6 @@ pub struct Host {
     pub user: Option<String>,
     /// The working directory of components there. `None`: a copy of the network's folder.
     pub workspace: Option<PathBuf>,
-}
-
-/// A restart policy. It does not apply to the first start of a network, which must succeed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Restart {
-    /// The ends after which a component restarts.
-    pub policy: Policy,
-    /// How long it may hang before it is stopped, which counts as a failure. `None`: for ever.
-    #[serde(default)]
-    pub hung: Option<Duration>,
-    /// How many restarts are allowed within which time. The next end stops the network.
-    pub limit: Option<(u32, Duration)>,
-    /// The pause before a restart. It doubles after each short run, up to [`LONGEST_PAUSE`].
-    pub backoff: Duration,
-}
-
-/// The ends after which a component restarts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Policy {
-    /// Never.
-    Never,
-    /// After a failure.
-    OnFailure,
-    /// After every end.
-    Always,
-}
-
-impl Default for Restart {
-    fn default() -> Self {
-        Self {
-            policy: Policy::Never,
-            hung: None,
-            limit: None,
-            backoff: Duration::from_millis(500),
-        }
-    }
 }
 
 fn default_ready() -> Duration {

@@ -3,7 +3,7 @@
 use crate::configuration::{config, named_files};
 use crate::error::{Error, refused};
 use crate::model::{Network, Profile};
-use crate::plan::{self, Component, Plan, Policy, Restart};
+use crate::plan::{self, Component, Plan};
 use crate::process_name::process_name;
 use rc_cdsl::model::Slot;
 use rc_codegen::paths::normal;
@@ -136,7 +136,7 @@ impl Network {
                 managed: component.is_some_and(|component| component.managed),
                 ready: instance.ready,
                 stop: instance.stop,
-                restart: restart(instance.restart),
+                restart: instance.restart,
                 cpu: instance.cpu.clone(),
                 priority: instance.priority.map(|(priority, _)| priority),
                 exact: instance.exact.is_some(),
@@ -157,19 +157,5 @@ impl Network {
             components: out,
             ring: self.deployment.ring,
         })
-    }
-}
-
-fn restart(described: rc_ddsl::model::Restart) -> Restart {
-    use rc_ddsl::model::Policy as Described;
-    Restart {
-        policy: match described.policy {
-            Described::Never => Policy::Never,
-            Described::OnFailure => Policy::OnFailure,
-            Described::Always => Policy::Always,
-        },
-        hung: described.hung,
-        limit: described.limit,
-        backoff: described.backoff,
     }
 }

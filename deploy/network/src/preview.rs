@@ -4,9 +4,9 @@ use crate::error::{Error, refused};
 use crate::model::{Network, Profile};
 use crate::network_time::ClockPlan;
 use crate::plan;
+use crate::plan::{Policy, Restart};
 use crate::process_name::process_name;
 use crate::topology::{Connection, End, Host, Kind};
-use rc_ddsl::model::{Policy, Restart};
 use rc_middleware::RunDirectory;
 use rc_vocabulary::duration;
 use serde::Serialize;
@@ -91,7 +91,7 @@ pub struct Process {
 #[derive(Clone, Debug, Serialize)]
 pub struct RestartRule {
     /// `never`, `on_failure` or `always`.
-    pub policy: &'static str,
+    pub policy: Policy,
     /// How long it may hang before it is stopped, in milliseconds. `None`: for ever.
     pub hung_ms: Option<u64>,
     /// The number of restarts allowed within `within_ms`. `None`: no limit.
@@ -108,9 +108,8 @@ fn milliseconds(time: Duration) -> u64 {
 
 impl From<&Restart> for RestartRule {
     fn from(restart: &Restart) -> Self {
-        let word = Policy::WORDS.iter().find(|(_, p)| *p == restart.policy);
         Self {
-            policy: word.map_or("never", |(word, _)| word),
+            policy: restart.policy,
             hung_ms: restart.hung.map(milliseconds),
             max: restart.limit.map(|(max, _)| max),
             within_ms: restart.limit.map(|(_, within)| milliseconds(within)),
@@ -195,8 +194,8 @@ fn time(milliseconds: u64) -> String {
 impl fmt::Display for RestartRule {
     /// The policy as in a `.ddsl`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.policy)?;
-        if self.policy == "never" {
+        f.write_str(self.policy.word())?;
+        if self.policy == Policy::Never {
             return Ok(());
         }
         if let Some(hung) = self.hung_ms {

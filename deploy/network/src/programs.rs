@@ -9,7 +9,7 @@ use crate::launcher::{self, Launcher};
 use crate::model::{Network, Profile};
 use crate::variant::{self, Staged};
 use crate::workspaces::Workspaces;
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_codegen::note::Note;
 use rc_codegen::paths::normal;
 use rc_codegen::worker_language::WorkerLanguage;
@@ -29,8 +29,8 @@ use std::rc::Rc;
 pub(crate) fn variants(
     deployment: &Deployment,
     projects: &[Option<Rc<Project>>],
-    all: Option<Backend>,
-) -> Vec<Option<Backend>> {
+    all: Option<Middleware>,
+) -> Vec<Option<Middleware>> {
     let instances = deployment.instances.iter().zip(projects);
     let variant = |(instance, project): (&Instance, &Option<Rc<Project>>)| {
         let project = built(instance, project.as_ref())?;
@@ -146,7 +146,7 @@ fn how_to_generate(project: &Project) -> String {
 fn check_variant(
     instance: &Instance,
     project: &Project,
-    middleware: Backend,
+    middleware: Middleware,
     found: &mut Diagnostics,
 ) {
     // A generator that fails reports that when it writes.
@@ -215,7 +215,7 @@ impl Network {
     }
 
     /// The instances whose programs are built, with their components and variants.
-    pub(crate) fn built(&self) -> impl Iterator<Item = (&Instance, &Project, Option<Backend>)> {
+    pub(crate) fn built(&self) -> impl Iterator<Item = (&Instance, &Project, Option<Middleware>)> {
         let instances = self.deployment.instances.iter();
         let instances = instances.zip(&self.declared).zip(&self.variants);
         instances.filter_map(|((instance, project), variant)| {
@@ -225,7 +225,7 @@ impl Network {
 
     /// Checks that generated code is up to date and that variants can be generated.
     pub fn check_generated(&self, found: &mut Diagnostics) {
-        let mut seen: HashSet<(&Path, Backend)> = HashSet::new();
+        let mut seen: HashSet<(&Path, Middleware)> = HashSet::new();
         for (instance, project, variant) in self.built() {
             match variant {
                 None => check_folder(instance, project, found),
@@ -394,7 +394,7 @@ impl Network {
     fn launched(
         &self,
         root: PathBuf,
-        scripts: BTreeMap<String, (&Project, Option<Backend>)>,
+        scripts: BTreeMap<String, (&Project, Option<Middleware>)>,
         profile: Profile,
     ) -> Result<Build, Error> {
         let target = self.workspaces.target(&root);

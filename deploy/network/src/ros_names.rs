@@ -6,7 +6,7 @@
 
 use crate::model::Network;
 use crate::process_name::process_name;
-use rc_cdsl::model::{Backend, Role, Slot};
+use rc_cdsl::model::{Middleware, Role, Slot};
 use rc_codegen::Project;
 use rc_ddsl::model::{Instance, Setting};
 use rc_ddsl::{Connection, Endpoint};
@@ -93,8 +93,8 @@ impl Network {
         project: &'a Project,
     ) -> Option<Node<'a>> {
         let mut slots = project.component.slots.iter();
-        let is_in_ros = instance.middleware == Backend::Ros2
-            || slots.any(|slot| slot.backend == Some(Backend::Ros2));
+        let is_in_ros = instance.middleware == Middleware::Ros2
+            || slots.any(|slot| slot.backend == Some(Middleware::Ros2));
         let mut args = instance.args.iter();
         if !is_in_ros || args.any(|a| RENAMING.iter().any(|r| a.text.starts_with(r))) {
             return None;
@@ -154,7 +154,7 @@ impl Network {
                     slot: index,
                 };
                 let backend = slot.backend.unwrap_or(node.instance.middleware);
-                if backend != Backend::Ros2 || refused.contains(&place) {
+                if backend != Middleware::Ros2 || refused.contains(&place) {
                     continue;
                 }
                 for operation in &component.library.interface(slot.interface).operations {
@@ -236,7 +236,7 @@ fn check_that_no_others_meet(ends: &[End<'_>], found: &mut Diagnostics) -> Merge
 }
 
 fn setting<'a>(instance: &'a Instance, key: &str) -> Option<&'a Setting> {
-    instance.setting(Backend::Ros2, key)
+    instance.setting(Middleware::Ros2, key)
 }
 
 /// Two ends at one name that must not be there together. Ends of one type that a file renames

@@ -6,11 +6,11 @@
 //! in any order.
 
 use crate::model::Network;
-use rc_cdsl::model::{Backend, Role};
+use rc_cdsl::model::{Middleware, Role};
 use rc_ddsl::Endpoint as End;
 use rc_ddsl::model::Host;
 use rc_idsl::canonical::{interface_hash, operation_hash};
-use rc_middleware::{Qos, network_time};
+use rc_middleware::{Durability, Qos, network_time};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -57,7 +57,7 @@ impl Network {
             (Some(on), Some(host)) => on.is_same(host),
             (on, host) => on.is_none() && host.is_none(),
         };
-        if !is_there || !followers.any(|(_, backend)| *backend == Backend::Iceoryx2) {
+        if !is_there || !followers.any(|(_, backend)| *backend == Middleware::Iceoryx2) {
             return;
         }
         let Ok(address) = network_time::address(self.name()) else {
@@ -66,7 +66,7 @@ impl Network {
         let (topic, calls) = (network_time::topic_types(), network_time::call_types());
         let depth = Qos::PUBLISHER.depth;
         let followers = time.followers.iter();
-        let users = followers.filter(|(_, backend)| *backend == Backend::Iceoryx2);
+        let users = followers.filter(|(_, backend)| *backend == Middleware::Iceoryx2);
         let users = users.map(|(at, _)| *at).chain([time.source]);
         let users: Vec<String> = users
             .map(|at| self.deployment.instances[at].path.clone())
@@ -105,7 +105,7 @@ impl Network {
             };
             let (library, slot) = (&project.component.library, &project.component.slots[slot]);
             let chosen = self.deployment.instances[instance].middleware;
-            if slot.backend.unwrap_or(chosen) != Backend::Iceoryx2 {
+            if slot.backend.unwrap_or(chosen) != Middleware::Iceoryx2 {
                 continue;
             }
             let path = library.interface_path(slot.interface);
@@ -142,11 +142,9 @@ impl Network {
                     users: Vec::new(),
                 });
                 uses(service);
-                service.depth = service
-                    .depth
-                    .max(slot.qos.depth.unwrap_or(Qos::PUBLISHER.depth));
-                service.keeps |=
-                    slot.role == Role::Publishes && slot.qos.transient_local == Some(true);
+                service.depth = service.depth.max(slot.whole_qos().depth);
+                service.keeps |= slot.role == Role::Publishes
+                    && slot.whole_qos().durability == Durability::TransientLocal;
             }
         }
         self.add_time(host, &mut services);

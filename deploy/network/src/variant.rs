@@ -9,7 +9,7 @@
 
 use crate::error::{Error, cannot, refused};
 use cargo_metadata::{Dependency, DependencyKind, Source};
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_codegen::files::{Files, GENERATED, Owner};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::{Project, generate, generation, names};
@@ -35,7 +35,7 @@ const DEPENDENCIES: [&str; 3] = ["dependencies", "dev-dependencies", "build-depe
 pub(crate) const PATIENCE: Duration = Duration::from_mins(30);
 
 /// The program of a variant; it lies beside the one that the user builds.
-pub(crate) fn program(package: &str, middleware: Backend) -> String {
+pub(crate) fn program(package: &str, middleware: Middleware) -> String {
     format!("{package}-{}", middleware.word())
 }
 
@@ -62,7 +62,7 @@ pub(crate) fn stage(
     target: &Path,
     projects: &[&Project],
     dependencies: &[Dependency],
-    middleware: Backend,
+    middleware: Middleware,
 ) -> Result<Staged, Error> {
     let folder = target.join("rc").join(middleware.word());
     let held = lock_folder(&folder, PATIENCE)?;
@@ -281,7 +281,7 @@ fn component(
     project: &Project,
     interfaces: &InterfaceCrate,
     package: &str,
-    middleware: Backend,
+    middleware: Middleware,
     shared: &DocumentMut,
     staged: &Path,
     root: &Path,
@@ -339,7 +339,11 @@ fn inherited(manifest: &DocumentMut, shared: &DocumentMut, root: &Path) -> Resul
 }
 
 /// The user's manifest, for the same files in another folder and a program of another name.
-fn user_manifest(folder: &Path, package: &str, middleware: Backend) -> Result<DocumentMut, Error> {
+fn user_manifest(
+    folder: &Path,
+    package: &str,
+    middleware: Middleware,
+) -> Result<DocumentMut, Error> {
     let mut manifest = read(&folder.join("Cargo.toml"))?;
     // Where the component is the root of its workspace, the variant is not.
     manifest.retain(|key, _| !SHARED.contains(&key));

@@ -113,7 +113,8 @@ impl Backends {
 
 /// The endpoint of a topic for a tool that receives.
 pub(crate) fn receiving(topic: &Topic) -> Result<Endpoint, Error> {
-    let keeps = topic.description.qos.transient_local && topic.middleware == rc_iceoryx2::NAME;
+    let keeps = topic.description.qos.durability == Durability::TransientLocal
+        && topic.middleware == rc_iceoryx2::NAME;
     let qos = Qos {
         reliability: Reliability::BestEffort,
         // Over a network, history would cost the publisher a repetition.
@@ -130,19 +131,12 @@ pub(crate) fn receiving(topic: &Topic) -> Result<Endpoint, Error> {
 
 /// The endpoint of a topic for a tool that sends.
 pub(crate) fn sending(topic: &Topic) -> Result<Endpoint, Error> {
-    let described = &topic.description.qos;
-    let time = |ms: Option<f64>| ms.and_then(|ms| Duration::try_from_secs_f64(ms / 1e3).ok());
+    let described = topic.description.qos;
     let qos = Qos {
         reliability: Reliability::Reliable,
-        durability: if described.transient_local {
-            Durability::TransientLocal
-        } else {
-            Durability::Volatile
-        },
         depth: described.depth.clamp(1, DEPTH),
-        deadline: time(described.deadline_ms),
-        liveliness: time(described.liveliness_ms),
-        ..Qos::PUBLISHER
+        lifespan: None,
+        ..described
     };
     endpoint(topic, qos)
 }

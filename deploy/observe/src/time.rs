@@ -5,7 +5,8 @@ use crate::network::{Component, End, Network, Topic};
 use crate::observer::Observed;
 use crate::sender::Sender;
 use rc_management::component::ClockKind;
-use rc_management::observation::{OperationDescription, QosDescription};
+use rc_management::observation::OperationDescription;
+use rc_middleware::Qos;
 use rc_middleware::{Reader, Writer, network_time};
 use rc_values::Catalog;
 use rc_values::description::Module;
@@ -98,9 +99,9 @@ impl Network {
         }
         rules.push_str("rc_time/clock:=/clock");
         clock.is_ros = true;
-        clock.topic.description.qos = QosDescription {
+        clock.topic.description.qos = Qos {
             depth: 1,
-            ..QosDescription::default()
+            ..Qos::SUBSCRIBER
         };
         Some(clock)
     }
@@ -133,11 +134,7 @@ impl Network {
                 description: OperationDescription {
                     name: operation.name.clone(),
                     hash: format!("{:016x}", operation.hash),
-                    qos: QosDescription {
-                        reliable: true,
-                        depth: 10,
-                        ..QosDescription::default()
-                    },
+                    qos: Qos::PUBLISHER,
                     external_type: Some(ros_type.to_owned()),
                 },
                 interface,

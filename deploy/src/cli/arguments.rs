@@ -4,12 +4,11 @@ use super::completion::{
     components, components_and_groups, managed_components, networks, parameters, topics,
 };
 use clap::{Args, Subcommand};
-use rc_cdsl::model::Backend;
-use rc_codegen::view::BACKENDS;
 use rc_command_line::{files, words};
 use rc_deploy_client::Format;
 use rc_deploy_export::Engine;
 use rc_deploy_network::Profile;
+use rc_vocabulary::{Middleware, listed};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -27,8 +26,8 @@ pub(super) struct Input {
     ///
     /// `up --build` builds these variants below target/rc. The folders of components are not
     /// changed.
-    #[arg(long, value_parser = middleware, add = words(&["iceoryx2", "dds", "ros2"]))]
-    pub(super) middleware: Option<Backend>,
+    #[arg(long, value_parser = middleware, add = words(Middleware::in_files().map(Middleware::word)))]
+    pub(super) middleware: Option<Middleware>,
     /// Sets a parameter, as in `--set avoider.speed=300`, whatever the files say.
     #[arg(long, value_name = "COMPONENT.PATH=VALUE")]
     pub(super) set: Vec<String>,
@@ -137,16 +136,14 @@ fn change(text: &str) -> Result<(String, String), String> {
     }
 }
 
-fn middleware(text: &str) -> Result<Backend, String> {
-    let all = BACKENDS.into_iter().filter(|b| *b != Backend::Local);
-    let words: Vec<&str> = all.clone().map(Backend::word).collect();
-    let found = all.clone().find(|backend| backend.word() == text);
-    found.ok_or_else(
-        || match rc_diagnostics::nearest(text, words.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("there are {}", words.join(" and ")),
-        },
-    )
+fn middleware(text: &str) -> Result<Middleware, String> {
+    let mut all = Middleware::in_files();
+    let words = all.clone().map(Middleware::word);
+    let found = all.find(|middleware| middleware.word() == text);
+    found.ok_or_else(|| match rc_diagnostics::nearest(text, words.clone()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there are {}", listed(words, "and")),
+    })
 }
 
 pub(super) fn engine(text: &str) -> Result<Engine, String> {

@@ -7,6 +7,7 @@ use rc_diagnostics::foreign::{clean, clean_to};
 use rc_management::component::Status;
 use rc_observe::{Component, End, Error, Network, nearest_of};
 use rc_values::{Interface, Member, Operation, Pattern, Struct, Type};
+use rc_vocabulary::qos::{Durability, Reliability};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -434,15 +435,13 @@ fn text(item: &ShowTarget<'_>) -> String {
             }
             for operation in &slot.operations {
                 let qos = &operation.qos;
-                let reliable = if qos.reliable {
-                    "reliable"
-                } else {
-                    "best effort"
+                let reliable = match qos.reliability {
+                    Reliability::Reliable => "reliable",
+                    Reliability::BestEffort => "best effort",
                 };
-                let kept = if qos.transient_local {
-                    ", transient local"
-                } else {
-                    ""
+                let kept = match qos.durability {
+                    Durability::TransientLocal => ", transient local",
+                    Durability::Volatile => "",
                 };
                 let (name, depth) = (clean(&operation.name), qos.depth);
                 let external = operation.external_type.as_ref();

@@ -6,7 +6,7 @@ use super::copies::mirrored;
 use super::socket_proxy::{Accepted, ROOM, Received, SocketProxy};
 use super::{BEAT, HOST_LIMIT, SET_UP_LIMIT, ssh};
 use crate::process::identity::{Mark, first_readable, kill_group};
-use rc_deploy_network::plan::LONGEST_PAUSE;
+use rc_deploy_network::plan::Restart;
 use rc_deploy_network::plan::{self, Component};
 use rc_diagnostics::foreign::clean_lines;
 use rc_management::Output;
@@ -24,7 +24,7 @@ use std::process::Child;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-/// The pause before the first reconnection. It doubles up to [`LONGEST_PAUSE`].
+/// The pause before the first reconnection. It doubles up to [`Restart::LONGEST_PAUSE`].
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 /// How many bytes may wait for a machine that does not read.
 const WAITING: usize = 4 << 20;
@@ -534,7 +534,7 @@ impl Host {
 
     fn failed(&mut self, now: Instant, why: &str) -> HostEvent {
         self.link = Link::None(now + self.pause);
-        self.pause = (self.pause * 2).min(LONGEST_PAUSE);
+        self.pause = (self.pause * 2).min(Restart::LONGEST_PAUSE);
         HostEvent::Unreachable(why.to_owned())
     }
 

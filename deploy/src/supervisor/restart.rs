@@ -1,6 +1,6 @@
 //! Restart policy: decides whether and when a component restarts.
 
-use rc_deploy_network::plan::{LONGEST_PAUSE, Policy, Restart};
+use rc_deploy_network::plan::{Policy, Restart};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -75,7 +75,7 @@ impl Restarts {
             self.pause = self.rules.backoff;
         }
         let pause = self.pause;
-        self.pause = (pause * 2).min(LONGEST_PAUSE.max(self.rules.backoff));
+        self.pause = (pause * 2).min(Restart::LONGEST_PAUSE.max(self.rules.backoff));
         self.count += 1;
         Next::Again(pause)
     }

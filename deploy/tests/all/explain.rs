@@ -1,6 +1,6 @@
 //! Pages of `rcgen explain`: each code has one page, and its examples are accurate.
 
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_codegen::explain::{Page, pages};
 use rc_codegen::{FileLoader, Project};
 use rc_deploy_network::{self as network, Profile};
@@ -146,7 +146,7 @@ fn check(files: &[Block<'_>], example: &Block<'_>) -> (Vec<&'static str>, bool, 
         let (project, _) = Project::load(&path, &mut sources, &loader).expect("a file");
         let project = project.expect("a component without errors");
         let (_, more) =
-            rc_codegen::generate::component(&project, Backend::Iceoryx2, "").expect("templates");
+            rc_codegen::generate::component(&project, Middleware::Iceoryx2, "").expect("templates");
         found.extend(more);
     }
     let not_built = ["missing-executable", "missing-generated"];

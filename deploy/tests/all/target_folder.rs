@@ -1,6 +1,6 @@
 //! `rcdeploy` finds programs where cargo builds them.
 
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_codegen::{FileLoader, Project, generation};
 use rc_diagnostics::SourceMap;
 use std::path::Path;
@@ -100,7 +100,7 @@ fn a_component_that_was_generated_elsewhere_is_found_in_its_workspace() {
         let mut sources = SourceMap::new();
         let project = Project::load(&cdsl, &mut sources, &FileLoader::default());
         let project = project.expect("a file").0.expect("a component");
-        let found = generation::generate(&project, out.clone(), Backend::Iceoryx2, &mut sources);
+        let found = generation::generate(&project, out.clone(), Middleware::Iceoryx2, &mut sources);
         assert!(!found.expect("to write").has_errors());
     };
     generate();

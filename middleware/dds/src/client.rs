@@ -10,7 +10,7 @@ use rc_middleware::{
 };
 use rc_network::{
     CallState, EndpointSpec, GuidPrefix, Opening, Peer, PendingCall, ReaderPort, Role, Session,
-    WriterPort, body, call_qos, sample_header, signal, stamp,
+    WriterPort, body, sample_header, signal, stamp,
 };
 use std::collections::BTreeSet;
 use std::os::fd::AsFd;
@@ -37,7 +37,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
         names,
         role: Role::Client,
         types: &endpoint.types,
-        qos: call_qos(),
+        qos: None,
         signal: signal.clone(),
         labels: String::new(),
     };

@@ -10,7 +10,7 @@ mod server;
 use rc_middleware::{
     Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,
 };
-use rc_network::{EndpointSpec, Role, Session, TopicPublisher, TopicSubscriber, signal, topic_qos};
+use rc_network::{EndpointSpec, Role, Session, TopicPublisher, TopicSubscriber, signal};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -48,7 +48,7 @@ fn topic(endpoint: &Endpoint, role: Role) -> Result<EndpointSpec<'_>, OpenError>
         names: names::topic(endpoint),
         role,
         types: &endpoint.types,
-        qos: topic_qos(&endpoint.qos),
+        qos: Some(endpoint.qos),
         signal: signal(endpoint.address.as_str())?,
         labels: String::new(),
     })

@@ -9,7 +9,7 @@ use rc_middleware::{
 };
 use rc_network::{
     EndpointSpec, Opening, Peer, QueuedRequest, ReaderPort, ReplyMemory, Role, Session, WriterPort,
-    body, call_qos, prefix, sample_header, signal, stamp,
+    body, prefix, sample_header, signal, stamp,
 };
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
@@ -30,7 +30,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsServ
         names,
         role: Role::Server,
         types: &endpoint.types,
-        qos: call_qos(),
+        qos: None,
         signal: signal.clone(),
         labels: String::new(),
     };

@@ -1,6 +1,7 @@
 //! Identity of an endpoint, for its own component and for others.
 
-use crate::{EndpointInfo, QosContract};
+use crate::EndpointInfo;
+use rc_middleware::qos::Contract;
 
 /// The two kinds of endpoints of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,5 +33,5 @@ pub struct Identity {
     /// Announcement in the user data of DDS.
     pub info: EndpointInfo,
     /// The quality of service that it offers or requests.
-    pub contract: QosContract,
+    pub contract: Contract,
 }

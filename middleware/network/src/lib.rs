@@ -3,7 +3,7 @@
 //!
 //! - [`Session`], [`Joining`], [`Configuration`]: the participant of a component, and its thread of
 //!   discovery.
-//! - [`EndpointInfo`], [`QosContract`]: the announcement of an endpoint, and whether two endpoints
+//! - [`EndpointInfo`]: the announcement of an endpoint, and whether two endpoints
 //!   match.
 //! - [`LocalRegistry`]: the endpoints on this machine, which need no discovery.
 //! - [`EndpointState`], [`Peer`]: an endpoint of this component and the peers that it has found.
@@ -25,8 +25,6 @@ mod peers;
 mod pending_call;
 mod port;
 mod publisher;
-mod qos;
-mod qos_contract;
 mod queues;
 mod rate_limit;
 mod reply;
@@ -50,8 +48,6 @@ pub use peers::{GuidPrefix, Peer, Presence, prefix};
 pub use pending_call::{CallState, PendingCall, Unanswered};
 pub use port::{EndpointSpec, Opening, ReaderPort, WriterPort, signal};
 pub use publisher::TopicPublisher;
-pub use qos::{call_qos, topic_qos};
-pub use qos_contract::{QosContract, differences};
 pub use queues::{DuplicateFilter, NO_ROOM, QueuedRequest, ReplyQueue, RequestQueues, SampleQueue};
 pub use rate_limit::RateLimit;
 pub use reply::ReplyMemory;

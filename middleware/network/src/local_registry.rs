@@ -8,7 +8,8 @@
 //! The last process that leaves removes the folder.
 
 use crate::endpoint_info::{fnv, hex};
-use crate::{EndpointInfo, EndpointKind, Guid, Identity, QosContract};
+use crate::{EndpointInfo, EndpointKind, Guid, Identity};
+use rc_middleware::qos::Contract;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{DirBuilder, File};
 use std::io::{self, Read};
@@ -47,7 +48,7 @@ pub struct Registration {
     /// Announcement, the same as in its user data.
     pub info: EndpointInfo,
     /// The quality of service that it offers or requests.
-    pub contract: QosContract,
+    pub contract: Contract,
     /// The endpoints that it has found.
     pub found: Vec<Guid>,
 }
@@ -320,7 +321,7 @@ fn read(path: &Path, guid: Guid) -> Option<Registration> {
     file.take(LONGEST).read_to_string(&mut text).ok()?;
     let mut lines = text.lines();
     let info = EndpointInfo::parse(lines.next()?.as_bytes())?;
-    let contract = QosContract::parse(lines.next()?)?;
+    let contract = Contract::parse(lines.next()?)?;
     let found = lines.filter_map(parse_guid).collect();
     Some(Registration {
         guid,
@@ -340,6 +341,7 @@ mod tests {
     use super::*;
     use crate::Role;
     use rc_middleware::TypeIdentity;
+    use rc_middleware::qos::Qos;
 
     /// One that leaves holds the lock, and has seen the other one; nobody comes after them.
     #[test]
@@ -378,10 +380,9 @@ mod tests {
                 pid: 2,
                 host: "here".to_owned(),
             },
-            contract: QosContract {
-                reliable: true,
+            contract: Contract {
                 deadline: Some(Duration::from_millis(20)),
-                ..QosContract::default()
+                ..Contract::from(&Qos::PUBLISHER)
             },
         }
     }

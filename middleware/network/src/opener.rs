@@ -4,7 +4,7 @@
 use crate::local_registry::Listing;
 use crate::{
     EndpointInfo, EndpointKind, EndpointState, Guid, Identity, LocalRegistry, OpenLock,
-    Registration, Role, differences, host, types_match,
+    Registration, Role, host, types_match,
 };
 use rc_middleware::{Environment, OpenError, TypeIdentity, WakeEvent};
 use std::cell::Cell;
@@ -139,7 +139,7 @@ fn has_met(state: &EndpointState, listing: &Listing<'_>) -> bool {
             EndpointKind::Writer => (contract, &peer.contract),
             EndpointKind::Reader => (&peer.contract, contract),
         };
-        !differences(offered, requested).is_empty()
+        !offered.differences(requested).is_empty()
             || state.any(|known| known.guid == peer.guid && (!known.matches || found_us(peer)))
     })
 }

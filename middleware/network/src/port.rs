@@ -4,9 +4,10 @@ use crate::entities::{Inbox, ReaderState, WatchedEndpoint, WriterState};
 use crate::shared_entity::SharedEntity;
 use crate::watcher::Forward;
 use crate::{
-    Backlog, EndpointInfo, EndpointKind, EndpointState, Guid, Identity, Role, Session, opener, qos,
+    Backlog, EndpointInfo, EndpointKind, EndpointState, Guid, Identity, Role, Session, opener,
 };
 use rc_ddsc::{Qos, Reader, Topic, Writer};
+use rc_middleware::qos::Contract;
 use rc_middleware::{OpenError, TypeIdentity, WakeEvent};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -42,8 +43,9 @@ pub struct EndpointSpec<'a> {
     pub role: Role,
     /// The types of the connection.
     pub types: &'a TypeIdentity,
-    /// Quality of service.
-    pub qos: Qos<'static>,
+    /// Quality of service of a topic. `None` of calls, which lose nothing: clients and servers
+    /// limit how many requests wait.
+    pub qos: Option<rc_middleware::Qos>,
     /// Wakes its owner.
     pub signal: WakeEvent,
     /// Labels of the middleware in its user data, see [`EndpointInfo::user_data`].
@@ -165,6 +167,7 @@ impl<'a> Opening<'a> {
             signal,
             labels,
         } = spec;
+        let qos = qos.map_or(Qos::LOSSLESS, |qos| Qos::of(&qos));
         let session = self.session;
         let info: EndpointInfo = session.opener.info(role, types.clone());
         let remote = session.endpoints_at(&topic);
@@ -178,7 +181,7 @@ impl<'a> Opening<'a> {
                 topic,
                 kind,
                 info,
-                contract: qos::contract(&qos),
+                contract: Contract::from(&qos.policies),
             },
             user_data,
             qos,

@@ -131,11 +131,14 @@ impl Session {
     pub fn writer(
         &self,
         (topic, type_name): (&str, &str),
-        qos: &Qos<'_>,
+        qos: &rc_middleware::Qos,
     ) -> Result<Writer, OpenError> {
         let made = self.participant.topic(topic, type_name);
-        let made =
-            made.and_then(|topic| self.participant.writer(&topic, qos, Box::new(IgnoreEvents)));
+        let qos = Qos::of(qos);
+        let made = made.and_then(|topic| {
+            self.participant
+                .writer(&topic, &qos, Box::new(IgnoreEvents))
+        });
         made.map_err(|error| OpenError::Backend {
             address: topic.to_owned(),
             reason: error.to_string(),

@@ -2,12 +2,10 @@
 //! threads must not.
 
 use crate::entities::{ReaderState, WatchedEndpoint, WriterState, matched};
-use crate::{
-    EndpointInfo, EndpointKind, Guid, Identity, Mismatches, Peer, RateLimit, Role, differences,
-    lock, qos,
-};
+use crate::{EndpointInfo, EndpointKind, Guid, Identity, Mismatches, Peer, RateLimit, Role, lock};
 use rc_ddsc::{Discovery, End, Event, Listener};
 use rc_diagnostics::foreign::clean;
+use rc_middleware::qos::Difference;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender};
@@ -331,16 +329,23 @@ impl Watcher {
         self.discover(kind);
         let endpoints = lock(self.discovered.endpoints(kind));
         for end in endpoints.values().filter(|end| end.topic == state.topic()) {
-            let (ours, theirs) = (&state.identity.contract, qos::contract_of(end));
+            let (ours, theirs) = (&state.identity.contract, &end.contract);
             let differences = match state.identity.kind {
-                EndpointKind::Writer => differences(ours, &theirs),
-                EndpointKind::Reader => differences(&theirs, ours),
+                EndpointKind::Writer => ours.differences(theirs),
+                EndpointKind::Reader => theirs.differences(ours),
             };
             if differences.is_empty() || !state.should_report(&end.guid) {
                 continue;
             }
             let info = EndpointInfo::parse(&end.user_data);
-            let (identity, differences) = (&state.identity, differences.join("; "));
+            let (identity, differences) = (
+                &state.identity,
+                differences
+                    .iter()
+                    .map(Difference::to_string)
+                    .collect::<Vec<_>>()
+                    .join("; "),
+            );
             let mismatches = &self.discovered.mismatches;
             mismatches.qos_differs(identity, info.as_ref(), &end.guid, &differences);
         }
@@ -350,6 +355,7 @@ impl Watcher {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rc_middleware::qos::{Contract, Qos};
     use std::sync::mpsc::channel;
 
     #[test]
@@ -388,11 +394,8 @@ mod tests {
                 participant: guid,
                 topic: "t".repeat(length),
                 type_name: String::new(),
-                reliable: true,
-                transient_local: false,
-                deadline: None,
+                contract: Contract::from(&Qos::PUBLISHER),
                 lifespan: None,
-                liveliness: None,
                 user_data: Vec::new(),
             }
         };

@@ -14,8 +14,7 @@ use rc_middleware::{
 };
 use rc_network::{
     Backlog, CallState, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, Peer, PendingCall,
-    RateLimit, ReaderPort, ReplyQueue, Role, WriterPort, body, call_qos, sample_header, signal,
-    stamp,
+    RateLimit, ReaderPort, ReplyQueue, Role, WriterPort, body, sample_header, signal, stamp,
 };
 use std::collections::BTreeSet;
 use std::os::fd::AsFd;
@@ -112,7 +111,7 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosClient, OpenEr
             names,
             role: Role::Client,
             types: &endpoint.types,
-            qos: call_qos(),
+            qos: None,
             signal: signal.clone(),
             labels: node.types.labels(&external.type_name),
         };

@@ -3,7 +3,7 @@
 
 use crate::names::NodeName;
 use rc_middleware::{Cdr, Durability, OpenError, Qos, Writer};
-use rc_network::{Guid, Session, stamp, topic_qos};
+use rc_network::{Guid, Session, stamp};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use std::time::Duration;
@@ -41,11 +41,11 @@ pub(crate) struct Listed {
 
 impl Graph {
     pub(crate) fn join(session: &Rc<Session>, node: NodeName) -> Result<Rc<Self>, OpenError> {
-        let qos = topic_qos(&Qos {
+        let qos = Qos {
             durability: Durability::TransientLocal,
             depth: 1,
             ..Qos::PUBLISHER
-        });
+        };
         let graph = Self {
             node,
             participant: session.guid(),

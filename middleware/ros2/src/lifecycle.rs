@@ -9,7 +9,7 @@ use rc_ddsc::Writer as TopicWriter;
 use rc_lifecycle::{LifecycleState, Outcome, Transition};
 use rc_middleware::lifecycle::{LifecycleChange, LifecycleService};
 use rc_middleware::{DecodeError, OpenError, Qos, Reader, TypeIdentity, Writer};
-use rc_network::{EndpointSpec, RateLimit, Role, TopicPublisher, lock, signal, stamp, topic_qos};
+use rc_network::{EndpointSpec, RateLimit, Role, TopicPublisher, lock, signal, stamp};
 use std::sync::{Arc, Mutex};
 
 /// The service that changes the state. It has a thread of its own, so that the others reply while a
@@ -140,7 +140,7 @@ impl ManagedNode {
             ),
             role: Role::Publisher,
             types: &types,
-            qos: topic_qos(&Qos::PUBLISHER),
+            qos: Some(Qos::PUBLISHER),
             signal: signal(&address)?,
             labels: node.types.labels(&types.name),
         };

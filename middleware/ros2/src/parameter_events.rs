@@ -6,7 +6,7 @@ use crate::rcl;
 use rc_ddsc::Writer;
 use rc_middleware::parameters::{ParameterEvent, ParameterService};
 use rc_middleware::{OpenError, Qos, TypeIdentity};
-use rc_network::{EndpointSpec, RateLimit, Role, TopicPublisher, signal, stamp, topic_qos};
+use rc_network::{EndpointSpec, RateLimit, Role, TopicPublisher, signal, stamp};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
@@ -52,7 +52,7 @@ impl Events {
             ),
             role: Role::Publisher,
             types: &types,
-            qos: topic_qos(&Qos {
+            qos: Some(Qos {
                 depth: MOST,
                 ..Qos::PUBLISHER
             }),

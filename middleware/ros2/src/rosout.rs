@@ -7,7 +7,7 @@ use rc_ddsc::Writer as Sender;
 use rc_middleware::{
     Durability, LogLevel, LogLine, LogQueue, OpenError, Qos, TypeIdentity, Writer,
 };
-use rc_network::{EndpointSpec, Role, TopicPublisher, signal, topic_qos};
+use rc_network::{EndpointSpec, Role, TopicPublisher, signal};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime};
@@ -40,7 +40,7 @@ impl LogPublisher {
             ),
             role: Role::Publisher,
             types: &types,
-            qos: topic_qos(&Qos {
+            qos: Some(Qos {
                 depth: DEPTH,
                 durability: Durability::TransientLocal,
                 lifespan: Some(LIFESPAN),

@@ -12,8 +12,8 @@ use rc_middleware::{
 };
 use rc_network::{
     Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, NO_ROOM, Opening, QueuedRequest, RateLimit,
-    ReaderPort, ReaderState, ReplyMemory, RequestQueues, Role, WriterPort, WriterState, body,
-    call_qos, lock, prefix, sample_header, signal, stamp,
+    ReaderPort, ReaderState, ReplyMemory, RequestQueues, Role, WriterPort, WriterState, body, lock,
+    prefix, sample_header, signal, stamp,
 };
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::os::fd::{AsFd, BorrowedFd};
@@ -133,7 +133,7 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosServer, OpenEr
             names,
             role: Role::Server,
             types: &endpoint.types,
-            qos: call_qos(),
+            qos: None,
             signal: signal.clone(),
             labels: node.types.labels(&external.type_name),
         };

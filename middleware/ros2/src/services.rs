@@ -9,7 +9,7 @@ use rc_ddsc::{Sample, Writer};
 use rc_middleware::{OpenError, QueueGauge, TypeIdentity};
 use rc_network::{
     Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, RateLimit, ReaderPort, ReaderState,
-    Role, WriterPort, WriterState, body, call_qos, signal,
+    Role, WriterPort, WriterState, body, signal,
 };
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Weak};
@@ -127,7 +127,7 @@ impl Services {
                 names,
                 role: Role::Server,
                 types: &types,
-                qos: call_qos(),
+                qos: None,
                 signal: signal.clone(),
                 labels: node.types.labels(&types.name),
             };

@@ -6,7 +6,7 @@ use crate::node::Node;
 use rc_middleware::{
     Endpoint, Header, OpenError, Publisher, QueueGauge, ReceiveError, SendError, Subscriber,
 };
-use rc_network::{EndpointSpec, Role, TopicPublisher, TopicSubscriber, signal, topic_qos};
+use rc_network::{EndpointSpec, Role, TopicPublisher, TopicSubscriber, signal};
 use std::os::fd::BorrowedFd;
 
 fn spec<'a>(
@@ -19,7 +19,7 @@ fn spec<'a>(
         names: names::topic(endpoint, &node.rules)?,
         role,
         types: &endpoint.types,
-        qos: topic_qos(&endpoint.qos),
+        qos: Some(endpoint.qos),
         signal: signal(endpoint.address.as_str())?,
         labels: external.map_or_else(String::new, |e| node.types.labels(&e.type_name)),
     })

@@ -248,7 +248,7 @@ impl<'m> Resolver<'m> {
         Ok(Struct {
             name: name.to_owned(),
             members: resolved,
-            layout: layout.and_then(Layout::structure),
+            layout: layout.map(Layout::structure).filter(|layout| layout.fits()),
             depth: depth.unwrap_or(0),
         })
     }

@@ -4,8 +4,8 @@ use crate::budget::Budget;
 use crate::checks::{check_bound, check_range};
 use crate::error::ValueError;
 use crate::image::decode_image;
-use crate::numbers::Numbers;
-use crate::types::{Member, Primitive, Struct, Type};
+use crate::numbers::{Number, Numbers};
+use crate::types::{Member, Struct, Type};
 use crate::value::Value;
 use rc_middleware::{Encoding, Reader};
 use std::sync::Arc;
@@ -64,7 +64,7 @@ fn member(
 
 fn value(ty: &Type, reader: &mut Reader<'_>, budget: &mut Budget) -> Result<Value, ValueError> {
     Ok(match ty {
-        Type::Primitive(primitive) => number(*primitive, reader)?,
+        Type::Primitive(primitive) => Number::read(*primitive, reader)?.into(),
         Type::Text { bound } => {
             let text: String = reader.get()?;
             check_bound(text.len(), *bound)?;
@@ -118,20 +118,4 @@ fn elements(
         items.push(item.map_err(|error| error.in_element(at))?);
     }
     Ok(Value::Sequence(items))
-}
-
-fn number(primitive: Primitive, reader: &mut Reader<'_>) -> Result<Value, ValueError> {
-    Ok(match primitive {
-        Primitive::Bool => Value::Bool(reader.get()?),
-        Primitive::I8 => Value::Int(reader.get::<i8>()?.into()),
-        Primitive::U8 => Value::Int(reader.get::<u8>()?.into()),
-        Primitive::I16 => Value::Int(reader.get::<i16>()?.into()),
-        Primitive::U16 => Value::Int(reader.get::<u16>()?.into()),
-        Primitive::I32 => Value::Int(reader.get::<i32>()?.into()),
-        Primitive::U32 => Value::Int(reader.get::<u32>()?.into()),
-        Primitive::I64 => Value::Int(reader.get()?),
-        Primitive::U64 => Value::Uint(reader.get()?),
-        Primitive::F32 => Value::F32(reader.get()?),
-        Primitive::F64 => Value::F64(reader.get()?),
-    })
 }

@@ -23,6 +23,15 @@ macro_rules! numbers {
             $($kind(Vec<$number>),)*
         }
 
+        impl Number {
+            /// Reads a number of this type.
+            pub(crate) fn read(of: Primitive, reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+                Ok(match of {
+                    $(Primitive::$kind => $value(reader.get::<$number>()?),)*
+                })
+            }
+        }
+
         impl Numbers {
             /// No numbers of this type.
             pub fn empty(of: Primitive) -> Self {
@@ -95,6 +104,10 @@ macro_rules! numbers {
     };
 }
 
+fn whole(number: impl Into<i64>) -> Number {
+    Number::Int(number.into())
+}
+
 fn int<T: TryFrom<i64>>(number: Number) -> Option<T> {
     match number {
         Number::Int(number) => T::try_from(number).ok(),
@@ -104,12 +117,12 @@ fn int<T: TryFrom<i64>>(number: Number) -> Option<T> {
 
 numbers! {
     Bool bool: Number::Bool, |number| match number { Number::Bool(number) => Some(number), _ => None };
-    I8 i8: |n| Number::Int(n.into()), int;
-    U8 u8: |n| Number::Int(n.into()), int;
-    I16 i16: |n| Number::Int(n.into()), int;
-    U16 u16: |n| Number::Int(n.into()), int;
-    I32 i32: |n| Number::Int(n.into()), int;
-    U32 u32: |n| Number::Int(n.into()), int;
+    I8 i8: whole, int;
+    U8 u8: whole, int;
+    I16 i16: whole, int;
+    U16 u16: whole, int;
+    I32 i32: whole, int;
+    U32 u32: whole, int;
     I64 i64: Number::Int, int;
     U64 u64: Number::Uint, |number| match number { Number::Uint(number) => Some(number), _ => None };
     F32 f32: Number::F32, |number| match number { Number::F32(number) => Some(number), _ => None };

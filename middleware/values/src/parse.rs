@@ -1,6 +1,6 @@
 //! The text of a type in a description.
 
-use crate::types::Primitive;
+use rc_vocabulary::Primitive;
 
 /// A type, in which names are not resolved.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,8 +63,8 @@ impl Parser<'_> {
                 self.expect(">")?;
                 Parsed::Map(Box::new(key), Box::new(value))
             }
-            name => match Primitive::ALL.iter().find(|(word, _)| *word == name) {
-                Some((_, primitive)) => Parsed::Primitive(*primitive),
+            name => match Primitive::from_word(name) {
+                Some(primitive) => Parsed::Primitive(primitive),
                 None => Parsed::Named(word),
             },
         };

@@ -1,5 +1,6 @@
 //! Types with all names resolved.
 
+pub use rc_vocabulary::{Layout, Primitive};
 use std::fmt;
 use std::sync::Arc;
 
@@ -38,23 +39,6 @@ pub enum Type {
     Enum(Arc<Enum>),
     /// Members in order.
     Struct(Arc<Struct>),
-}
-
-/// Booleans and numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the names say it")]
-pub enum Primitive {
-    Bool,
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
 }
 
 /// Numbers with names; an int32 on the wire.
@@ -104,63 +88,6 @@ pub struct Range {
     pub min: Option<f64>,
     /// The largest one.
     pub max: Option<f64>,
-}
-
-/// Size and alignment of a value in memory, see `rc_middleware::in_place`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Layout {
-    /// In bytes, a multiple of the alignment.
-    pub size: usize,
-    /// In bytes, at most 8.
-    pub align: usize,
-}
-
-impl Primitive {
-    /// All primitive types with the words for them.
-    pub const ALL: [(&'static str, Self); 11] = [
-        ("bool", Self::Bool),
-        ("int8", Self::I8),
-        ("uint8", Self::U8),
-        ("int16", Self::I16),
-        ("uint16", Self::U16),
-        ("int32", Self::I32),
-        ("uint32", Self::U32),
-        ("int64", Self::I64),
-        ("uint64", Self::U64),
-        ("float32", Self::F32),
-        ("float64", Self::F64),
-    ];
-
-    /// The word for it.
-    pub fn word(self) -> &'static str {
-        let found = Self::ALL.iter().find(|(_, primitive)| *primitive == self);
-        found.map_or("", |(word, _)| word)
-    }
-
-    /// The size on the wire and in memory, in bytes.
-    pub fn size(self) -> usize {
-        match self {
-            Self::Bool | Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::I64 | Self::U64 | Self::F64 => 8,
-        }
-    }
-
-    /// The smallest and the largest number of an integer type.
-    pub fn limits(self) -> Option<(i128, i128)> {
-        Some(match self {
-            Self::I8 => (i8::MIN.into(), i8::MAX.into()),
-            Self::U8 => (0, u8::MAX.into()),
-            Self::I16 => (i16::MIN.into(), i16::MAX.into()),
-            Self::U16 => (0, u16::MAX.into()),
-            Self::I32 => (i32::MIN.into(), i32::MAX.into()),
-            Self::U32 => (0, u32::MAX.into()),
-            Self::I64 => (i64::MIN.into(), i64::MAX.into()),
-            Self::U64 => (0, u64::MAX.into()),
-            Self::Bool | Self::F32 | Self::F64 => return None,
-        })
-    }
 }
 
 impl Range {
@@ -234,17 +161,18 @@ impl fmt::Display for Type {
 }
 
 impl Type {
-    /// Memory image, if the type determines its size.
+    /// Memory image, if the type determines its size and values of it can travel.
     pub fn layout(&self) -> Option<Layout> {
-        Some(match self {
+        let layout = match self {
             Self::Primitive(primitive) => Layout::number(primitive.size()),
-            Self::Text { bound } => Layout::counted(Layout::number(1), (*bound)?)?,
-            Self::Sequence { element, bound } => Layout::counted(element.layout()?, (*bound)?)?,
-            Self::Array { element, length } => element.layout()?.times(*length)?,
+            Self::Text { bound } => Layout::text((*bound)?),
+            Self::Sequence { element, bound } => Layout::sequence(element.layout()?, (*bound)?),
+            Self::Array { element, length } => element.layout()?.times(*length),
             Self::Map { .. } => return None,
-            Self::Enum(_) => Layout::number(4),
+            Self::Enum(_) => Layout::ENUM,
             Self::Struct(of) => of.layout?,
-        })
+        };
+        layout.fits().then_some(layout)
     }
 
     /// The levels of types inside it.
@@ -258,42 +186,12 @@ impl Type {
     }
 }
 
-/// The largest image, as in `rc_idsl::in_place`.
-const LARGEST: usize = 1 << 30;
-
-impl Layout {
-    fn number(size: usize) -> Self {
-        Self { size, align: size }
-    }
-
-    fn times(self, count: u32) -> Option<Self> {
-        let size = self.size.checked_mul(count as usize)?;
-        (size <= LARGEST).then_some(Self { size, ..self })
-    }
-
-    /// A length and space for as many elements as the bound allows.
-    pub(crate) fn counted(element: Self, bound: u32) -> Option<Self> {
-        Self::structure([Self::number(4), element.times(bound)?])
-    }
-
-    /// A structure with these members in order.
-    pub(crate) fn structure(parts: impl IntoIterator<Item = Self>) -> Option<Self> {
-        let (mut size, mut align) = (0_usize, 1);
-        for part in parts {
-            size = size.next_multiple_of(part.align).checked_add(part.size)?;
-            align = align.max(part.align);
-        }
-        size = size.next_multiple_of(align);
-        (size <= LARGEST).then_some(Self { size, align })
-    }
-}
-
 impl Member {
     /// Memory image: an optional value is a sequence of at most one.
     pub fn layout(&self) -> Option<Layout> {
         let value = self.ty.layout()?;
         if self.optional {
-            Layout::counted(value, 1)
+            Some(Layout::sequence(value, 1)).filter(|layout| layout.fits())
         } else {
             Some(value)
         }

@@ -4,9 +4,10 @@ use crate::checker::Checker;
 use crate::document;
 use crate::model;
 use rc_diagnostics::{Diagnostic, Span};
+use rc_vocabulary::qos::PolicyName;
 use rc_vocabulary::ros::Remapping;
 use rc_vocabulary::{
-    Key, Kind, MIDDLEWARES, Scalar, Value, ValueError, key, keys, qos, unknown_key_help,
+    Key, Kind, Middleware, Scalar, Value, ValueError, key, keys, qos, unknown_key_help,
 };
 use std::collections::BTreeMap;
 use toml_edit::{Item, TableLike};
@@ -33,7 +34,7 @@ impl Checker {
             if keys(name).is_none() {
                 self.redact_item(item);
                 let message = format!("unknown middleware `{name}`");
-                let names = MIDDLEWARES.iter().map(|(name, _)| *name);
+                let names = Middleware::words();
                 let error = Diagnostic::error("unknown-middleware", place, message);
                 self.found.push(error.suggest(name, names));
                 continue;
@@ -131,7 +132,8 @@ impl Checker {
             let path = format!("{path}.\"{of}\"");
             let inside = self.locator.span(item.span(), place);
             let Some(policies) = item.as_table_like() else {
-                let allowed = format!("a table of {}", qos::POLICIES.join(", "));
+                let policies: Vec<&str> = PolicyName::of_topics().map(PolicyName::word).collect();
+                let allowed = format!("a table of {}", policies.join(", "));
                 self.refuse("wrong-type", item, &path, inside, &allowed);
                 rules.push(None);
                 continue;
@@ -141,7 +143,7 @@ impl Checker {
                 let written = document::value(item);
                 let value = match &written {
                     Some(model::Value::Int(number)) if !is_word(name) => Scalar::Int(*number),
-                    Some(model::Value::Text(text)) if name != "depth" => Scalar::Text(text),
+                    Some(model::Value::Text(text)) if !is_count(name) => Scalar::Text(text),
                     // A value of the wrong type, or an unknown policy, which is reported below.
                     _ => match qos::allowed(name) {
                         Some(allowed) => {
@@ -195,7 +197,12 @@ impl Checker {
     }
 }
 
+/// Whether a policy takes a whole number, and nothing else.
+fn is_count(policy: &str) -> bool {
+    PolicyName::from_word(policy).is_some_and(PolicyName::counts)
+}
+
 /// Whether a policy takes a word, not a number.
 fn is_word(policy: &str) -> bool {
-    policy != "depth" && !qos::DURATIONS.contains(&policy)
+    !is_count(policy) && !PolicyName::from_word(policy).is_some_and(PolicyName::is_time)
 }

@@ -7,7 +7,8 @@
 use crate::check::{COMPONENT, LEVELS, SHORTEST_PERIOD};
 use crate::model::{Kind, Length, Parameter, Parameters, Rule, Type, Value};
 use rc_vocabulary::duration as time;
-use rc_vocabulary::{Key, Kind as Takes, MIDDLEWARES, Value as Setting, qos};
+use rc_vocabulary::qos::{PolicyName, Values};
+use rc_vocabulary::{Key, Kind as Takes, Middleware, Value as Setting};
 use serde_json::{Map, Value as Json, json};
 use std::time::Duration;
 
@@ -90,7 +91,9 @@ pub fn schema(
             table
         }),
         ("middleware", {
-            let mut tables = object(MIDDLEWARES.map(|(name, keys)| (name, settings(name, keys))));
+            let mut tables = object(
+                Middleware::ALL.map(|one| (one.word(), settings(one.word(), one.can().keys))),
+            );
             describe(
                 &mut tables,
                 "The settings of middlewares, one table each.".to_owned(),
@@ -223,16 +226,15 @@ fn policies() -> Json {
         }
         time
     };
-    object(qos::POLICIES.map(|policy| {
-        let schema = match policy {
-            "reliability" => json!({ "enum": ["reliable", "best_effort"] }),
-            "durability" => json!({ "enum": ["transient_local", "volatile"] }),
-            "depth" => {
-                json!({ "type": "integer", "minimum": qos::DEPTH.start(), "maximum": qos::DEPTH.end() })
+    object(PolicyName::of_topics().map(|policy| {
+        let schema = match policy.values() {
+            Values::Words(words) => json!({ "enum": words }),
+            Values::Count(range) => {
+                json!({ "type": "integer", "minimum": range.start(), "maximum": range.end() })
             }
-            _ => time(),
+            Values::Limit | Values::Time | Values::Within(_) => time(),
         };
-        (policy, schema)
+        (policy.word(), schema)
     }))
 }
 

@@ -47,7 +47,7 @@ fn conforms(over: &'static Over) {
 #[test]
 fn a_component_in_python_conforms_over_iceoryx2() {
     conforms(&Over {
-        backend: rc_cdsl::model::Backend::Iceoryx2,
+        backend: rc_cdsl::model::Middleware::Iceoryx2,
         domain: 0,
         connect: |environment| rc_iceoryx2::connect(environment).expect("the network"),
     });
@@ -56,7 +56,7 @@ fn a_component_in_python_conforms_over_iceoryx2() {
 #[test]
 fn a_component_in_python_conforms_over_dds() {
     conforms(&Over {
-        backend: rc_cdsl::model::Backend::Dds,
+        backend: rc_cdsl::model::Middleware::Dds,
         domain: 146,
         connect: |environment| rc_dds::connect(environment).expect("the domain"),
     });
@@ -65,7 +65,7 @@ fn a_component_in_python_conforms_over_dds() {
 #[test]
 fn a_component_in_python_conforms_over_ros2() {
     conforms(&Over {
-        backend: rc_cdsl::model::Backend::Ros2,
+        backend: rc_cdsl::model::Middleware::Ros2,
         domain: 147,
         connect: |environment| rc_ros2::connect(environment, &[]).expect("the domain"),
     });

@@ -22,7 +22,7 @@ const COMPONENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/every_type")
 
 /// A middleware with a domain.
 pub(crate) struct Over {
-    pub(crate) backend: rc_cdsl::model::Backend,
+    pub(crate) backend: rc_cdsl::model::Middleware,
     pub(crate) domain: i64,
     pub(crate) connect: fn(&Environment) -> Box<dyn Backend>,
 }

@@ -6,17 +6,18 @@ use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
 const ALL: [(&str, Connect); 4] = [
-    ("iceoryx2", rc_iceoryx2::connect),
-    ("dds", rc_dds::connect),
-    ("ros2", connect_ros2),
-    ("local", rc_local::connect),
+    (rc_iceoryx2::NAME, rc_iceoryx2::connect),
+    (rc_dds::NAME, rc_dds::connect),
+    (rc_ros2::NAME, connect_ros2),
+    (rc_local::NAME, rc_local::connect),
 ];
 
 /// A middleware by its name.
 pub(crate) fn find(name: &str) -> Result<(&'static str, Connect), String> {
     let found = ALL.into_iter().find(|(known, _)| *known == name);
     found.ok_or_else(|| {
-        format!("there is no middleware `{name}`; there are iceoryx2, dds, ros2 and local")
+        let known = rc_vocabulary::listed(ALL.map(|(known, _)| known), "and");
+        format!("there is no middleware `{name}`; there are {known}")
     })
 }
 

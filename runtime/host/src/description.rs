@@ -4,11 +4,12 @@
 //! component, so what is leaked here is leaked once.
 
 use rc_machine::Chart;
+use rc_middleware::Qos;
 use rc_middleware::typed::{self, ReplyVariant};
-use rc_middleware::{Durability, Qos, Reliability};
 use rc_runtime::{Connect, Role};
 use rc_values::description::Module;
 use rc_values::{Catalog, Pattern, Struct};
+use rc_vocabulary::qos::Policies;
 use serde::Deserialize;
 use std::sync::Arc;
 use std::time::Duration;
@@ -50,26 +51,12 @@ struct SlotText {
     type_hash: String,
     middleware: String,
     #[serde(default)]
-    qos: QosText,
+    qos: Policies,
     operations: Vec<OperationText>,
     #[serde(default)]
     external_types: Vec<String>,
     #[serde(default)]
     available: Option<Vec<u16>>,
-}
-
-/// What the component's language sets; the rest is the default of the slot's role.
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct QosText {
-    reliable: Option<bool>,
-    transient_local: Option<bool>,
-    depth: Option<u32>,
-    deadline_ns: Option<u64>,
-    lifespan_ns: Option<u64>,
-    liveliness_ns: Option<u64>,
-    timeout_ns: Option<u64>,
-    spin_ns: Option<u64>,
 }
 
 #[derive(Deserialize)]
@@ -289,39 +276,10 @@ fn describe_slot(text: &SlotText, slot: &Slot) -> Result<rc_runtime::Slot, Strin
         type_name: leak_text(text.type_name.clone()),
         type_hash: hash(&text.type_hash)?,
         backend: backends::find(&text.middleware)?.0,
-        qos: text.qos.of(text.role),
+        qos: text.qos.over(Qos::of(text.role)),
         operations: operations.leak(),
         external_types: external.leak(),
     })
-}
-
-impl QosText {
-    fn of(&self, role: Role) -> Qos {
-        let default = match role {
-            Role::Implements | Role::Requires => Qos::CALL,
-            Role::Publishes => Qos::PUBLISHER,
-            Role::SubscribesTo => Qos::SUBSCRIBER,
-        };
-        let time = |nanoseconds: Option<u64>| nanoseconds.map(Duration::from_nanos);
-        Qos {
-            reliability: match self.reliable {
-                Some(true) => Reliability::Reliable,
-                Some(false) => Reliability::BestEffort,
-                None => default.reliability,
-            },
-            durability: match self.transient_local {
-                Some(true) => Durability::TransientLocal,
-                Some(false) => Durability::Volatile,
-                None => default.durability,
-            },
-            depth: self.depth.unwrap_or(default.depth),
-            deadline: time(self.deadline_ns).or(default.deadline),
-            lifespan: time(self.lifespan_ns).or(default.lifespan),
-            liveliness: time(self.liveliness_ns).or(default.liveliness),
-            timeout: time(self.timeout_ns).unwrap_or(default.timeout),
-            spin: time(self.spin_ns).unwrap_or(default.spin),
-        }
-    }
 }
 
 fn hash(text: &str) -> Result<u64, String> {

@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 use std::fmt;
 use std::path::PathBuf;
 
-pub use crate::role::Role;
+pub use rc_vocabulary::Role;
 
 /// A request to a component.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

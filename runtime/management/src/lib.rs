@@ -25,7 +25,6 @@ pub mod link;
 mod listener;
 pub mod observation;
 mod output;
-mod role;
 pub mod rpc;
 pub mod server;
 pub mod supervisor;

@@ -2,9 +2,10 @@
 //! makes for tools.
 
 use crate::foreign;
-use crate::role::Role;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use rc_vocabulary::Role;
+use rc_vocabulary::qos::Qos;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -77,31 +78,11 @@ pub struct OperationDescription {
     #[serde(deserialize_with = "foreign::text")]
     pub hash: String,
     /// The quality of service of its topic, or of the calls.
-    pub qos: QosDescription,
+    pub qos: Qos,
     /// Type in a middleware that has types of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[serde(deserialize_with = "foreign::optional")]
     pub external_type: Option<String>,
-}
-
-/// A quality of service.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct QosDescription {
-    /// Whether samples arrive, within the depth; otherwise newer ones replace them.
-    pub reliable: bool,
-    /// Whether late subscribers get earlier samples.
-    pub transient_local: bool,
-    /// The number of kept samples.
-    pub depth: u32,
-    /// The longest time between two samples.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub deadline_ms: Option<f64>,
-    /// After which time a sample expires.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lifespan_ms: Option<f64>,
-    /// After how much silence a publisher counts as dead.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub liveliness_ms: Option<f64>,
 }
 
 /// A notification to a client that taps a slot.

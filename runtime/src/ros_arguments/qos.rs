@@ -3,7 +3,6 @@
 use crate::arguments::RosOverride;
 use rc_management::component::Role;
 use rc_vocabulary::Scalar;
-use rc_vocabulary::qos::Policy;
 
 /// The prefix of these parameters.
 pub(super) const QOS: &str = "qos_overrides.";
@@ -51,9 +50,9 @@ pub(super) fn quality(name: &str, value: &str) -> Result<Option<RosOverride>, St
             } else {
                 Scalar::Duration(nanoseconds)
             };
-            Policy::convert(own, limit)
+            rc_vocabulary::qos::convert(own, limit)
         }
-        (own, value) => Policy::parse(own, value),
+        (own, value) => rc_vocabulary::qos::parse(own, value),
     };
     Ok(Some(RosOverride {
         topic: topic.to_owned(),

@@ -7,7 +7,7 @@ use crate::figure::BUILD;
 use crate::pair::{Pair, Row, quantile};
 use crate::programs::{Failure, Program, cargo, finish, target};
 use crate::variant::{self, DDS};
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_deploy_network::Profile;
 use std::path::PathBuf;
 use std::process::Command;
@@ -48,7 +48,7 @@ pub(crate) fn rows() -> [[Row; 2]; 3] {
 
 /// Builds both, measures them in turns, then ddsperf.
 pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
-    let generated = variant::build("bench", Backend::Dds, Profile::Release)?;
+    let generated = variant::build("bench", Middleware::Dds, Profile::Release)?;
     let words = [
         "build",
         "--release",

@@ -36,7 +36,7 @@ mod variant;
 
 use programs::Failure;
 use rc_deploy_network::Profile;
-use soak::Middleware;
+use soak::SoakMiddleware;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -84,7 +84,9 @@ fn main() -> ExitCode {
         ["experiment"] => experiment::run(false).map_err(|e| e.to_string()),
         ["experiment", "--smoke"] => experiment::run(true).map_err(|e| e.to_string()),
         ["bench", "ice"] => ice::run().map_err(|e| e.to_string()),
-        ["soak", "dds", ref rest @ ..] if let Some(soak) = soak(Middleware::Dds, "600", rest) => {
+        ["soak", "dds", ref rest @ ..]
+            if let Some(soak) = soak(SoakMiddleware::Dds, "600", rest) =>
+        {
             soak.map_err(|e| e.to_string())
         }
         ["soak", "replay"] => replay::run(3600).map_err(|e| e.to_string()),
@@ -97,10 +99,14 @@ fn main() -> ExitCode {
         ["soak", "rclpy", seconds] if let Ok(seconds) = seconds.parse() => {
             rclpy::soak(seconds, Profile::Release).map_err(|e| e.to_string())
         }
-        ["soak", "ros2", ref rest @ ..] if let Some(soak) = soak(Middleware::Ros2, "600", rest) => {
+        ["soak", "ros2", ref rest @ ..]
+            if let Some(soak) = soak(SoakMiddleware::Ros2, "600", rest) =>
+        {
             soak.map_err(|e| e.to_string())
         }
-        ["soak", ref rest @ ..] if let Some(soak) = soak(Middleware::Iceoryx2, "3600", rest) => {
+        ["soak", ref rest @ ..]
+            if let Some(soak) = soak(SoakMiddleware::Iceoryx2, "3600", rest) =>
+        {
             soak.map_err(|e| e.to_string())
         }
         // A step of `cargo xtask test`.
@@ -125,7 +131,7 @@ fn main() -> ExitCode {
 }
 
 /// Runs a soak with the arguments `words`; `None` if they are invalid.
-fn soak(middleware: Middleware, usual: &str, words: &[&str]) -> Option<Result<(), Failure>> {
+fn soak(middleware: SoakMiddleware, usual: &str, words: &[&str]) -> Option<Result<(), Failure>> {
     match *words {
         [] => Some(soak::run(middleware, usual)),
         ["--smoke"] => Some(soak::smoke(middleware)),

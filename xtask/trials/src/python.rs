@@ -10,7 +10,7 @@ use crate::programs::{Failure, Program, root};
 use crate::rclpy;
 use crate::rclpy::python as environments;
 use crate::variant::{self, DDS, ROS2};
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_deploy_network::Profile;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -64,9 +64,9 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
             variant::build(COMPONENTS, middleware, Profile::Release)
         }
     };
-    let shared = programs(Backend::Iceoryx2)?;
-    let dds = programs(Backend::Dds)?;
-    let ros2 = programs(Backend::Ros2)?;
+    let shared = programs(Middleware::Iceoryx2)?;
+    let dds = programs(Middleware::Dds)?;
+    let ros2 = programs(Middleware::Ros2)?;
     println!("{}\n", machine());
     let mut ratios = over_iceoryx2(python, &shared, blocks, share)?;
     over_dds(python, &dds, blocks.min(20), share)?;

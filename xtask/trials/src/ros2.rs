@@ -8,7 +8,7 @@ use crate::figure::BUILD;
 use crate::pair::{Pair, Row};
 use crate::programs::{Failure, cargo, finish};
 use crate::variant::{self, DDS, ROS2};
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_deploy_network::Profile;
 
 /// At p50 a generated component may take so many times what the hand-written program takes, or the
@@ -23,8 +23,8 @@ const BY_HAND: &str = "91";
 
 /// Builds both, runs the tests of the hand-written program, and measures both in turns.
 pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
-    let generated = variant::build("bench", Backend::Ros2, Profile::Release)?;
-    let over_dds = variant::build("bench", Backend::Dds, Profile::Release)?;
+    let generated = variant::build("bench", Middleware::Ros2, Profile::Release)?;
+    let over_dds = variant::build("bench", Middleware::Dds, Profile::Release)?;
     for task in ["build", "test"] {
         let words = [task, "--release", "--manifest-path", BY_HAND_MANIFEST];
         finish(cargo(&words)?, BUILD)?;

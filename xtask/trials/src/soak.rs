@@ -15,7 +15,7 @@ use crate::usage::{descriptors, made_memory, processor_time, shared_memory};
 use crate::variant::{self, DDS, ROS2};
 use bench_protocol::soak::{Counts, HALF, TICKS_A_SECOND, WARM_UP_TICKS, WITHOUT_IMAGES};
 use judge::{Sample, complaint, grown, lost, row, shares};
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_deploy_network::Profile;
 use rc_management::{Client, component};
 use serde_json::Value;
@@ -45,14 +45,14 @@ struct Plan {
     /// The programs of sink and source.
     programs: [PathBuf; 2],
     /// The middleware of both.
-    middleware: Middleware,
+    middleware: SoakMiddleware,
     /// The pause between two printed lines.
     line: Duration,
 }
 
 /// The middleware of a run.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Middleware {
+pub(crate) enum SoakMiddleware {
     /// The one of the committed generated code.
     Iceoryx2,
     /// The components as variants for DDS.
@@ -60,7 +60,7 @@ pub(crate) enum Middleware {
     Ros2,
 }
 
-impl Middleware {
+impl SoakMiddleware {
     fn settings(self) -> &'static [&'static str] {
         match self {
             Self::Iceoryx2 => &[],
@@ -89,17 +89,21 @@ impl Middleware {
                 Ok(["soak_sink", "soak_source"].map(|name| folder.join(name)))
             }
             // Tests do not build: that would take the processors from other tests.
-            Self::Dds if profile == Profile::Dev => variant::built("soak", Backend::Dds, profile),
-            Self::Ros2 if profile == Profile::Dev => variant::built("soak", Backend::Ros2, profile),
-            Self::Dds => variant::build("soak", Backend::Dds, profile),
-            Self::Ros2 => variant::build("soak", Backend::Ros2, profile),
+            Self::Dds if profile == Profile::Dev => {
+                variant::built("soak", Middleware::Dds, profile)
+            }
+            Self::Ros2 if profile == Profile::Dev => {
+                variant::built("soak", Middleware::Ros2, profile)
+            }
+            Self::Dds => variant::build("soak", Middleware::Dds, profile),
+            Self::Ros2 => variant::build("soak", Middleware::Ros2, profile),
         }
     }
 }
 
 /// Builds the components and runs the soak for `seconds`.
-pub(crate) fn run(middleware: Middleware, seconds: &str) -> Result<(), Failure> {
-    if middleware == Middleware::Iceoryx2 {
+pub(crate) fn run(middleware: SoakMiddleware, seconds: &str) -> Result<(), Failure> {
+    if middleware == SoakMiddleware::Iceoryx2 {
         let words = "build --release -p soak_source -p soak_sink";
         finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
     }
@@ -112,7 +116,7 @@ pub(crate) fn run(middleware: Middleware, seconds: &str) -> Result<(), Failure> 
 }
 
 /// The short soak of the test run, with the components that the test run has built.
-pub(crate) fn smoke(middleware: Middleware) -> Result<(), Failure> {
+pub(crate) fn smoke(middleware: SoakMiddleware) -> Result<(), Failure> {
     soak(&Plan {
         length: Duration::from_secs(20),
         programs: middleware.programs(Profile::Dev)?,

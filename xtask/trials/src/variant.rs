@@ -3,7 +3,7 @@
 
 use crate::figure::BUILD;
 use crate::programs::{Failure, finish, root};
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_codegen::load::FileLoader;
 use rc_deploy_network::{Overrides, Profile, load};
 use rc_diagnostics::{Diagnostic, Format, Severity, SourceMap, render};
@@ -35,7 +35,7 @@ pub(crate) const ROS2: [&str; 6] = [
 /// their order.
 pub(crate) fn build(
     name: &str,
-    middleware: Backend,
+    middleware: Middleware,
     profile: Profile,
 ) -> Result<[PathBuf; 2], Failure> {
     pair(name, middleware, profile, true)
@@ -44,7 +44,7 @@ pub(crate) fn build(
 /// The executables of [`build`], which an earlier call has built.
 pub(crate) fn built(
     name: &str,
-    middleware: Backend,
+    middleware: Middleware,
     profile: Profile,
 ) -> Result<[PathBuf; 2], Failure> {
     let programs = pair(name, middleware, profile, false)?;
@@ -59,7 +59,7 @@ pub(crate) fn built(
 
 fn pair(
     name: &str,
-    middleware: Backend,
+    middleware: Middleware,
     profile: Profile,
     builds: bool,
 ) -> Result<[PathBuf; 2], Failure> {
@@ -73,10 +73,10 @@ fn pair(
 /// Builds what the tests start, before they run.
 pub(crate) fn build_for_tests() -> Result<(), Failure> {
     build_interop(Profile::Dev)?;
-    for middleware in [Backend::Dds, Backend::Ros2] {
+    for middleware in [Middleware::Dds, Middleware::Ros2] {
         build("soak", middleware, Profile::Dev)?;
     }
-    for middleware in [Backend::Iceoryx2, Backend::Dds, Backend::Ros2] {
+    for middleware in [Middleware::Iceoryx2, Middleware::Dds, Middleware::Ros2] {
         build("bench_python", middleware, Profile::Dev)?;
     }
     Ok(())
@@ -87,7 +87,7 @@ pub(crate) fn build_interop(profile: Profile) -> Result<PathBuf, Failure> {
     let path = root().join("middleware/interop/interop.ddsl");
     // Programs of the tests are its providers.
     let is_error = |found: &Diagnostic| found.code != "no-provider";
-    let programs = network(&path, Backend::Ros2, profile, true, is_error)?;
+    let programs = network(&path, Middleware::Ros2, profile, true, is_error)?;
     programs
         .into_iter()
         .next()
@@ -98,7 +98,7 @@ pub(crate) fn build_interop(profile: Profile) -> Result<PathBuf, Failure> {
 /// says whether they are built. An error of the network is one if `is_error` accepts it.
 fn network(
     path: &Path,
-    middleware: Backend,
+    middleware: Middleware,
     profile: Profile,
     builds: bool,
     is_error: impl Fn(&Diagnostic) -> bool,

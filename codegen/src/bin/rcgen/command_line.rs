@@ -1,10 +1,9 @@
 //! The command line of `rcgen`.
 
 use clap::{Args, Parser, Subcommand};
-use rc_cdsl::model::Backend;
-use rc_codegen::view::BACKENDS;
 use rc_command_line::{ArgValueCandidates, CompletionCandidate, Tool, files, words};
 use rc_diagnostics::Format;
+use rc_vocabulary::{Middleware, listed};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -42,7 +41,6 @@ pub(crate) struct Cli {
 }
 
 const FORMATS: [&str; 3] = ["human", "short", "json"];
-const MIDDLEWARE: [&str; 4] = ["iceoryx2", "dds", "ros2", "local"];
 
 fn codes() -> Vec<CompletionCandidate> {
     let pages = rc_codegen::explain::pages();
@@ -213,8 +211,8 @@ pub(crate) enum Command {
         #[command(flatten)]
         common: Common,
         /// The middleware of every slot that does not choose one.
-        #[arg(long, value_name = "NAME", value_parser = middleware, default_value = "iceoryx2", add = words(&MIDDLEWARE))]
-        middleware: Backend,
+        #[arg(long, value_name = "NAME", value_parser = middleware, default_value_t = Middleware::DEFAULT, add = words(Middleware::words()))]
+        middleware: Middleware,
     },
     #[command(flatten)]
     Common(rc_command_line::Common),
@@ -252,8 +250,8 @@ pub(crate) struct New {
     pub(crate) from: Option<PathBuf>,
     /// The middleware of all slots that do not choose one: iceoryx2, dds or ros2; local for tests
     /// [default: iceoryx2].
-    #[arg(long, value_parser = middleware, add = words(&MIDDLEWARE))]
-    pub(crate) middleware: Option<Backend>,
+    #[arg(long, value_parser = middleware, add = words(Middleware::words()))]
+    pub(crate) middleware: Option<Middleware>,
     #[command(flatten)]
     pub(crate) common: Common,
 }
@@ -277,8 +275,8 @@ pub(crate) struct Generate {
     pub(crate) out: Option<PathBuf>,
     /// The middleware of all slots that do not choose one: iceoryx2, dds or ros2; local for tests
     /// [default: iceoryx2; in a FOLDER, the middleware that a component was generated for before].
-    #[arg(long, value_parser = middleware, add = words(&MIDDLEWARE))]
-    pub(crate) middleware: Option<Backend>,
+    #[arg(long, value_parser = middleware, add = words(Middleware::words()))]
+    pub(crate) middleware: Option<Middleware>,
     /// Generates this language, whatever the file says.
     #[arg(long, value_parser = ["rust", "python"])]
     pub(crate) language: Option<String>,
@@ -300,14 +298,13 @@ pub(crate) struct Common {
     pub(crate) format: Format,
 }
 
-pub(crate) fn middleware(text: &str) -> Result<Backend, String> {
-    let found = BACKENDS.into_iter().find(|b| b.word() == text);
-    found.ok_or_else(|| {
-        let words = BACKENDS.map(Backend::word);
-        let near = rc_diagnostics::nearest(text, words);
-        near.map_or("there are iceoryx2, dds, ros2 and local".to_owned(), |n| {
-            format!("did you mean `{n}`?")
-        })
+pub(crate) fn middleware(text: &str) -> Result<Middleware, String> {
+    Middleware::from_word(text).ok_or_else(|| {
+        let near = rc_diagnostics::nearest(text, Middleware::words());
+        near.map_or_else(
+            || format!("there are {}", listed(Middleware::words(), "and")),
+            |near| format!("did you mean `{near}`?"),
+        )
     })
 }
 

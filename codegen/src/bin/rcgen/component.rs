@@ -2,13 +2,17 @@
 
 use crate::command_line::Common;
 use crate::reports::{Failure, load, print, report, tell};
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_codegen::worker_language::WorkerLanguage;
 use rc_codegen::{Project, generate, python, stubs};
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use std::path::{Path, PathBuf};
 
-pub(crate) fn print_view(file: &Path, common: &Common, middleware: Backend) -> Result<(), Failure> {
+pub(crate) fn print_view(
+    file: &Path,
+    common: &Common,
+    middleware: Middleware,
+) -> Result<(), Failure> {
     let mut sources = SourceMap::new();
     let (mut project, mut found) = load(file, common, &mut sources)?;
     // The view is the same for every language.

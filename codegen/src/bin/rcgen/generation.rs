@@ -3,13 +3,12 @@
 use crate::command_line::{Cli, Generate};
 use crate::reports::{Failure, print_line, report, system, tell, try_load};
 use clap::CommandFactory;
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_codegen::cargo_workspace::Workspace;
 use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::generation::{self, Component, Part};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
-use rc_codegen::view::BACKENDS;
 use rc_codegen::worker_language::WorkerLanguage;
 use rc_codegen::{FileLoader, Project, dependencies, languages, parallel, paths, stubs};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
@@ -410,12 +409,12 @@ impl Group {
         dependencies::lead_from(&mut project.component, &own, &folder)?;
         let before = || {
             let note = Note::of_generated(&folder).ok().flatten()?;
-            BACKENDS.into_iter().find(|b| b.word() == note.middleware)
+            Middleware::from_word(&note.middleware)
         };
         let middleware = args
             .middleware
             .or_else(|| if alone { None } else { before() })
-            .unwrap_or(Backend::Iceoryx2);
+            .unwrap_or(Middleware::DEFAULT);
         Component::of(project, folder, middleware, &self.interfaces)
     }
 

@@ -3,7 +3,7 @@
 use super::output::{ChannelKey, Output};
 use crate::content::NewChannel;
 use crate::{envelope, keys, qos, schema};
-use rc_management::observation::QosDescription;
+use rc_middleware::Qos;
 use rc_observe::{End, MessageKind, Observed, SendingClock, Service, TimeTopic, Topic};
 use rc_values::{Interface, Operation};
 use std::collections::{BTreeMap, BTreeSet};
@@ -198,12 +198,7 @@ fn call(
                     operation,
                     kind,
                 );
-                let reliable = QosDescription {
-                    reliable: true,
-                    depth: 10,
-                    ..QosDescription::default()
-                };
-                metadata.insert(keys::QOS.to_owned(), qos::profile(&reliable));
+                metadata.insert(keys::QOS.to_owned(), qos::profile(&Qos::CALL));
                 metadata.insert(keys::ENDS.to_owned(), calls.end.to_string());
                 metadata.extend(client.map(|client| (keys::SENDER.to_owned(), client)));
                 NewChannel {

@@ -6,9 +6,9 @@ use crate::schema::Schema;
 use crate::sink::Sink;
 use crate::{ENCAPSULATION, keys, qos};
 use rc_management::component::{Parameters, Status};
-use rc_management::observation::QosDescription;
 use rc_management::supervisor::Event;
 use rc_mcap::{Stamp, system_time};
+use rc_middleware::Qos;
 use rc_middleware::{Writer, now};
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
@@ -254,14 +254,9 @@ impl Output {
 
 /// A channel of documents.
 fn document_channel(topic: &str, kind: &str) -> NewChannel {
-    let reliable = QosDescription {
-        reliable: true,
-        depth: 10,
-        ..QosDescription::default()
-    };
     let metadata = [
         (keys::KIND.to_owned(), kind.to_owned()),
-        (keys::QOS.to_owned(), qos::profile(&reliable)),
+        (keys::QOS.to_owned(), qos::profile(&Qos::PUBLISHER)),
     ];
     NewChannel {
         topic: topic.to_owned(),

@@ -1,6 +1,6 @@
 //! The types that the tests record.
 
-use rc_management::observation::QosDescription;
+use rc_middleware::Qos;
 use rc_record::{ENCAPSULATION, Schema, Writer, keys, qos, schema};
 use rc_values::description::Module;
 use rc_values::{Catalog, Interface, encode_body, from_json};
@@ -108,7 +108,10 @@ pub(crate) fn channel(
         (keys::ADDRESS.to_owned(), address.clone()),
         (
             keys::QOS.to_owned(),
-            qos::profile(&QosDescription::default()),
+            qos::profile(&Qos {
+                depth: 0,
+                ..Qos::SUBSCRIBER
+            }),
         ),
     ]);
     let schema = schema_of(interface, operation);

@@ -172,13 +172,9 @@ impl Attacker {
         open: impl FnOnce(&rc_ddsc::Topic, &Qos<'_>, Box<dyn Listener>) -> Result<T, rc_ddsc::Error>,
     ) -> (T, std::sync::mpsc::Receiver<Event>) {
         let topic = self.member.topic(topic, kind);
-        let qos = Qos {
-            reliable: true,
-            ..Qos::default()
-        };
         let (tell, events) = channel();
         let listener = Box::new(EventSender(Mutex::new(tell)));
-        let end = open(&topic.expect("a topic"), &qos, listener).expect("an end");
+        let end = open(&topic.expect("a topic"), &Qos::LOSSLESS, listener).expect("an end");
         while !matches!(
             events.recv_timeout(LIMIT).expect("another end"),
             Event::Matched(_)

@@ -4,7 +4,7 @@
 
 use crate::network::site::{PATROL, Site};
 use crate::shared_builds::share_builds;
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_codegen::{FileLoader, Project, generation};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -138,7 +138,7 @@ fn stage(workspace: &Path, component: &str) {
         .filter(|_| !found.has_errors())
         .expect("a component");
     let target = workspace.join(component);
-    let found = generation::generate(&project, target.clone(), Backend::Local, &mut sources);
+    let found = generation::generate(&project, target.clone(), Middleware::Local, &mut sources);
     assert!(!found.expect("to write").has_errors());
     let own = std::fs::read_to_string(folder.join("src/lib.rs")).expect("lib.rs");
     let mut lib = String::new();

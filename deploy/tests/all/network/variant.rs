@@ -2,7 +2,7 @@
 
 use crate::network::site::Site;
 use crate::shared_builds::share_builds;
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::Middleware;
 use rc_codegen::workspace::{self, Framework};
 use rc_codegen::{FileLoader, Project, generation};
 use rc_diagnostics::SourceMap;
@@ -30,7 +30,7 @@ fn user(site: &Site) -> PathBuf {
     )
     .expect("a component");
     let project = project.expect("a component");
-    let found = generation::generate(&project, hello.clone(), Backend::Dds, &mut sources);
+    let found = generation::generate(&project, hello.clone(), Middleware::Dds, &mut sources);
     assert!(!found.expect("to write").has_errors());
     edit(&hello.join("Cargo.toml"), |text| {
         let own = "[dependencies]\nlibm.workspace = true\nshared = { path = \"../../shared\" }\n";

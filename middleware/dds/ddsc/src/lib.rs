@@ -8,6 +8,7 @@ mod raw;
 mod sample;
 
 use raw::{CIdentity, CListener, CQos, CSample};
+use rc_vocabulary::qos::{Contract, Reliability};
 use sample::HEADROOM;
 pub use sample::{BEFORE_BODY, Loan, Sample};
 use std::ffi::{CStr, CString, c_char, c_void};
@@ -165,7 +166,10 @@ impl Participant {
             // SAFETY: as for a writer.
             unsafe { raw::rc_reader(self.0.0, topic.0.0, &raw const qos, listener) }
         })
-        .map(|attached| Reader(attached, qos.reliable))
+        .map(|attached| {
+            let is_reliable = qos.policies.reliability == Reliability::Reliable;
+            Reader(attached, is_reliable)
+        })
     }
 
     /// Discovers the endpoints of the domain: all writers, or all readers.
@@ -186,23 +190,33 @@ impl Participant {
 #[derive(Debug)]
 pub struct Topic(Entity);
 
-/// The quality of service that an endpoint offers or requests.
-#[derive(Clone, Copy, Debug, Default)]
+/// The quality of service that an endpoint offers or requests, as the library takes it.
+#[derive(Clone, Copy, Debug)]
 pub struct Qos<'a> {
-    /// Reliable; else best effort.
-    pub reliable: bool,
-    /// Late readers get kept samples; else none.
-    pub transient_local: bool,
-    /// Number of samples that are kept; 0 for all.
-    pub depth: i32,
-    /// Longest time between two samples.
-    pub deadline: Option<Duration>,
-    /// Time after which a sample expires.
-    pub lifespan: Option<Duration>,
-    /// Silence after which a writer counts as dead.
-    pub liveliness: Option<Duration>,
+    /// The policies of topics.
+    pub policies: rc_vocabulary::qos::Qos,
+    /// Whether all samples are kept, whatever the depth is.
+    pub keeps_all: bool,
     /// Data that peers receive by discovery.
     pub user_data: &'a [u8],
+}
+
+impl Qos<'static> {
+    /// For endpoints that lose nothing.
+    pub const LOSSLESS: Self = Self {
+        policies: rc_vocabulary::qos::Qos::CALL,
+        keeps_all: true,
+        user_data: &[],
+    };
+
+    /// For a publisher or a subscriber.
+    pub const fn of(policies: &rc_vocabulary::qos::Qos) -> Self {
+        Self {
+            policies: *policies,
+            keeps_all: false,
+            user_data: &[],
+        }
+    }
 }
 
 /// Gets the events of an endpoint, on a thread of the library. It must neither block nor delete the
@@ -497,16 +511,10 @@ pub struct End {
     pub topic: String,
     /// The name of its type.
     pub type_name: String,
-    /// Reliable; else best effort.
-    pub reliable: bool,
-    /// Transient local or more; else volatile.
-    pub transient_local: bool,
-    /// Longest time between two samples.
-    pub deadline: Option<Duration>,
+    /// Quality of service by which it matches peers.
+    pub contract: Contract,
     /// Time after which a sample expires.
     pub lifespan: Option<Duration>,
-    /// Silence after which a writer counts as dead.
-    pub liveliness: Option<Duration>,
     /// USER_DATA of the endpoint, as its program has set it.
     pub user_data: Vec<u8>,
 }

@@ -1,6 +1,7 @@
 //! `shim.c` as Rust sees it; structures and functions have their comments there.
 
 use crate::{End, Guid, Identity, Qos};
+use rc_vocabulary::qos::{Contract, Durability, Reliability};
 use std::ffi::{CStr, c_char, c_void};
 use std::ptr;
 use std::time::Duration;
@@ -36,13 +37,18 @@ impl CQos {
                 i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
             })
         };
+        let policies = &qos.policies;
         Self {
-            reliable: i32::from(qos.reliable),
-            transient_local: i32::from(qos.transient_local),
-            depth: qos.depth,
-            deadline: nanoseconds(qos.deadline),
-            lifespan: nanoseconds(qos.lifespan),
-            liveliness: nanoseconds(qos.liveliness),
+            reliable: i32::from(policies.reliability == Reliability::Reliable),
+            transient_local: i32::from(policies.durability == Durability::TransientLocal),
+            depth: if qos.keeps_all {
+                0
+            } else {
+                i32::try_from(policies.depth.max(1)).unwrap_or(i32::MAX)
+            },
+            deadline: nanoseconds(policies.deadline),
+            lifespan: nanoseconds(policies.lifespan),
+            liveliness: nanoseconds(policies.liveliness),
             user_data: qos.user_data.as_ptr(),
             user_data_size: qos.user_data.len(),
         }
@@ -146,11 +152,21 @@ impl CEnd {
             participant: self.participant,
             topic: text(self.topic),
             type_name: text(self.type_name),
-            reliable: self.reliable != 0,
-            transient_local: self.transient_local != 0,
-            deadline: time(self.deadline),
+            contract: Contract {
+                reliability: if self.reliable == 0 {
+                    Reliability::BestEffort
+                } else {
+                    Reliability::Reliable
+                },
+                durability: if self.transient_local == 0 {
+                    Durability::Volatile
+                } else {
+                    Durability::TransientLocal
+                },
+                deadline: time(self.deadline),
+                liveliness: time(self.liveliness),
+            },
             lifespan: time(self.lifespan),
-            liveliness: time(self.liveliness),
             user_data,
         }
     }

@@ -27,13 +27,6 @@ fn join(domain: u16, number: u32, more: &str) -> (Domain, Participant) {
     (domain, participant)
 }
 
-fn qos() -> Qos<'static> {
-    Qos {
-        reliable: true,
-        ..Qos::default()
-    }
-}
-
 /// The next sample of at least `size` bytes.
 fn taken(reader: &Reader, size: usize) -> Sample {
     let begin = Instant::now();
@@ -54,9 +47,9 @@ fn taken(reader: &Reader, size: usize) -> Sample {
 /// A writer and a reader that have met, and the number of samples that were written for that.
 fn met(here: &Participant, there: &Participant) -> (Writer, Reader, u64) {
     let topic = |participant: &Participant| participant.topic("t", "T").expect("a topic");
-    let writer = here.writer(&topic(here), &qos(), Box::new(Quiet));
+    let writer = here.writer(&topic(here), &Qos::LOSSLESS, Box::new(Quiet));
     let writer = writer.expect("a writer");
-    let reader = there.reader(&topic(there), &qos(), Box::new(Quiet));
+    let reader = there.reader(&topic(there), &Qos::LOSSLESS, Box::new(Quiet));
     let reader = reader.expect("a reader");
     let (begin, mut sequence, mut count) = (Instant::now(), 0, 0);
     while count == 0 {

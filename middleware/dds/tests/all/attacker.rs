@@ -66,14 +66,10 @@ impl Attacker {
             );
             topic.expect("a topic")
         };
-        let qos = Qos {
-            reliable: true,
-            ..Qos::default()
-        };
         let (sender, matched) = channel();
         let listener = || Box::new(Matches(sender.clone()));
-        let requests = participant.reader(&topic("Request"), &qos, listener());
-        let replies = participant.writer(&topic("Reply"), &qos, listener());
+        let requests = participant.reader(&topic("Request"), &Qos::LOSSLESS, listener());
+        let replies = participant.writer(&topic("Reply"), &Qos::LOSSLESS, listener());
         for _ in 0..2 {
             matched.recv_timeout(LIMIT).expect("the client");
         }

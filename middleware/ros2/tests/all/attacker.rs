@@ -78,16 +78,12 @@ impl Stranger {
                 participant.topic(&name, &format!("conformance_msgs::srv::dds_::any_{part}_"));
             topic.expect("a topic")
         };
-        let qos = Qos {
-            reliable: true,
-            ..Qos::default()
-        };
         let (sender, matched) = channel();
         let listener = || Box::new(Matches(sender.clone()));
         let requests = topic(("rq", "Request"), "Request");
-        let requests = participant.reader(&requests, &qos, listener());
+        let requests = participant.reader(&requests, &Qos::LOSSLESS, listener());
         let replies = topic(("rr", "Response"), "Reply");
-        let replies = participant.writer(&replies, &qos, listener());
+        let replies = participant.writer(&replies, &Qos::LOSSLESS, listener());
         let stranger = Self {
             requests: requests.expect("a reader"),
             replies: replies.expect("a writer"),
@@ -295,19 +291,15 @@ fn a_server_replies_to_no_client_that_only_a_stranger_names() {
         "rq/default/Motor/anyRequest",
         "conformance_msgs::srv::dds_::any_Request_",
     );
-    let qos = Qos {
-        reliable: true,
-        ..Qos::default()
-    };
     let (sender, matched) = channel();
     let listener = || Box::new(Matches(sender.clone()));
-    let writer = participant.writer(&topic.expect("a topic"), &qos, listener());
+    let writer = participant.writer(&topic.expect("a topic"), &Qos::LOSSLESS, listener());
     let writer = writer.expect("a writer");
     let topic = participant.topic(
         "rr/default/Motor/anyReply",
         "conformance_msgs::srv::dds_::any_Response_",
     );
-    let _replies = participant.reader(&topic.expect("a topic"), &qos, listener());
+    let _replies = participant.reader(&topic.expect("a topic"), &Qos::LOSSLESS, listener());
     for _ in 0..2 {
         matched.recv_timeout(LIMIT).expect("the server");
     }

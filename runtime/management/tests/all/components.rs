@@ -22,9 +22,11 @@ fn timing() -> component::Timing {
 
 fn of_observation(golden: &mut Golden) {
     use rc_management::observation::{
-        Called, Clocks, Described, Notification, OperationDescription, QosDescription,
-        SlotDescription, Tapped, TappedKind,
+        Called, Clocks, Described, Notification, OperationDescription, SlotDescription, Tapped,
+        TappedKind,
     };
+    use rc_vocabulary::qos::Qos;
+    use std::time::Duration;
     let settings = [(text("domain"), text("7"))];
     golden.result(&Described {
         component: text("simulator"),
@@ -42,13 +44,9 @@ fn of_observation(golden: &mut Golden) {
             operations: vec![OperationDescription {
                 name: text("newPose"),
                 hash: text("00000000000000fe"),
-                qos: QosDescription {
-                    reliable: true,
-                    transient_local: false,
-                    depth: 10,
-                    deadline_ms: Some(1.5),
-                    lifespan_ms: None,
-                    liveliness_ms: None,
+                qos: Qos {
+                    deadline: Some(Duration::from_micros(1500)),
+                    ..Qos::PUBLISHER
                 },
                 external_type: Some(text("geometry_msgs/msg/Pose")),
             }],

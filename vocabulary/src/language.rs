@@ -1,0 +1,67 @@
+//! The programming languages of workers.
+
+use crate::word::words;
+
+/// A language that components are generated in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Language {
+    /// Rust: a package of cargo.
+    Rust,
+    /// Python: a package of pip, which runs on the extension `robocomp`.
+    Python,
+}
+
+words!(Language);
+
+impl Language {
+    /// All of them, in the order in which messages list them.
+    pub const ALL: [Self; 2] = [Self::Rust, Self::Python];
+
+    /// The word for it, in files and in JSON.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Rust => "rust",
+            Self::Python => "python",
+        }
+    }
+
+    /// The words that a `.cdsl` may have, in lower case. RoboComp's files have some for which
+    /// nothing is generated.
+    pub const WORDS: [(&'static str, Option<Self>); 4] = [
+        ("rust", Some(Self::Rust)),
+        ("cpp", None),
+        ("cpp11", None),
+        ("python", Some(Self::Python)),
+    ];
+
+    /// The language that a word of a `.cdsl` names. `None` if nothing is generated in it.
+    pub fn from_file(word: &str) -> Option<Self> {
+        let mut words = Self::WORDS.into_iter();
+        words
+            .find(|(known, _)| known.eq_ignore_ascii_case(word))
+            .and_then(|(_, language)| language)
+    }
+
+    /// The manifest of a component.
+    pub fn manifest(self) -> &'static str {
+        match self {
+            Self::Rust => "Cargo.toml",
+            Self::Python => "pyproject.toml",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_words_of_a_language_select_one() {
+        for language in Language::ALL {
+            assert_eq!(Language::from_file(language.word()), Some(language));
+        }
+        assert_eq!(Language::from_file("Python"), Some(Language::Python));
+        assert_eq!(Language::from_file("cpp11"), None);
+        assert_eq!(Language::from_file("anything"), None);
+    }
+}

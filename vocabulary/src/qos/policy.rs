@@ -1,0 +1,233 @@
+//! The policies, with their words and limits.
+
+use super::{Durability, Reliability};
+use crate::duration;
+use crate::role::Role;
+use crate::scalar::Scalar;
+use crate::word::words;
+use std::fmt;
+use std::ops::RangeInclusive;
+use std::time::Duration;
+
+/// The name of a policy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum PolicyName {
+    /// Whether lost samples are sent again.
+    Reliability,
+    /// Whether late joiners get samples that were sent before.
+    Durability,
+    /// How many samples the history keeps.
+    Depth,
+    /// The longest time between two samples.
+    Deadline,
+    /// The time after which a sample expires.
+    Lifespan,
+    /// The time of silence after which a publisher counts as dead.
+    Liveliness,
+    /// The longest time of a call.
+    Timeout,
+    /// How long a waiting thread polls before it sleeps.
+    Spin,
+}
+
+/// The values that a policy takes.
+#[derive(Debug)]
+pub enum Values {
+    /// One of these words.
+    Words(Vec<&'static str>),
+    /// A whole number within limits.
+    Count(RangeInclusive<u32>),
+    /// A duration above zero, or no limit.
+    Limit,
+    /// A duration above zero.
+    Time,
+    /// A duration within limits.
+    Within(RangeInclusive<Duration>),
+}
+
+/// A policy with its value. A duration of `None` means that there is no limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Policy {
+    /// Whether lost samples are sent again.
+    Reliability(Reliability),
+    /// Whether late joiners get samples that were sent before.
+    Durability(Durability),
+    /// How many samples the history keeps.
+    Depth(u32),
+    /// The longest time between two samples.
+    Deadline(Option<Duration>),
+    /// The time after which a sample expires.
+    Lifespan(Option<Duration>),
+    /// The time of silence after which a publisher counts as dead.
+    Liveliness(Option<Duration>),
+    /// The longest time of a call.
+    Timeout(Duration),
+    /// How long a waiting thread polls before it sleeps.
+    Spin(Duration),
+}
+
+words!(PolicyName);
+
+impl PolicyName {
+    /// All of them, in the order in which messages list them.
+    pub const ALL: [Self; 8] = [
+        Self::Reliability,
+        Self::Durability,
+        Self::Depth,
+        Self::Deadline,
+        Self::Lifespan,
+        Self::Liveliness,
+        Self::Timeout,
+        Self::Spin,
+    ];
+    /// The limits of the depth, in samples.
+    const DEPTH: RangeInclusive<u32> = 1..=1000;
+    /// The limits of polling.
+    const SPIN: RangeInclusive<Duration> = Duration::from_micros(1)..=Duration::from_millis(10);
+
+    /// The word for it, in files and in JSON.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Reliability => "reliability",
+            Self::Durability => "durability",
+            Self::Depth => "depth",
+            Self::Deadline => "deadline",
+            Self::Lifespan => "lifespan",
+            Self::Liveliness => "liveliness",
+            Self::Timeout => "timeout",
+            Self::Spin => "spin",
+        }
+    }
+
+    /// Its values.
+    pub fn values(self) -> Values {
+        match self {
+            Self::Reliability => Values::Words(Reliability::words().collect()),
+            Self::Durability => Values::Words(Durability::words().collect()),
+            Self::Depth => Values::Count(Self::DEPTH),
+            Self::Deadline | Self::Lifespan | Self::Liveliness => Values::Limit,
+            Self::Timeout => Values::Time,
+            Self::Spin => Values::Within(Self::SPIN),
+        }
+    }
+
+    /// Whether an end of this role has it. A publisher never waits.
+    pub fn is_of(self, role: Role) -> bool {
+        match self {
+            Self::Timeout => !role.is_topic(),
+            Self::Spin => role != Role::Publishes,
+            Self::Reliability
+            | Self::Durability
+            | Self::Depth
+            | Self::Deadline
+            | Self::Lifespan
+            | Self::Liveliness => role.is_topic(),
+        }
+    }
+
+    /// The policies of topics. Rules can set them, and peers see them.
+    pub fn of_topics() -> impl Iterator<Item = Self> + Clone {
+        let all = Self::ALL.into_iter();
+        all.filter(|name| name.is_of(Role::Publishes))
+    }
+
+    /// Whether its values are whole numbers.
+    pub fn counts(self) -> bool {
+        matches!(self.values(), Values::Count(_))
+    }
+
+    /// Whether its values are durations.
+    pub fn is_time(self) -> bool {
+        match self.values() {
+            Values::Words(_) | Values::Count(_) => false,
+            Values::Limit | Values::Time | Values::Within(_) => true,
+        }
+    }
+
+    /// The policy with this value, if it is allowed. An integer counts milliseconds where a
+    /// duration is expected; `none` stands for no limit.
+    pub fn read(self, scalar: Scalar<'_>) -> Option<Policy> {
+        let time = || {
+            let nanoseconds = match scalar {
+                Scalar::Text(text) => duration::parse(text),
+                Scalar::Int(milliseconds) => duration::from_milliseconds(milliseconds),
+                Scalar::Duration(nanoseconds) => Some(nanoseconds),
+                Scalar::Bool(_) | Scalar::Other => None,
+            };
+            nanoseconds.filter(|ns| *ns > 0).map(Duration::from_nanos)
+        };
+        let limit = || match scalar {
+            Scalar::Text("none") => Some(None),
+            _ => time().map(Some),
+        };
+        let word = match scalar {
+            Scalar::Text(word) => word,
+            _ => "",
+        };
+        match self {
+            Self::Reliability => Reliability::from_word(word).map(Policy::Reliability),
+            Self::Durability => Durability::from_word(word).map(Policy::Durability),
+            Self::Depth => {
+                let Scalar::Int(depth) = scalar else {
+                    return None;
+                };
+                let depth = u32::try_from(depth).ok();
+                let depth = depth.filter(|depth| Self::DEPTH.contains(depth));
+                depth.map(Policy::Depth)
+            }
+            Self::Deadline => limit().map(Policy::Deadline),
+            Self::Lifespan => limit().map(Policy::Lifespan),
+            Self::Liveliness => limit().map(Policy::Liveliness),
+            Self::Timeout => time().map(Policy::Timeout),
+            Self::Spin => {
+                let time = time().filter(|time| Self::SPIN.contains(time));
+                time.map(Policy::Spin)
+            }
+        }
+    }
+}
+
+impl Policy {
+    /// Its name.
+    pub fn name(&self) -> PolicyName {
+        match self {
+            Self::Reliability(_) => PolicyName::Reliability,
+            Self::Durability(_) => PolicyName::Durability,
+            Self::Depth(_) => PolicyName::Depth,
+            Self::Deadline(_) => PolicyName::Deadline,
+            Self::Lifespan(_) => PolicyName::Lifespan,
+            Self::Liveliness(_) => PolicyName::Liveliness,
+            Self::Timeout(_) => PolicyName::Timeout,
+            Self::Spin(_) => PolicyName::Spin,
+        }
+    }
+
+    /// Its duration, which may be without a limit. `None` if its value is no duration.
+    pub fn time(&self) -> Option<Option<Duration>> {
+        match self {
+            Self::Deadline(limit) | Self::Lifespan(limit) | Self::Liveliness(limit) => Some(*limit),
+            Self::Timeout(time) | Self::Spin(time) => Some(Some(*time)),
+            Self::Reliability(_) | Self::Durability(_) | Self::Depth(_) => None,
+        }
+    }
+
+    /// The value, as files have it.
+    pub fn value(&self) -> String {
+        match self {
+            Self::Reliability(value) => value.word().to_owned(),
+            Self::Durability(value) => value.word().to_owned(),
+            Self::Depth(depth) => depth.to_string(),
+            Self::Deadline(limit) | Self::Lifespan(limit) | Self::Liveliness(limit) => {
+                limit.map_or_else(|| "none".to_owned(), duration::text_of)
+            }
+            Self::Timeout(time) | Self::Spin(time) => duration::text_of(*time),
+        }
+    }
+}
+
+/// Prints `NAME:=VALUE`.
+impl fmt::Display for Policy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:={}", self.name(), self.value())
+    }
+}
