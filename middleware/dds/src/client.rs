@@ -3,31 +3,15 @@
 use crate::inbox::Replies;
 use crate::names;
 use rc_ddsc::BEFORE_BODY;
-use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::rpc;
-use rc_middleware::{
-    CallError, Client, Endpoint, Header, OpenError, QueueGauge, RequestBody, wait,
-};
+use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, QueueGauge, RequestBody};
 use rc_network::{
-    CallState, EndpointSpec, GuidPrefix, Opening, Peer, PendingCall, ReaderPort, Role, Session,
-    WriterPort, body, sample_header, signal, stamp,
+    CallState, Caller, ClientPorts, EndpointSpec, GuidPrefix, Opening, Role, Session, body,
+    sample_header, signal, stamp,
 };
-use std::collections::BTreeSet;
-use std::os::fd::AsFd;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-
-/// Longest wait for room in a full queue: replies to requests that the server has taken are on
-/// their way.
-const ROOM: Duration = Duration::from_millis(50);
-
-/// After this time a request to a server of another program no longer counts as pending: such a
-/// server may not reply to commands.
-const SILENCE: Duration = Duration::from_secs(1);
-/// Longest wait for the reply of a server that has gone: samples and discovery arrive on different
-/// threads.
-const LAST_WORDS: Duration = Duration::from_millis(10);
 
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClient, OpenError> {
     let address = endpoint.address.to_string();
@@ -49,67 +33,28 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
     inbox.set_client(requests.guid);
     opening.meet(&[replies.state(), requests.state()]);
     let client = DdsClient {
-        address,
-        requests,
-        replies,
+        caller: Caller {
+            address,
+            signal,
+            wake_event: session.environment.wake_event.clone(),
+            spin: endpoint.qos.spin,
+        },
+        ports: ClientPorts { requests, replies },
         inbox,
-        spin: endpoint.qos.spin,
     };
-    let found = || client.server().is_some();
-    let state = client.requests.state();
+    let found = || client.peers() > 0;
+    let state = client.ports.requests.state();
     session.wait_for_remote(state, found);
     Ok(client)
 }
 
-fn is_server(peer: &Peer) -> bool {
-    let info = peer.info.as_ref();
-    info.is_none_or(|info| info.role == Role::Server)
-}
-
 pub(crate) struct DdsClient {
-    address: String,
-    requests: WriterPort,
-    replies: ReaderPort,
+    caller: Caller,
+    ports: ClientPorts,
     inbox: Arc<Replies>,
-    spin: Duration,
 }
 
 impl DdsClient {
-    /// The servers that this client can reach and that can reach it: components first, since
-    /// another program may answer anything.
-    fn servers(&self) -> BTreeSet<(bool, GuidPrefix)> {
-        let server = |peer: &Peer| is_server(peer).then(|| (peer.is_external(), peer.prefix()));
-        let replying = self.replies.state().usable(server);
-        let receiving = self.requests.state().usable(server);
-        let both = receiving.into_iter().filter(|one| replying.contains(one));
-        both.collect()
-    }
-
-    /// Whether `server` is among them.
-    fn is_there(&self, server: GuidPrefix) -> bool {
-        let same = |peer: &Peer| peer.prefix() == server && is_server(peer);
-        self.replies.state().has(same) && self.requests.state().has(same)
-    }
-
-    /// Whether `server` is another program, which tells nothing of itself.
-    fn is_external(&self, server: GuidPrefix) -> bool {
-        let same = |peer: &Peer| peer.prefix() == server && peer.is_external();
-        self.requests.state().has(same)
-    }
-
-    fn server(&self) -> Option<GuidPrefix> {
-        let asked = self.inbox.queue.server();
-        let same = asked.filter(|asked| self.is_there(*asked));
-        same.or_else(|| Some(self.servers().first()?.1))
-    }
-
-    fn failed(&self, reason: String) -> CallError {
-        CallError::Backend {
-            address: self.address.clone(),
-            reason,
-        }
-    }
-
     /// Sends a request; gives its server. Each request gets a reply, a command an empty one.
     /// `is_awaited`: whether a call waits for the reply.
     fn submit(
@@ -118,40 +63,21 @@ impl DdsClient {
         request: &dyn RequestBody,
         is_awaited: bool,
     ) -> Result<GuidPrefix, CallError> {
-        let no_server = || CallError::NoServer(self.address.clone());
-        let server = self.server().ok_or_else(no_server)?;
-        let queue = &self.inbox.queue;
-        queue.set_server(server);
-        let deadline = Instant::now() + ROOM;
-        loop {
-            self.requests.state().signal.clear();
-            if queue.pending() >= REQUEST_QUEUE && self.is_external(server) {
-                queue.expire(SILENCE);
-            }
-            if queue.pending() < REQUEST_QUEUE {
-                break;
-            }
-            let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return Err(CallError::QueueFull(self.address.clone()));
-            }
-            wait(&[self.requests.state().signal.as_fd()], left);
-        }
+        let (caller, queue) = (&self.caller, &self.inbox.queue);
+        let server = self.ports.server(queue.server());
+        let server = server.ok_or_else(|| CallError::NoServer(caller.address.clone()))?;
+        caller.make_room(queue, server, self.ports.is_external(server))?;
         let id = rpc::request_id(request.begin());
-        let id = id.ok_or_else(|| self.failed("a request has no envelope".to_owned()))?;
-        let writer = &self.requests.writer;
+        let id = id.ok_or_else(|| caller.failed("a request has no envelope"))?;
+        let writer = &self.ports.requests.writer;
         let loan = writer.loan(request.length());
-        let mut loan = loan.map_err(|error| self.failed(error.to_string()))?;
+        let mut loan = loan.map_err(|error| caller.failed(error))?;
         request.write_into(&mut loan.memory()[BEFORE_BODY..])?;
         queue.begin(id.sequence, is_awaited);
         let sent = writer.send(loan, (header.sequence, stamp(header.sent)), 0, None);
         sent.map_err(|error| {
             queue.cancel(id.sequence);
-            if error.is_timeout() {
-                CallError::QueueFull(self.address.clone())
-            } else {
-                self.failed(error.to_string())
-            }
+            caller.not_sent(&error)
         })?;
         Ok(server)
     }
@@ -164,34 +90,14 @@ impl DdsClient {
             take(header, body(&sample)?);
             Ok(())
         });
-        Some(taken.map_err(|reason| self.failed(reason)))
-    }
-
-    /// Waits for the reply of `server`, at most until `limit` has passed since `start`.
-    fn await_reply(
-        &self,
-        server: GuidPrefix,
-        (start, limit): (Instant, Duration),
-        take: &mut dyn FnMut(Header, &[u8]),
-    ) -> Result<(), CallError> {
-        let call = PendingCall {
-            signal: &self.requests.state().signal,
-            wake_event: &self.requests.session.environment.wake_event,
-            spin: self.spin,
-            last_words: LAST_WORDS,
-        };
-        let waited = call.wait((start, limit), || CallState {
-            has_server: self.is_there(server),
-            reply: self.take_reply(take),
-        });
-        waited.unwrap_or_else(|why| Err(why.error(&self.address, limit)))
+        Some(taken.map_err(|reason| self.caller.failed(reason)))
     }
 }
 
 impl Client for DdsClient {
     /// The identity of its writer, as DDS-RPC defines it.
     fn guid(&self) -> [u8; 16] {
-        self.requests.guid
+        self.ports.requests.guid
     }
 
     fn can_loan(&self) -> bool {
@@ -210,17 +116,20 @@ impl Client for DdsClient {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
         let start = Instant::now();
-        if self.requests.session.environment.wake_event.is_stopping() {
+        if self.caller.wake_event.is_stopping() {
             return Err(CallError::Stopping);
         }
         let server = self.submit(header, request, true)?;
-        let result = self.await_reply(server, (start, limit), take);
+        let result = self.caller.await_reply((start, limit), || CallState {
+            has_server: self.ports.has(server),
+            reply: self.take_reply(take),
+        });
         self.inbox.queue.finish();
         result
     }
 
     fn peers(&self) -> usize {
-        usize::from(!self.servers().is_empty())
+        usize::from(!self.ports.servers().is_empty())
     }
 
     fn queue(&self) -> Option<QueueGauge> {

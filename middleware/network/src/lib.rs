@@ -13,6 +13,7 @@
 //! - [`ReplyMemory`]: where a server writes a reply.
 //! - [`Mismatches`], [`RateLimit`]: what the log says of endpoints that do not match.
 
+mod caller;
 mod configuration;
 mod endpoint_info;
 mod endpoint_state;
@@ -22,7 +23,6 @@ mod local_registry;
 mod mismatches;
 mod opener;
 mod peers;
-mod pending_call;
 mod port;
 mod publisher;
 mod queues;
@@ -37,6 +37,7 @@ mod subscriber;
 mod udp;
 mod watcher;
 
+pub use caller::{CallState, Caller, ClientPorts, ROOM};
 pub use configuration::{Configuration, Joining};
 pub use endpoint_info::{EndpointInfo, Role, fnv, hex, host, types_match};
 pub use endpoint_state::{Backlog, EndpointState};
@@ -45,7 +46,6 @@ pub use identity::{EndpointKind, Identity};
 pub use local_registry::{LocalRegistry, OpenLock, Registration, RegistrationGuard};
 pub use mismatches::Mismatches;
 pub use peers::{GuidPrefix, Peer, Presence, prefix};
-pub use pending_call::{CallState, PendingCall, Unanswered};
 pub use port::{EndpointSpec, Opening, ReaderPort, WriterPort, signal};
 pub use publisher::TopicPublisher;
 pub use queues::{DuplicateFilter, NO_ROOM, QueuedRequest, ReplyQueue, RequestQueues, SampleQueue};

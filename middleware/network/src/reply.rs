@@ -37,7 +37,7 @@ impl<'a> ReplyMemory<'a> {
 fn before_body(profile: Profile) -> usize {
     match profile {
         Profile::Rpc => 0,
-        Profile::Ros => ENVELOPE,
+        Profile::Bare => ENVELOPE,
     }
 }
 

@@ -6,29 +6,17 @@ use crate::names;
 use crate::node::Node;
 use rc_ddsc::{BEFORE_BODY, Identity, Sample};
 use rc_diagnostics::foreign::clean;
-use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::rpc::{self, ENVELOPE, RequestId};
 use rc_middleware::{
     CallError, Client, Endpoint, Header, OpenError, Profile, QueueGauge, Reader, RequestBody,
-    WakeEvent, wait,
 };
 use rc_network::{
-    Backlog, CallState, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, Peer, PendingCall,
-    RateLimit, ReaderPort, ReplyQueue, Role, WriterPort, body, sample_header, signal, stamp,
+    Backlog, CallState, Caller, ClientPorts, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, Peer,
+    ROOM, RateLimit, ReplyQueue, Role, body, sample_header, signal, stamp,
 };
-use std::collections::BTreeSet;
-use std::os::fd::AsFd;
+use std::rc::Rc;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
-
-/// Longest wait for room in a full queue: replies to requests that the server has taken are on
-/// their way. And for the requests of another operation to arrive.
-const ROOM: Duration = Duration::from_millis(50);
-/// After this time a request to a server of another program no longer counts as pending.
-const SILENCE: Duration = Duration::from_secs(1);
-/// Longest wait for the reply of a server that has gone: samples and discovery arrive on different
-/// threads.
-const LAST_WORDS: Duration = Duration::from_millis(20);
 
 /// Identifies a request: its operation, its number there, and how its reply names it.
 type RequestKey = (usize, i64, Mapping);
@@ -89,9 +77,8 @@ impl Inbox for OfOperation {
 struct Service {
     /// Discriminator in the envelope of a call.
     id: i32,
-    requests: WriterPort,
-    replies: ReaderPort,
-    /// Number of samples that `requests` has sent.
+    ports: ClientPorts,
+    /// Number of requests that were sent.
     sent: u64,
 }
 
@@ -126,29 +113,38 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosClient, OpenEr
         let _ = inbox.own.set([reader.guid, writer.guid]);
         services.push(Service {
             id: external.id,
-            requests: writer,
-            replies: reader,
+            ports: ClientPorts {
+                requests: writer,
+                replies: reader,
+            },
             sent: 0,
         });
     }
     let states: Vec<_> = services
         .iter()
-        .flat_map(|service| [service.replies.state(), service.requests.state()])
+        .flat_map(|service| {
+            [
+                service.ports.replies.state(),
+                service.ports.requests.state(),
+            ]
+        })
         .collect();
     opening.meet(&states);
     let guids = |of: fn(&Service) -> Guid| services.iter().map(of).collect::<Vec<_>>();
     let listed = node.graph.list(
-        &guids(|service| service.replies.guid),
-        &guids(|service| service.requests.guid),
+        &guids(|service| service.ports.replies.guid),
+        &guids(|service| service.ports.requests.guid),
     );
     let client = RosClient {
-        address,
+        caller: Rc::new(Caller {
+            address,
+            signal,
+            wake_event: node.session.environment.wake_event.clone(),
+            spin: endpoint.qos.spin,
+        }),
         services,
         _listed: listed,
         received: replies,
-        signal,
-        wake_event: node.session.environment.wake_event.clone(),
-        spin: endpoint.qos.spin,
         number: node.number_client(),
         sent: 0,
         has_advised: false,
@@ -156,25 +152,17 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosClient, OpenEr
         buffer: Vec::new(),
     };
     if let Some(service) = client.services.first() {
-        let state = service.requests.state();
+        let state = service.ports.requests.state();
         node.session.wait_for_remote(state, || client.peers() > 0);
     }
     Ok(client)
 }
 
-fn is_server(peer: &Peer) -> bool {
-    let info = peer.info.as_ref();
-    info.is_none_or(|info| info.role == Role::Server)
-}
-
 pub(crate) struct RosClient {
-    address: String,
+    caller: Rc<Caller>,
     services: Vec<Service>,
     _listed: Listed,
     received: Arc<Replies>,
-    signal: WakeEvent,
-    wake_event: WakeEvent,
-    spin: Duration,
     /// The number of this client in its component.
     number: u32,
     /// Number of requests, for servers that do not count samples.
@@ -188,22 +176,6 @@ pub(crate) struct RosClient {
 }
 
 impl Service {
-    /// The servers that this client can reach and that can reach it: components first, since
-    /// another program may answer anything.
-    fn servers(&self) -> BTreeSet<(bool, GuidPrefix)> {
-        let server = |peer: &Peer| is_server(peer).then(|| (peer.is_external(), peer.prefix()));
-        let replying = self.replies.state().usable(server);
-        let receiving = self.requests.state().usable(server);
-        let both = receiving.into_iter().filter(|one| replying.contains(one));
-        both.collect()
-    }
-
-    /// Whether `server` is among them.
-    fn has(&self, server: GuidPrefix) -> bool {
-        let same = |peer: &Peer| peer.prefix() == server && is_server(peer);
-        self.replies.state().has(same) && self.requests.state().has(same)
-    }
-
     /// The reader of `server`, whether it belongs to another program, and how it relates replies to
     /// requests.
     fn reader_of(&self, server: GuidPrefix) -> Option<(Guid, bool, Mapping)> {
@@ -211,25 +183,19 @@ impl Service {
             let mapping = Mapping::of(peer);
             (peer.prefix() == server).then_some((peer.guid, peer.is_external(), mapping))
         };
-        self.requests.state().usable(reader).first().copied()
+        let state = self.ports.requests.state();
+        state.usable(reader).first().copied()
     }
 }
 
 impl RosClient {
-    fn failed(&self, reason: String) -> CallError {
-        CallError::Backend {
-            address: self.address.clone(),
-            reason,
-        }
-    }
-
     /// Says once what to do about a server that does not reply, if its mapping is unknown.
     fn advise(&mut self, at: usize, server: GuidPrefix) {
         if let Some((guid, true, _)) = self.services[at].reader_of(server)
             && let Some(advice) = calls::advice_on_server(&guid)
             && !std::mem::replace(&mut self.has_advised, true)
         {
-            tracing::warn!("no reply from `{}`: {advice}", self.address);
+            tracing::warn!("no reply from `{}`: {advice}", self.caller.address);
         }
     }
 
@@ -241,30 +207,9 @@ impl RosClient {
             .iter()
             .position(|service| service.id == operation);
         let at = at.ok_or_else(|| {
-            self.failed("this component was generated without types of ROS 2 for this operation; generate it anew with --middleware ros2".to_owned())
+            self.caller.failed("this component was generated without types of ROS 2 for this operation; generate it anew with --middleware ros2")
         })?;
         Ok((at, id))
-    }
-
-    /// Waits until there is room for one more request.
-    fn make_room(&self, server: GuidPrefix, is_external: bool) -> Result<(), CallError> {
-        let queue = &self.received.queue;
-        queue.set_server(server);
-        let deadline = Instant::now() + ROOM;
-        loop {
-            self.signal.clear();
-            if queue.pending() >= REQUEST_QUEUE && is_external {
-                queue.expire(SILENCE);
-            }
-            if queue.pending() < REQUEST_QUEUE {
-                return Ok(());
-            }
-            let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return Err(CallError::QueueFull(self.address.clone()));
-            }
-            wait(&[self.signal.as_fd()], left);
-        }
     }
 
     /// Waits until a server of another program has the requests of the last operation: services are
@@ -279,9 +224,9 @@ impl RosClient {
         let waited = if self.last == at {
             Ok(())
         } else {
-            last.requests.writer.wait_for_acks_of(&reader, ROOM)
+            last.ports.requests.writer.wait_for_acks_of(&reader, ROOM)
         };
-        waited.map_err(|_| CallError::QueueFull(self.address.clone()))
+        waited.map_err(|_| CallError::QueueFull(self.caller.address.clone()))
     }
 
     /// Sends a request; gives its operation, its identity and its server. Each request gets a
@@ -293,22 +238,21 @@ impl RosClient {
         is_awaited: bool,
     ) -> Result<(usize, RequestId, GuidPrefix), CallError> {
         let (at, id) = self.operation(request)?;
-        let no_server = || CallError::NoServer(self.address.clone());
+        let no_server = || CallError::NoServer(self.caller.address.clone());
         let service = &self.services[at];
-        let asked = self.received.queue.server();
-        let same = asked.filter(|asked| service.has(*asked));
-        let server = same.or_else(|| Some(service.servers().first()?.1));
+        let server = service.ports.server(self.received.queue.server());
         let server = server.ok_or_else(no_server)?;
         let (_, is_external, mapping) = service.reader_of(server).ok_or_else(no_server)?;
-        self.make_room(server, is_external)?;
+        let queue = &self.received.queue;
+        self.caller.make_room(queue, server, is_external)?;
         if is_external {
             self.keep_order(server, at)?;
         }
-        let failed = |error: rc_ddsc::Error| self.failed(error.to_string());
         let service = &self.services[at];
-        let writer = &service.requests.writer;
+        let writer = &service.ports.requests.writer;
         let length = request.length().saturating_sub(ENVELOPE);
-        let mut loan = writer.loan(length).map_err(failed)?;
+        let loan = writer.loan(length);
+        let mut loan = loan.map_err(|error| self.caller.failed(error))?;
         request.write_into(loan.memory())?;
         let sequence = service.sent + 1;
         let count = self.sent + 1;
@@ -318,20 +262,19 @@ impl RosClient {
             Mapping::Before => count.cast_signed(),
         };
         let key = (at, number, mapping);
-        let queue = &self.received.queue;
         queue.begin(key, is_awaited);
         let numbers = (sequence, stamp(header.sent));
         let sent = match mapping {
             Mapping::Beside => {
                 let related = Identity {
-                    guid: service.replies.guid,
+                    guid: service.ports.replies.guid,
                     // Fast DDS counts samples by itself, and has nothing here.
                     number: if is_external { -1 << 32 } else { number },
                 };
                 writer.send(loan, numbers, 0, Some(related))
             }
             Mapping::Before => {
-                let guid = service.requests.guid;
+                let guid = service.ports.requests.guid;
                 let header = calls::header(Identity { guid, number });
                 loan.memory()[BEFORE_BODY - HEADER..BEFORE_BODY].copy_from_slice(&header);
                 writer.send(loan, numbers, HEADER, None)
@@ -339,11 +282,7 @@ impl RosClient {
         };
         sent.map_err(|error| {
             queue.cancel(key);
-            if error.is_timeout() {
-                CallError::QueueFull(self.address.clone())
-            } else {
-                failed(error)
-            }
+            self.caller.not_sent(&error)
         })?;
         self.services[at].sent = sequence;
         self.sent = count;
@@ -359,7 +298,7 @@ impl RosClient {
     ) -> Option<Result<(), CallError>> {
         let received = match self.received.queue.take()? {
             Ok(received) => received,
-            Err(reason) => return Some(Err(self.failed(reason))),
+            Err(reason) => return Some(Err(self.caller.failed(reason))),
         };
         let (is_refusal, mut sample) = (received.is_refusal, received.sample);
         let header = sample_header(&sample, sample.writer().into(), 0);
@@ -389,33 +328,10 @@ impl RosClient {
                 take(header, whole);
                 Ok(())
             }
-            Err(reason) => Err(self.failed(reason)),
+            Err(reason) => Err(self.caller.failed(reason)),
         };
         self.buffer = buffer;
         Some(taken)
-    }
-
-    /// Waits for the reply of `server` to `request`, at most until `limit` has passed since
-    /// `start`.
-    fn await_reply(
-        &mut self,
-        request: (usize, RequestId),
-        server: GuidPrefix,
-        (start, limit): (Instant, Duration),
-        take: &mut dyn FnMut(Header, &[u8]),
-    ) -> Result<(), CallError> {
-        let (signal, wake_event) = (self.signal.clone(), self.wake_event.clone());
-        let call = PendingCall {
-            signal: &signal,
-            wake_event: &wake_event,
-            spin: self.spin,
-            last_words: LAST_WORDS,
-        };
-        let waited = call.wait((start, limit), || CallState {
-            has_server: self.services[request.0].has(server),
-            reply: self.take_reply(request, take),
-        });
-        waited.unwrap_or_else(|why| Err(why.error(&self.address, limit)))
     }
 }
 
@@ -423,11 +339,11 @@ impl Client for RosClient {
     fn guid(&self) -> [u8; 16] {
         self.services
             .first()
-            .map_or([0; 16], |service| service.requests.guid)
+            .map_or([0; 16], |service| service.ports.requests.guid)
     }
 
     fn profile(&self) -> Profile {
-        Profile::Ros
+        Profile::Bare
     }
 
     fn can_loan(&self) -> bool {
@@ -446,11 +362,15 @@ impl Client for RosClient {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
         let start = Instant::now();
-        if self.wake_event.is_stopping() {
+        if self.caller.wake_event.is_stopping() {
             return Err(CallError::Stopping);
         }
         let (at, id, server) = self.submit(header, request, true)?;
-        let result = self.await_reply((at, id), server, (start, limit), take);
+        let caller = Rc::clone(&self.caller);
+        let result = caller.await_reply((start, limit), || CallState {
+            has_server: self.services[at].ports.has(server),
+            reply: self.take_reply((at, id), take),
+        });
         if matches!(result, Err(CallError::Deadline { .. })) {
             self.advise(at, server);
         }
@@ -464,6 +384,6 @@ impl Client for RosClient {
 
     fn peers(&self) -> usize {
         let mut services = self.services.iter();
-        usize::from(services.any(|service| !service.servers().is_empty()))
+        usize::from(services.any(|service| !service.ports.servers().is_empty()))
     }
 }
