@@ -37,9 +37,10 @@ pub enum Profile {
     /// OMG DDS-RPC: the envelope travels with the body. A reply holds a result or one exception.
     #[default]
     Rpc,
-    /// A service of ROS 2: only the body travels; it begins at a multiple of 8 bytes. Where an
-    /// operation throws, its reply holds a code, every exception and the result.
-    Ros,
+    /// Only the body travels, and the backend says which request and operation it belongs to. It
+    /// begins at a multiple of 8 bytes. Where an operation throws, its reply holds a code, every
+    /// exception and the result.
+    Bare,
 }
 
 /// The type of an operation in a middleware that has types of its own.

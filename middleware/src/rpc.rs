@@ -9,7 +9,7 @@
 //! executed, a text with the reason follows the (unknown) branch of the union. If the server does
 //! not serve the operation in its present state, a second text names that state.
 //!
-//! Over ROS 2 ([`Profile::Ros`]) no envelope travels: the backend adds it to a received body, which
+//! In [`Profile::Bare`] no envelope travels: the backend adds it to a received body, which
 //! then begins at [`ENVELOPE`], and removes it before it sends.
 //!
 //! ```
@@ -60,20 +60,20 @@ pub enum Outcome {
     UnknownException = 5,
 }
 
-/// Offset of the body of a call in [`Profile::Ros`]: a multiple of all alignments, so that the
+/// Offset of the body of a call in [`Profile::Bare`]: a multiple of all alignments, so that the
 /// bytes of the body do not depend on the envelope.
 pub const ENVELOPE: usize = 40;
 
 /// Writes the padding between an envelope and its body in `profile`.
 pub fn begin_body(writer: &mut Writer<'_>, profile: Profile) {
-    if profile == Profile::Ros {
+    if profile == Profile::Bare {
         writer.align(8);
     }
 }
 
 /// Skips the padding behind an envelope that was read.
 pub fn open_body(reader: &mut Reader<'_>, profile: Profile) {
-    if profile == Profile::Ros {
+    if profile == Profile::Bare {
         reader.align(8);
     }
 }
@@ -220,13 +220,13 @@ mod tests {
         begin_request(&mut request, RequestId::default(), 3);
         begin_reply(&mut reply, RequestId::default(), 3, 0);
         for writer in [&mut request, &mut reply] {
-            begin_body(writer, Profile::Ros);
+            begin_body(writer, Profile::Bare);
             assert_eq!(writer.len(), ENVELOPE);
         }
         let bytes = request.into_bytes();
         let mut reader = Reader::new(&bytes);
         open_request(&mut reader).expect("an envelope");
-        open_body(&mut reader, Profile::Ros);
+        open_body(&mut reader, Profile::Bare);
         assert!(reader.rest().is_empty());
     }
 

@@ -26,7 +26,7 @@ pub struct Operation {
     /// Whether the operation is a query, which has a reply.
     pub two_way: bool,
     /// The variants of a reply, if the operation throws: its exceptions in the order of their
-    /// declaration, and then its result, as [`Profile::Ros`] orders them. Empty if it throws
+    /// declaration, and then its result, as [`Profile::Bare`] orders them. Empty if it throws
     /// nothing.
     pub replies: &'static [ReplyVariant],
 }
@@ -87,7 +87,7 @@ impl PartialEq for ReplyVariant {
 
 impl Eq for ReplyVariant {}
 
-/// The code of a reply in [`Profile::Ros`]: 0 for the result, else the number of the exception,
+/// The code of a reply in [`Profile::Bare`]: 0 for the result, else the number of the exception,
 /// from 1.
 fn code(replies: &[ReplyVariant], case: i32) -> i32 {
     let at = replies.iter().position(|a| a.case == case && case != 0);

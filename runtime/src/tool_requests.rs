@@ -265,7 +265,7 @@ impl ToolRequests {
             sequence: header.sequence,
             sent: header.sent,
             image: header.encoding == Encoding::Image,
-            ros: copied.profile == Profile::Ros,
+            ros: copied.profile == Profile::Bare,
             dropped: 0,
             body: copied.body,
         }));

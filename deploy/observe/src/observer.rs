@@ -316,7 +316,7 @@ fn hand_over(tapped: &Tapped, lost: u64, wanted: Option<&str>, take: &mut dyn Fn
             sender: 0,
         },
         profile: if tapped.ros {
-            Profile::Ros
+            Profile::Bare
         } else {
             Profile::Rpc
         },

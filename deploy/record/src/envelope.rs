@@ -92,7 +92,7 @@ pub fn request<'i>(interface: &'i Interface, profile: Profile, body: &[u8]) -> O
     let mut reader = Reader::new(body);
     let (id, number) = rpc::open_request(&mut reader).ok()?;
     let operation = interface.operations.iter().find(|o| o.id == number)?;
-    if profile == Profile::Ros {
+    if profile == Profile::Bare {
         return Some(opened(operation, id, body.get(ENVELOPE..)?));
     }
     let value = decode_from(&operation.request, &mut reader).ok()?;
@@ -148,7 +148,7 @@ pub fn reply<'i>(
         return Some(Reply::Refused(reason));
     }
     let (operation, id, case, mut reader) = found?;
-    if profile == Profile::Ros {
+    if profile == Profile::Bare {
         return Some(Reply::Opened(opened(operation, id, body.get(ENVELOPE..)?)));
     }
     let value = match encoding {
@@ -219,7 +219,7 @@ pub fn answer(
     let body = recorded.get(ENCAPSULATION.len()..).unwrap_or_default();
     let mut reader = Reader::new(body);
     let mut writer = begin();
-    if profile == Profile::Ros {
+    if profile == Profile::Bare {
         // The recorded form is that of ROS 2.
         rpc::begin_reply(&mut writer, id, operation.id, 0);
         rpc::begin_body(&mut writer, profile);
@@ -312,9 +312,9 @@ mod tests {
             assert_eq!(again.expect("a reply"), body);
 
             // A client of ROS 2 gets the same bytes behind an envelope of its own.
-            let of_ros = answer(operation, Profile::Ros, id, &got.data).expect("a reply");
+            let of_ros = answer(operation, Profile::Bare, id, &got.data).expect("a reply");
             assert_eq!(of_ros[ENVELOPE..], got.data[ENCAPSULATION.len()..]);
-            let back = reply(&interface, Profile::Ros, Encoding::Cdr, &of_ros);
+            let back = reply(&interface, Profile::Bare, Encoding::Cdr, &of_ros);
             assert!(matches!(back, Some(Reply::Opened(back)) if back.data == got.data));
         }
     }

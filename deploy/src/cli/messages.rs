@@ -371,7 +371,7 @@ impl Calls {
             })
         };
         match kind {
-            rpc::ReplyKind::Case(_) if observed.profile == rc_middleware::Profile::Ros => {
+            rpc::ReplyKind::Case(_) if observed.profile == rc_middleware::Profile::Bare => {
                 rpc::open_body(&mut reader, observed.profile);
                 ros_reply(of, &mut reader).and_then(|(kind, value)| decoded(kind, value))
             }

@@ -79,7 +79,7 @@ pub(crate) fn enveloped<'a>(
     buffer.clear();
     let mut writer = Writer::over(std::mem::take(buffer));
     envelope(&mut writer);
-    rpc::begin_body(&mut writer, rc_middleware::Profile::Ros);
+    rpc::begin_body(&mut writer, rc_middleware::Profile::Bare);
     *buffer = writer.into_bytes();
     if sample.unique().is_none() {
         buffer.extend_from_slice(&body(sample)?[skipped..]);

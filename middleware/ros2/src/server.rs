@@ -397,7 +397,7 @@ impl Server for RosServer {
         });
         let whole = whole.map_err(|reason| self.failed(reason))?;
         let writer = &self.services[place].replies.writer;
-        let mut reply = ReplyMemory::new(writer, Profile::Ros, std::mem::take(&mut self.reply));
+        let mut reply = ReplyMemory::new(writer, Profile::Bare, std::mem::take(&mut self.reply));
         answer(header, whole, &mut reply);
         let (reply, loan) = reply.finish();
         self.request = buffer;

@@ -190,7 +190,7 @@ fn open(body: &[u8], header: Header, pending: PendingCall) -> Result<(i32, Reade
                 }
                 reader.image_at(BEHIND_ENVELOPE);
             }
-            if pending.profile == Profile::Ros {
+            if pending.profile == Profile::Bare {
                 rpc::open_body(&mut reader, pending.profile);
                 let case = open_ros_reply(&mut reader, pending.replies)?;
                 return Ok((case, reader));
@@ -200,7 +200,7 @@ fn open(body: &[u8], header: Header, pending: PendingCall) -> Result<(i32, Reade
     }
 }
 
-/// Skips to the variant that a reply in [`Profile::Ros`] holds, and gives its case.
+/// Skips to the variant that a reply in [`Profile::Bare`] holds, and gives its case.
 fn open_ros_reply(reader: &mut Reader<'_>, replies: &[ReplyVariant]) -> Result<i32, DecodeError> {
     if replies.is_empty() {
         return Ok(0);

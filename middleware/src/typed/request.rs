@@ -18,11 +18,11 @@ struct Beginning {
 }
 
 impl Beginning {
-    /// Writes the envelope, and in [`Profile::Ros`] the code and the variants before this one.
+    /// Writes the envelope, and in [`Profile::Bare`] the code and the variants before this one.
     fn write(self, writer: &mut Writer<'_>) {
         rpc::begin_reply(writer, self.id, self.operation, self.case);
-        if self.profile == Profile::Ros {
-            rpc::begin_body(writer, Profile::Ros);
+        if self.profile == Profile::Bare {
+            rpc::begin_body(writer, Profile::Bare);
             if !self.replies.is_empty() {
                 writer.put(&code(self.replies, self.case));
                 let here = self.place().unwrap_or(self.replies.len());
@@ -33,10 +33,10 @@ impl Beginning {
         }
     }
 
-    /// The variants that follow in [`Profile::Ros`].
+    /// The variants that follow in [`Profile::Bare`].
     fn rest(self) -> &'static [ReplyVariant] {
         match self.place() {
-            Some(at) if self.profile == Profile::Ros && self.case != 0 => &self.replies[at + 1..],
+            Some(at) if self.profile == Profile::Bare && self.case != 0 => &self.replies[at + 1..],
             _ => &[],
         }
     }
@@ -275,9 +275,9 @@ impl<'a> Request<'a> {
     }
 
     /// Hands over the reply. A command has none, unless its client waits for the end of commands,
-    /// too ([`Profile::Ros`]), and it was refused.
+    /// too ([`Profile::Bare`]), and it was refused.
     pub fn close(self) {
-        let keeps = self.two_way || (self.is_refused && self.reply.profile() == Profile::Ros);
+        let keeps = self.two_way || (self.is_refused && self.reply.profile() == Profile::Bare);
         let reply = self.reply.body();
         *reply = self.writer.into_bytes();
         if !keeps {

@@ -95,7 +95,7 @@ impl Calling {
 pub(super) fn profile_number(profile: Profile) -> u64 {
     match profile {
         Profile::Rpc => 0,
-        Profile::Ros => 1,
+        Profile::Bare => 1,
     }
 }
 
@@ -103,7 +103,7 @@ pub(super) fn profile_number(profile: Profile) -> u64 {
 pub(super) fn profile_of(number: u64) -> Profile {
     match number {
         0 => Profile::Rpc,
-        _ => Profile::Ros,
+        _ => Profile::Bare,
     }
 }
 

@@ -108,7 +108,7 @@ mod tests {
         }
 
         fn profile(&self) -> Profile {
-            Profile::Ros
+            Profile::Bare
         }
 
         fn send(&mut self, _: Header, _: &dyn RequestBody) -> Result<(), CallError> {
@@ -147,7 +147,7 @@ mod tests {
         };
         let mut writer = Writer::over(Vec::new());
         rpc::begin_request(&mut writer, id, 3);
-        rpc::begin_body(&mut writer, Profile::Ros);
+        rpc::begin_body(&mut writer, Profile::Bare);
         let request = writer.into_bytes();
         let mut reply = Vec::new();
         let mut take = |_: Header, body: &[u8]| body.clone_into(&mut reply);

@@ -137,7 +137,7 @@ impl Answers {
 
 /// A reply that says that there is none. ROS 2 has no such reply; its client waits for its limit.
 fn refusal(profile: Profile, id: rpc::RequestId) -> Option<Vec<u8>> {
-    if profile == Profile::Ros {
+    if profile == Profile::Bare {
         return None;
     }
     let mut writer = Writer::default();

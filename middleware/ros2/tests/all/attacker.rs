@@ -229,7 +229,7 @@ fn a_client_believes_its_component_alone() {
                 let size = sizes.recv_timeout(LIMIT).expect("a size");
                 let mut writer = rc_middleware::Writer::default();
                 rpc::begin_reply(&mut writer, id, OPERATION, 0);
-                rpc::begin_body(&mut writer, rc_middleware::Profile::Ros);
+                rpc::begin_body(&mut writer, rc_middleware::Profile::Bare);
                 writer.put(&RIGHT);
                 *reply.body() = writer.into_bytes();
                 let length = reply.body().len().max(size);

@@ -130,7 +130,7 @@ impl Asker {
         };
         let mut request = Writer::default();
         rpc::begin_request(&mut request, id, 1);
-        rpc::begin_body(&mut request, Profile::Ros);
+        rpc::begin_body(&mut request, Profile::Bare);
         body(&mut request);
         let mut answer = Vec::new();
         let mut take = |_: Header, bytes: &[u8]| answer = bytes[ENVELOPE..].to_vec();
