@@ -1,7 +1,7 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
 use crate::ast::{Clause, Communication, Component, Dependency, File, Setting, SlotDecl};
-use crate::model::Role;
+use crate::model::{Language, Role};
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Literal, Name, ParseContext};
@@ -14,9 +14,6 @@ use rc_syntax::{Literal, Name, ParseContext};
 #[grammar = "../../syntax/src/common.pest"]
 #[grammar = "grammar.pest"]
 pub struct Grammar;
-
-/// The programming languages of workers.
-pub(crate) const KNOWN_LANGUAGES: [&str; 4] = ["rust", "cpp", "cpp11", "python"];
 
 /// The keywords of clauses.
 const KEYWORDS: [&str; 11] = [
@@ -276,7 +273,8 @@ fn dependency(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Dependen
 /// An unknown programming language.
 pub(crate) fn unknown_language(name: &Name) -> Diagnostic {
     let message = format!("unknown language `{}`", name.text);
-    Diagnostic::error("unknown-language", name.span, message).suggest(&name.text, KNOWN_LANGUAGES)
+    Diagnostic::error("unknown-language", name.span, message)
+        .suggest(&name.text, Language::WORDS.map(|(word, _)| word))
 }
 
 /// Reports a language that is not a name, such as `N++`, as an unknown language.

@@ -1,8 +1,10 @@
 //! Loads the imported interfaces and builds the model of a component.
 
 use crate::ast::{self, Clause, SlotDecl};
-use crate::model::{Component, DEFAULT_PERIOD, Dependency, Middleware, Role, Slot, StateMachine};
-use crate::parse::{KNOWN_LANGUAGES, parse, unknown_language};
+use crate::model::{
+    Component, DEFAULT_PERIOD, Dependency, Language, Middleware, Role, Slot, StateMachine,
+};
+use crate::parse::{parse, unknown_language};
 use crate::resolver::Resolver;
 use crate::slot_names::SlotNames;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -192,10 +194,8 @@ impl Resolver<'_> {
     }
 
     fn language(&mut self, name: &Name) -> Name {
-        if !KNOWN_LANGUAGES
-            .iter()
-            .any(|k| k.eq_ignore_ascii_case(&name.text))
-        {
+        let mut known = Language::WORDS.into_iter();
+        if !known.any(|(word, _)| word.eq_ignore_ascii_case(&name.text)) {
             self.found.push(unknown_language(name));
         }
         Name::new(name.text.to_lowercase(), name.span)

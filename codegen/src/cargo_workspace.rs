@@ -1,9 +1,10 @@
 //! The cargo workspace of a folder, found by reading manifests: rcgen starts no cargo.
 
 use crate::files::GENERATED;
+use crate::generator;
 use crate::languages;
 use crate::paths::{absolute, normal, relative};
-use crate::worker_language::WorkerLanguage;
+use rc_vocabulary::Language;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -48,9 +49,12 @@ impl Workspace {
                 manifest,
             };
             let is_root = workspace.manifest.contains_key("workspace");
-            // Cargo must not take a component in Python for a package.
-            let is_python = || folder.join(WorkerLanguage::Python.manifest()).exists();
-            if is_root && (root == folder || !workspace.excludes(&folder) || is_python()) {
+            // Cargo must not take a component in another language for a package.
+            let is_other = || {
+                let mut others = Language::ALL.into_iter();
+                others.any(|one| !one.is_built_by_cargo() && folder.join(one.manifest()).exists())
+            };
+            if is_root && (root == folder || !workspace.excludes(&folder) || is_other()) {
                 return Ok(Some(workspace));
             }
         }
@@ -176,7 +180,7 @@ impl Workspace {
                 components.push(file);
             } else if inside.any(|above| above.join("Cargo.toml").exists()) {
                 // A file inside another package belongs to its tests.
-            } else if WorkerLanguage::of_file(&file)? == WorkerLanguage::Python {
+            } else if generator::of_file(&file)?.is_some_and(|one| !one.is_built_by_cargo()) {
                 components.push(file);
             } else {
                 unlisted.push(file);

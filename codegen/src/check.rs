@@ -4,13 +4,13 @@ use crate::configuration;
 use crate::innermodel;
 use crate::languages;
 use crate::project::Project;
-use crate::worker_language::WorkerLanguage;
-use crate::{dependencies, paths, python, requirements, ros, stubs};
+use crate::{generator, paths, ros};
 use rc_cdsl::model::{Role, Slot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use rc_idsl::Session;
 use rc_idsl::model::Operation;
 use rc_syntax::Loader;
+use rc_vocabulary::Language;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -111,17 +111,8 @@ pub fn file(
             let right = !more.has_errors();
             found.extend(more);
             if let Some(project) = project.as_ref().filter(|_| right) {
-                match project.language() {
-                    WorkerLanguage::Rust => {
-                        found.extend(dependencies::compare(&project.component, project.folder()).1);
-                        let unreachable = stubs::unreachable(project, sources);
-                        found.extend(unreachable.map_err(io::Error::other)?);
-                    }
-                    WorkerLanguage::Python => {
-                        found.extend(requirements::compare(&project.component, project.code()).1);
-                        python::stubs::check(project, sources, found)?;
-                    }
-                }
+                let language = project.language().unwrap_or(Language::Rust);
+                (generator::of(language).worker)(project, sources, found)?;
             }
             let own = configuration::own(path).filter(|own| !was_read(own, sources));
             if let (Some(project), Some(own)) = (project.filter(|_| right), own)

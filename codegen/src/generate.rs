@@ -2,11 +2,9 @@
 
 use crate::files::{Files, GENERATED, Owner};
 use crate::project::Project;
-use crate::python;
-use crate::rust::{self, print::Printer};
+use crate::rust;
 use crate::templates::TemplateError;
-use crate::worker_language::WorkerLanguage;
-use crate::{dependencies, markdown, parallel, requirements, view};
+use crate::{generator, markdown, parallel, view};
 use rc_cdsl::model::Middleware;
 use rc_configuration::Parameters;
 use rc_diagnostics::Diagnostics;
@@ -61,30 +59,16 @@ pub fn component(
     interfaces: &str,
 ) -> Result<(Files, Diagnostics), TemplateError> {
     let (view, mut found) = view::component::of(project, middleware);
-    let language = project.language();
-    match language {
-        WorkerLanguage::Rust => rust::component::check(&project.component, &mut found),
-        WorkerLanguage::Python => {
-            python::check(&project.component.library, &mut found);
-            python::component::check(&project.component, &mut found);
-        }
-    }
+    // For another language, the view has an error.
+    let Some(generator) = project.language().map(generator::of) else {
+        return Ok((Files::default(), found));
+    };
+    (generator.names)(&project.component, &mut found);
     if found.has_errors() {
         return Ok((Files::default(), found));
     }
     let mut files = Files::default();
-    let dependencies = project.component.dependencies.iter();
-    match language {
-        WorkerLanguage::Rust => {
-            let component = rust::component::of(&view);
-            let dependencies: Vec<String> = dependencies.map(dependencies::line).collect();
-            Printer::new(&component)?.files(interfaces, &dependencies, &mut files)?;
-        }
-        WorkerLanguage::Python => {
-            let dependencies: Vec<String> = dependencies.map(requirements::line).collect();
-            python::print::files(&view, &dependencies, &mut files)?;
-        }
-    }
+    (generator.print)(&view, &project.component, interfaces, &mut files)?;
     let schema = Path::new(GENERATED).join("config.schema.json");
     files.add(schema, Owner::Generic, view.schema.clone());
     let configuration = rc_configuration::template(

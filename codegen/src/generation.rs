@@ -4,15 +4,12 @@
 use crate::dependencies;
 use crate::files::{self, Files, Step};
 use crate::generate;
+use crate::generator;
 use crate::interface_crate::{Definitions, Error, InterfaceCrate};
 use crate::load::FileLoader;
 use crate::parallel;
 use crate::project::Project;
-use crate::python::{print as python, reply_order};
-use crate::requirements;
 use crate::rust::print::{self, FIRST_TEST};
-use crate::view;
-use crate::worker_language::WorkerLanguage;
 use rc_cdsl::model::Middleware;
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
 use rc_syntax::Loader;
@@ -25,7 +22,7 @@ pub struct Component {
     pub folder: PathBuf,
     /// Whether it has a `src/lib.rs`, or gets one.
     pub is_library: bool,
-    language: WorkerLanguage,
+    is_built_by_cargo: bool,
     files: Files,
     definitions: Definitions,
 }
@@ -46,8 +43,8 @@ impl Component {
         middleware: Middleware,
         interfaces: &InterfaceCrate,
     ) -> Result<(Option<Self>, Diagnostics), Error> {
-        if project.language() == WorkerLanguage::Python {
-            return Self::of_python(project, folder, middleware);
+        if !project.is_built_by_cargo() {
+            return Self::alone(project, folder, middleware);
         }
         let dependency = interfaces.dependency(&folder)?;
         // Laying out code takes most of the time of a generation.
@@ -69,7 +66,7 @@ impl Component {
         found.extend(dependencies::compare(&project.component, &folder).1);
         let component = Self {
             folder,
-            language: WorkerLanguage::Rust,
+            is_built_by_cargo: true,
             is_library,
             files,
             definitions,
@@ -77,24 +74,22 @@ impl Component {
         Ok((Some(component).filter(|_| !found.has_errors()), found))
     }
 
-    /// Generates a component in Python, which has its types in a package of its own.
-    fn of_python(
+    /// Generates a component that has its types in a package of its own.
+    fn alone(
         project: &Project,
         folder: PathBuf,
         middleware: Middleware,
     ) -> Result<(Option<Self>, Diagnostics), Error> {
         let (mut files, mut found) = generate::component(project, middleware, "")?;
-        if folder.join("src").exists() {
-            files.remove(Path::new(python::FIRST_TEST));
-        }
-        found.extend(requirements::compare(&project.component, &folder).1);
-        if !found.has_errors() {
-            let (view, _) = view::component::of(project, middleware);
-            reply_order::check(project, &view, &folder, &mut found)?;
+        if let Some(generator) = project.language().map(generator::of) {
+            if folder.join("src").exists() {
+                files.remove(Path::new(generator.first_test));
+            }
+            (generator.compare)(project, middleware, &folder, &mut found)?;
         }
         let component = Self {
             folder,
-            language: WorkerLanguage::Python,
+            is_built_by_cargo: false,
             is_library: true,
             files,
             definitions: Definitions::default(),
@@ -138,9 +133,8 @@ pub fn parts(
         .map(|component| component.definitions.clone());
     let definitions = interfaces.definitions(own.into_iter().chain(of_components).collect());
     let mut parts = Vec::new();
-    let mut languages = components.iter().map(|component| component.language);
-    // Components in Python alone need no crate.
-    if components.is_empty() || languages.any(|language| language == WorkerLanguage::Rust) {
+    // Components with types of their own need no crate.
+    if components.is_empty() || components.iter().any(|c| c.is_built_by_cargo) {
         let Some(shared) = interfaces.files(definitions, exact, sources, loader, found)? else {
             return Ok(None);
         };
@@ -150,9 +144,7 @@ pub fn parts(
             component: None,
         });
     }
-    let no_packages = components
-        .iter()
-        .filter(|c| c.language == WorkerLanguage::Python);
+    let no_packages = components.iter().filter(|c| !c.is_built_by_cargo);
     let no_packages: Vec<&Path> = no_packages.map(|c| c.folder.as_path()).collect();
     parts.extend(interfaces.manifest(&no_packages)?.map(|files| Part {
         folder: interfaces.root().to_path_buf(),

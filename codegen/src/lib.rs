@@ -17,6 +17,7 @@ pub mod files;
 pub mod format;
 pub mod generate;
 pub mod generation;
+mod generator;
 pub mod innermodel;
 pub mod interface_crate;
 pub mod languages;
@@ -38,7 +39,6 @@ pub mod templates;
 mod type_names;
 pub mod view;
 mod viewer;
-pub mod worker_language;
 pub mod workspace;
 
 pub use files::Files;

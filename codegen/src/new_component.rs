@@ -3,13 +3,13 @@
 use crate::cargo_workspace::Workspace;
 use crate::files::{Files, Owner};
 use crate::load::FileLoader;
-use crate::worker_language::WorkerLanguage;
-use crate::{names, paths, python};
+use crate::{generator, names, paths};
 use rc_cdsl::ast::Clause;
 use rc_cdsl::model::Role;
 use rc_diagnostics::{SourceMap, Span};
 use rc_idsl::ast::DeclKind;
 use rc_syntax::Loader;
+use rc_vocabulary::Language;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -23,7 +23,7 @@ pub struct NewComponent {
     /// Period of `compute()`; without one, that of new components.
     pub period: Option<Duration>,
     /// The language of its worker.
-    pub language: WorkerLanguage,
+    pub language: Language,
     /// The description that it starts with.
     pub from: Option<PathBuf>,
 }
@@ -65,11 +65,8 @@ impl NewComponent {
     /// Descriptions, relative to the root of the workspace.
     pub fn files(&self, workspace: &Workspace, loader: &FileLoader) -> Result<Files, Error> {
         let name = &self.name;
-        let is_rust = self.language == WorkerLanguage::Rust;
-        let named = match self.language {
-            WorkerLanguage::Rust => names::component(name),
-            WorkerLanguage::Python => python::names::component(name),
-        };
+        let is_package = self.language.is_built_by_cargo();
+        let named = (generator::of(self.language).name)(name);
         named.map_err(|reason| {
             Error::Refused(format!("a component cannot be called `{name}`: {reason}"))
         })?;
@@ -81,7 +78,7 @@ impl NewComponent {
         }
         if let Some(other) = workspace
             .package(&names::package(name))?
-            .filter(|_| is_rust)
+            .filter(|_| is_package)
         {
             let message = format!(
                 "the workspace has a package `{name}` already: {}",
@@ -204,8 +201,8 @@ impl NewComponent {
 /// The manifest of the workspace with the component among its members, if it does not name it yet.
 pub fn member(workspace: &Workspace, component: &NewComponent) -> std::io::Result<Files> {
     let mut files = Files::default();
-    // A component in Python is no package of cargo.
-    if component.language == WorkerLanguage::Rust
+    // Only packages of cargo are members.
+    if component.language.is_built_by_cargo()
         && let Some((old, new)) = workspace.with_member(&component.folder())?
     {
         files.edit("Cargo.toml", old, new);

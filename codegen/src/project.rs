@@ -3,14 +3,14 @@
 use crate::cargo_workspace::Workspace;
 use crate::note::Note;
 use crate::origin::Origin;
-use crate::worker_language::WorkerLanguage;
-use crate::{dependencies, machine_names, names, paths, requirements, ros, rust, viewer};
+use crate::{generator, machine_names, names, paths, ros, rust, viewer};
 use rc_cdsl::Component;
 use rc_cdsl::model::Middleware;
 use rc_configuration::model::Parameters;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use rc_smdsl::StateMachine;
 use rc_syntax::{Loader, Name, Trivia};
+use rc_vocabulary::Language;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -50,9 +50,8 @@ impl Project {
         let Some(component) = component else {
             return Ok((None, found));
         };
-        match WorkerLanguage::of(&component.language.text) {
-            WorkerLanguage::Rust => dependencies::check(&component, &mut found),
-            WorkerLanguage::Python => requirements::check(&component, &mut found),
+        if let Some(language) = Language::from_file(&component.language.text) {
+            (generator::of(language).dependencies)(&component, &mut found);
         }
         if !found.has_errors() {
             found.extend(ros::annotations(&component.library));
@@ -117,8 +116,19 @@ impl Project {
     }
 
     /// The language of its worker.
-    pub fn language(&self) -> WorkerLanguage {
-        WorkerLanguage::of(&self.component.language.text)
+    pub fn language(&self) -> Option<Language> {
+        Language::from_file(&self.component.language.text)
+    }
+
+    /// The name of its manifest.
+    pub fn manifest(&self) -> &'static str {
+        self.language().unwrap_or(Language::Rust).manifest()
+    }
+
+    /// Whether cargo builds it. RoboComp's components in other languages count as such, since a
+    /// worker in Rust takes the place of theirs.
+    pub fn is_built_by_cargo(&self) -> bool {
+        self.language().is_none_or(Language::is_built_by_cargo)
     }
 
     /// The oldest version of Python that a component in Python runs on.
@@ -139,8 +149,7 @@ impl Project {
     pub fn code(&self) -> &Path {
         self.code.get_or_init(|| {
             let own = self.folder();
-            let elsewhere =
-                (!own.join(self.language().manifest()).exists()).then(|| self.package());
+            let elsewhere = (!own.join(self.manifest()).exists()).then(|| self.package());
             elsewhere.flatten().unwrap_or_else(|| own.to_path_buf())
         })
     }

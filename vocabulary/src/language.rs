@@ -3,9 +3,10 @@
 use crate::word::words;
 
 /// A language that components are generated in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Language {
     /// Rust: a package of cargo.
+    #[default]
     Rust,
     /// Python: a package of pip, which runs on the extension `robocomp`.
     Python,
@@ -40,6 +41,23 @@ impl Language {
         words
             .find(|(known, _)| known.eq_ignore_ascii_case(word))
             .and_then(|(_, language)| language)
+    }
+
+    /// Whether cargo builds it: as a member of its workspace, over the crate of interfaces that all
+    /// members share. Other components have their types in a package of their own, and a launcher.
+    pub fn is_built_by_cargo(self) -> bool {
+        match self {
+            Self::Rust => true,
+            Self::Python => false,
+        }
+    }
+
+    /// Whether it runs by an interpreter of the machine, which only its own machine has.
+    pub fn has_interpreter(self) -> bool {
+        match self {
+            Self::Rust => false,
+            Self::Python => true,
+        }
     }
 
     /// The manifest of a component.

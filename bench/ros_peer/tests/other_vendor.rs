@@ -125,7 +125,7 @@ fn call_silent_server() {
         };
         let mut request = Writer::default();
         rpc::begin_request(&mut request, id, ECHO.id);
-        rpc::begin_body(&mut request, Profile::Ros);
+        rpc::begin_body(&mut request, Profile::Bare);
         request.put(&7_i32);
         let limit = Duration::from_millis(100);
         let called = client.call(

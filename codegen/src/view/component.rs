@@ -315,7 +315,7 @@ fn schema(project: &Project) -> String {
 
 fn check_language(project: &Project, found: &mut Diagnostics) {
     let language = &project.component.language;
-    if !["rust", "python"].contains(&language.text.as_str()) {
+    if project.language().is_none() {
         let message = format!("there are no templates for `{}` yet", language.text);
         let help = "generate another language with `--language rust` or `--language python`; the file stays as it is";
         found.push(Diagnostic::error("no-templates", language.span, message).help(help));

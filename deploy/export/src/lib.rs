@@ -11,11 +11,11 @@ mod yaml;
 
 use rc_cdsl::model::Middleware;
 use rc_codegen::Files;
-use rc_codegen::worker_language::WorkerLanguage;
 use rc_ddsl::model::Host;
 use rc_deploy_network::Network;
 use rc_deploy_network::plan::{Component, Plan, Policy};
 use rc_deploy_network::process_name;
+use rc_vocabulary::Language;
 use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -181,7 +181,7 @@ fn machines<'n>(network: &'n Network, plan: &'n Plan) -> Vec<Machine<'n>> {
             dds: chosen.contains(&Middleware::Dds),
             is_python: network.projects[at]
                 .as_ref()
-                .is_some_and(|project| project.language() == WorkerLanguage::Python),
+                .is_some_and(|project| project.language().is_some_and(Language::has_interpreter)),
         };
         let of =
             |machine: &&mut Machine<'_>| machine.host.map(|h| h.name.text.as_str()) == names[at];

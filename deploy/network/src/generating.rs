@@ -7,7 +7,6 @@ use rc_cdsl::model::Middleware;
 use rc_codegen::generation::{self, Component};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
-use rc_codegen::worker_language::WorkerLanguage;
 use rc_codegen::{FileLoader, Project, stubs};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use std::collections::BTreeMap;
@@ -70,7 +69,7 @@ impl Network {
                 }
                 (Ok(None) | Err(_), None) => instance.middleware,
                 // A variant needs the folder's own manifest and worker, not its generated code.
-                (_, Some(_)) if project.code().join(project.language().manifest()).exists() => {
+                (_, Some(_)) if project.code().join(project.manifest()).exists() => {
                     continue;
                 }
                 (_, Some(_)) => Middleware::DEFAULT,
@@ -120,7 +119,7 @@ impl Shared<'_> {
         for (project, _) in &self.stale {
             // The compiler reports the mistakes of a worker that cannot be parsed; one in Python
             // is checked when it starts.
-            if project.language() == WorkerLanguage::Rust
+            if project.is_built_by_cargo()
                 && let Ok((Some(missing), found)) = stubs::of(project, project.code(), sources)
             {
                 done.found.extend(found);

@@ -3,8 +3,8 @@
 
 use crate::model::{Network, Profile};
 use rc_codegen::python::component_interpreter::{self, InPath};
-use rc_codegen::worker_language::WorkerLanguage;
 use rc_diagnostics::Diagnostics;
+use rc_vocabulary::Language;
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -22,7 +22,7 @@ impl Network {
         let mut in_path = InPath::default();
         let mut seen: HashSet<&Path> = HashSet::new();
         for (instance, project, _) in self.built() {
-            let is_python = project.language() == WorkerLanguage::Python;
+            let is_python = project.language().is_some_and(Language::has_interpreter);
             let is_elsewhere = self.deployment.remote_host(instance).is_some();
             if is_python && !is_elsewhere && seen.insert(&project.path) {
                 let place = instance.cdsl.as_ref().unwrap_or(&instance.name).span;

@@ -12,7 +12,6 @@ use crate::workspaces::Workspaces;
 use rc_cdsl::model::Middleware;
 use rc_codegen::note::Note;
 use rc_codegen::paths::normal;
-use rc_codegen::worker_language::WorkerLanguage;
 use rc_codegen::{Project, names};
 use rc_ddsl::model::{Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
@@ -115,9 +114,10 @@ fn check_executable(
 
 /// The name of a component's program.
 fn package(project: &Project) -> String {
-    match project.language() {
-        WorkerLanguage::Rust => names::package(&project.component.name.text),
-        WorkerLanguage::Python => launcher::package(project),
+    if project.is_built_by_cargo() {
+        names::package(&project.component.name.text)
+    } else {
+        launcher::package(project)
     }
 }
 
@@ -154,7 +154,7 @@ fn check_variant(
         let errors = more.iter().filter(|d| d.severity == Severity::Error);
         found.extend(errors.cloned());
     }
-    if !project.code().join(project.language().manifest()).exists() {
+    if !project.code().join(project.manifest()).exists() {
         let named = instance.cdsl.as_ref().unwrap_or(&instance.name);
         let message = format!("`{}` has no code yet", instance.path);
         let generate = how_to_generate(project);
@@ -333,7 +333,7 @@ impl Network {
             let root = Workspaces::root(project.code());
             if let Some(root) = root.map_err(refused("prepare the build"))? {
                 let package = package(project);
-                if project.language() == WorkerLanguage::Python {
+                if !project.is_built_by_cargo() {
                     let program = variant.map(|middleware| variant::program(&package, middleware));
                     let scripts = scripts.entry(root).or_default();
                     scripts

@@ -1,8 +1,8 @@
 //! Fields of a description that have no effect in this version.
 
 use crate::model::Network;
-use rc_codegen::worker_language::WorkerLanguage;
 use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_vocabulary::Language;
 
 impl Network {
     /// Reports components in Python on other hosts: their packages are not copied.
@@ -10,7 +10,7 @@ impl Network {
         for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
             let is_python = project
                 .as_ref()
-                .is_some_and(|project| project.language() == WorkerLanguage::Python);
+                .is_some_and(|project| project.language().is_some_and(Language::has_interpreter));
             let host = self.deployment.remote_host(instance).zip(instance.host);
             if let Some((host, (_, span))) = host.filter(|_| is_python) {
                 let message = format!(

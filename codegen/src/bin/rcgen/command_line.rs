@@ -1,9 +1,10 @@
 //! The command line of `rcgen`.
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 use rc_command_line::{ArgValueCandidates, CompletionCandidate, Tool, files, words};
 use rc_diagnostics::Format;
-use rc_vocabulary::{Middleware, listed};
+use rc_vocabulary::{Language, Middleware, listed};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -243,7 +244,7 @@ pub(crate) struct New {
     #[arg(long, value_name = "DURATION", value_parser = period)]
     pub(crate) period: Option<Duration>,
     /// The language of its worker [default: rust].
-    #[arg(long, value_parser = ["rust", "python"])]
+    #[arg(long, value_parser = PossibleValuesParser::new(Language::words()))]
     pub(crate) language: Option<String>,
     /// Starts with a copy of this description, under the new name and in this language.
     #[arg(long, value_name = "FILE.cdsl", conflicts_with_all = ["implements", "requires", "publishes", "subscribes", "period"])]
@@ -278,7 +279,7 @@ pub(crate) struct Generate {
     #[arg(long, value_parser = middleware, add = words(Middleware::words()))]
     pub(crate) middleware: Option<Middleware>,
     /// Generates this language, whatever the file says.
-    #[arg(long, value_parser = ["rust", "python"])]
+    #[arg(long, value_parser = PossibleValuesParser::new(Language::words()))]
     pub(crate) language: Option<String>,
     /// Lists what would be written, and writes nothing.
     #[arg(long)]

@@ -3,9 +3,9 @@
 use crate::command_line::Common;
 use crate::reports::{Failure, load, print, report, tell};
 use rc_cdsl::model::Middleware;
-use rc_codegen::worker_language::WorkerLanguage;
 use rc_codegen::{Project, generate, python, stubs};
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
+use rc_vocabulary::Language;
 use std::path::{Path, PathBuf};
 
 pub(crate) fn print_view(
@@ -33,7 +33,7 @@ pub(crate) fn print_stubs(
     let mut sources = SourceMap::new();
     let (mut project, mut found) = load(file, common, &mut sources)?;
     let folder = out.unwrap_or_else(|| project.folder().to_path_buf());
-    if project.language() == WorkerLanguage::Python {
+    if project.language() == Some(Language::Python) {
         return print_python_stubs(file, &project, &folder, found, &mut sources, common);
     }
     // Whatever the file says: the handlers that are there are Rust.

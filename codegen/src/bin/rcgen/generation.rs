@@ -9,9 +9,9 @@ use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::generation::{self, Component, Part};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
-use rc_codegen::worker_language::WorkerLanguage;
 use rc_codegen::{FileLoader, Project, dependencies, languages, parallel, paths, stubs};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use rc_vocabulary::Language;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -363,7 +363,7 @@ impl Group {
         }
         for (part, steps) in parts.iter().zip(&steps) {
             if let Some(at) = part.component
-                && projects[at].language() == WorkerLanguage::Python
+                && projects[at].language() == Some(Language::Python)
             {
                 if handlers_changed(steps) {
                     let file = projects[at].path.display();

@@ -7,8 +7,8 @@ use rc_cdsl::model::Role;
 use rc_codegen::files::Change;
 use rc_codegen::new_component::{self, NewComponent};
 use rc_codegen::paths::{absolute, relative};
-use rc_codegen::worker_language::WorkerLanguage;
 use rc_codegen::{FileLoader, Files, names, workspace};
+use rc_vocabulary::Language;
 use std::path::Path;
 
 pub(crate) fn init(dir: &Path, framework: &str, shared_target: bool) -> Result<(), Failure> {
@@ -60,7 +60,8 @@ pub(crate) fn new(args: New) -> Result<(), Failure> {
         language: args
             .language
             .as_deref()
-            .map_or(WorkerLanguage::Rust, WorkerLanguage::of),
+            .and_then(Language::from_word)
+            .unwrap_or(Language::Rust),
         from: args.from,
     };
     let loader = FileLoader::new(&args.common.include);

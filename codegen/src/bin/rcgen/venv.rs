@@ -3,8 +3,8 @@
 use crate::command_line::Common;
 use crate::reports::{Failure, load, print_line, report, tell};
 use rc_codegen::python::environment::{self, Error};
-use rc_codegen::worker_language::WorkerLanguage;
 use rc_diagnostics::SourceMap;
+use rc_vocabulary::Language;
 use std::path::Path;
 
 pub(crate) fn make(
@@ -16,7 +16,7 @@ pub(crate) fn make(
     let mut sources = SourceMap::new();
     let (project, found) = load(file, common, &mut sources)?;
     report(&sources, &found, common.format)?;
-    if project.language() != WorkerLanguage::Python {
+    if project.language() != Some(Language::Python) {
         tell(format_args!(
             "rcgen: error: {} is not in Python; cargo has its dependencies\n",
             file.display()

@@ -1,0 +1,109 @@
+//! What differs between the languages that workers are written in.
+
+use crate::files::Files;
+use crate::project::Project;
+use crate::rust::print::Printer;
+use crate::templates::TemplateError;
+use crate::{dependencies, python, requirements, rust, stubs, view};
+use rc_cdsl::Component;
+use rc_cdsl::ast::Clause;
+use rc_diagnostics::{Diagnostics, SourceMap};
+use rc_vocabulary::{Language, Middleware};
+use std::io;
+use std::path::Path;
+
+/// The functions of one language.
+pub(crate) struct Generator {
+    /// Checks the name of a new component. The error is the reason against it.
+    pub(crate) name: fn(&str) -> Result<(), &'static str>,
+    /// Checks the clause `dependencies`.
+    pub(crate) dependencies: fn(&Component, &mut Diagnostics),
+    /// Checks the names of a component that is generated.
+    pub(crate) names: fn(&Component, &mut Diagnostics),
+    /// Prints a component. The text is the path from its folder `generated` to the crate of
+    /// interfaces.
+    pub(crate) print:
+        fn(&view::Component, &Component, &str, &mut Files) -> Result<(), TemplateError>,
+    /// The file of the first test of a component, which has none once there is a worker.
+    pub(crate) first_test: &'static str,
+    /// Compares a component that is generated into a folder with what is there.
+    pub(crate) compare: fn(&Project, Middleware, &Path, &mut Diagnostics) -> io::Result<()>,
+    /// Compares the worker that is there with the description.
+    pub(crate) worker: fn(&Project, &mut SourceMap, &mut Diagnostics) -> io::Result<()>,
+}
+
+static RUST: Generator = Generator {
+    name: rust::names::component,
+    dependencies: dependencies::check,
+    names: rust::component::check,
+    print: |view, component, interfaces, files| {
+        let lines = component.dependencies.iter().map(dependencies::line);
+        let view = rust::component::of(view);
+        Printer::new(&view)?.files(interfaces, &lines.collect::<Vec<_>>(), files)
+    },
+    first_test: rust::print::FIRST_TEST,
+    compare: |project, _, folder, found| {
+        found.extend(dependencies::compare(&project.component, folder).1);
+        Ok(())
+    },
+    worker: |project, sources, found| {
+        found.extend(dependencies::compare(&project.component, project.folder()).1);
+        let unreachable = stubs::unreachable(project, sources);
+        found.extend(unreachable.map_err(io::Error::other)?);
+        Ok(())
+    },
+};
+
+static PYTHON: Generator = Generator {
+    name: python::names::component,
+    dependencies: requirements::check,
+    names: |component, found| {
+        python::check(&component.library, found);
+        python::component::check(component, found);
+    },
+    print: |view, component, _, files| {
+        let lines = component.dependencies.iter().map(requirements::line);
+        python::print::files(view, &lines.collect::<Vec<_>>(), files)
+    },
+    first_test: python::print::FIRST_TEST,
+    compare: |project, middleware, folder, found| {
+        found.extend(requirements::compare(&project.component, folder).1);
+        if found.has_errors() {
+            return Ok(());
+        }
+        let (view, _) = view::component::of(project, middleware);
+        python::reply_order::check(project, &view, folder, found)
+    },
+    worker: |project, sources, found| {
+        found.extend(requirements::compare(&project.component, project.code()).1);
+        python::stubs::check(project, sources, found)
+    },
+};
+
+/// The functions of a language.
+pub(crate) fn of(language: Language) -> &'static Generator {
+    match language {
+        Language::Rust => &RUST,
+        Language::Python => &PYTHON,
+    }
+}
+
+/// The language that a `.cdsl` names. `None` if nothing is generated in it, or if the file cannot
+/// be read as a description.
+///
+/// # Errors
+/// The system does not give the file.
+pub(crate) fn of_file(path: &Path) -> io::Result<Option<Language>> {
+    let mut sources = SourceMap::new();
+    let source = sources.add(path, rc_files::read(path)?);
+    let (file, _) = rc_cdsl::parse(&sources, source);
+    let clauses = file
+        .component
+        .into_iter()
+        .flat_map(|component| component.clauses);
+    let mut words = clauses.filter_map(|(_, clause)| match clause {
+        Clause::Language(word) => Some(Language::from_file(&word.text)),
+        _ => None,
+    });
+    Ok(words.next().flatten())
+}
