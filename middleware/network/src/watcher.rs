@@ -151,10 +151,61 @@ impl Discovered {
 pub(crate) enum Message {
     /// An endpoint of this kind was discovered, or has changed or gone.
     Discovered(EndpointKind),
-    /// Something happened to an endpoint of this component.
-    Event(Arc<dyn WatchedEndpoint>, Event),
+    /// Events of an endpoint of this component wait.
+    Events(Arc<dyn WatchedEndpoint>, Arc<Mutex<WaitingEvents>>),
     /// The component ends.
     End,
+}
+
+/// The events of one endpoint that the thread of discovery has not seen. Strangers cause as many as
+/// they like, so only what counts in the end is kept: at most one for each peer that is there, or
+/// that the thread knows.
+#[derive(Debug, Default)]
+pub(crate) struct WaitingEvents {
+    /// Whether a peer was matched or unmatched last.
+    peers: HashMap<u64, bool>,
+    incompatible: Option<Event>,
+    deadlines: u32,
+    alive: Option<Event>,
+    /// Whether a message tells of them.
+    is_told: bool,
+}
+
+impl WaitingEvents {
+    /// Adds an event. Returns whether a message has to tell.
+    fn add(&mut self, event: Event) -> bool {
+        match event {
+            Event::Data => return false,
+            Event::Matched(handle) => drop(self.peers.insert(handle, true)),
+            // The thread has not seen a peer whose arrival waits.
+            Event::Unmatched(handle) if self.peers.get(&handle) == Some(&true) => {
+                self.peers.remove(&handle);
+            }
+            Event::Unmatched(handle) => drop(self.peers.insert(handle, false)),
+            Event::Incompatible(_) => self.incompatible = Some(event),
+            Event::Deadline(count) => self.deadlines = self.deadlines.saturating_add(count),
+            Event::Alive(..) => self.alive = Some(event),
+        }
+        !std::mem::replace(&mut self.is_told, true)
+    }
+
+    /// Takes the events. What comes from now on is told by another message.
+    fn take(&mut self) -> Vec<Event> {
+        let Self {
+            peers,
+            incompatible,
+            deadlines,
+            alive,
+            is_told: _,
+        } = std::mem::take(self);
+        let peers = peers.into_iter().map(|(handle, is_there)| match is_there {
+            true => Event::Matched(handle),
+            false => Event::Unmatched(handle),
+        });
+        let deadline = (deadlines > 0).then_some(Event::Deadline(deadlines));
+        let others = incompatible.into_iter().chain(deadline).chain(alive);
+        peers.chain(others).collect()
+    }
 }
 
 /// Hands discovery on to the thread of discovery.
@@ -178,6 +229,7 @@ impl Listener for ForwardDiscovery {
 pub(crate) struct Forward {
     endpoint: Arc<dyn WatchedEndpoint>,
     reader: Option<Arc<ReaderState>>,
+    waiting: Arc<Mutex<WaitingEvents>>,
     messages: Sender<Message>,
 }
 
@@ -186,6 +238,7 @@ impl Forward {
         Self {
             endpoint: Arc::clone(writer) as _,
             reader: None,
+            waiting: Arc::default(),
             messages,
         }
     }
@@ -194,6 +247,7 @@ impl Forward {
         Self {
             endpoint: Arc::clone(reader) as _,
             reader: Some(Arc::clone(reader)),
+            waiting: Arc::default(),
             messages,
         }
     }
@@ -205,8 +259,11 @@ impl Listener for Forward {
             (Some(reader), Event::Data) => reader.receive(),
             (None, Event::Data) => {}
             _ => {
-                let endpoint = Arc::clone(&self.endpoint);
-                let _ = self.messages.send(Message::Event(endpoint, event));
+                if lock(&self.waiting).add(event) {
+                    let endpoint = Arc::clone(&self.endpoint);
+                    let waiting = Arc::clone(&self.waiting);
+                    let _ = self.messages.send(Message::Events(endpoint, waiting));
+                }
             }
         }
     }
@@ -230,7 +287,12 @@ impl Watcher {
                     announced.store(false, Ordering::Release);
                     self.discover(kind);
                 }
-                Message::Event(endpoint, event) => self.handle(&*endpoint, event),
+                Message::Events(endpoint, waiting) => {
+                    let events = lock(&waiting).take();
+                    for event in events {
+                        self.handle(&*endpoint, event);
+                    }
+                }
                 Message::End => return,
             }
         }
@@ -382,6 +444,32 @@ mod tests {
             waiting.as_slice(),
             [Message::Discovered(EndpointKind::Reader)]
         ));
+    }
+
+    #[test]
+    fn events_of_an_endpoint_wait_as_one_message_and_have_a_bound() {
+        let mut waiting = WaitingEvents::default();
+        assert!(waiting.add(Event::Matched(0)), "a message tells");
+        assert!(waiting.add(Event::Unmatched(7)) == waiting.add(Event::Data));
+        for handle in 1000..5000 {
+            assert!(!waiting.add(Event::Matched(handle)));
+            assert!(!waiting.add(Event::Alive(handle, true)));
+            assert!(!waiting.add(Event::Deadline(1)));
+            assert!(!waiting.add(Event::Unmatched(handle)));
+        }
+        let mut events = waiting.take();
+        events.sort_by_key(|event| format!("{event:?}"));
+        let expected = [
+            Event::Alive(4999, true),
+            Event::Deadline(4000),
+            Event::Matched(0),
+            Event::Unmatched(7),
+        ];
+        assert_eq!(format!("{events:?}"), format!("{expected:?}"));
+        assert!(waiting.take().is_empty());
+        // The thread knows this peer now, so its end is told.
+        assert!(waiting.add(Event::Unmatched(0)), "another message tells");
+        assert_eq!(waiting.take().len(), 1);
     }
 
     #[test]
