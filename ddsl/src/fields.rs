@@ -122,7 +122,10 @@ pub(crate) fn instance(
                 }
                 instance.env.clone_from(variables);
             }
-            Field::Args(texts) => instance.args.clone_from(texts),
+            Field::Args(texts) => {
+                texts.iter().for_each(|text| check_argument(text, found));
+                instance.args.clone_from(texts);
+            }
             Field::Cpu(literals) => {
                 let numbers = literals.iter().filter_map(|literal| {
                     whole_number(literal, "a processor number", &PROCESSORS, found)
@@ -269,4 +272,26 @@ fn endpoint(text: &Name, found: &mut Diagnostics) -> Option<(SocketAddr, Span)> 
         found.push(Diagnostic::error("bad-endpoint", text.span, message).help(help));
     }
     Some((address?, text.span))
+}
+/// The options that `rcdeploy` gives a component from other fields. A second one in `args` would take
+/// the component where the check of the network did not look.
+const OWN_OPTIONS: [(&str, &str); 6] = [
+    (
+        "--network",
+        "a component is in the network of its `Deployment`",
+    ),
+    ("--name", "its name is the one after `Component`"),
+    ("--config", "write `config \"FILE\";`"),
+    ("--clock", "write `clock` into the deployment"),
+    ("--followers", "write `clock` into the deployment"),
+    ("--members", "write `slots { … };`"),
+];
+
+fn check_argument(text: &Name, found: &mut Diagnostics) {
+    let option = text.text.split('=').next().unwrap_or_default();
+    if let Some((_, help)) = OWN_OPTIONS.iter().find(|(own, _)| *own == option) {
+        let message = format!("`{option}` cannot be in `args`: `rcdeploy` sets it");
+        let error = Diagnostic::error("reserved-argument", text.span, message);
+        found.push(error.help(*help));
+    }
 }

@@ -295,6 +295,33 @@ fn unknown_and_incomplete_hosts_are_reported() {
 }
 
 #[test]
+fn an_address_with_more_in_it_explains_itself() {
+    check(
+        "Host a { address \"10.0.0.2:22\"; };\nHost b { address \"pi@h\"; };\nHost c { address \"[::1]\"; };\n\
+         Host d { address \"[fe80::1%eth0]:2222\"; };\nHost e { address \"::1\"; };\nHost f { address \"fe80::1%eth0\"; };\n\
+         Host g { address \"ssh://h\"; };",
+        &expect![[r#"
+            n.ddsl:2:18: error[bad-host-address]: invalid address `10.0.0.2:22` (write `address "10.0.0.2";`, and the port into ~/.ssh/config, from which `rcdeploy` and ssh have it: `Host 10.0.0.2` and below it `Port 22`)
+            n.ddsl:3:18: error[bad-host-address]: invalid address `pi@h` (write the user as a field of its own: `address "h"; user "pi";`)
+            n.ddsl:4:18: error[bad-host-address]: invalid address `[::1]` (write it without brackets: `address "::1";`)
+            n.ddsl:5:18: error[bad-host-address]: invalid address `[fe80::1%eth0]:2222` (write `address "fe80::1%eth0";`, and the port into ~/.ssh/config, from which `rcdeploy` and ssh have it: `Host fe80::1%eth0` and below it `Port 2222`)
+            n.ddsl:8:18: error[bad-host-address]: invalid address `ssh://h` (write a host name or an IP address: `robot.local` or `10.0.0.2`)
+        "#]],
+    );
+}
+
+#[test]
+fn options_that_rcdeploy_sets_are_no_arguments() {
+    check(
+        "Component a { cdsl \"a\"; args \"--log\", \"debug\", \"--network\", \"other\", \"--name=b\"; };",
+        &expect![[r#"
+            n.ddsl:2:48: error[reserved-argument]: `--network` cannot be in `args`: `rcdeploy` sets it (a component is in the network of its `Deployment`)
+            n.ddsl:2:70: error[reserved-argument]: `--name` cannot be in `args`: `rcdeploy` sets it (its name is the one after `Component`)
+        "#]],
+    );
+}
+
+#[test]
 fn endpoints_are_checked_and_unique_on_a_host() {
     check(
         "Host one { address \"10.0.0.2\"; };\nHost same { address \"10.0.0.2\"; };\nHost here { address \"127.0.0.1\"; };\n\
