@@ -15,7 +15,7 @@ use iceoryx2::port::client::RequestSendError;
 use iceoryx2::port::{BackpressureAction, LoanError, SendError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression};
 use iceoryx2::service::port_factory::PortFactory as _;
-use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, RequestBody};
+use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, RequestBody, Spin};
 use std::cell::{Cell, RefCell};
 use std::fmt::Debug;
 use std::os::fd::AsFd;
@@ -65,7 +65,7 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
         server_process: RefCell::new(None),
         last_reply: Cell::new(None),
         command: session.command(),
-        spin: endpoint.qos.spin,
+        spin: Cell::new(Spin::new(endpoint.qos.spin)),
         port,
         calls,
         session: Arc::clone(session),
@@ -84,7 +84,7 @@ pub(crate) struct SharedClient {
     /// Start of the last call, if the server has replied to it.
     last_reply: Cell<Option<Instant>>,
     command: PendingCommand,
-    spin: Duration,
+    spin: Cell<Spin>,
     port: ClientPort,
     calls: CallService,
     session: Arc<Session>,
@@ -201,15 +201,24 @@ impl SharedClient {
         take: &mut dyn FnMut(Header, &[u8]),
         limit: Duration,
     ) -> Result<bool, CallError> {
+        let mut spin = self.spin.get();
+        let own = spin.next();
+        let mut came = false;
         let start = Instant::now();
-        let limit = limit.min(self.spin);
+        let limit = limit.min(own);
         while start.elapsed() < limit && !self.session.environment.wake_event.is_stopping() {
             if self.take(pending, take)? {
-                return Ok(true);
+                came = true;
+                break;
             }
             std::hint::spin_loop();
         }
-        Ok(false)
+        // A call with a shorter limit says nothing.
+        if came || (limit == own && !own.is_zero()) {
+            spin.ended(came);
+        }
+        self.spin.set(spin);
+        Ok(came)
     }
 
     /// Whether the server that got the request, `asked`, is dead or no longer registered.
@@ -289,16 +298,12 @@ impl Client for SharedClient {
             .borrow()
             .as_ref()
             .map(|monitor| monitor.server);
-        if !self.spin.is_zero() && self.spin(&pending, take, limit)? {
+        if self.spin(&pending, take, limit)? {
             self.last_reply.set(Some(start));
             return Ok(());
         }
         let mut unanswered: Option<Instant> = None;
-        let mut left = if self.spin.is_zero() {
-            limit
-        } else {
-            limit.saturating_sub(start.elapsed())
-        };
+        let mut left = limit.saturating_sub(start.elapsed());
         loop {
             // The server has had no time to reply before the first sleep. It sends one notification
             // for each request; a late one for an earlier request wakes this client once too often,

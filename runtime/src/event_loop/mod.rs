@@ -373,10 +373,11 @@ impl<'a> EventLoop<'a> {
             Ok(true) => {
                 port.received(now);
                 port.last_sample = Some(stamp(&self.role, self.began, now));
-                let spin = port.of.qos.spin;
-                if !spin.is_zero() {
-                    self.ports[at].spin_until = Some(now + spin);
+                if port.spin_until.is_some() {
+                    port.spin.ended(true);
                 }
+                let spin = port.spin.next();
+                port.spin_until = (!spin.is_zero()).then(|| now + spin);
                 self.handled(at, start, now, lost, result);
             }
             Err(error) => {

@@ -7,7 +7,7 @@ use crate::lifecycle::LifecycleState;
 use crate::ports::Receiver;
 use crate::slots::OpenSlot;
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Gaps, Header, KeptSample, Reader, Reply};
+use rc_middleware::{Gaps, Header, KeptSample, Reader, Reply, Spin};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -41,6 +41,8 @@ pub(super) struct Port {
     pub(super) burst_until: Option<Instant>,
     /// Until when the loop looks at the port again and again, without sleeping.
     pub(super) spin_until: Option<Instant>,
+    /// How long it polls after a message.
+    pub(super) spin: Spin,
     pub(super) logged: Option<Instant>,
     /// The longest time between two samples of a topic.
     pub(super) deadline: Option<Duration>,
@@ -51,6 +53,7 @@ pub(super) struct Port {
 impl Port {
     /// The first turn serves messages that have arrived before.
     pub(super) fn new(slot: usize, of: Arc<OpenSlot>, receiver: Receiver) -> Self {
+        let spin = Spin::new(of.qos.spin);
         Self {
             slot,
             of,
@@ -68,6 +71,7 @@ impl Port {
             burst: 0,
             burst_until: None,
             spin_until: None,
+            spin,
             logged: None,
             last_sample: None,
         }
@@ -129,6 +133,7 @@ impl Port {
             // The wake-up stays set, so that senders need not set it again.
             self.ready = false;
         } else if self.spin_until.take().is_some() {
+            self.spin.ended(false);
             self.wake(false);
         } else if self.burst_until.is_some_and(|until| now < until) {
             // The wake-up stays set, and the loop looks again.
