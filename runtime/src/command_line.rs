@@ -120,6 +120,10 @@ fn seconds(text: &str) -> Result<Duration, lexopt::Error> {
 }
 
 fn parse_name(option: &str, text: &str) -> Result<String, lexopt::Error> {
+    // `rcdeploy.sock` is the socket of the supervisor.
+    if text == "rcdeploy" || text.starts_with("rcdeploy-") {
+        return Err(format!("{option}: the name `{text}` is reserved for rcdeploy").into());
+    }
     match Address::parse(text) {
         Ok(address) if !address.as_str().contains('/') => Ok(text.to_owned()),
         _ => {

@@ -113,6 +113,11 @@ impl ComponentInfo {
         }
     }
 
+    /// The network of the component.
+    pub(crate) fn network(&self) -> &str {
+        &self.network
+    }
+
     /// The health of the component, with what was noticed since the last heartbeat.
     pub(crate) fn heartbeat(&self, shared: &Shared) -> Heartbeat {
         let mut status = shared.status();

@@ -38,6 +38,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 const HEARTBEAT: Duration = Duration::from_millis(500);
+/// How often the thread looks whether its socket is still there.
+const LOOK: Duration = Duration::from_secs(1);
+/// How long the answer to a request about the emergency waits for the worker.
+const EMERGENCY_LIMIT: Duration = Duration::from_secs(1);
 /// Signals within this time count as one.
 const SIGNAL_BURST: Duration = Duration::from_millis(300);
 
@@ -50,7 +54,7 @@ pub(crate) struct Management {
     taps: Arc<Taps>,
     thread: Option<std::thread::JoinHandle<()>>,
     /// Released after everything else.
-    _name_lock: NameLock,
+    _name_lock: Arc<NameLock>,
 }
 
 impl Management {
@@ -65,7 +69,7 @@ impl Management {
         loaded: &LoadedConfiguration,
         whole_process: bool,
     ) -> Result<Self, StartError> {
-        let name_lock = NameLock::acquire(environment)?;
+        let name_lock = Arc::new(NameLock::acquire(environment)?);
         // With the lock, a socket that is there belongs to a process that has ended.
         let _ = std::fs::remove_file(name_lock.socket());
         let socket = Socket::bind(name_lock.socket())
@@ -76,6 +80,7 @@ impl Management {
         let capacity = SlotTable::capacity(description);
         let taps = Arc::new(Taps::new(capacity, Some(waker.clone())));
         let queue = Arc::new(RequestQueue::new(waker.clone()));
+        commands.report_to(waker.clone());
         if let Some(lifecycle) = &shared.lifecycle {
             lifecycle.report_to(waker.clone());
         }
@@ -98,9 +103,12 @@ impl Management {
             shared: shared.clone(),
             commands: commands.clone(),
             firing: FireServer::new(commands.clone(), waker.clone()),
+            emergencies: Vec::new(),
             backends: BackendRequests::new(queue.clone()),
             tools: ToolRequests::new(slots.clone(), taps.clone(), commands.clone(), waker.clone()),
             socket,
+            name_lock: name_lock.clone(),
+            looked: Instant::now(),
             wakeups,
             link: None,
             restore: None,
@@ -158,16 +166,28 @@ impl Drop for Management {
     }
 }
 
+/// A request about the emergency that the worker has not executed.
+struct AskedEmergency {
+    requester: (u64, Option<Value>),
+    /// Its number among all of them.
+    number: u64,
+    until: Instant,
+}
+
 /// The state of the thread.
 struct Server {
     info: Arc<ComponentInfo>,
     shared: Arc<Shared>,
     commands: Arc<CommandQueue>,
     socket: Socket<Tapping>,
+    name_lock: Arc<NameLock>,
+    /// When it last looked whether its socket is there.
+    looked: Instant,
     tools: ToolRequests,
     wakeups: Wakeups,
     parameters: ParameterServer,
     firing: FireServer,
+    emergencies: Vec<AskedEmergency>,
     backends: BackendRequests,
     lifecycle: LifecycleServer,
     link: Option<Link>,
@@ -257,6 +277,7 @@ impl Server {
                 answers.extend(self.firing.end());
                 answers.retain(|(requester, _)| !matches!(requester, Requester::Supervisor));
                 self.answer(answers);
+                self.answer_emergencies(true);
                 let messages = self.tools.end();
                 self.hand_over(messages);
                 self.answer_transitions();
@@ -279,14 +300,31 @@ impl Server {
                 link.set_unsaved(&self.parameters.unsaved());
             }
             self.answer(answers);
+            self.answer_emergencies(false);
             let fired = self.firing.turn();
-            self.answer(fired);
             let messages = self.tools.results();
+            if !fired.is_empty() || !messages.is_empty() {
+                self.report_changes();
+            }
+            self.answer(fired);
             self.hand_over(messages);
             self.tools.turn(&mut self.socket);
             self.answer_transitions();
             self.socket.check(Instant::now());
+            self.restore_socket(now);
         }
+    }
+
+    /// Listens at its path again if the run directory or the socket was removed: a logout does that,
+    /// and a cleaner of temporary files.
+    fn restore_socket(&mut self, now: Instant) {
+        if now < self.looked + LOOK {
+            return;
+        }
+        self.looked = now;
+        let restored = self.name_lock.restore(self.info.network());
+        // Where that is not possible, the next look tries again; the supervisor reports it.
+        let _ = restored.and_then(|()| self.socket.restore());
     }
 
     /// Waits for events, at most until the next heartbeat. Clients come last.
@@ -297,7 +335,8 @@ impl Server {
             sources.push(Source::Signals);
             polled.push(PollFd::new(signals, PollFlags::IN));
         }
-        let mut deadline = self.socket.deadline();
+        let look = self.looked + LOOK;
+        let mut deadline = self.socket.deadline().into_iter().chain([look]).min();
         if let Some(link) = &self.link {
             sources.push(Source::Link);
             polled.push(PollFd::new(link, link.flags()));
@@ -312,6 +351,10 @@ impl Server {
         let limit = deadline.map(|at| at.saturating_duration_since(Instant::now()));
         let limits = limit.into_iter().chain(self.parameters.time_left());
         let limits = limits.chain(self.firing.time_left());
+        let emergencies = self.emergencies.iter().map(|one| one.until);
+        let emergency = emergencies.min();
+        let emergency = emergency.map(|at| at.saturating_duration_since(Instant::now()));
+        let limits = limits.chain(emergency);
         let limits = limits.chain(self.lifecycle.time_left());
         let limit = limits.chain(self.tools.time_left()).min();
         let limit = limit.and_then(|limit| Timespec::try_from(limit).ok());
@@ -451,7 +494,13 @@ impl Server {
             }
             Ok(Request::Emergency { active }) => {
                 self.commands.push(Command::Emergency(active));
-                rpc::result(&Done {})
+                self.socket.defer(client);
+                self.emergencies.push(AskedEmergency {
+                    requester: (client, id.cloned()),
+                    number: self.commands.emergencies().0,
+                    until: Instant::now() + EMERGENCY_LIMIT,
+                });
+                return None;
             }
             Ok(Request::Fire { event }) => {
                 match self.firing.fire(requester, &event, &self.shared) {
@@ -472,6 +521,36 @@ impl Server {
             }
             Err(error) => Err(error),
         })
+    }
+
+    /// Answers the requests about the emergency that the worker has executed, or that it will when
+    /// its turn comes: a loop that hangs has a limit.
+    fn answer_emergencies(&mut self, ends: bool) {
+        let (_, executed) = self.commands.emergencies();
+        let now = Instant::now();
+        let is_due = |one: &AskedEmergency| ends || executed >= one.number || now >= one.until;
+        let due: Vec<_> = self.emergencies.extract_if(.., |one| is_due(one)).collect();
+        if !due.is_empty() {
+            self.report_state();
+        }
+        for AskedEmergency { requester, .. } in due {
+            let (client, id) = requester;
+            self.socket.settle(client);
+            if let Some(id) = id {
+                self.socket.answer(client, &id, rpc::result(&Done {}));
+            }
+        }
+    }
+
+    /// Reports what a request has changed before the request is answered, so that it is in the next
+    /// status of the supervisor.
+    fn report_changes(&mut self) {
+        self.report_state();
+        if let Some(link) = &mut self.link
+            && link.is_free()
+        {
+            link.send_heartbeat(self.info.heartbeat(&self.shared));
+        }
     }
 
     /// Notes that the answer to a request comes later, or gives the error.

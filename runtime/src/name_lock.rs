@@ -8,6 +8,7 @@ use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// The lock of a supervisor. If it exists, the supervisor cleans up after components that were
 /// killed.
@@ -16,7 +17,7 @@ const SUPERVISOR_LOCK: &str = "rcdeploy.lock";
 /// The lock of a component's name, released on drop.
 pub(crate) struct NameLock {
     socket: PathBuf,
-    _lock: File,
+    lock: Mutex<File>,
 }
 
 impl NameLock {
@@ -39,12 +40,28 @@ impl NameLock {
         match lock {
             Some(lock) => Ok(Self {
                 socket,
-                _lock: lock,
+                lock: Mutex::new(lock),
             }),
             None => Err(StartError::System(format!(
                 "a component named `{instance}` runs in network `{network}` already; stop it, or choose another --name or --network"
             ))),
         }
+    }
+
+    /// Makes the run directory and the lock again if they are not there any more. An error says
+    /// that this is not possible, or that another component has the name now.
+    pub(crate) fn restore(&self, network: &str) -> io::Result<()> {
+        let mut held = self.lock.lock().unwrap_or_else(PoisonError::into_inner);
+        let path = self.socket.with_extension("lock");
+        if is_at(&held, &path)? {
+            return Ok(());
+        }
+        RunDirectory::open(network)?;
+        match lock(&path, || File::create(&path))? {
+            Some(file) => *held = file,
+            None => return Err(ErrorKind::AlreadyExists.into()),
+        }
+        Ok(())
     }
 
     /// The path of the management socket.
@@ -85,14 +102,17 @@ fn lock(path: &Path, open: impl Fn() -> io::Result<File>) -> io::Result<Option<F
             return Ok(None);
         }
         // The previous owner may have removed it since it was opened.
-        let ours = file.metadata()?;
-        match std::fs::metadata(path) {
-            Ok(there) if (there.dev(), there.ino()) == (ours.dev(), ours.ino()) => {
-                return Ok(Some(file));
-            }
-            _ => {}
+        if is_at(&file, path)? {
+            return Ok(Some(file));
         }
     }
+}
+
+/// Whether `path` leads to this open file.
+fn is_at(file: &File, path: &Path) -> io::Result<bool> {
+    let ours = file.metadata()?;
+    let there = std::fs::metadata(path);
+    Ok(there.is_ok_and(|there| (there.dev(), there.ino()) == (ours.dev(), ours.ino())))
 }
 
 /// Removes a socket, then its lock: a new owner first locks, then listens.

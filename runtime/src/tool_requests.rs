@@ -389,7 +389,7 @@ pub(crate) mod tests {
         let mut turns = Vec::new();
         while rc_middleware::wait(&[wake.as_fd()], Duration::ZERO) > 0 {
             wake.clear();
-            let turn = commands.take().map(|command| match command {
+            let turn = commands.take().1.map(|command| match command {
                 Command::Message(_) => "message",
                 Command::Emergency(_) => "emergency",
                 _ => "another one",

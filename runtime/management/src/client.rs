@@ -1,12 +1,14 @@
 //! The client of components and supervisors.
 
 use crate::lines::{self, Line, Lines, Overlong};
+use crate::listener::is_of_this_user;
 use crate::output::Output;
 use crate::rpc::{self, Error};
+use crate::supervisor;
 use rc_diagnostics::foreign::{clean, clean_bytes};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
-use rustix::net::sockopt::{Timeout, set_socket_timeout};
+use rustix::net::sockopt::{Timeout, set_socket_timeout, socket_peercred};
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -100,6 +102,31 @@ impl Client {
     /// `NotFound` and `ConnectionRefused` mean that there is no listener, `WouldBlock` that the
     /// listener did not accept in time.
     pub fn connect(path: &Path, limit: Duration) -> io::Result<Self> {
+        Self::connect_to(&SocketAddrUnix::new(path)?, limit)
+    }
+
+    /// Connects to the supervisor of a network of this user by its abstract socket, which has no
+    /// path, so that it is found whatever run directory the environment chooses. Errors are those
+    /// of [`Client::connect`].
+    pub fn connect_supervisor(network: &str, limit: Duration) -> io::Result<Self> {
+        let address = SocketAddrUnix::new_abstract_name(&supervisor::abstract_name(network))?;
+        let client = Self::connect_to(&address, limit)?;
+        // Any user may listen there.
+        if is_of_this_user(&client.stream) {
+            Ok(client)
+        } else {
+            Err(io::ErrorKind::NotFound.into())
+        }
+    }
+
+    /// The process at the other end when the connection was made, as this process sees it: 0 if it
+    /// is in a pid namespace that this process cannot see.
+    pub fn peer(&self) -> Option<i32> {
+        let peer = socket_peercred(&self.stream).ok()?;
+        Some(peer.pid.as_raw_nonzero().get())
+    }
+
+    fn connect_to(address: &SocketAddrUnix, limit: Duration) -> io::Result<Self> {
         let flags = if limit.is_zero() {
             SocketFlags::NONBLOCK | SocketFlags::CLOEXEC
         } else {
@@ -111,8 +138,7 @@ impl Client {
             // to send.
             set_socket_timeout(&socket, Timeout::Send, Some(limit))?;
         }
-        let address = SocketAddrUnix::new(path)?;
-        while let Err(error) = connect(&socket, &address) {
+        while let Err(error) = connect(&socket, address) {
             if error != Errno::INTR {
                 return Err(error.into());
             }

@@ -4,10 +4,13 @@
 //! a pause, a process that has no free descriptor would accept in vain, again and again, at full
 //! speed.
 
+use rustix::net::sockopt::socket_peercred;
+use rustix::process::{Uid, getuid};
 use std::io::{self, ErrorKind};
 use std::os::fd::{AsFd, BorrowedFd};
+use std::os::unix::fs::MetadataExt;
 use std::os::unix::net::{UnixListener, UnixStream};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// How long no connection is accepted after the system refused one.
@@ -17,18 +20,44 @@ const PAUSE: Duration = Duration::from_millis(200);
 #[derive(Debug)]
 pub struct Listener {
     socket: UnixListener,
+    /// The path and the file there; none for an abstract socket, which has no permissions.
+    file: Option<(PathBuf, (u64, u64))>,
     paused_until: Option<Instant>,
 }
 
 impl Listener {
     /// Listens at `path`, which must not exist.
     pub fn bind(path: &Path) -> io::Result<Self> {
-        let socket = UnixListener::bind(path)?;
+        let mut listener = Self::of(UnixListener::bind(path)?)?;
+        listener.file = Some((path.to_owned(), file(path)?));
+        Ok(listener)
+    }
+
+    /// Takes an abstract socket. Callers of other users are turned away.
+    pub fn of(socket: UnixListener) -> io::Result<Self> {
         socket.set_nonblocking(true)?;
         Ok(Self {
             socket,
+            file: None,
             paused_until: None,
         })
+    }
+
+    /// Listens at its path again if its file is not there any more. Returns whether it was not. The
+    /// caller owns the path.
+    pub fn restore(&mut self) -> io::Result<bool> {
+        let Some((path, own)) = &self.file else {
+            return Ok(false);
+        };
+        if file(path).is_ok_and(|found| found == *own) {
+            return Ok(false);
+        }
+        match std::fs::remove_file(path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        *self = Self::bind(path)?;
+        Ok(true)
     }
 
     /// Becomes readable when a client connects. There is none during a pause.
@@ -49,7 +78,10 @@ impl Listener {
     /// Accepts one caller. The stream does not block.
     pub fn accept(&mut self) -> Option<UnixStream> {
         match self.socket.accept() {
-            Ok((stream, _)) => stream.set_nonblocking(true).is_ok().then_some(stream),
+            Ok((stream, _)) => {
+                let may = self.file.is_some() || is_of_this_user(&stream);
+                (may && stream.set_nonblocking(true).is_ok()).then_some(stream)
+            }
             Err(error) => {
                 let is_gone = matches!(
                     error.kind(),
@@ -62,4 +94,15 @@ impl Listener {
             }
         }
     }
+}
+
+/// Device and number of a file.
+fn file(path: &Path) -> io::Result<(u64, u64)> {
+    let found = std::fs::symlink_metadata(path)?;
+    Ok((found.dev(), found.ino()))
+}
+
+/// Whether the process at the other end is of this user, or of root.
+pub(crate) fn is_of_this_user(stream: &impl AsFd) -> bool {
+    socket_peercred(stream).is_ok_and(|peer| peer.uid == getuid() || peer.uid == Uid::ROOT)
 }

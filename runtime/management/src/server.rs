@@ -41,7 +41,8 @@ const MAX_DEFERRED: usize = 16;
 /// [`Server::check`].
 #[derive(Debug)]
 pub struct Server<T = ()> {
-    listener: Listener,
+    /// Dropped before the clients: one whose connection closes may listen at the same place.
+    listeners: Vec<Listener>,
     clients: Vec<ServedClient<T>>,
     /// The number of the next client.
     next: u64,
@@ -52,8 +53,8 @@ pub struct Server<T = ()> {
 /// A descriptor of a server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ServerSource {
-    /// The listening socket.
-    Listener,
+    /// The listening socket with this number.
+    Listener(usize),
     /// The client with this number.
     Client(u64),
 }
@@ -93,11 +94,26 @@ impl<T: Default> Server<T> {
     /// Listens at `path`, which must not exist.
     pub fn bind(path: &Path) -> io::Result<Self> {
         Ok(Self {
-            listener: Listener::bind(path)?,
+            listeners: vec![Listener::bind(path)?],
             clients: Vec::new(),
             next: 0,
             supervisor: None,
         })
+    }
+
+    /// Also listens there.
+    pub fn add(&mut self, listener: Listener) {
+        self.listeners.push(listener);
+    }
+
+    /// Listens at its path again if the socket is not there any more, and stays connected with its
+    /// clients. Returns whether it was not. The caller owns the path.
+    pub fn restore(&mut self) -> io::Result<bool> {
+        let mut restored = false;
+        for listener in &mut self.listeners {
+            restored |= listener.restore()?;
+        }
+        Ok(restored)
     }
 
     /// Reserves a place for this process: its only connection never gives way to another one.
@@ -107,13 +123,16 @@ impl<T: Default> Server<T> {
 
     /// The descriptors to wait for.
     pub fn descriptors(&self) -> impl Iterator<Item = (ServerSource, BorrowedFd<'_>, PollFlags)> {
-        let listener = self.listener.descriptor();
-        let listener = listener.map(|fd| (ServerSource::Listener, fd, PollFlags::IN));
+        let listeners = self.listeners.iter().enumerate();
+        let listeners = listeners.filter_map(|(at, listener)| {
+            let fd = listener.descriptor()?;
+            Some((ServerSource::Listener(at), fd, PollFlags::IN))
+        });
         let clients = self.clients.iter().map(|client| {
             let source = ServerSource::Client(client.number);
             (source, client.stream.as_fd(), client.flags())
         });
-        listener.into_iter().chain(clients)
+        listeners.chain(clients)
     }
 
     /// When the passing of time next matters. It is past while requests wait to be served.
@@ -126,15 +145,16 @@ impl<T: Default> Server<T> {
                 client.output.deadline()
             }
         });
-        clients.chain(self.listener.deadline()).min()
+        let listeners = self.listeners.iter().filter_map(Listener::deadline);
+        clients.chain(listeners).min()
     }
 
     /// Accepts a client, or reads from and writes to one, after `poll` returned these events.
     pub fn turn(&mut self, source: ServerSource, events: PollFlags) {
-        let ServerSource::Client(number) = source else {
-            return self.accept();
-        };
-        self.with(number, |client| client.turn(events));
+        match source {
+            ServerSource::Listener(at) => self.accept(at),
+            ServerSource::Client(number) => self.with(number, |client| client.turn(events)),
+        }
     }
 
     /// Takes at most one request of each client.
@@ -216,7 +236,9 @@ impl<T: Default> Server<T> {
 
     /// Handles the passing of time, and drops clients that have ended.
     pub fn check(&mut self, now: Instant) {
-        self.listener.resume(now);
+        for listener in &mut self.listeners {
+            listener.resume(now);
+        }
         self.clients.retain_mut(|client| {
             let is_due = client.output.deadline().is_some_and(|at| now >= at);
             (!is_due || client.write()) && !client.is_over()
@@ -233,8 +255,8 @@ impl<T: Default> Server<T> {
         }
     }
 
-    fn accept(&mut self) {
-        let Some(stream) = self.listener.accept() else {
+    fn accept(&mut self, at: usize) {
+        let Some(stream) = self.listeners.get_mut(at).and_then(Listener::accept) else {
             return;
         };
         if self.clients.len() >= MAX_CLIENTS {

@@ -14,6 +14,13 @@ use std::path::PathBuf;
 /// The name of the supervisor's socket in the run directory, without its extension.
 pub const SOCKET: &str = "rcdeploy";
 
+/// The name of the supervisor's abstract socket: one for a user and a network, in a namespace of the
+/// network.
+pub fn abstract_name(network: &str) -> Vec<u8> {
+    let uid = rustix::process::getuid().as_raw();
+    format!("robocomp/{uid}/{network}").into_bytes()
+}
+
 /// A request to a supervisor.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -234,6 +241,12 @@ pub struct NetworkStatus {
     pub pid: i32,
     /// The process of the guard, which cleans up after the supervisor.
     pub guard: Option<i32>,
+    /// The run directory, with the sockets of the components.
+    #[serde(default)]
+    pub directory: PathBuf,
+    /// The conditions of the network as a whole that have started and not ended.
+    #[serde(default)]
+    pub troubles: Vec<Trouble>,
     /// The file that the network was started from.
     pub ddsl: PathBuf,
     /// A hash of the file's content at the start; none if the file could not be read.

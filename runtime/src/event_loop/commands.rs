@@ -12,7 +12,12 @@ use rc_middleware::typed::HandlerError;
 
 impl EventLoop<'_> {
     pub(super) fn execute_commands(&mut self) {
-        for command in self.commands.take() {
+        let (emergencies, commands) = self.commands.take();
+        for command in commands {
+            // Those about the emergency come first; others may take long.
+            if !matches!(command, Command::Emergency(_)) {
+                self.commands.executed(emergencies);
+            }
             match command {
                 Command::Period(period) => self.component.core().new_period = Some(period),
                 Command::Parameters(proposal) => {
@@ -34,6 +39,7 @@ impl EventLoop<'_> {
                 }
             }
         }
+        self.commands.executed(emergencies);
     }
 
     /// Handles a message of a tool as if a peer had sent it.

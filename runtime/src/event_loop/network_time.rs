@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// How often the ports are served, at most, before a turn ends: a sender that does not follow the
 /// network's time may send without pause.
 const ROUNDS_A_TURN: usize = 16;
-/// The longest time for which a follower holds tick 0 until it has found its peers.
+/// The longest time for which a component holds tick 0 until it has found its peers.
 const PEERS_LIMIT: Duration = Duration::from_secs(5);
 
 /// A time by which the silence of topics is measured: the network's, or the time since the loop
@@ -93,6 +93,7 @@ impl EventLoop<'_> {
     /// Says whether `compute()` is due.
     pub(super) fn follow_time(&mut self, now: Instant, sweep: bool, due: bool) -> bool {
         let mut is_due = false;
+        let may_begin = !matches!(self.role, TimeRole::Source(_)) || self.may_begin(now);
         let begins = match &mut self.role {
             TimeRole::System => return due,
             TimeRole::Follower(follower) => {
@@ -116,7 +117,7 @@ impl EventLoop<'_> {
             TimeRole::Source(source) => {
                 source.is_due |= due;
                 source.receive(now, sweep);
-                let takes = source.takes_turn(now);
+                let takes = may_begin && source.takes_turn(now);
                 is_due = takes && !source.has_turn();
                 takes && !is_due
             }
@@ -184,11 +185,17 @@ impl EventLoop<'_> {
         }
     }
 
-    /// Whether a follower may acknowledge its tick. It holds tick 0 until it has found the servers
-    /// and publishers that it needs. Otherwise the speed of discovery would decide which of the
-    /// first calls and samples arrive, and a run would not repeat.
+    /// Whether a follower may acknowledge its tick, or a source in lockstep begin the next one. Each
+    /// holds tick 0 until it has found the servers and publishers that it needs. Otherwise the speed
+    /// of discovery would decide which of the first calls and samples arrive, and a run would not
+    /// repeat.
     fn may_begin(&mut self, now: Instant) -> bool {
-        if !matches!(&self.role, TimeRole::Follower(follower) if follower.tick() == 0) {
+        let is_at_0 = match &self.role {
+            TimeRole::System => false,
+            TimeRole::Follower(follower) => follower.tick() == 0,
+            TimeRole::Source(source) => source.waits() && source.tick() == 0,
+        };
+        if !is_at_0 {
             self.waits_since = None;
             return true;
         }

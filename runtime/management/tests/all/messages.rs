@@ -128,6 +128,12 @@ fn of_supervisors(golden: &mut Golden) {
         network: text("patrol"),
         pid: 41,
         guard: Some(40),
+        directory: PathBuf::from("/run/user/1000/robocomp/patrol"),
+        troubles: vec![supervisor::Trouble {
+            code: text("guard-lost"),
+            message: text("the guard process ended again"),
+            since: text("2026-11-21T13:56:04.123Z"),
+        }],
         ddsl: PathBuf::from("/robot/patrol.ddsl"),
         digest: Some(text("00000000000000ff")),
         changed: false,

@@ -300,3 +300,47 @@ fn an_answer_that_nobody_could_read_is_an_error() {
     writer.join().expect("written").expect("written");
     let _ = client.as_fd();
 }
+
+#[test]
+fn a_client_that_takes_no_answer_in_time_is_dropped_and_no_other() {
+    let mut bench = Bench::new();
+    let (mut slow, _other) = (bench.connect(), bench.connect());
+    slow.write_all(request(1).as_bytes()).expect("written");
+    let requests = bench.turn();
+    let asked = Instant::now();
+    let long = Value::from("x".repeat(1 << 20));
+    bench.server.answer(requests[0].client, &1.into(), Ok(long));
+    let deadline = bench.server.deadline().expect("a deadline");
+    let patience = Duration::from_secs(5);
+    assert!(asked + patience <= deadline && deadline <= Instant::now() + patience);
+    bench.turn();
+    assert_eq!(bench.clients(), 2, "it has time until then");
+    std::thread::sleep(deadline.saturating_duration_since(Instant::now()));
+    bench.turn();
+    assert_eq!(bench.clients(), 1);
+    assert_eq!(bench.server.deadline(), None);
+}
+
+#[test]
+fn a_socket_that_was_removed_is_made_again_and_its_clients_stay() {
+    let mut bench = Bench::new();
+    let mut old = bench.connect();
+    assert!(!bench.server.restore().expect("a socket"), "it is there");
+    std::fs::remove_file(&bench.path).expect("it is ours");
+    assert!(bench.server.restore().expect("a socket"));
+    assert!(!bench.server.restore().expect("a socket"));
+    let mut new = bench.connect();
+    old.write_all(request(1).as_bytes()).expect("written");
+    new.write_all(request(2).as_bytes()).expect("written");
+    assert_eq!(ids(&bench.turn()), [1, 2]);
+    // Another file in its place is replaced: the owner has the path.
+    std::fs::remove_file(&bench.path).expect("it is ours");
+    std::fs::write(&bench.path, "").expect("written");
+    assert!(bench.server.restore().expect("a socket"));
+    bench.connect();
+    assert_eq!(bench.clients(), 3);
+    // Without its folder, nothing is possible.
+    std::fs::remove_dir_all(bench.path.parent().expect("a folder")).expect("it is ours");
+    assert!(bench.server.restore().is_err());
+    assert_eq!(bench.clients(), 3);
+}
