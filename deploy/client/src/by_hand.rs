@@ -3,6 +3,7 @@
 
 use crate::connection::{Connection, is_listening};
 use crate::names::check_name;
+use crate::place;
 use rc_management::component::{self, ClockKind, Request, State};
 use rc_management::lifecycle::LifecycleState;
 use rc_management::supervisor::{ComponentState, ComponentStatus};
@@ -45,7 +46,7 @@ pub(crate) fn components<'s>(
     network: &str,
     supervised: impl IntoIterator<Item = &'s str>,
 ) -> Vec<ComponentStatus> {
-    let directory = RunDirectory::of(network);
+    let directory = place::directory(network);
     let deadline = Instant::now() + ANSWER_LIMIT;
     let names = sockets(&directory, supervised).into_iter();
     names

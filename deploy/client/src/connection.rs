@@ -3,12 +3,13 @@
 use crate::digest;
 use crate::error::{Error, ErrorContext};
 use crate::names::check_name;
+use crate::place;
 use rc_management::supervisor::{self, CommandResult, NetworkStatus, Request, Stopping, Verb};
 use rc_management::{CallError, Client};
 use rc_middleware::RunDirectory;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -73,13 +74,18 @@ pub fn write_ring(network: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// The networks of this user whose supervisor replies.
+/// The networks of this user whose supervisor replies: those in the run directory of this
+/// environment; if there are none, those elsewhere.
 pub fn networks() -> Vec<String> {
+    let runs = |name: &String| {
+        check_name("network", name).is_ok() && place::connect(name, ANSWER_LIMIT).is_ok()
+    };
     let mut names = RunDirectory::networks();
-    names.retain(|name| {
-        check_name("network", name).is_ok()
-            && is_listening(&RunDirectory::of(name).socket(supervisor::SOCKET))
-    });
+    names.retain(runs);
+    if names.is_empty() {
+        names = place::networks();
+        names.retain(runs);
+    }
     names
 }
 
@@ -115,8 +121,11 @@ impl Connection {
     fn open(network: &str) -> Result<Self, Error> {
         check_name("network", network)?;
         let peer = format!("the supervisor of network {network}");
-        let path = RunDirectory::of(network).socket(supervisor::SOCKET);
-        let connection = Self::to(&path, peer, ANSWER_LIMIT)?;
+        let client = place::connect(network, ANSWER_LIMIT);
+        let connection = Self::with(client, peer, ANSWER_LIMIT, || {
+            let path = RunDirectory::of(network).socket(supervisor::SOCKET);
+            path.display().to_string()
+        })?;
         connection.ok_or_else(|| Error::NotUp {
             network: network.to_owned(),
             others: networks(),
@@ -125,17 +134,28 @@ impl Connection {
 
     /// Connects to a socket. Each reply may take `limit`. The result is none if no process listens.
     pub(crate) fn to(path: &Path, peer: String, limit: Duration) -> Result<Option<Self>, Error> {
-        match Client::connect(path, limit) {
+        Self::with(Client::connect(path, limit), peer, limit, || {
+            path.display().to_string()
+        })
+    }
+
+    fn with(
+        client: io::Result<Client>,
+        peer: String,
+        limit: Duration,
+        place: impl FnOnce() -> String,
+    ) -> Result<Option<Self>, Error> {
+        match client {
             Ok(client) => Ok(Some(Self {
                 peer,
                 limit,
                 client,
             })),
-            Err(error) => match error.kind() {
-                ErrorKind::NotFound | ErrorKind::ConnectionRefused => Ok(None),
-                ErrorKind::WouldBlock => Err(Error::Silent { peer, limit }),
-                _ => Err(error).context(format!("connect to {}", path.display())),
-            },
+            Err(error) if place::is_absent(&error) => Ok(None),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                Err(Error::Silent { peer, limit })
+            }
+            Err(error) => Err(error).context(format!("connect to {}", place())),
         }
     }
 

@@ -2,6 +2,8 @@
 
 use std::fmt::Arguments;
 use std::io::{self, Write};
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
 use std::time::Duration;
 
 /// Why a command failed.
@@ -20,6 +22,20 @@ pub enum Error {
         network: String,
         /// The supervisor.
         pid: i32,
+    },
+    /// A supervisor in another pid namespace runs this network.
+    #[error(
+        "network {network} is up in another pid namespace, such as a container, which uses the same folder {}{}; \
+         end it there with `rcdeploy down {network}`, or set another XDG_RUNTIME_DIR here",
+        directory.display(), pid.map_or_else(String::new, |pid| format!(" (its supervisor is process {pid} there)"))
+    )]
+    OtherNamespace {
+        /// The network.
+        network: String,
+        /// The shared run directory.
+        directory: std::path::PathBuf,
+        /// The supervisor, in its namespace.
+        pid: Option<i32>,
     },
     /// The supervisor ended, but its guard still holds the network.
     #[error(
@@ -138,6 +154,25 @@ impl Error {
             _ => 3,
         }
     }
+}
+
+/// An error about a path, with the owner and what to do if the path, or the folder that it is in,
+/// belongs to another user: `sudo` leaves files of root.
+pub fn with_owner(path: &Path, error: io::Error) -> io::Error {
+    if error.kind() != io::ErrorKind::PermissionDenied {
+        return error;
+    }
+    let own = rustix::process::getuid().as_raw();
+    let found = path.ancestors().take(2).find_map(|path| {
+        let owner = std::fs::symlink_metadata(path).ok()?.uid();
+        (owner != own).then(|| (path, owner))
+    });
+    let Some((path, owner)) = found else {
+        return error;
+    };
+    let (owner, path) = (rc_middleware::user_name(owner), path.display());
+    let advice = format!("{path} belongs to user {owner}: `sudo rm -r {path}` removes it");
+    io::Error::new(error.kind(), format!("{error}; {advice}"))
 }
 
 /// Advice for a clean-up that does not end.

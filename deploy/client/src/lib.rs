@@ -13,6 +13,7 @@ pub mod log_parts;
 pub mod logs;
 pub mod names;
 pub mod params;
+pub mod place;
 pub mod states;
 pub mod status;
 mod watch;

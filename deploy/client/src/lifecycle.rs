@@ -2,12 +2,11 @@
 //! started by hand, over their own sockets.
 
 use crate::connection::{self, Connection};
-use crate::{Error, by_hand};
+use crate::{Error, by_hand, place};
 use rc_management::CallError;
 use rc_management::component;
 use rc_management::lifecycle::{LifecycleState, Transition};
 use rc_management::supervisor::{CommandResult, FailedCommand, Verb};
-use rc_middleware::RunDirectory;
 use std::time::Duration;
 
 /// The limit for one transition: a component replies within a minute.
@@ -85,7 +84,7 @@ fn steps(
     mut state: LifecycleState,
     goal: LifecycleState,
 ) -> Result<(), String> {
-    let path = RunDirectory::of(network).socket(&name.replace('.', "-"));
+    let path = place::directory(network).socket(&name.replace('.', "-"));
     let peer = format!("component {name} of network {network}");
     let connection = Connection::to(&path, peer, LIMIT).map_err(|error| error.to_string())?;
     let mut connection = connection.ok_or("it has ended")?;

@@ -2,7 +2,7 @@
 
 use crate::by_hand;
 use crate::connection;
-use crate::error::{Error, ErrorContext, print_error};
+use crate::error::{Error, ErrorContext, print_error, with_owner};
 use crate::follower::Follower;
 use crate::format::Format;
 use crate::log_parts;
@@ -52,15 +52,18 @@ fn base() -> (PathBuf, bool) {
     (std::env::temp_dir().join(name), true)
 }
 
+/// Creates a folder of logs for this user alone, unless it exists.
+pub fn make_folder(path: &Path) -> io::Result<()> {
+    let mut builder = std::fs::DirBuilder::new();
+    builder.recursive(true).mode(0o700).create(path)
+}
+
 /// The folder of a network's logs. It is created if it does not exist.
 pub fn open_directory(network: &str) -> Result<PathBuf, Error> {
     let (base, shared) = base();
     let path = base.join(network);
-    std::fs::DirBuilder::new()
-        .recursive(true)
-        .mode(0o700)
-        .create(&path)
-        .context(format!("make the folder of the logs, {}", path.display()))?;
+    let made = make_folder(&path).map_err(|error| with_owner(&path, error));
+    made.context(format!("make the folder of the logs, {}", path.display()))?;
     if shared {
         let owner = std::fs::symlink_metadata(&base).context("look at the folder of the logs")?;
         if owner.uid() != rustix::process::getuid().as_raw() || owner.mode() & 0o022 != 0 {
@@ -82,10 +85,12 @@ pub fn file(directory: &Path, name: &str) -> PathBuf {
 /// beginning.
 pub fn clear(path: &Path) -> io::Result<()> {
     match std::fs::remove_file(log_parts::older(path)) {
-        Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+        Err(error) if error.kind() != ErrorKind::NotFound => return Err(with_owner(path, error)),
         _ => {}
     }
-    File::create(path).map(drop)
+    File::create(path)
+        .map(drop)
+        .map_err(|error| with_owner(path, error))
 }
 
 /// The last lines of a log, without their ends.

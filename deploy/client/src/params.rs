@@ -5,6 +5,7 @@ use crate::by_hand;
 use crate::connection::{Connection, is_listening};
 use crate::error::{Error, ErrorContext};
 use crate::names::check_name;
+use crate::place;
 use rc_management::CallError;
 use rc_management::component::{
     Changed, Done, ParameterChange, ParameterStatus, Parameters, Request, Saved,
@@ -102,7 +103,7 @@ pub(crate) fn call<T: DeserializeOwned>(
 ) -> Result<T, Error> {
     check_name("network", network)?;
     check_name("component", name)?;
-    let directory = RunDirectory::of(network);
+    let directory = place::directory(network);
     // Dots in names are dashes in file names.
     let path = directory.socket(&name.replace('.', "-"));
     let peer = format!("component {name} of network {network}");

@@ -1,12 +1,14 @@
 //! The status of a network, with components started by hand, and a table for people.
 
 use crate::connection;
-use crate::{Error, by_hand, states};
-use rc_management::component::{ClockKind, ClockStatus};
-use rc_management::supervisor::{ComponentStatus, NetworkStatus};
+use crate::{Error, by_hand, place, states};
+use rc_management::Client;
+use rc_management::component::{self, ClockKind, ClockStatus};
+use rc_management::supervisor::{ComponentState, ComponentStatus, NetworkStatus};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
+use std::time::{Duration, Instant};
 
 /// A network with all its components.
 #[derive(Clone, Debug)]
@@ -26,6 +28,10 @@ pub fn report(network: &str) -> Result<NetworkReport, Error> {
         Err(error @ Error::NotUp { .. }) => (None, Some(error)),
         Err(error) => return Err(error),
     };
+    let supervised = supervised.map(|mut status| {
+        refresh(&mut status);
+        status
+    });
     let known = supervised.iter().flat_map(|status| &status.components);
     let by_hand = by_hand::components(network, known.map(|c| c.name.as_str()));
     if let Some(error) = not_up
@@ -38,6 +44,38 @@ pub fn report(network: &str) -> Result<NetworkReport, Error> {
         supervised,
         by_hand,
     })
+}
+
+/// How long all components together may take to say what is so, and one of them.
+const FRESH_LIMIT: Duration = Duration::from_millis(500);
+const ONE_LIMIT: Duration = Duration::from_millis(100);
+
+/// Asks the components themselves for what the supervisor knows from their last heartbeats, so that
+/// what a request has changed is seen in the next status.
+fn refresh(status: &mut NetworkStatus) {
+    let directory = place::directory(&status.network);
+    let deadline = Instant::now() + FRESH_LIMIT;
+    for component in status.components.iter_mut().filter(|c| c.ready) {
+        let limit = deadline.saturating_duration_since(Instant::now());
+        let path = directory.socket(&component.name.replace('.', "-"));
+        let Ok(mut client) = Client::connect(&path, limit.min(ONE_LIMIT)) else {
+            continue;
+        };
+        let request = component::Request::Status;
+        let report = client.call::<component::Status>(&request, limit.min(ONE_LIMIT));
+        if let Ok(report) = report
+            && i32::try_from(report.pid).ok() == component.pid
+        {
+            let fresh = by_hand::status(&report);
+            component.machine = fresh.machine;
+            component.clock = fresh.clock;
+            component.lifecycle = component.lifecycle.and(fresh.lifecycle);
+            let runs = [ComponentState::Running, ComponentState::Emergency];
+            if runs.contains(&component.state) && runs.contains(&fresh.state) {
+                component.state = fresh.state;
+            }
+        }
+    }
 }
 
 impl NetworkReport {
@@ -55,7 +93,7 @@ impl Serialize for NetworkReport {
             Some(status) => serde_json::to_value(status).map_err(serde::ser::Error::custom)?,
             None => json!({
                 "network": self.network, "pid": null, "guard": null, "ddsl": null,
-                "digest": null, "changed": false,
+                "digest": null, "changed": false, "directory": null, "troubles": [],
             }),
         };
         let components: Vec<&ComponentStatus> = self.components().collect();
@@ -103,6 +141,9 @@ fn write_head(status: &NetworkStatus, f: &mut String) -> fmt::Result {
             "{} is not what the network was started from any more; what runs stays as it is until `rcdeploy down` and `up`",
             status.ddsl.display()
         )?;
+    }
+    for trouble in &status.troubles {
+        writeln!(f, "{}: {}", trouble.code, trouble.message)?;
     }
     Ok(())
 }

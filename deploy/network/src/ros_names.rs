@@ -19,6 +19,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Options of a component that change its names in ROS 2. No finding is reported for such a
 /// component.
+/// The variable by which ROS 2 chooses its middleware.
+const RMW: &str = "RMW_IMPLEMENTATION";
 const RENAMING: [&str; 3] = ["--ros-args", "--set-middleware", "--bind"];
 /// How many names a message lists.
 const LISTED: usize = 8;
@@ -84,6 +86,27 @@ impl Network {
                 self.ros_node(at, instance, project.as_deref()?)
             });
         nodes.collect()
+    }
+
+    /// The first component on this machine with a slot on the middleware ros2, and the value of
+    /// `RMW_IMPLEMENTATION` in its environment.
+    pub fn ros_implementation(&self) -> Option<(&Instance, String)> {
+        let instances = self.deployment.instances.iter().zip(&self.projects);
+        let mut here = instances.filter(|(instance, project)| {
+            let slots = project.iter().flat_map(|project| &project.component.slots);
+            self.deployment.remote_host(instance).is_none()
+                && (instance.middleware == Backend::Ros2
+                    || slots
+                        .into_iter()
+                        .any(|slot| slot.backend == Some(Backend::Ros2)))
+        });
+        let (instance, _) = here.next()?;
+        let mut own = instance.env.iter();
+        let own = own.find(|(name, _)| name.text == RMW);
+        let value = own.map(|(_, value)| value.text.clone());
+        value
+            .or_else(|| std::env::var(RMW).ok())
+            .map(|value| (instance, value))
     }
 
     fn ros_node<'a>(

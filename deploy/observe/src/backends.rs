@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::network::Topic;
+use rc_deploy_client::place;
 use rc_middleware::{
     Address, Backend, Durability, Endpoint, Environment, ExternalType, Qos, Reliability,
     RunDirectory, Settings, TypeIdentity, WakeEvent,
@@ -79,8 +80,12 @@ impl Backends {
                 settings.set(middleware, name, value);
             }
         }
-        let directory = RunDirectory::open(&self.network)
-            .map_err(|error| Error::system("the run directory", &error))?;
+        // A network without a supervisor may have none yet.
+        let directory = match place::directory(&self.network) {
+            directory if directory.path().is_dir() => directory,
+            _ => RunDirectory::open(&self.network)
+                .map_err(|error| Error::system("the run directory", &error))?,
+        };
         let environment = Environment {
             network: self.network.clone(),
             // ROS 2 hides nodes whose names begin so.

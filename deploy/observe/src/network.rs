@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::lookup::find;
-use rc_deploy_client::{by_hand, connection, names};
+use rc_deploy_client::{by_hand, connection, names, place};
 use rc_diagnostics::foreign::clean;
 use rc_management::component::{Request, Role, Status};
 use rc_management::observation::{Described, OperationDescription, SlotDescription};
@@ -114,7 +114,7 @@ impl std::fmt::Display for End {
 
 /// The management socket of a component. Dots of a name become `-` there.
 pub(crate) fn socket(network: &str, component: &str) -> PathBuf {
-    RunDirectory::of(network).socket(&component.replace('.', "-"))
+    place::directory(network).socket(&component.replace('.', "-"))
 }
 
 /// Connects to a component.
@@ -146,7 +146,7 @@ impl Network {
     pub fn look(network: &str) -> Result<Self, Error> {
         names::check_name("network", network).map_err(|error| Error::system("the name", &error))?;
         let hosts = hosts(network);
-        let directory = RunDirectory::of(network);
+        let directory = place::directory(network);
         let (mut components, mut silent) = (Vec::new(), Vec::new());
         for (name, found) in ask(&directory, &by_hand::sockets(&directory, []), &hosts) {
             match found {

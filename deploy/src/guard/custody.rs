@@ -4,7 +4,8 @@ use crate::guard::guard_link::Guard;
 use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{ProcessRegistry, RegisteredProcess};
-use crate::process::identity::{Identity, Mark};
+use crate::process::identity::{Identity, Mark, first_readable};
+use rc_deploy_client::connection::KILL_LIMIT;
 use rc_deploy_client::error::{Error, ErrorContext};
 use rc_deploy_network::services::Service;
 use rc_middleware::RunDirectory;
@@ -16,6 +17,8 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+/// The name of adopted processes in the registry; no component has it.
+const ADOPTED: &str = "(adopted)";
 /// How many guards may fail in a row.
 const GUARD_STARTS: u32 = 5;
 /// A guard that lived this long does not count as a failure.
@@ -43,6 +46,8 @@ pub(crate) struct Custody {
     log: PathBuf,
     guard: Option<Guard>,
     starts: u32,
+    /// The components end, and the services are created anew.
+    is_renewed: bool,
 }
 
 /// Result of the end of a guard.
@@ -89,6 +94,7 @@ impl Custody {
             log,
             guard: None,
             starts: 0,
+            is_renewed: false,
         })
     }
 
@@ -172,11 +178,41 @@ impl Custody {
     pub(crate) fn turn(&mut self) {
         if let Some(guard) = &mut self.guard {
             guard.turn();
-            self.held = self.held.max(guard.held());
+            if !self.is_renewed {
+                self.held = self.held.max(guard.held());
+            }
             for component in guard.take_removed() {
                 self.ended.remove(&component);
             }
         }
+    }
+
+    /// Some files of the held services that were removed.
+    pub(crate) fn take_missing(&mut self) -> Vec<String> {
+        let guard = self.guard.as_mut();
+        guard.map(Guard::take_missing).unwrap_or_default()
+    }
+
+    /// Lets no component start until [`Self::begin_anew`].
+    pub(crate) fn hold_starts(&mut self) {
+        self.held = None;
+        self.is_renewed = true;
+    }
+
+    /// Removes what is left of the services after all components have ended, and lets a new guard
+    /// create them.
+    pub(crate) fn begin_anew(&mut self, cleanup: &dyn Fn()) -> Result<(), Error> {
+        if let Some(mut guard) = self.guard.take() {
+            guard.fail("its services are created anew");
+            if first_readable([guard.descriptor()], KILL_LIMIT).is_some() {
+                guard.reap();
+            }
+        }
+        cleanup();
+        self.is_renewed = false;
+        self.held = None;
+        self.starts = 0;
+        self.start_guard()
     }
 
     /// When to look whether the guard is stuck.
@@ -223,13 +259,46 @@ impl Custody {
         }
     }
 
+    /// Registers a process that this one has adopted: it has no component any more.
+    pub(crate) fn adopted(&mut self, process: Identity) {
+        self.started(RegisteredProcess {
+            name: ADOPTED.to_owned(),
+            process,
+            stop_ms: 0,
+        });
+    }
+
+    /// Removes an adopted process that has ended.
+    pub(crate) fn adopted_ended(&mut self, process: Identity) {
+        let components = &mut self.registry.components;
+        components.retain(|one| one.name != ADOPTED || one.process != process);
+        self.unwritten = true;
+        if let Some(guard) = &mut self.guard {
+            guard.ended(process.pid);
+        }
+    }
+
     /// Writes the registry if it has changed. The next `up` needs the file only if supervisor and
     /// guard are both killed, so one turn of the loop writes it once.
-    pub(crate) fn save(&mut self) -> io::Result<()> {
-        if !std::mem::take(&mut self.unwritten) {
-            return Ok(());
+    /// Returns whether it had.
+    pub(crate) fn save(&mut self) -> io::Result<bool> {
+        if self.unwritten {
+            self.registry.write(self.lock.directory())?;
         }
-        self.registry.write(self.lock.directory())
+        Ok(std::mem::take(&mut self.unwritten))
+    }
+
+    /// Makes the run directory, the lock and the registry again where they are missing. Returns
+    /// whether they were. The guard then ends, so that a new one shares the new lock.
+    pub(crate) fn restore(&mut self) -> io::Result<bool> {
+        let is_new = self.lock.restore(&self.network)?;
+        if is_new {
+            if let Some(guard) = &mut self.guard {
+                guard.fail("it shares the lock in a folder that was removed");
+            }
+            self.registry.write(self.lock.directory())?;
+        }
+        Ok(is_new)
     }
 
     /// Starts a new guard after one has ended, unless too many have failed.
@@ -239,6 +308,10 @@ impl Custody {
             self.starts = 0;
         }
         let how = guard.reap();
+        // The next one comes when all components have ended.
+        if self.is_renewed {
+            return None;
+        }
         if self.held.is_none() {
             return Some(GuardChange::NotStarted(format!(
                 "{how}; see {}, and try again when the machine is less busy",

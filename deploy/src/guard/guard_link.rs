@@ -10,6 +10,7 @@ use crate::process::identity::first_readable;
 use rc_deploy_client::connection::KILL_LIMIT;
 use rc_deploy_client::error::{Error, ErrorContext};
 use rc_deploy_network::services::Service;
+use rc_diagnostics::foreign::clean;
 use rc_management::Output;
 use rc_management::lines::{self, Lines, Overlong};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -48,6 +49,8 @@ pub(crate) struct Guard {
     cleaned: u64,
     /// The components after whose last process it has cleaned up, until the custody takes them.
     removed: Vec<String>,
+    /// Some files of its services that were removed, until the custody takes them.
+    missing: Vec<String>,
     /// When it last came a step further, or had nothing to do.
     moved: Instant,
     /// Why it was killed.
@@ -123,6 +126,7 @@ impl Guard {
             deaths: 0,
             cleaned: 0,
             removed: Vec::new(),
+            missing: Vec::new(),
             moved: now,
             failure: None,
         })
@@ -163,6 +167,10 @@ impl Guard {
                     self.removed.push(component);
                     self.progress
                 }
+                Some(Answer::Missing { files }) => {
+                    self.missing = files.iter().map(|file| clean(file)).collect();
+                    self.progress
+                }
                 Some(Answer::Cleaned { deaths }) => {
                     self.cleaned = deaths.max(self.cleaned);
                     self.progress
@@ -201,6 +209,11 @@ impl Guard {
     /// The components after whose last process it has cleaned up since the last call.
     pub(crate) fn take_removed(&mut self) -> Vec<String> {
         std::mem::take(&mut self.removed)
+    }
+
+    /// Some files of its services that were removed.
+    pub(crate) fn take_missing(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.missing)
     }
 
     /// Until when components wait for a clean-up that is due.
@@ -328,7 +341,8 @@ impl Guard {
         }
     }
 
-    fn fail(&mut self, why: &str) {
+    /// Kills it for this reason.
+    pub(crate) fn fail(&mut self, why: &str) {
         self.failure.get_or_insert_with(|| why.to_owned());
         self.kill();
     }

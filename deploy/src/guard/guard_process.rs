@@ -31,6 +31,9 @@ use std::time::{Duration, Instant};
 const HOLD_LIMIT: Duration = Duration::from_secs(10);
 const HOLD_LOOK: Duration = Duration::from_millis(5);
 
+/// How many removed files are named.
+const MOST_NAMED: usize = 3;
+
 /// How the guard process is started: `PROGRAM ARGUMENTS… --network NETWORK`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GuardCommand {
@@ -84,6 +87,8 @@ pub(crate) enum Answer {
     Removed { component: String },
     /// It has cleaned up after so many deaths.
     Cleaned { deaths: u64 },
+    /// Files or shared memory of the services that it holds were removed: some of them.
+    Missing { files: Vec<String> },
     /// It holds no service any more.
     Released,
 }
@@ -112,6 +117,8 @@ pub enum HoldProgress {
     Removed(String),
     /// It has cleaned up after so many deaths.
     Cleaned(u64),
+    /// These files and shared memory of held services were removed.
+    Missing(Vec<PathBuf>),
 }
 
 /// Holds the services of `network` on a thread of its own until `tasks` ends, and reports each
@@ -140,7 +147,7 @@ fn watch(network: &str, hold: HoldServices, cleanup: &dyn Fn()) -> Result<(), Er
     }
     // Leaves the terminal. This fails only for a process group leader, which has left it already.
     let _ = rustix::process::setsid();
-    let lock = Lock::inherited(network).context("take over the lock")?;
+    let mut lock = Lock::inherited(network).context("take over the lock")?;
     let stdin = io::stdin()
         .as_fd()
         .try_clone_to_owned()
@@ -169,6 +176,8 @@ fn watch(network: &str, hold: HoldServices, cleanup: &dyn Fn()) -> Result<(), Er
         LinkEnd::Gone(None) => return wipe(&lock, holder, cleanup),
         LinkEnd::Gone(Some(registry)) => registry,
     };
+    // It fails only where a new network has it, or a stranger.
+    let _ = lock.inherit_name(network);
     let names: Vec<&str> = registry
         .components
         .iter()
@@ -236,6 +245,11 @@ impl Holder {
                     }
                     HoldProgress::Cleaning => Answer::Cleaning,
                     HoldProgress::Removed(component) => Answer::Removed { component },
+                    HoldProgress::Missing(files) => {
+                        let files = files.iter().take(MOST_NAMED);
+                        let files = files.map(|path| path.display().to_string()).collect();
+                        Answer::Missing { files }
+                    }
                     HoldProgress::Cleaned(deaths) => Answer::Cleaned { deaths },
                 };
                 // A supervisor that was killed does not read.

@@ -1,19 +1,28 @@
-//! The lock of a network: a locked file in its run directory.
+//! The lock of a network: an abstract socket, and a locked file in its run directory.
 //!
-//! The supervisor takes the lock and its guard inherits it as standard output, which it does not
-//! need otherwise. So the network is locked as long as either lives. The run directory is first
-//! renamed and then removed: a lock on a file that was moved is worth nothing, and a new `up` never
-//! shares a folder with an old one.
+//! The environment chooses the run directory, and anybody may remove it. So the supervisor first
+//! takes the abstract socket, which is one for a user and a network; clients reach it there
+//! whatever their environment. Programs in another namespace of the network do not see it; the file
+//! keeps them apart.
+//!
+//! The guard inherits the file as standard output, which it does not need otherwise, and takes the
+//! abstract socket over when its supervisor is gone. So the network is locked as long as either
+//! lives. The run directory is first renamed and then removed: a lock on a file that was moved is
+//! worth nothing, and a new `up` never shares a folder with an old one.
 
 use crate::process::identity::Identity;
-use rc_deploy_client::error::{Error, ErrorContext};
+use rc_deploy_client::error::{Error, ErrorContext, with_owner};
+use rc_management::{Client, Listener, supervisor};
 use rc_middleware::RunDirectory;
 use rustix::fs::{FlockOperation, flock};
+use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, bind, socket_with};
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions};
-use std::io::{self, Read};
-use std::os::fd::AsFd;
+use std::io::{self, ErrorKind, Read};
+use std::os::fd::{AsFd, OwnedFd};
+use std::os::linux::net::SocketAddrExt;
 use std::os::unix::fs::{FileExt, MetadataExt, OpenOptionsExt};
+use std::os::unix::net::{SocketAddr, UnixListener};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -25,9 +34,18 @@ const PATIENCE: Duration = Duration::from_secs(20);
 /// How long it waits for a guard that is stopped.
 const STOPPED_PATIENCE: Duration = Duration::from_secs(2);
 
+/// How long the holder of the abstract socket may take to accept.
+const ACCEPT_LIMIT: Duration = Duration::from_secs(1);
+
+/// The pause between two looks.
+const LOOK: Duration = Duration::from_millis(20);
+
 /// The processes that hold the lock, as its file names them.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Holders {
+    /// The pid namespace in which the numbers of the processes are valid.
+    #[serde(default)]
+    namespace: Option<String>,
     supervisor: Option<Identity>,
     guard: Option<Identity>,
 }
@@ -38,12 +56,43 @@ pub(crate) struct Lock {
     file: File,
     directory: RunDirectory,
     path: PathBuf,
+    /// The abstract socket, until the control socket of the supervisor takes it.
+    socket: Option<Listener>,
+    /// Why there is none.
+    unseen: Option<String>,
+    /// The name of the abstract socket, as a guard holds it.
+    _name: Option<OwnedFd>,
+}
+
+/// Who has the abstract socket of a network.
+enum Name {
+    Taken(Listener),
+    Supervisor(i32),
+    /// The guard of a supervisor that has ended.
+    Guard,
+    Stranger,
 }
 
 impl Lock {
-    /// Takes the lock of a network. Waits for a guard that still cleans up.
+    /// Takes the lock of a network for its supervisor. Waits for a guard that still cleans up.
     pub(crate) fn acquire(network: &str) -> Result<Self, Error> {
         let deadline = Instant::now() + PATIENCE;
+        let (socket, unseen) = await_name(network, deadline)?;
+        let lock = Self::acquire_file(network, deadline)?;
+        Ok(Self {
+            socket,
+            unseen,
+            ..lock
+        })
+    }
+
+    /// Takes the lock of a network for the agent of a supervisor on another machine, which may be
+    /// this one under another name.
+    pub(crate) fn acquire_for_agent(network: &str) -> Result<Self, Error> {
+        Self::acquire_file(network, Instant::now() + PATIENCE)
+    }
+
+    fn acquire_file(network: &str, deadline: Instant) -> Result<Self, Error> {
         let mut stopped = None;
         loop {
             let directory =
@@ -63,7 +112,9 @@ impl Lock {
                 {
                     continue;
                 }
-                file => file.context(format!("open {}", path.display()))?,
+                file => file
+                    .map_err(|error| with_owner(&path, error))
+                    .context(format!("open {}", path.display()))?,
             };
             let mut guard = None;
             match flock(&file, FlockOperation::NonBlockingLockExclusive) {
@@ -72,6 +123,9 @@ impl Lock {
                         file,
                         directory,
                         path,
+                        socket: None,
+                        unseen: None,
+                        _name: None,
                     };
                     if lock.is_current() {
                         lock.sign(None)
@@ -82,6 +136,13 @@ impl Lock {
                 }
                 Err(rustix::io::Errno::WOULDBLOCK) => {
                     let holders = holders(&mut file);
+                    if holders.namespace.is_some() && holders.namespace != namespace() {
+                        return Err(Error::OtherNamespace {
+                            network: network.to_owned(),
+                            directory: directory.path().to_owned(),
+                            pid: holders.supervisor.map(|supervisor| supervisor.pid),
+                        });
+                    }
                     if let Some(holder) = holders.supervisor {
                         return Err(Error::AlreadyUp {
                             network: network.to_owned(),
@@ -107,8 +168,53 @@ impl Lock {
                     is_stopped,
                 });
             }
-            std::thread::sleep(Duration::from_millis(20));
+            std::thread::sleep(LOOK);
         }
+    }
+
+    /// The abstract socket, for the supervisor's control socket.
+    pub(crate) fn take_socket(&mut self) -> Option<Listener> {
+        self.socket.take()
+    }
+
+    /// Why an `up` in another environment does not see this network, if it does not.
+    pub(crate) fn take_unseen(&mut self) -> Option<String> {
+        self.unseen.take()
+    }
+
+    /// Takes the abstract socket of a supervisor that is gone, without listening there.
+    pub(crate) fn inherit_name(&mut self, network: &str) -> io::Result<()> {
+        let name = socket_with(
+            AddressFamily::UNIX,
+            SocketType::STREAM,
+            SocketFlags::CLOEXEC,
+            None,
+        )?;
+        let address = SocketAddrUnix::new_abstract_name(&supervisor::abstract_name(network))?;
+        bind(&name, &address)?;
+        self._name = Some(name);
+        Ok(())
+    }
+
+    /// Makes the run directory and the locked file again if they are not there any more. Returns
+    /// whether they were not. A guard shares the lock only from its start on.
+    pub(crate) fn restore(&mut self, network: &str) -> io::Result<bool> {
+        if self.is_current() {
+            return Ok(false);
+        }
+        self.directory = RunDirectory::open(network)?;
+        self.path = self.directory.path().join(NAME);
+        let file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .mode(0o600)
+            .open(&self.path)?;
+        flock(&file, FlockOperation::NonBlockingLockExclusive)?;
+        self.file = file;
+        self.sign(None)?;
+        Ok(true)
     }
 
     /// Takes over the lock that the supervisor passed as standard output.
@@ -119,6 +225,9 @@ impl Lock {
             file: File::from(descriptor),
             path: directory.path().join(NAME),
             directory,
+            socket: None,
+            unseen: None,
+            _name: None,
         })
     }
 
@@ -197,6 +306,7 @@ impl Lock {
     /// Names this supervisor and its guard in the file, for an `up` that finds the lock taken.
     pub(crate) fn sign(&self, guard: Option<Identity>) -> io::Result<()> {
         let holders = Holders {
+            namespace: namespace(),
             supervisor: Identity::own(),
             guard,
         };
@@ -222,13 +332,85 @@ fn remove(path: &Path) -> io::Result<()> {
     }
 }
 
+/// Takes the abstract socket of a network, or returns why another `up` does not see the network.
+/// Waits for a guard that still cleans up.
+fn await_name(
+    network: &str,
+    deadline: Instant,
+) -> Result<(Option<Listener>, Option<String>), Error> {
+    let mut stopped = None;
+    loop {
+        match take_name(network).context("take the abstract socket of the network")? {
+            Name::Taken(socket) => return Ok((Some(socket), None)),
+            Name::Supervisor(pid) => {
+                let network = network.to_owned();
+                return Err(Error::AlreadyUp { network, pid });
+            }
+            Name::Stranger => {
+                let text = "a process of another user, or of another pid namespace, has the abstract socket of this network; \
+                            an `up` with another XDG_RUNTIME_DIR does not see that it runs";
+                return Ok((None, Some(text.to_owned())));
+            }
+            Name::Guard => {}
+        }
+        let now = Instant::now();
+        let guard = guard_of(network);
+        let is_stopped = guard.is_some_and(|guard| guard.is_stopped());
+        let since = *stopped.get_or_insert(now);
+        if !is_stopped {
+            stopped = None;
+        }
+        if now >= deadline || (is_stopped && now >= since + STOPPED_PATIENCE) {
+            return Err(Error::CleaningUp {
+                network: network.to_owned(),
+                guard: guard.map(|guard| guard.pid),
+                is_stopped,
+            });
+        }
+        std::thread::sleep(LOOK);
+    }
+}
+
+/// Listens at the abstract socket of a network, or finds out who does.
+fn take_name(network: &str) -> io::Result<Name> {
+    let address = SocketAddr::from_abstract_name(supervisor::abstract_name(network))?;
+    match UnixListener::bind_addr(&address) {
+        Ok(socket) => return Ok(Name::Taken(Listener::of(socket)?)),
+        Err(error) if error.kind() == ErrorKind::AddrInUse => {}
+        Err(error) => return Err(error),
+    }
+    Ok(match Client::connect_supervisor(network, ACCEPT_LIMIT) {
+        Ok(client) => client.peer().map_or(Name::Stranger, Name::Supervisor),
+        // It is bound, and nobody listens.
+        Err(error) if error.kind() == ErrorKind::ConnectionRefused => Name::Guard,
+        Err(_) => Name::Stranger,
+    })
+}
+
+/// The guard that the file of a network names, if it runs.
+fn guard_of(network: &str) -> Option<Identity> {
+    let path = RunDirectory::of(network).path().join(NAME);
+    let mut file = File::open(path).ok()?;
+    holders(&mut file).guard
+}
+
+/// The pid namespace of this process.
+fn namespace() -> Option<String> {
+    let link = std::fs::read_link("/proc/self/ns/pid").ok()?;
+    Some(link.to_string_lossy().into_owned())
+}
+
 /// The processes in the file that still run.
 fn holders(file: &mut File) -> Holders {
     let mut text = String::new();
     let read = file.take(4096).read_to_string(&mut text);
     let named = read.ok().and_then(|_| serde_json::from_str(&text).ok());
     let named: Holders = named.unwrap_or_default();
+    if named.namespace.is_some() && named.namespace != namespace() {
+        return named;
+    }
     Holders {
+        namespace: named.namespace,
         supervisor: named.supervisor.filter(Identity::is_alive),
         guard: named.guard.filter(Identity::is_alive),
     }
@@ -279,6 +461,42 @@ mod tests {
         assert!(!directory.exists());
     }
 
+    /// The process that runs is named, whatever became of its folder.
+    #[test]
+    fn a_network_is_locked_without_its_folder() {
+        let (network, mut lock) = acquired();
+        lock.directory().remove().expect("it is ours");
+        let own = Identity::own().expect("it runs");
+        match Lock::acquire(&network) {
+            Err(Error::AlreadyUp { pid, .. }) => assert_eq!(pid, own.pid),
+            other => panic!("{other:?}"),
+        }
+        assert!(!lock.directory().path().exists(), "a second up makes none");
+        assert!(lock.restore(&network).expect("a folder"));
+        assert!(lock.is_current());
+        assert!(!lock.restore(&network).expect("a folder"), "it is there");
+        // A guard whose supervisor is gone keeps the name, and listens nowhere.
+        drop(lock.take_socket());
+        lock.inherit_name(&network).expect("it is free");
+        assert!(matches!(take_name(&network), Ok(Name::Guard)));
+        lock.remove_directory().expect("it is ours");
+    }
+
+    #[test]
+    fn a_lock_of_another_pid_namespace_is_told_at_once() {
+        let (network, lock) = acquired();
+        let text = r#"{"namespace":"pid:[1]","supervisor":{"pid":7,"starttime":1},"guard":null}"#;
+        std::fs::write(&lock.path, text).expect("written");
+        // The other namespace has an abstract socket of its own, or none.
+        let error = Lock::acquire_for_agent(&network).expect_err("it is locked");
+        let Error::OtherNamespace { pid, directory, .. } = &error else {
+            panic!("{error:?}");
+        };
+        assert_eq!((*pid, &**directory), (Some(7), lock.directory().path()));
+        assert!(error.to_string().contains("process 7 there"), "{error}");
+        lock.remove_directory().expect("it is ours");
+    }
+
     #[test]
     fn a_lock_on_a_file_that_was_replaced_is_worth_nothing() {
         let (_, lock) = acquired();
@@ -294,7 +512,8 @@ mod tests {
 
     #[test]
     fn a_lock_that_cannot_be_opened_is_an_error_at_once() {
-        let (network, lock) = acquired();
+        let (network, mut lock) = acquired();
+        drop(lock.take_socket());
         std::fs::remove_file(&lock.path).expect("a file");
         std::fs::create_dir(&lock.path).expect("a folder in its place");
         let begun = Instant::now();
@@ -322,8 +541,9 @@ mod tests {
 
     #[test]
     fn the_rest_of_an_interrupted_removal_is_removed() {
-        let (network, lock) = acquired();
+        let (network, mut lock) = acquired();
         let base = lock.directory().path().parent().expect("a folder");
+        let base = base.to_owned();
         let left = [
             base.join(format!(".{network}.4711{MOVED}")),
             moved(lock.directory().path()),
@@ -339,6 +559,7 @@ mod tests {
         // A removal that finds the rest of another one in its way.
         lock.remove_directory().expect("it is ours");
         assert!(!lock.directory().path().exists());
+        drop(lock.take_socket());
         let lock = Lock::acquire(&network).expect("a lock");
         assert!(left.iter().all(|path| !path.exists()));
         assert!(kept.iter().all(|path| path.exists()));

@@ -10,12 +10,15 @@ use rc_middleware::{
 };
 use std::collections::VecDeque;
 use std::fmt::Display;
-use std::sync::mpsc::{Receiver, TryRecvError};
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, Instant};
 
 /// How long a clean-up may take: something stopped may hold it up. A component that starts then
 /// cleans up for itself.
 const CLEAN_LIMIT: Duration = Duration::from_secs(30);
+/// How often the guard looks whether what it holds is still there.
+const LOOK: Duration = Duration::from_secs(1);
 /// The time between two reports of a clean-up that goes on.
 const CLEAN_REPORT: Duration = Duration::from_millis(500);
 
@@ -28,7 +31,19 @@ pub fn hold(network: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgr
     // A network without services on this middleware has no files of it.
     let mut holder = None;
     let mut tasks = Tasks::new(tasks);
-    while let Some(task) = tasks.next() {
+    let mut look = Look::default();
+    loop {
+        let task = match tasks.next_within(LOOK) {
+            Ok(task) => task,
+            Err(RecvTimeoutError::Disconnected) => return,
+            Err(RecvTimeoutError::Timeout) => {
+                let missing = holder.as_ref().map(Holder::missing).unwrap_or_default();
+                if let Some(missing) = look.again(missing) {
+                    report(HoldProgress::Missing(missing));
+                }
+                continue;
+            }
+        };
         match task {
             HoldTask::Hold(service) => {
                 if holder.is_none() {
@@ -44,7 +59,7 @@ pub fn hold(network: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgr
             HoldTask::CleanUp { mut deaths } => {
                 while let Some(HoldTask::CleanUp { deaths: later }) = tasks.peek() {
                     deaths = *later;
-                    tasks.next();
+                    tasks.waiting.pop_front();
                 }
                 if let Some(holder) = &holder {
                     clean_up(holder, &mut tasks, report);
@@ -52,6 +67,26 @@ pub fn hold(network: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgr
                 report(HoldProgress::Cleaned(deaths));
             }
         }
+    }
+}
+
+/// Looks for files that are missing at two looks in a row, until it has found some.
+#[derive(Debug, Default)]
+struct Look {
+    before: Vec<PathBuf>,
+    has_found: bool,
+}
+
+impl Look {
+    fn again(&mut self, missing: Vec<PathBuf>) -> Option<Vec<PathBuf>> {
+        let before = std::mem::replace(&mut self.before, missing);
+        let now = self.before.iter();
+        let both: Vec<PathBuf> = now.filter(|path| before.contains(path)).cloned().collect();
+        if both.is_empty() || self.has_found {
+            return None;
+        }
+        self.has_found = true;
+        Some(both)
     }
 }
 
@@ -84,9 +119,12 @@ impl<'r> Tasks<'r> {
         }
     }
 
-    /// Waits for the next one; `None` when they end.
-    fn next(&mut self) -> Option<HoldTask> {
-        self.waiting.pop_front().or_else(|| self.tasks.recv().ok())
+    /// Waits for the next one, at most for `limit`.
+    fn next_within(&mut self, limit: Duration) -> Result<HoldTask, RecvTimeoutError> {
+        match self.waiting.pop_front() {
+            Some(task) => Ok(task),
+            None => self.tasks.recv_timeout(limit),
+        }
     }
 
     /// The next one, if it is there.
@@ -161,6 +199,20 @@ mod tests {
         }
     }
 
+    fn next(tasks: &mut Tasks<'_>) -> Option<HoldTask> {
+        tasks.next_within(Duration::from_mins(1)).ok()
+    }
+
+    #[test]
+    fn files_count_that_are_missing_at_two_looks() {
+        let mut look = Look::default();
+        let paths = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
+        assert_eq!(look.again(paths(&["a"])), None);
+        assert_eq!(look.again(paths(&["b"])), None, "a was there again");
+        assert_eq!(look.again(paths(&["b", "c"])), Some(paths(&["b"])));
+        assert_eq!(look.again(paths(&["b", "c"])), None, "it is known");
+    }
+
     #[test]
     fn tasks_are_looked_at_before_it_is_their_turn() {
         let (sender, receiver) = channel();
@@ -174,12 +226,12 @@ mod tests {
             tasks.peek(),
             Some(HoldTask::CleanUp { deaths: 1 })
         ));
-        assert_eq!(deaths(tasks.next().as_ref()), Some(1));
+        assert_eq!(deaths(next(&mut tasks).as_ref()), Some(1));
         drop(sender);
         assert!(!tasks.go_on(), "none comes any more");
-        assert_eq!(deaths(tasks.next().as_ref()), Some(2));
-        assert_eq!(deaths(tasks.next().as_ref()), Some(3));
-        assert!(tasks.next().is_none());
+        assert_eq!(deaths(next(&mut tasks).as_ref()), Some(2));
+        assert_eq!(deaths(next(&mut tasks).as_ref()), Some(3));
+        assert!(next(&mut tasks).is_none());
     }
 
     #[test]

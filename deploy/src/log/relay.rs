@@ -44,6 +44,16 @@ impl Relay {
         })
     }
 
+    /// Follows the logs in a folder that was made again.
+    pub(crate) fn renew(&mut self, directory: &Path) -> io::Result<()> {
+        self.watch = DirectoryWatch::new(directory)?;
+        for (name, log) in &mut self.logs {
+            *log = Follower::open(&directory.join(format!("{name}.log")))?;
+        }
+        self.due = Some(Instant::now());
+        Ok(())
+    }
+
     /// Becomes readable after a write. There is none while a read is due.
     pub(crate) fn descriptor(&self) -> Option<&OwnedFd> {
         self.due.is_none().then(|| self.watch.descriptor())

@@ -7,6 +7,8 @@
 use crate::log::journal::Journal;
 use rc_deploy_client::Format;
 use rc_management::event::{Event, Severity};
+use rustix::process::getpgrp;
+use rustix::termios::{LocalModes, tcgetattr, tcgetpgrp};
 use std::cell::{Cell, Ref, RefCell};
 use std::collections::VecDeque;
 use std::fs::File;
@@ -23,6 +25,8 @@ const ROOM: usize = 1024;
 const EVENTS: usize = 64 * 1024;
 /// How many lines are kept while a view covers the streams.
 const COVERED: usize = 1000;
+/// How often a process in the background looks whether it may write to its terminal.
+const BACKGROUND_PAUSE: Duration = Duration::from_millis(200);
 /// How long the end of the program waits for the records.
 const FLUSH_LIMIT: Duration = Duration::from_secs(1);
 
@@ -175,20 +179,35 @@ impl Reporter {
     }
 }
 
+/// Writes a text. A closed stream is no reason to fail.
+fn print(mut stream: &File, text: &str) {
+    // The system would stop the whole process, and the network would run without its supervisor.
+    while stops_writers(stream) {
+        std::thread::sleep(BACKGROUND_PAUSE);
+    }
+    let _: io::Result<()> = stream.write_all(text.as_bytes());
+}
+
+/// Whether a stream is a terminal that stops processes of the background that write to it (`stty
+/// tostop`), and this process is in the background.
+fn stops_writers(stream: &File) -> bool {
+    tcgetattr(stream).is_ok_and(|modes| modes.local_modes.contains(LocalModes::TOSTOP))
+        && tcgetpgrp(stream).is_ok_and(|foreground| foreground != getpgrp())
+}
+
 fn write(
     records: &Receiver<Record>,
     waiting: &AtomicUsize,
     covered: &AtomicBool,
-    mut out: &File,
-    mut err: &File,
+    out: &File,
+    err: &File,
 ) {
-    let mut kept = VecDeque::new();
-    // A closed stream is no reason to fail.
+    let mut kept: VecDeque<String> = VecDeque::new();
     for record in records {
         let covered = covered.load(Ordering::Relaxed);
         if !covered {
             for text in kept.drain(..) {
-                let _: io::Result<()> = err.write_all(String::as_bytes(&text));
+                print(err, &text);
             }
         }
         match record {
@@ -198,8 +217,8 @@ fn write(
                     kept.pop_front();
                 }
             }
-            Record::Out(text) => drop(out.write_all(text.as_bytes())),
-            Record::Err(text) => drop(err.write_all(text.as_bytes())),
+            Record::Out(text) => print(out, &text),
+            Record::Err(text) => print(err, &text),
             Record::Flush(done) => drop(done.send(())),
         }
         waiting.fetch_sub(1, Ordering::Relaxed);

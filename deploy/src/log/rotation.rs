@@ -10,8 +10,8 @@
 //! nothing.
 
 use crate::log::reporter::Reporter;
-use rc_deploy_client::DirectoryWatch;
 use rc_deploy_client::log_parts::{Header, beside, older};
+use rc_deploy_client::{DirectoryWatch, logs};
 use rc_management::event::{Event, Severity};
 use rustix::fs::{FlockOperation, flock, statvfs};
 use std::fs::File;
@@ -51,6 +51,25 @@ impl Rotation {
             waited: 0,
             is_full: false,
         })
+    }
+
+    /// Makes the folder of the logs and the logs again if somebody has removed the folder. Returns
+    /// whether that was so.
+    pub(crate) fn restore(&mut self) -> io::Result<bool> {
+        if self.watch.is_current(&self.directory) {
+            return Ok(false);
+        }
+        logs::make_folder(&self.directory)?;
+        let mut options = File::options();
+        for log in &self.logs {
+            options.create(true).append(true).open(log)?;
+        }
+        self.watch = DirectoryWatch::new(&self.directory)?;
+        Ok(true)
+    }
+
+    pub(crate) fn directory(&self) -> &Path {
+        &self.directory
     }
 
     /// Becomes readable after a write. There is none while a check is due.

@@ -4,6 +4,8 @@ use crate::guard::process_registry::RegisteredProcess;
 use crate::process::descriptors;
 use crate::process::identity::{self, COMPONENT, Identity, MARK, Mark, kill_group};
 use crate::process::realtime;
+use rc_deploy_client::error::with_owner;
+use rc_deploy_client::logs;
 use rc_deploy_network::plan::Component;
 use rc_management::agent::Exit;
 use rc_management::lines::{Line, Lines, Overlong};
@@ -52,10 +54,13 @@ impl LocalProcess {
         mark: &Mark,
     ) -> Result<Self, String> {
         let refused = |what: String, error: io::Error| format!("cannot {what}: {error}");
-        let file = OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(log)
+        // Somebody may have removed the folder while the network runs.
+        let file = log.parent().map_or(Ok(()), logs::make_folder);
+        let mut options = OpenOptions::new();
+        let options = options.create(true).append(true);
+        let file = file
+            .and_then(|()| options.open(log))
+            .map_err(|error| with_owner(log, error))
             .map_err(|e| refused(format!("open {}", log.display()), e))?;
         let also_file = file
             .try_clone()

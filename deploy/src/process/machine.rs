@@ -4,10 +4,29 @@ use crate::process::realtime;
 use rc_deploy_network::Network;
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity};
 
+/// The implementations of ROS 2 that do not speak DDS.
+const NOT_DDS: [&str; 2] = ["rmw_zenoh_cpp", "rmw_email_cpp"];
+
+/// Warns once if nodes of ROS 2 in this environment do not speak DDS, as components do.
+fn check_ros(network: &Network, found: &mut Diagnostics) {
+    if let Some((instance, implementation)) = network.ros_implementation()
+        && NOT_DDS.contains(&implementation.as_str())
+    {
+        let message = format!(
+            "RMW_IMPLEMENTATION is {implementation}: nodes of ROS 2 in this environment do not speak DDS, \
+             so they and `{}` do not find each other",
+            instance.path
+        );
+        let warning = Diagnostic::warning("other-rmw", instance.name.span, message);
+        found.push(warning.help("let the nodes run with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp"));
+    }
+}
+
 /// Checks that this machine has the processors of its components, and permits their real-time
 /// priorities. A forbidden priority is an error if the network is to start (`starts`), otherwise a
 /// warning: another user may have more rights.
 pub fn check(network: &Network, starts: bool, found: &mut Diagnostics) {
+    check_ros(network, found);
     for instance in &network.deployment.instances {
         if network.deployment.remote_host(instance).is_some() {
             continue;

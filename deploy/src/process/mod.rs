@@ -1,5 +1,6 @@
 //! The processes of this machine: identity, start, signals, end.
 
+pub(crate) mod adopted;
 pub(crate) mod descriptors;
 pub mod identity;
 pub(crate) mod launch;

@@ -1,10 +1,15 @@
 //! SIGINT, SIGTERM and SIGHUP as a descriptor to wait for.
+//!
+//! A hang-up that the process was started to ignore, as `nohup` does, stays ignored. SIGTSTP does
+//! nothing: a supervisor that Ctrl-Z stopped would watch nothing, while its components run on.
 
 use signal_hook::SigId;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGTSTP};
 use std::io::{self, Read};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Catches SIGINT, SIGTERM and SIGHUP while it exists.
 #[derive(Debug)]
@@ -22,7 +27,13 @@ impl Signals {
             pipe,
             ids: Vec::new(),
         };
-        for signal in [SIGINT, SIGTERM, SIGHUP] {
+        let nothing = Arc::new(AtomicBool::new(false));
+        signals
+            .ids
+            .push(signal_hook::flag::register(SIGTSTP, nothing)?);
+        let hangs_up = !is_ignored(SIGHUP);
+        let ends = [SIGINT, SIGTERM].into_iter();
+        for signal in ends.chain(hangs_up.then_some(SIGHUP)) {
             let write = write.try_clone()?;
             signals
                 .ids
@@ -48,4 +59,14 @@ impl Drop for Signals {
             signal_hook::low_level::unregister(id);
         }
     }
+}
+
+/// Whether this process ignores a signal: `SigIgn` of proc_pid_status(5).
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status
+        .lines()
+        .find_map(|line| line.strip_prefix("SigIgn:"))
+        .and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }

@@ -77,6 +77,8 @@ pub(super) struct Agent {
     /// The components that have ended and how many orphans were killed, until they may start again.
     ended: BTreeMap<String, (Exit, usize)>,
     sweeps: OrphanSweeps,
+    /// Whether the run directory is missing, which was told.
+    is_lost: bool,
     connections: ProxyConnections,
     input: OwnedFd,
     lines: Lines,
@@ -125,6 +127,7 @@ impl Agent {
             running: BTreeMap::new(),
             ended: BTreeMap::new(),
             sweeps: OrphanSweeps::default(),
+            is_lost: false,
             connections: ProxyConnections::default(),
             // The supervisor waits for the answer, so the buffer is empty.
             input: input.into_inner().0,
@@ -146,6 +149,7 @@ impl Agent {
             if now >= self.beat {
                 self.send(&AgentMessage::Heartbeat);
                 self.beat = now + BEAT;
+                self.restore_files();
             }
             if self.look.is_some_and(|at| now >= at) {
                 self.read_logs();
@@ -171,6 +175,23 @@ impl Agent {
             }
         };
         self.end(&ending, cleanup);
+    }
+
+    /// Makes the run directory again if it was removed.
+    fn restore_files(&mut self) {
+        let note = match self.custody.restore() {
+            Ok(false) => {
+                self.is_lost = false;
+                return;
+            }
+            Ok(true) => "the run directory there was removed, and is made again".to_owned(),
+            Err(_) if self.is_lost => return,
+            Err(error) => {
+                self.is_lost = true;
+                format!("the run directory there was removed, and cannot be made again: {error}")
+            }
+        };
+        self.send(&AgentMessage::Note(note));
     }
 
     fn wait(&mut self) -> Vec<Source> {
@@ -251,7 +272,16 @@ impl Agent {
                 }
                 None => {}
             },
-            Source::GuardLink => self.custody.turn(),
+            Source::GuardLink => {
+                self.custody.turn();
+                let missing = self.custody.take_missing();
+                if !missing.is_empty() {
+                    self.send(&AgentMessage::Note(format!(
+                        "shared memory of the network was removed there ({}, …); a component that starts there does not find those that run: restart all of this host",
+                        missing.join(", ")
+                    )));
+                }
+            }
             Source::Logs => {
                 self.watch.drain();
                 self.look = Some(Instant::now() + LOOK);

@@ -54,7 +54,9 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
     nonblocking(&stdout).context("use its standard output")?;
     let mut input = BufReader::new(TimedStream(stdin));
     let mut output = TimedStream(stdout);
-    let first = read_line(&mut input).context("hear its supervisor")?;
+    let first = read_line(&mut input)
+        .map_err(|(_, error)| error)
+        .context("hear its supervisor")?;
     let Ok(SupervisorMessage::Network {
         name,
         files,
@@ -115,7 +117,7 @@ fn receive(
 fn acquire(network: &str, output: &mut TimedStream) -> Result<Lock, Error> {
     let deadline = Instant::now() + PATIENCE;
     loop {
-        match Lock::acquire(network) {
+        match Lock::acquire_for_agent(network) {
             Err(Error::AlreadyUp { .. } | Error::CleaningUp { .. })
                 if Instant::now() < deadline =>
             {

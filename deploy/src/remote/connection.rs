@@ -77,17 +77,12 @@ impl SetupThread {
 }
 
 fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, String> {
-    let lost = |error: io::Error| match error.kind() {
-        io::ErrorKind::UnexpectedEof
-        | io::ErrorKind::BrokenPipe
-        | io::ErrorKind::ConnectionReset => "the connection has ended".to_owned(),
-        _ => error.to_string(),
-    };
+    let lost = |error: io::Error| lost(&error);
     let mut out = TimedStream(stream.try_clone().map_err(lost)?);
     let mut input = BufReader::new(TimedStream(stream));
     let mut copied = (0, 0);
-    let first = said(&mut input).map_err(lost)?;
-    let (state, machine) = first.split_once(' ').unwrap_or((&first, ""));
+    let first = said(&mut input)?;
+    let (state, machine) = first.split_once(' ').unwrap_or((&first, "unknown"));
     let own = rustix::system::uname();
     let own = format!(
         "{} {}",
@@ -104,7 +99,7 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
         copies::send(program, Path::new(OWN), &mut out).map_err(lost)?;
         copied = (1, program.size);
     }
-    said(&mut input).map_err(lost)?;
+    said(&mut input)?;
     let files = setup.files.iter().map(|path| {
         let file = copies::describe(path);
         file.map_err(|error| format!("cannot read {}: {error}", path.display()))
@@ -117,7 +112,7 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
     };
     out.write_all(&lines::encode(&message)).map_err(lost)?;
     loop {
-        let text = read_line(&mut input).map_err(lost)?;
+        let text = read_line(&mut input).map_err(|(_, error)| lost(error))?;
         let message = serde_json::from_str(&text);
         match message
             .map_err(|_| format!("its agent sent an unknown message: `{}`", clean(&text)))?
@@ -145,14 +140,85 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
     }
 }
 
-/// The rest of the next line that the script prints.
-fn said(input: &mut BufReader<TimedStream>) -> io::Result<String> {
+/// The rest of the next line that the script prints. The login may have printed before it, also
+/// without an end of line.
+fn said(input: &mut BufReader<TimedStream>) -> Result<String, String> {
+    let mut greeting = String::new();
     for _ in 0..GREETING {
-        let line = read_line(input)?;
-        if let Some(said) = line.strip_prefix(TOKEN) {
-            return Ok(clean(said.trim()));
+        let (line, error) = match read_line(input) {
+            Ok(line) => (line, None),
+            Err((line, error)) => (line, Some(error)),
+        };
+        match (line.split_once(TOKEN), error) {
+            (Some((_, said)), None) => return Ok(clean(said.trim())),
+            (_, error) => {
+                if !line.trim().is_empty() {
+                    greeting = clean(line.trim());
+                }
+                if let Some(error) = error {
+                    return Err(without_script(&error, &greeting));
+                }
+            }
         }
     }
-    let message = "its login prints more than a thousand lines";
-    Err(io::Error::other(message))
+    Err("its login prints more than a thousand lines".to_owned())
+}
+
+/// Why the script did not run. `greeting` is what the login printed last.
+fn without_script(error: &io::Error, greeting: &str) -> String {
+    let why = lost(error);
+    if greeting.is_empty() {
+        return why;
+    }
+    format!(
+        "{why} before a command ran there; its login printed `{greeting}`. The user needs a login shell that runs commands"
+    )
+}
+
+/// Why the connection cannot be used.
+fn lost(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof
+        | io::ErrorKind::BrokenPipe
+        | io::ErrorKind::ConnectionReset => "the connection has ended".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is heard of a login that prints this, and then ends.
+    fn heard(printed: &str) -> Result<String, String> {
+        let (ours, mut theirs) = UnixStream::pair().expect("a pair");
+        ours.set_nonblocking(true).expect("a mode");
+        theirs.write_all(printed.as_bytes()).expect("room");
+        drop(theirs);
+        said(&mut BufReader::new(TimedStream(OwnedFd::from(ours))))
+    }
+
+    #[test]
+    fn a_login_may_print_before_the_script() {
+        for greeting in ["", "Welcome!\n", "no end of line", "\n\n"] {
+            let printed = format!("{greeting}{TOKEN} has Linux x86_64\n");
+            assert_eq!(heard(&printed).as_deref(), Ok("has Linux x86_64"));
+        }
+    }
+
+    #[test]
+    fn a_login_that_runs_no_command_is_quoted() {
+        for end in ["\n", ""] {
+            let refused = heard(&format!("This account is not available.{end}"));
+            let refused = refused.expect_err("no script runs");
+            assert!(
+                refused.contains("printed `This account is not available.`"),
+                "{refused}"
+            );
+        }
+        assert_eq!(
+            heard("").expect_err("no script runs"),
+            "the connection has ended"
+        );
+    }
 }

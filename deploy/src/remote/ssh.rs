@@ -83,11 +83,11 @@ pub(crate) fn script(hash: &str, size: u64) -> String {
         "umask 077; d=\"${{XDG_CACHE_HOME:-$HOME/.cache}}/robocomp\"; f=\"$d/{COPY}{hash}\"; n=\"$f.$$\"; \
          mkdir -p \"$d\" || exit 1; \
          if [ -x \"$f\" ]; then w=has; else w=wants; fi; \
-         echo \"{TOKEN} $w $(uname -sm)\"; \
+         echo; echo \"{TOKEN} $w $(uname -sm)\"; \
          if [ $w = wants ]; then \
          head -c {size} > \"$n\" && [ $(wc -c < \"$n\") -eq {size} ] && chmod 700 \"$n\" && mv \"$n\" \"$f\" || {{ rm -f \"$n\"; exit 1; }}; \
          fi; \
-         touch \"$f\"; echo \"{TOKEN} stored\"; exec \"$f\" agent"
+         touch \"$f\"; echo; echo \"{TOKEN} stored\"; exec \"$f\" agent"
     )
 }
 

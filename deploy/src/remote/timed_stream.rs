@@ -55,14 +55,17 @@ impl Write for TimedStream {
     }
 }
 
-/// One line without its end.
-pub(crate) fn read_line(input: &mut BufReader<TimedStream>) -> io::Result<String> {
+/// One line without its end. An error comes with what was read of the line.
+pub(crate) fn read_line(input: &mut BufReader<TimedStream>) -> Result<String, (String, io::Error)> {
     let mut line = Vec::new();
-    input.by_ref().take(LONGEST).read_until(b'\n', &mut line)?;
-    if line.pop() != Some(b'\n') {
-        return Err(io::ErrorKind::UnexpectedEof.into());
+    let read = input.by_ref().take(LONGEST).read_until(b'\n', &mut line);
+    let is_whole = line.pop_if(|last| *last == b'\n').is_some();
+    let text = String::from_utf8_lossy(&line).into_owned();
+    match read {
+        Err(error) => Err((text, error)),
+        Ok(_) if is_whole => Ok(text),
+        Ok(_) => Err((text, io::ErrorKind::UnexpectedEof.into())),
     }
-    Ok(String::from_utf8_lossy(&line).into_owned())
 }
 
 /// The next `size` bytes, and no more.

@@ -274,7 +274,10 @@ impl Job {
             let name = units[i].name().to_owned();
             let late = match self.verb {
                 Verb::Stop => units[i].is_alive() || units[i].is_lost(),
-                Verb::Start | Verb::Restart | Verb::Lifecycle(_) => !units[i].is_settled(),
+                // At the deadline, some may not have ended, and the others wait for them.
+                Verb::Start | Verb::Restart | Verb::Lifecycle(_) => {
+                    self.starts.contains(&i) || !units[i].is_settled()
+                }
             };
             let failed = self.failed.remove(&i);
             let reason = failed.or_else(|| late.then(|| account(i, units, needs)));
@@ -315,6 +318,9 @@ fn account(i: usize, units: &[Unit], needs: &[BTreeSet<usize>]) -> String {
     let unit = &units[i];
     let names: Vec<&str> = blockers(i, units, needs).map(|j| units[j].name()).collect();
     match unit.end_text() {
+        Some(_) if unit.is_stopped() && !unit.is_lost() => {
+            "is stopped; others of the command have not ended".to_owned()
+        }
         Some(text) => text.to_owned(),
         None if unit.is_alive() && unit.is_asked_to_stop() => "has not ended yet".to_owned(),
         None if unit.is_alive() && unit.is_ready() && names.is_empty() => {

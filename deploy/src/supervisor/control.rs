@@ -9,7 +9,7 @@ use rc_management::server::{Received, ServedClient};
 use rc_management::supervisor::{
     CommandResult, KeptEvents, NetworkStatus, Notification, Request, Stopping,
 };
-use rc_management::{Server, ServerSource};
+use rc_management::{Listener, Server, ServerSource};
 use rustix::event::PollFlags;
 use serde_json::Value;
 use std::io;
@@ -35,6 +35,17 @@ pub(crate) struct ClientRequest {
     pub(crate) request: Request,
 }
 
+impl ClientRequest {
+    /// A request of the supervisor itself, which nobody waits for.
+    pub(super) fn own(request: Request) -> Self {
+        Self {
+            client: u64::MAX,
+            id: None,
+            request,
+        }
+    }
+}
+
 #[cfg(test)]
 impl ClientRequest {
     /// A request of a client that is not connected.
@@ -52,14 +63,23 @@ impl ClientRequest {
 }
 
 impl Control {
-    /// Listens at `path`, and replaces the socket of a supervisor that was killed. The caller owns
-    /// the path.
-    pub(crate) fn listen(path: &Path) -> io::Result<Self> {
+    /// Listens at `path`, where it replaces the socket of a supervisor that was killed, and at the
+    /// abstract socket of the network. The caller owns the path.
+    pub(crate) fn listen(path: &Path, by_name: Option<Listener>) -> io::Result<Self> {
         match std::fs::remove_file(path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
             _ => {}
         }
-        Server::bind(path).map(Self)
+        let mut server = Server::bind(path)?;
+        if let Some(listener) = by_name {
+            server.add(listener);
+        }
+        Ok(Self(server))
+    }
+
+    /// Listens at its path again if the socket there was removed. Returns whether it was.
+    pub(crate) fn restore(&mut self) -> io::Result<bool> {
+        self.0.restore()
     }
 
     /// The descriptors to wait for.
@@ -258,20 +278,20 @@ mod tests {
     fn the_socket_of_a_killed_supervisor_is_replaced() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.sock");
-        drop(Control::listen(&path).expect("a socket"));
-        let mut control = Control::listen(&path).expect("a socket");
+        drop(Control::listen(&path, None).expect("a socket"));
+        let mut control = Control::listen(&path, None).expect("a socket");
         let client = Client::connect(&path);
         client.ask(1, "status");
         assert_eq!(requests(&mut control, 1)[0].request, Request::Status);
         // A folder is not its socket.
-        assert!(Control::listen(folder.path()).is_err());
+        assert!(Control::listen(folder.path(), None).is_err());
     }
 
     #[test]
     fn requests_that_control_come_first_and_each_gets_its_answer() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.sock");
-        let mut control = Control::listen(&path).expect("a socket");
+        let mut control = Control::listen(&path, None).expect("a socket");
         let mut asks = Client::connect(&path);
         let mut ends = Client::connect(&path);
         // Until both are served.
@@ -293,6 +313,8 @@ mod tests {
             network: "net".to_owned(),
             pid: 7,
             guard: None,
+            directory: folder.path().to_owned(),
+            troubles: Vec::new(),
             ddsl: "net.ddsl".into(),
             digest: None,
             changed: false,
@@ -323,7 +345,7 @@ mod tests {
     fn a_client_has_a_limit_to_read_its_answer() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.sock");
-        let mut control = Control::listen(&path).expect("a socket");
+        let mut control = Control::listen(&path, None).expect("a socket");
         let client = Client::connect(&path);
         client.ask(1, "ring");
         let request = requests(&mut control, 1).remove(0);
@@ -339,7 +361,7 @@ mod tests {
     fn a_slow_follower_gets_the_events_that_are_kept_and_the_number_of_the_others() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.sock");
-        let mut control = Control::listen(&path).expect("a socket");
+        let mut control = Control::listen(&path, None).expect("a socket");
         let mut client = Client::connect(&path);
         let mut journal = Journal::default();
         let mut count = 0;

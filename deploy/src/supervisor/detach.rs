@@ -4,7 +4,7 @@ use crate::process::identity::first_readable;
 use crate::remote;
 use crate::supervisor::check;
 use crate::supervisor::options::Outcome;
-use rc_deploy_client::error::{Error, ErrorContext};
+use rc_deploy_client::error::{Error, ErrorContext, with_owner};
 use rc_deploy_client::logs;
 use rc_deploy_network::plan::Plan;
 use rc_management::lines::{Line, Lines, Overlong};
@@ -84,6 +84,7 @@ fn start(plan: &Plan, command: &mut Command) -> Result<Outcome, Error> {
         .create(true)
         .append(true)
         .open(&log_path)
+        .map_err(|error| with_owner(&log_path, error))
         .context(format!("open {}", log_path.display()))?;
     let (ours, theirs) = UnixStream::pair().context("make a socket for the supervisor")?;
     ours.set_nonblocking(true)

@@ -138,6 +138,19 @@ impl FlightRecorder {
         })
     }
 
+    /// Lets it end, so that it starts again and finds the new shared memory.
+    pub(super) fn renew(&mut self) {
+        if let Some(child) = &mut self.child {
+            drop(child.stdin.take());
+            self.has_ended = true;
+        }
+    }
+
+    /// Its process, if it runs.
+    pub(super) fn pid(&self) -> Option<i32> {
+        i32::try_from(self.child.as_ref()?.id()).ok()
+    }
+
     /// The bytes of the files that it has written.
     fn written(&self) -> u64 {
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten();

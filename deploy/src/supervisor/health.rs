@@ -38,7 +38,7 @@ pub(crate) struct HealthMonitor {
     silent: BTreeMap<String, u32>,
     /// Whether a slot has a peer. A slot that never had one is left out.
     peers: BTreeMap<String, bool>,
-    /// How many more heartbeats without a first peer an external slot may have.
+    /// How many more heartbeats without a first peer a slot may have.
     patience: BTreeMap<String, u32>,
     growth: Growth,
     /// The clock, from the last heartbeat.
@@ -200,8 +200,8 @@ impl HealthMonitor {
                 self.begin("peer-vanished", &slot, &text);
                 happened.push((Severity::Warning, "peer-vanished", text));
             }
-            // The peer is not started by this network.
-            (None, false) if external && !optional => {
+            // After a restart, a peer that is missing was missing before, too.
+            (None, false) if !optional => {
                 if end_of(self.patience.entry(slot.clone()).or_insert(CALM)) {
                     let text = format!("{word} {slot} has no peer yet");
                     self.begin("peer-missing", &slot, &text);
@@ -223,6 +223,11 @@ impl HealthMonitor {
             _ => {}
         }
         self.peers.insert(slot, there);
+    }
+
+    /// Notes a condition that lasts until the process ends.
+    pub(crate) fn until_the_end(&mut self, code: &'static str, text: &str) {
+        self.begin(code, "", text);
     }
 
     /// Takes the resident memory of the process in bytes, `pause` after the last reading.
@@ -464,6 +469,20 @@ mod tests {
         assert_eq!(codes(&watch.heartbeat(peers(1))), ["peer-back"]);
         assert_eq!(watch.troubles(), []);
         assert_eq!(codes(&watch.heartbeat(peers(0))), ["peer-vanished"]);
+    }
+
+    /// After a restart, the process knows nothing of the peers of the one before.
+    #[test]
+    fn a_peer_that_is_missing_after_a_restart_is_missed() {
+        let mut watch = HealthMonitor::default();
+        let happened: Vec<_> = (0..3 * CALM)
+            .flat_map(|_| watch.heartbeat(peers(0)))
+            .collect();
+        assert_eq!(codes(&happened), ["peer-missing"]);
+        assert_eq!(happened[0].2, "slot Laser has no peer yet");
+        assert_eq!(watch.troubles()[0].code, "peer-missing");
+        assert_eq!(codes(&watch.heartbeat(peers(1))), ["peer-back"]);
+        assert_eq!(watch.troubles(), []);
     }
 
     #[test]

@@ -19,7 +19,7 @@ impl Supervisor<'_> {
             && self.host_of[i].is_none_or(|h| self.hosts[h].is_there())
     }
 
-    pub(super) fn announce_hosts(&self) {
+    pub(super) fn announce_hosts(&mut self) {
         for h in 0..self.hosts.len() {
             let text = format!("connecting to {}", self.hosts[h].destination());
             self.host_event(h, Severity::Info, "host-connecting", &text);
@@ -52,8 +52,14 @@ impl Supervisor<'_> {
         }
     }
 
-    fn host_event(&self, h: usize, severity: Severity, code: &'static str, text: &str) {
-        let text = format!("host {}: {text}", self.hosts[h].plan.name);
+    fn host_event(&mut self, h: usize, severity: Severity, code: &'static str, text: &str) {
+        let name = &self.hosts[h].plan.name;
+        let text = format!("host {name}: {text}");
+        match code {
+            "host-lost" | "host-unreachable" => drop(self.troubles.begin("host-lost", name, &text)),
+            "host-back" => drop(self.troubles.end("host-lost", name)),
+            _ => {}
+        }
         self.network_event(severity, code, text);
     }
 

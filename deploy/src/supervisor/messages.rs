@@ -26,14 +26,11 @@ impl Unit {
     }
 
     /// Reports a link that was closed while the component runs.
-    pub(super) fn report_closed_link(&self, report: &Reporter) {
+    pub(super) fn report_closed_link(&mut self, report: &Reporter) {
         if self.handle().is_some_and(|handle| !handle.is_linked()) && !self.is_asked_to_stop() {
-            self.event(
-                report,
-                Severity::Warning,
-                "link-closed",
-                "closed its standard input, which is the link to its supervisor; it is no longer watched",
-            );
+            let text = "closed its standard input, which is the link to its supervisor; it is no longer watched";
+            self.health.until_the_end("link-closed", text);
+            self.event(report, Severity::Warning, "link-closed", text);
         }
     }
 
@@ -139,6 +136,7 @@ impl Unit {
         if self.garbage == 0 {
             let fault = clean(fault);
             let text = format!("sent {fault} to its supervisor; further faults are not reported");
+            self.health.until_the_end("garbage", &text);
             self.event(report, Severity::Warning, "garbage", text);
         }
         self.garbage = self.garbage.saturating_add(size);

@@ -57,6 +57,8 @@ impl Supervisor<'_> {
             network: self.plan.network.clone(),
             pid: std::process::id() as i32,
             guard: self.custody.guard(),
+            directory: self.custody.directory().path().to_owned(),
+            troubles: self.troubles.list(),
             ddsl: self.plan.ddsl.clone(),
             digest: self.digest.clone(),
             changed: false,

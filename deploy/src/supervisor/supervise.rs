@@ -7,6 +7,7 @@ use crate::guard::lock::Lock;
 use crate::log::relay::Relay;
 use crate::log::reporter::Reporter;
 use crate::log::rotation::{self, Rotation};
+use crate::process::adopted::AdoptedProcesses;
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
 use crate::remote::{self, Host, HostSource};
@@ -15,23 +16,25 @@ use crate::supervisor::control::Control;
 use crate::supervisor::detach::Launcher;
 use crate::supervisor::flight_recorder::FlightRecorder;
 use crate::supervisor::health::MemoryRounds;
+use crate::supervisor::network_troubles::NetworkTroubles;
 use crate::supervisor::options::{Options, Outcome};
 use crate::supervisor::start_order::{configured_first, in_order_of_start};
 use crate::supervisor::unit::{Overdue, Unit, until};
 use rc_deploy_client::digest;
-use rc_deploy_client::error::{Error, ErrorContext, advice};
+use rc_deploy_client::error::{Error, ErrorContext};
 use rc_deploy_client::logs;
 use rc_deploy_network::plan::Plan;
 use rc_management::event::{Event, Severity};
 use rc_management::{ServerSource, supervisor};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::BTreeSet;
-use std::io;
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
 /// How often the supervisor reads the memory of the components.
 const MEMORY_PAUSE: Duration = Duration::from_secs(30);
+/// How often the supervisor looks whether its files are still there.
+const LOOK: Duration = Duration::from_secs(1);
 /// How many processes that have ended one turn of the loop handles. Between two turns, clients are
 /// served.
 const ENDS: usize = 4;
@@ -73,6 +76,12 @@ pub(crate) struct Supervisor<'p> {
     pub(super) hosts: Vec<Host>,
     pub(super) host_of: Vec<Option<usize>>,
     pub(super) custody: Custody,
+    /// The conditions of the network as a whole, and when its files are looked at.
+    pub(super) troubles: NetworkTroubles,
+    pub(super) look: Instant,
+    /// The components end because their shared memory was removed; they start with a new one.
+    pub(super) is_renewed: bool,
+    pub(super) is_restarting: bool,
     pub(super) control: Control,
     pub(super) commands: Commands,
     /// When a component may start that waits for the starts of others, or for the next turn.
@@ -84,6 +93,7 @@ pub(crate) struct Supervisor<'p> {
     pub(super) launcher: Option<Launcher>,
     pub(super) is_up: bool,
     pub(super) sweeps: OrphanSweeps,
+    pub(super) adopted: Option<AdoptedProcesses>,
     pub(super) recorder: Option<FlightRecorder>,
     /// Units that failed after they were ready.
     pub(super) failed: Vec<String>,
@@ -95,9 +105,13 @@ impl<'p> Supervisor<'p> {
     pub(crate) fn new(
         plan: &'p Plan,
         options: &Options,
-        lock: Lock,
+        mut lock: Lock,
         report: &'p Reporter,
     ) -> Result<Self, Error> {
+        let by_name = lock.take_socket();
+        if let Some(text) = lock.take_unseen() {
+            report.event(Event::network(Severity::Warning, "unseen", text));
+        }
         let log_directory = logs::open_directory(&plan.network)?;
         let guard_log = logs::file(&log_directory, logs::GUARD);
         let supervisor_log = logs::file(&log_directory, logs::SUPERVISOR);
@@ -139,7 +153,8 @@ impl<'p> Supervisor<'p> {
         let mut custody = Custody::new(&plan.network, lock, guard_command, guard_log, services)?;
         let socket = custody.directory().socket(supervisor::SOCKET);
         let control =
-            Control::listen(&socket).context(format!("listen at {}", socket.display()))?;
+            Control::listen(&socket, by_name).context(format!("listen at {}", socket.display()))?;
+        let adopted = options.adopts.then(AdoptedProcesses::begin).flatten();
         custody.start_guard()?;
         Ok(Self {
             plan,
@@ -152,6 +167,10 @@ impl<'p> Supervisor<'p> {
             hosts,
             host_of,
             custody,
+            troubles: NetworkTroubles::default(),
+            look: Instant::now() + LOOK,
+            is_renewed: false,
+            is_restarting: false,
             control,
             next_start: None,
             signals,
@@ -161,6 +180,7 @@ impl<'p> Supervisor<'p> {
             launcher: None,
             is_up: false,
             sweeps: OrphanSweeps::default(),
+            adopted,
             recorder: plan
                 .ring
                 .map(|ring| FlightRecorder::new(&plan.network, ring, &log_directory)),
@@ -178,12 +198,14 @@ impl<'p> Supervisor<'p> {
     pub(crate) fn run(mut self, cleanup: &dyn Fn()) -> Outcome {
         self.announce_hosts();
         loop {
+            self.renew(cleanup);
             self.advance_commands();
             self.start_ready_units();
             self.advance_lifecycles();
             self.advance_commands();
             self.stop_ready_units();
             self.note_up();
+            self.note_renewed();
             let alive = self.units.iter().any(Unit::is_alive);
             // What a command has stopped can be started by another one.
             let may_come = |unit: &Unit| unit.is_waiting() || unit.is_stopped();
@@ -191,8 +213,7 @@ impl<'p> Supervisor<'p> {
             if !alive && !to_come && self.leave_hosts() {
                 return self.finish(cleanup);
             }
-            let saved = self.custody.save();
-            self.account(saved);
+            self.save();
             self.control.send_events(&self.report.journal());
             for (source, events) in self.wait() {
                 self.dispatch(source, events);
@@ -222,18 +243,6 @@ impl<'p> Supervisor<'p> {
                 }
             }
             Err(reason) => self.not_started(i, &reason),
-        }
-    }
-
-    /// Reports that the process registry could not be written. The next `up` needs it only if
-    /// supervisor and guard are both killed.
-    fn account(&self, written: io::Result<()>) {
-        if let Err(error) = written {
-            let text = format!(
-                "cannot write to the run directory: {error}{}",
-                advice(&error)
-            );
-            self.network_event(Severity::Warning, "not-written", text);
         }
     }
 
@@ -335,7 +344,7 @@ impl<'p> Supervisor<'p> {
         let deadline = deadline.chain(self.rotation.deadline());
         let recorder = self.recorder.as_ref();
         let deadline = deadline.chain(recorder.and_then(FlightRecorder::deadline));
-        let deadline = deadline.chain([self.rounds.deadline()]).min();
+        let deadline = deadline.chain([self.rounds.deadline(), self.look]).min();
         // A limit that no Timespec can hold is none.
         let timeout = until(deadline).and_then(|left| Timespec::try_from(left).ok());
         match poll(&mut polled, timeout.as_ref()) {
@@ -368,7 +377,10 @@ impl<'p> Supervisor<'p> {
             Source::Rotation => self.rotation.wake(),
             Source::Control(source) => self.control.turn(source, events),
             Source::Guard => self.guard_ended(),
-            Source::GuardLink => self.custody.turn(),
+            Source::GuardLink => {
+                self.custody.turn();
+                self.check_memory();
+            }
             Source::Host(h, HostSource::Link) => self.read_host(h),
             Source::Host(h, HostSource::Socket(number)) => self.hosts[h].turn_socket(number),
             Source::Link(i) => self.units[i].read_link(self.report),
@@ -401,7 +413,7 @@ impl<'p> Supervisor<'p> {
                 self.network_event(Severity::Warning, "guard-ended", text);
             }
             Some(GuardChange::Lost(text)) => {
-                self.network_event(Severity::Error, "guard-lost", text);
+                self.trouble(Severity::Error, "guard-lost", &text);
             }
             None => {}
         }
@@ -415,6 +427,12 @@ impl<'p> Supervisor<'p> {
         self.control.check(now);
         self.check_hosts(now);
         self.custody.check(now);
+        if now >= self.look {
+            self.look = now + LOOK;
+            self.restore_files();
+            self.restore_logs();
+            self.note_adopted();
+        }
         self.rotation.check(now, self.report);
         let mark = self.custody.mark();
         let recorder = self.recorder.as_mut();
@@ -474,7 +492,11 @@ impl<'p> Supervisor<'p> {
         if let Some(relay) = &mut self.relay {
             relay.finish(self.report);
         }
+        let own = self.own_children();
+        let adopted = self.adopted.as_mut();
+        let adopted = adopted.map_or(0, |adopted| adopted.kill(&own));
         let (left, removed, lock) = self.custody.finish(cleanup);
+        let left = left + adopted;
         let event = |severity, code, text| self.report.event(Event::network(severity, code, text));
         if left > 0 {
             let text = format!("killed {left} orphaned processes of components");

@@ -7,8 +7,8 @@ use super::log::Log;
 use super::model::{Host, LOG, Model, Page};
 use super::screen::Screen;
 use super::{render, screen, usage};
-use rc_deploy_client::by_hand;
 use rc_deploy_client::error::{Error, ErrorContext};
+use rc_deploy_client::{by_hand, place};
 use rc_management::component;
 use rc_management::supervisor::{self, NetworkStatus, Notification};
 use rc_middleware::RunDirectory;
@@ -78,7 +78,7 @@ impl<'s> Session<'s> {
         model: Model,
         owner: BorrowedFd<'s>,
     ) -> Result<Self, Error> {
-        let directory = RunDirectory::of(&model.network);
+        let directory = place::directory(&model.network);
         let socket = directory.socket(supervisor::SOCKET);
         let supervisor = match Connection::connect(&socket) {
             Ok(connection) => Some(connection),

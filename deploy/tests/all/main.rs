@@ -20,6 +20,7 @@ mod pty;
 mod python;
 mod realtime;
 mod remote;
+mod removed;
 mod restart;
 mod ros_names;
 mod secret;

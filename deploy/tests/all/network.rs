@@ -31,6 +31,7 @@ mod probe;
 mod racks;
 mod recorded;
 mod recordings;
+mod removed;
 mod replaced;
 mod restored;
 mod rings;

@@ -55,7 +55,9 @@ fn findings(further: &[(&str, &str)], content: &str) -> Vec<String> {
     let (network, mut found) =
         network::load(&path, &network::Overrides::default(), &mut sources, &loader)
             .expect("a file");
-    network.expect("a network").check_generated(&mut found);
+    let network = network.expect("a network");
+    network.check_generated(&mut found);
+    rc_deploy::process::machine::check(&network, false, &mut found);
     let reported = render(&sources, &found, Format::Short);
     let reported = reported.replace(&format!("{}/", folder.path().display()), "");
     let unmeant = [
@@ -102,6 +104,19 @@ fn two_nodes_of_one_name_are_reported() {
     let found = reported(&two_nodes(one_domain));
     assert!(found[0].contains("`a_b` and `x` are one node"), "{found:?}");
     assert_eq!(found.len(), 1, "{found:?}");
+}
+
+#[test]
+fn nodes_that_do_not_speak_dds_are_reported_once() {
+    let with = |implementation: &str| {
+        reported(&format!(
+            "middleware ros2;\nComponent a {{ cdsl \"poses.cdsl\"; env {{ RMW_IMPLEMENTATION \"{implementation}\"; }}; }};\n\
+             Component b {{ cdsl \"scans.cdsl\"; }};\n"
+        ))
+    };
+    let expected = "robot.ddsl:3:11: warning[other-rmw]: RMW_IMPLEMENTATION is rmw_zenoh_cpp: nodes of ROS 2 in this environment do not speak DDS, so they and `a` do not find each other";
+    assert_eq!(with("rmw_zenoh_cpp"), [expected]);
+    assert_eq!(with("rmw_fastrtps_cpp"), NOTHING);
 }
 
 #[test]

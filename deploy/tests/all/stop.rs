@@ -99,7 +99,7 @@ fn down_returns_when_the_network_can_start_again() {
     let down = bench.command("down", &[]);
     assert_eq!(down.status.code(), Some(3));
     let message = text(&down.stderr);
-    assert!(message.contains("is not up; no network is up"), "{message}");
+    assert!(message.contains("is not up; "), "{message}");
 }
 
 #[test]

@@ -258,6 +258,16 @@ fn main() -> ExitCode {
             program.ready();
             program.live(Some(0), false, None);
         }
+        // Leaves a process in a session of its own, without an environment.
+        "forsaken" => {
+            let mut shell = Command::new("sh");
+            shell.args(["-c", "setsid env -i sleep 600 >&- 2>&- & echo $!"]);
+            let told = shell.stdin(Stdio::null()).output().expect("it runs");
+            let pid = String::from_utf8_lossy(&told.stdout);
+            program.journal("child", pid.trim().parse().expect("a pid"));
+            program.ready();
+            program.live(Some(0), false, None);
+        }
         // MILLISECONDS: of silence before the heartbeats.
         "silent" => {
             program.ready();

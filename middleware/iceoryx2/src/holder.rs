@@ -5,18 +5,21 @@
 use crate::ports::{CallService, EventService, TopicService};
 use crate::service::{EventPorts, calls, event, topic, transient_local_topic};
 use crate::session::Session;
-use crate::{names, opening};
+use crate::{names, opening, service_files};
+use iceoryx2::service::port_factory::PortFactory;
 use rc_middleware::{Durability, Endpoint, Environment, OpenError};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Keeps services open until it is dropped.
 pub struct Holder {
     held: Vec<OpenService>,
+    /// The files that describe them, which stay as long as one process has the service open.
+    files: Vec<PathBuf>,
     session: Arc<Session>,
 }
 
 /// The open services of one address.
-#[expect(dead_code, reason = "held, never used")]
 enum OpenService {
     Topic(TopicService, EventService),
     TransientLocal(TopicService, EventService),
@@ -28,6 +31,7 @@ impl Holder {
     pub fn new(environment: &Environment) -> Result<Self, OpenError> {
         Ok(Self {
             held: Vec::new(),
+            files: Vec::new(),
             session: Session::open(environment)?,
         })
     }
@@ -57,6 +61,7 @@ impl Holder {
             }
             Ok(held)
         })?;
+        held.iter().for_each(|held| self.note_files(held));
         self.held.extend(held);
         Ok(())
     }
@@ -71,8 +76,37 @@ impl Holder {
                 notifier,
             ))
         })?;
+        self.note_files(&held);
         self.held.push(held);
         Ok(())
+    }
+
+    fn note_files(&mut self, held: &OpenService) {
+        let hashes = match held {
+            OpenService::Topic(topic, event) | OpenService::TransientLocal(topic, event) => {
+                [topic.service_hash(), event.service_hash()]
+            }
+            OpenService::Calls(calls, event) => [calls.service_hash(), event.service_hash()],
+        };
+        let place = &self.session.place;
+        for hash in hashes {
+            let name = format!("{}{}.service", place.prefix, hash.as_str());
+            let path = place.root.join("services").join(name);
+            if path.exists() {
+                self.files.push(path);
+            }
+        }
+    }
+
+    /// The files and the shared memory of the held services that somebody has removed: the system
+    /// at a logout (`RemoveIPC=` of logind.conf), a cleaner of temporary files, a person. Processes
+    /// that have them open go on, those that start do not find them. A clean-up may have files open
+    /// for a moment that it has removed itself, so a name counts that is missing at two looks.
+    pub fn missing(&self) -> Vec<PathBuf> {
+        let mut missing = service_files::unlinked(&self.session.place.prefix);
+        let files = self.files.iter().filter(|path| !path.exists());
+        missing.extend(files.cloned());
+        missing
     }
 
     /// Cleans up after dead processes, at most for two seconds. Returns their number.

@@ -3,6 +3,7 @@
 use crate::bounded;
 use crate::session::Session;
 use rc_middleware::{Endpoint, OpenError};
+use rustix::process::{Resource, getrlimit};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -28,11 +29,23 @@ pub(crate) fn open<T: Send + 'static>(
             }
         }
     });
-    outcome.map_err(|error| match (error, bounded::obstacles(directory)) {
-        (OpenError::Backend { address, reason }, Some(obstacles)) => OpenError::Backend {
-            address,
-            reason: format!("{reason}; {obstacles}"),
-        },
-        (error, _) => error,
+    outcome.map_err(|error| match error {
+        OpenError::Backend { address, reason } => {
+            let obstacles = bounded::obstacles(directory).or_else(address_space);
+            let reason = match obstacles {
+                Some(obstacles) => format!("{reason}; {obstacles}"),
+                None => reason,
+            };
+            OpenError::Backend { address, reason }
+        }
+        error => error,
     })
+}
+
+/// What to do where this process may not map more memory: iceoryx2 does not say so.
+fn address_space() -> Option<String> {
+    let limit = getrlimit(Resource::As).current? >> 10;
+    Some(format!(
+        "this session limits the memory that a process maps to {limit} kB; `ulimit -v unlimited` before it starts lifts that"
+    ))
 }

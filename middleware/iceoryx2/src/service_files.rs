@@ -50,6 +50,22 @@ pub fn leftovers(directory: &RunDirectory) -> Vec<PathBuf> {
     found
 }
 
+/// The shared memory of a network that this process uses and that has no name any more.
+pub(crate) fn unlinked(prefix: &str) -> Vec<PathBuf> {
+    // proc_pid_maps(5): the path is last, and followed by this where its file was removed.
+    const REMOVED: &str = " (deleted)";
+    let start = format!("{MEMORY}/{prefix}");
+    let maps = std::fs::read_to_string("/proc/self/maps").unwrap_or_default();
+    let paths = maps.lines().filter_map(|line| {
+        let path = &line[line.find(&start)?..];
+        path.strip_suffix(REMOVED).map(PathBuf::from)
+    });
+    let mut paths: Vec<PathBuf> = paths.collect();
+    paths.sort();
+    paths.dedup();
+    paths
+}
+
 /// Files of other users of the machine that block this network.
 pub(crate) fn foreign(place: &Storage) -> Vec<String> {
     let own = rustix::process::getuid().as_raw();

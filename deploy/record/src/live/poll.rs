@@ -1,10 +1,9 @@
 //! Polls a running network.
 
-use rc_deploy_client::connection;
+use rc_deploy_client::{connection, place};
 use rc_management::Client;
 use rc_management::component::{Parameters, Request};
 use rc_management::supervisor;
-use rc_middleware::RunDirectory;
 use rc_observe::Network;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -30,7 +29,7 @@ pub(super) struct Snapshot {
 /// Polls once. `None` if no component replies.
 pub(super) fn poll(name: &str, wants_events: bool) -> Option<Snapshot> {
     let network = Network::look(name).ok()?;
-    let directory = RunDirectory::of(name);
+    let directory = place::directory(name);
     let parameters = network.components.iter().filter_map(|component| {
         let socket = directory.socket(&component.name.replace('.', "-"));
         let mut client = Client::connect(&socket, LIMIT).ok()?;
@@ -65,8 +64,7 @@ pub(super) fn poll(name: &str, wants_events: bool) -> Option<Snapshot> {
 fn events(network: &str) -> Option<Client> {
     let deadline = Instant::now() + LIMIT;
     let left = || deadline.saturating_duration_since(Instant::now());
-    let socket = RunDirectory::of(network).socket(supervisor::SOCKET);
-    let mut client = Client::connect(&socket, left()).ok()?;
+    let mut client = place::connect(network, left()).ok()?;
     let kept: supervisor::KeptEvents = client.call(&supervisor::Request::Events, left()).ok()?;
     for _ in 0..kept.kept {
         client.next(left()).ok()?;

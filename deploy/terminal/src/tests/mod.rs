@@ -78,6 +78,8 @@ fn status() -> NetworkStatus {
         network: "patrol".to_owned(),
         pid: 99,
         guard: Some(98),
+        directory: "/run/robocomp/patrol".into(),
+        troubles: Vec::new(),
         ddsl: "patrol.ddsl".into(),
         digest: None,
         changed: false,

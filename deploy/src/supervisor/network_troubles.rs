@@ -1,0 +1,145 @@
+//! The conditions of a network as a whole, and the files that it restores.
+//!
+//! The run directory lies where the environment chose, and anybody may remove it: a logout does,
+//! and a cleaner of temporary files. A network whose socket is gone could neither be stopped nor
+//! seen by a second `up`, so the supervisor looks every second and makes what is missing again.
+
+use crate::supervisor::supervise::Supervisor;
+use rc_deploy_client::error::advice;
+use rc_management::event::{Event, Severity};
+use rc_management::supervisor::Trouble;
+use std::collections::BTreeMap;
+use std::time::SystemTime;
+
+/// The logs as the subject of a condition.
+const LOGS: &str = "logs";
+
+/// The conditions that have started and not ended, by their codes and their subjects.
+#[derive(Debug, Default)]
+pub(super) struct NetworkTroubles(BTreeMap<(&'static str, String), (SystemTime, String)>);
+
+impl NetworkTroubles {
+    /// Notes a condition with its latest text. Returns whether it starts.
+    pub(super) fn begin(&mut self, code: &'static str, about: &str, text: &str) -> bool {
+        let new = (SystemTime::now(), text.to_owned());
+        let key = (code, about.to_owned());
+        match self.0.get_mut(&key) {
+            Some((_, known)) => {
+                text.clone_into(known);
+                false
+            }
+            None => self.0.insert(key, new).is_none(),
+        }
+    }
+
+    /// Ends a condition. Returns whether there was one.
+    pub(super) fn end(&mut self, code: &'static str, about: &str) -> bool {
+        self.0.remove(&(code, about.to_owned())).is_some()
+    }
+
+    /// The present conditions.
+    pub(super) fn list(&self) -> Vec<Trouble> {
+        let troubles = self.0.iter();
+        troubles
+            .map(|((code, _), (since, message))| Trouble {
+                code: (*code).to_owned(),
+                message: message.clone(),
+                since: rc_management::event::time_text(*since),
+            })
+            .collect()
+    }
+}
+
+impl Supervisor<'_> {
+    /// Reports a condition of the network when it starts.
+    pub(super) fn trouble(&mut self, severity: Severity, code: &'static str, text: &str) {
+        if self.troubles.begin(code, "", text) {
+            self.report.event(Event::network(severity, code, text));
+        }
+    }
+
+    /// Reports that a condition has ended, if there was one.
+    pub(super) fn no_trouble(&mut self, code: &'static str, end: &'static str, text: &str) {
+        if self.troubles.end(code, "") {
+            self.network_event(Severity::Info, end, text);
+        }
+    }
+
+    /// Writes the process registry if it has changed. The next `up` needs it only if supervisor and
+    /// guard are both killed.
+    pub(super) fn save(&mut self) {
+        match self.custody.save() {
+            Ok(false) => {}
+            Ok(true) => self.no_trouble("not-written", "written", "wrote to the run directory"),
+            Err(error) => {
+                let text = format!(
+                    "cannot write to the run directory: {error}{}",
+                    advice(&error)
+                );
+                self.trouble(Severity::Warning, "not-written", &text);
+            }
+        }
+    }
+
+    /// Makes the folder of the logs again where somebody has removed it.
+    pub(super) fn restore_logs(&mut self) {
+        let directory = self.rotation.directory().to_owned();
+        let restored = self.rotation.restore().and_then(|is_new| {
+            match &mut self.relay {
+                Some(relay) if is_new => relay.renew(&directory)?,
+                _ => {}
+            }
+            Ok(is_new)
+        });
+        let path = directory.display();
+        match restored {
+            Ok(false) => {}
+            Ok(true) => {
+                self.troubles.end("not-written", LOGS);
+                let text = format!(
+                    "the folder of the logs, {path}, was removed, and is made again; what components print until they restart is lost"
+                );
+                self.network_event(Severity::Warning, "logs-restored", text);
+            }
+            Err(error) => {
+                let text = format!("cannot make the folder of the logs, {path}: {error}");
+                if self.troubles.begin("not-written", LOGS, &text) {
+                    self.network_event(Severity::Warning, "not-written", text);
+                }
+            }
+        }
+    }
+
+    /// Makes the run directory, its lock and the supervisor's socket again where they are missing.
+    pub(super) fn restore_files(&mut self) {
+        let path = self.custody.directory().path().to_owned();
+        let restored = self.custody.restore().and_then(|directory| {
+            let socket = self.control.restore()?;
+            Ok((directory, socket))
+        });
+        match restored {
+            Ok((false, false)) => {
+                self.no_trouble("directory-lost", "directory-back", "it is there again");
+            }
+            Ok((directory, _)) => {
+                self.troubles.end("directory-lost", "");
+                let what = if directory {
+                    format!("its run directory {} was removed", path.display())
+                } else {
+                    format!("its socket in {} was removed", path.display())
+                };
+                let text = format!("{what}, and is made again");
+                self.network_event(Severity::Warning, "directory-restored", text);
+            }
+            Err(error) => {
+                let text = format!(
+                    "its run directory {} was removed, and cannot be made again: {error}{}; \
+                     `rcdeploy status` and `down` reach the network all the same, its components are out of reach",
+                    path.display(),
+                    advice(&error)
+                );
+                self.trouble(Severity::Error, "directory-lost", &text);
+            }
+        }
+    }
+}

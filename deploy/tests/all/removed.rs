@@ -1,0 +1,201 @@
+//! Networks whose files are removed while they run, or that are looked for in another environment.
+
+use crate::bench::{Bench, Up, await_end, codes, component, text, well};
+use rc_deploy::process::Identity;
+use rustix::process::Signal;
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+/// Runs `up` of another plan of the same network, which must not start.
+fn is_refused(mut second: Command, first: Identity) {
+    let second = second.output().expect("it runs");
+    assert_eq!(second.status.code(), Some(3), "{second:?}");
+    let told = text(&second.stdout);
+    let process = format!("supervised by process {};", first.pid);
+    assert!(told.contains(&process), "{told}");
+}
+
+/// Removes something of a network that runs. It is restored, a second `up` is refused before and
+/// afterwards, and the network can be stopped.
+fn survives(remove: impl FnOnce(&Path), what: &str) {
+    let bench = Bench::new();
+    let mut up = bench.start_well();
+    let plan = bench.write(vec![well("a")]);
+    remove(&bench.run_directory());
+    is_refused(bench.driver(&["up", &plan, "--json"]), up.identity());
+    let told = up.await_event("directory-restored", None);
+    assert!(told.contains(what), "{told}");
+    assert!(bench.run_directory().join("rcdeploy.sock").exists());
+    assert!(bench.run_directory().join("components.json").exists());
+    is_refused(bench.driver(&["up", &plan, "--json"]), up.identity());
+    assert_eq!(bench.status().pid, up.identity().pid);
+    let down = bench.command("down", &[]);
+    assert!(down.status.success(), "{down:?}");
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_network_survives_the_end_of_its_run_directory() {
+    let remove = |directory: &Path| std::fs::remove_dir_all(directory).expect("it is ours");
+    survives(remove, "its run directory ");
+}
+
+#[test]
+fn a_network_survives_the_end_of_its_socket() {
+    let remove = |directory: &Path| {
+        std::fs::remove_file(directory.join("rcdeploy.sock")).expect("it is ours");
+    };
+    survives(remove, "its socket ");
+}
+
+/// The lock alone: the guard then shares the new one, and cleans up after a supervisor that is
+/// killed.
+#[test]
+fn a_network_survives_the_end_of_its_lock() {
+    let bench = Bench::new();
+    let mut up = bench.start_well();
+    std::fs::remove_file(bench.run_directory().join("rcdeploy.lock")).expect("it is ours");
+    up.await_event("directory-restored", None);
+    up.await_event("guard-ended", None);
+    let components = bench.processes("a start");
+    until("a new guard guards", || {
+        let guard = bench.status().guard.and_then(Identity::of);
+        guard.is_some_and(|guard| holds_nothing_of(guard, "deleted"))
+    });
+    up.kill();
+    await_end(&components);
+    until("the guard has cleaned up", || {
+        !bench.run_directory().exists()
+    });
+}
+
+/// Whether no descriptor of a process leads to a file with this in its name.
+fn holds_nothing_of(process: Identity, word: &str) -> bool {
+    let folder = format!("/proc/{}/fd", process.pid);
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut targets = entries.filter_map(|entry| std::fs::read_link(entry.path()).ok());
+    targets.all(|target| !target.to_string_lossy().contains(word))
+}
+
+fn until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let limit = Instant::now() + crate::bench::LIMIT;
+    while !is_so() {
+        assert!(Instant::now() < limit, "never: {what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn a_network_is_found_whatever_the_environment_is() {
+    let bench = Bench::new();
+    let up = bench.start_well();
+    let elsewhere = bench.path("elsewhere");
+    std::fs::create_dir(&elsewhere).expect("a folder");
+    let plan = bench.write(vec![well("a")]);
+    let there = |arguments: &[&str]| {
+        let mut command = bench.driver(arguments);
+        command.env("XDG_RUNTIME_DIR", &elsewhere);
+        command
+    };
+    let run = |arguments: &[&str]| -> Output { there(arguments).output().expect("it runs") };
+    is_refused(there(&["up", &plan, "--json"]), up.identity());
+    let status = run(&["status", &bench.network]);
+    let status: Value = serde_json::from_slice(&status.stdout).expect("a status");
+    assert_eq!(status["pid"], up.identity().pid);
+    let directory = bench.run_directory();
+    assert_eq!(status["directory"].as_str(), directory.to_str());
+    let down = run(&["down", &bench.network]);
+    assert!(down.status.success(), "{down:?}");
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+    let left = std::fs::read_dir(&elsewhere).expect("a folder");
+    assert_eq!(left.count(), 0, "nothing was made there");
+}
+
+#[test]
+fn a_component_restarts_without_the_folder_of_its_logs() {
+    let bench = Bench::new();
+    let mut up = bench.start_well();
+    let logs = bench.log("a");
+    let logs = logs.parent().expect("a folder");
+    std::fs::remove_dir_all(logs).expect("it is ours");
+    let done = bench.command("restart", &["a"]);
+    let done: Value = serde_json::from_slice(&done.stdout).expect("a result");
+    assert_eq!(done["done"], serde_json::json!(["a"]), "{done}");
+    up.await_event("logs-restored", None);
+    assert!(bench.log("b").exists() && bench.log("a").exists());
+    stop(&bench, up);
+}
+
+fn stop(bench: &Bench, up: Up) {
+    let down = bench.command("down", &[]);
+    assert!(down.status.success(), "{down:?}");
+    assert_eq!(up.end().0, Some(0));
+}
+
+/// The process that a component has left in a session of its own, without an environment.
+fn forsaken(bench: &Bench) -> Identity {
+    let children = bench.processes("a child");
+    assert_eq!(children.len(), 1);
+    children[0]
+}
+
+#[test]
+fn a_child_without_a_mark_ends_with_its_network() {
+    let bench = Bench::new();
+    let components = vec![component("a", "forsaken", &[])];
+    let mut up = bench.start_with(components, &["--adopts"]);
+    up.await_event("up", None);
+    let child = forsaken(&bench);
+    let down = bench.command("down", &[]);
+    assert!(down.status.success(), "{down:?}");
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    assert!(!child.is_alive(), "{events:#?}");
+    assert!(codes(&events, "a").iter().all(|code| code != "killed"));
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_child_without_a_mark_ends_with_its_killed_supervisor() {
+    let bench = Bench::new();
+    let components = vec![component("a", "forsaken", &[])];
+    let mut up = bench.start_with(components, &["--adopts"]);
+    up.await_event("up", None);
+    let child = forsaken(&bench);
+    let registry = bench.run_directory().join("components.json");
+    until("the child is registered", || {
+        let text = std::fs::read_to_string(&registry).unwrap_or_default();
+        text.contains(&format!("\"pid\":{}", child.pid))
+    });
+    up.kill();
+    await_end(&[child]);
+}
+
+/// Ctrl-Z does not stop a supervisor, and a hang-up does not end one that `nohup` has started.
+#[test]
+fn a_supervisor_is_not_stopped_by_its_terminal() {
+    let bench = Bench::new();
+    let plan = bench.write(vec![well("a")]);
+    let mut up = bench.start_plan(&plan, &["nohup"], &[]);
+    up.await_event("up", None);
+    up.signal(Signal::TSTP);
+    up.signal(Signal::HUP);
+    // It serves, and does not end.
+    assert_eq!(bench.status().pid, up.identity().pid);
+    assert!(!up.identity().is_stopped());
+    let down = bench.command("down", &[]);
+    assert!(down.status.success(), "{down:?}");
+    let (_, events) = up.end();
+    let reasons = events.iter().filter(|event| event["code"] == "stopping");
+    let reasons: Vec<&str> = reasons
+        .filter_map(|event| event["message"].as_str())
+        .collect();
+    assert!(
+        !reasons.iter().any(|why| why.contains("interrupted")),
+        "{reasons:?}"
+    );
+}
