@@ -1,6 +1,7 @@
 //! Networks whose files are removed while they run, or that are looked for in another environment.
 
 use crate::bench::{Bench, Up, await_end, codes, component, text, well};
+use crate::pty::{SETSID, Terminal};
 use rc_deploy::process::Identity;
 use rustix::process::Signal;
 use serde_json::Value;
@@ -198,4 +199,43 @@ fn a_supervisor_is_not_stopped_by_its_terminal() {
         !reasons.iter().any(|why| why.contains("interrupted")),
         "{reasons:?}"
     );
+}
+
+/// `stty tostop` stops processes of the background that write.
+#[test]
+fn a_supervisor_in_the_background_of_a_terminal_is_not_stopped() {
+    let bench = Bench::new();
+    let plan = bench.write(vec![well("a")]);
+    let driver = bench.driver(&["up", &plan]);
+    let [setsid, argument] = SETSID;
+    let mut command = Command::new(setsid);
+    command
+        .args([
+            argument,
+            "sh",
+            "-c",
+            "set -m; stty tostop; \"$@\" & wait",
+            "sh",
+        ])
+        .arg(driver.get_program())
+        .args(driver.get_args());
+    for (name, value) in driver.get_envs() {
+        command.env(name, value.unwrap_or_default());
+    }
+    let terminal = Terminal::start(command, (100, 30));
+    until("the network is up", || {
+        let status = bench.command("status", &[]);
+        let status = serde_json::from_slice::<Value>(&status.stdout).unwrap_or_default();
+        status["components"][0]["ready"] == true
+    });
+    // It has more to print.
+    let again = bench.command("restart", &["a"]);
+    assert!(again.status.success(), "{again:?}");
+    let supervisor = Identity::of(bench.status().pid).expect("it runs");
+    assert!(!supervisor.is_stopped());
+    let down = bench.command("down", &[]);
+    assert!(down.status.success(), "{down:?}");
+    await_end(&[supervisor]);
+    bench.assert_nothing_left();
+    drop(terminal);
 }
