@@ -20,10 +20,10 @@ const RESTS: [u32; 2] = [64, 4096];
 /// let limit = Duration::from_micros(200);
 /// let mut spin = Spin::new(limit);
 /// for _ in 0..3 {
-///     assert_eq!(spin.next(), limit);
+///     assert_eq!(spin.begin(), limit);
 ///     spin.ended(false);
 /// }
-/// assert_eq!(spin.next(), Duration::ZERO);
+/// assert_eq!(spin.begin(), Duration::ZERO);
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Spin {
@@ -47,7 +47,7 @@ impl Spin {
 
     /// How long to poll for the next message; zero means not at all. [`Spin::ended`] follows where
     /// it is not zero.
-    pub fn next(&mut self) -> Duration {
+    pub fn begin(&mut self) -> Duration {
         if self.rest > 0 {
             self.rest -= 1;
             return Duration::ZERO;
@@ -76,7 +76,7 @@ mod tests {
     /// How many of so many waits poll, each of them with this result.
     fn polls(spin: &mut Spin, waits: u32, came: bool) -> u32 {
         let polls = (0..waits).filter(|_| {
-            let polls = !spin.next().is_zero();
+            let polls = !spin.begin().is_zero();
             if polls {
                 spin.ended(came);
             }

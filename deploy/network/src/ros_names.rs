@@ -95,10 +95,10 @@ impl Network {
         let mut here = instances.filter(|(instance, project)| {
             let slots = project.iter().flat_map(|project| &project.component.slots);
             self.deployment.remote_host(instance).is_none()
-                && (instance.middleware == Backend::Ros2
+                && (instance.middleware == Middleware::Ros2
                     || slots
                         .into_iter()
-                        .any(|slot| slot.backend == Some(Backend::Ros2)))
+                        .any(|slot| slot.backend == Some(Middleware::Ros2)))
         });
         let (instance, _) = here.next()?;
         let mut own = instance.env.iter();

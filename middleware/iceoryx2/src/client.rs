@@ -202,7 +202,7 @@ impl SharedClient {
         limit: Duration,
     ) -> Result<bool, CallError> {
         let mut spin = self.spin.get();
-        let own = spin.next();
+        let own = spin.begin();
         let mut came = false;
         let start = Instant::now();
         let limit = limit.min(own);

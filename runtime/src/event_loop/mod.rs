@@ -376,7 +376,7 @@ impl<'a> EventLoop<'a> {
                 if port.spin_until.is_some() {
                     port.spin.ended(true);
                 }
-                let spin = port.spin.next();
+                let spin = port.spin.begin();
                 port.spin_until = (!spin.is_zero()).then(|| now + spin);
                 self.handled(at, start, now, lost, result);
             }
