@@ -7,7 +7,9 @@ use crate::log::print_error;
 use crate::ros_arguments::given::RosArguments;
 use crate::ros_arguments::{self, Override, RosOverrides};
 use rc_configuration::model::Parameters;
-use rc_configuration::{Configuration, LiveParameters, UntypedValue};
+use rc_configuration::{
+    Configuration, LiveParameters, PathFolders, UntypedValue, Values, folder_of_paths,
+};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use rc_middleware::{Address, Settings};
 use std::collections::{BTreeMap, BTreeSet};
@@ -21,8 +23,22 @@ pub(crate) struct LoadedConfiguration {
     pub(crate) configuration: Configuration,
     /// The absolute path of the file.
     pub(crate) file: Option<PathBuf>,
+    /// Where relative paths of parameters start, however the component is started.
+    pub(crate) folders: PathFolders,
     /// Values from the command line of ROS 2.
     pub(crate) ros: RosOverrides,
+}
+
+impl LoadedConfiguration {
+    /// The values that the worker gets.
+    pub(crate) fn values(&self) -> Values {
+        let values = &self.configuration.parameters;
+        self.parameters
+            .as_ref()
+            .map_or_else(Values::default, |model| {
+                values.with_paths_from(&self.folders, &model.parameters)
+            })
+    }
 }
 
 /// Reads and checks the configuration. Parameters of the command line replace those of the file.
@@ -57,8 +73,10 @@ pub(crate) fn load(
         is_optional: false,
     });
     let set: Vec<_> = set.collect();
+    // A path on a command line is one of its shell.
+    let here = std::env::current_dir().unwrap_or_default();
     for one in set.iter().chain(&loaded.ros.parameters) {
-        match live.given(&one.name, &one.value) {
+        match live.given(&one.name, &one.value, &here) {
             Ok(value) => {
                 given.push((one.name.as_str(), value));
                 sources.insert(one.from.as_str());
@@ -143,6 +161,7 @@ fn read(
             parameters,
             configuration,
             file: None,
+            folders: folders(description, None),
             ros,
         });
     };
@@ -175,6 +194,7 @@ fn read(
     Ok(LoadedConfiguration {
         parameters,
         configuration,
+        folders: folders(description, Some(&file)),
         file: Some(file),
         ros,
     })
@@ -186,12 +206,33 @@ fn warn(sources: &SourceMap, found: &Diagnostics) {
     }
 }
 
+/// The folder of the component at build time, without the detour over that of generated code.
+fn built_folder(description: &Description) -> PathBuf {
+    let folder = Path::new(description.folder);
+    folder.canonicalize().unwrap_or_else(|_| folder.into())
+}
+
+/// Where relative paths start, with the configuration in `file`. On a machine where the component
+/// was not built, its folder is not known: defaults start where the configuration does.
+fn folders(description: &Description, file: Option<&Path>) -> PathFolders {
+    let built = built_folder(description);
+    let configured = file.map(folder_of_paths);
+    let defaults = match configured {
+        Some(folder) if !built.is_dir() => folder.to_path_buf(),
+        _ => built.clone(),
+    };
+    PathFolders {
+        configuration: configured.map_or(built, Path::to_path_buf),
+        defaults,
+    }
+}
+
 fn config_file(description: &Description, arguments: &Arguments) -> Option<PathBuf> {
     if arguments.config.is_some() {
         return arguments.config.clone();
     }
     let here = PathBuf::from("etc/config.toml");
-    let built = Path::new(description.folder).join("etc/config.toml");
+    let built = built_folder(description).join("etc/config.toml");
     // The current folder may be that of another component.
     let is_ours = Path::new(&format!("{}.cdsl", description.name)).exists();
     [here]
@@ -218,4 +259,75 @@ pub(crate) fn bindings(
     }
     all.extend(arguments.bindings.clone());
     Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::time::ClockChoice;
+    use std::time::Duration;
+
+    static READER: Description = Description {
+        name: "reader",
+        model_hash: 1,
+        middleware: "none",
+        period: Duration::from_millis(10),
+        parameters: Some(
+            r#"{"name":"reader","parameters":[
+            {"name":"map","kind":{"scalar":{"type":"path"}},"default":{"text":"house.map"}},
+            {"name":"log","kind":{"scalar":{"type":"path"}},"default":{"text":""}}],"rules":[]}"#,
+        ),
+        folder: "/built/reader",
+        slots: &[],
+        backends: &[],
+        types: &[],
+        simulates_time: false,
+        managed: false,
+        note: b"",
+    };
+
+    fn values(config: Option<PathBuf>, set: &[(&str, &str)]) -> Values {
+        let set = set
+            .iter()
+            .map(|(path, text)| ((*path).into(), (*text).into()));
+        let arguments = Arguments {
+            network: "default".to_owned(),
+            name: "reader".to_owned(),
+            config,
+            bindings: BTreeMap::new(),
+            log: None,
+            settings: Settings::default(),
+            parameters: set.collect(),
+            ros: RosArguments::default(),
+            clock: ClockChoice::Own,
+            followers: Vec::new(),
+            active: false,
+            record: None,
+            members: BTreeMap::default(),
+        };
+        load(&READER, &arguments).expect("a configuration").values()
+    }
+
+    #[test]
+    fn relative_paths_start_at_the_file_that_names_them_not_at_the_working_directory() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let component = folder.path().join("reader");
+        let config = component.join("etc/config.toml");
+        std::fs::create_dir_all(component.join("etc")).expect("a folder");
+        std::fs::write(&config, "[parameters]\nlog = \"../run.log\"\n").expect("a file");
+        let seen = values(Some(config.clone()), &[]);
+        assert_eq!(seen.path("map"), component.join("house.map"), "a default");
+        assert_eq!(seen.path("log"), component.join("../run.log"));
+        let network = folder.path().join("networks/reader.toml");
+        std::fs::create_dir(folder.path().join("networks")).expect("a folder");
+        std::fs::write(&network, "[parameters]\nlog = \"run.log\"\n").expect("a file");
+        let seen = values(Some(network.clone()), &[]);
+        assert_eq!(seen.path("log"), network.with_file_name("run.log"));
+        let here = std::env::current_dir().expect("a folder");
+        let seen = values(Some(config), &[("map", "own.map")]);
+        assert_eq!(seen.path("map"), here.join("own.map"), "a command line");
+        let seen = values(None, &[]);
+        assert_eq!(seen.path("map"), Path::new("/built/reader/house.map"));
+        assert_eq!(seen.path("log"), Path::new(""), "no file");
+    }
 }

@@ -84,21 +84,9 @@ impl Management {
         if let Some(lifecycle) = &shared.lifecycle {
             lifecycle.report_to(waker.clone());
         }
-        let LoadedConfiguration {
-            parameters,
-            configuration,
-            file,
-            ros: _,
-        } = loaded;
         let mut server = Server {
             info: info.clone(),
-            parameters: ParameterServer::new(
-                parameters.clone().unwrap_or_default(),
-                &configuration.parameters,
-                file.clone(),
-                commands.clone(),
-                waker.clone(),
-            ),
+            parameters: ParameterServer::new(loaded, commands.clone(), waker.clone()),
             lifecycle: LifecycleServer::new(shared.lifecycle.clone(), waker.clone()),
             shared: shared.clone(),
             commands: commands.clone(),

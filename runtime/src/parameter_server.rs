@@ -5,13 +5,14 @@
 //! limit. One change is with the worker at a time; others wait.
 
 use crate::commands::{Command, CommandQueue};
+use crate::configuration::LoadedConfiguration;
 use crate::error::refused;
 use crate::parameter_values::shown;
 use crate::proposal::{CHANGE_LIMIT, Proposal};
 use crate::status::Shared;
 use crate::waker::Waker;
 use rc_configuration::{
-    CheckedChanges, LiveParameter, LiveParameters, ParamChange, Parameters, SaveError, Values,
+    CheckedChanges, LiveParameter, LiveParameters, ParamChange, PathFolders, SaveError, Values,
 };
 use rc_diagnostics::{Format, render};
 use rc_management::component::{self, Changed, Saved, State};
@@ -62,6 +63,8 @@ pub(crate) struct ParameterServer {
     values: Arc<Values>,
     /// The configuration file.
     file: Option<PathBuf>,
+    /// Where relative paths start.
+    folders: PathFolders,
     commands: Arc<CommandQueue>,
     management: Waker,
     queue: VecDeque<Request>,
@@ -71,16 +74,16 @@ pub(crate) struct ParameterServer {
 
 impl ParameterServer {
     pub(crate) fn new(
-        model: Parameters,
-        values: &Values,
-        file: Option<PathBuf>,
+        loaded: &LoadedConfiguration,
         commands: Arc<CommandQueue>,
         management: Waker,
     ) -> Self {
+        let model = loaded.parameters.clone().unwrap_or_default();
         Self {
-            live: LiveParameters::new(model, values),
-            values: Arc::new(values.clone()),
-            file,
+            live: LiveParameters::new(model, &loaded.configuration.parameters),
+            values: Arc::new(loaded.values()),
+            file: loaded.file.clone(),
+            folders: loaded.folders.clone(),
             commands,
             management,
             queue: VecDeque::new(),
@@ -179,7 +182,7 @@ impl ParameterServer {
         }
         let proposal = Arc::new(Proposal::new(
             self.values.clone(),
-            accepted.values(),
+            self.live.worker_values(&accepted, &self.folders),
             accepted.changes.clone(),
             self.management.clone(),
         ));

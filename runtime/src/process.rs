@@ -282,7 +282,7 @@ fn run_component<C: Component>(
         matches!(hosting, Hosting::Process(_)),
     )?;
     let seed = seed(kind, &arguments.name);
-    let parameters = &configuration.parameters;
+    let parameters = &loaded.values();
     let mut began = exact::start::Start::new(
         description,
         &arguments.name,

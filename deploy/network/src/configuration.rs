@@ -1,12 +1,13 @@
 //! Checks the configurations of components. Their middleware settings take precedence over those of
 //! the network.
 
+use crate::parameters::OverriddenParameters;
 use rc_cdsl::model::{Middleware, Role, Slot};
 use rc_codegen::Project;
 use rc_codegen::configuration::unknown_slots;
 use rc_codegen::paths::normal;
 use rc_configuration::model::{Kind, Parameter, Type};
-use rc_configuration::{Binding, Settings, Values};
+use rc_configuration::{Binding, PathFolders, Settings, Values, folder_of_paths};
 use rc_ddsl::model::{Deployment, Instance, Setting};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_vocabulary::{Value, qos, ros};
@@ -128,43 +129,72 @@ pub(crate) fn settings(
         .collect()
 }
 
-/// The existing files that a component's parameters name: relative values of type `path`.
+/// The existing files that a component's parameters name: relative values of type `path`. Those of
+/// its configuration are found as the component finds them; those that the network sets start at
+/// `directory`, and are left out without one.
 pub(crate) fn named_files(
-    project: Option<&Project>,
-    values: Option<&Values>,
-    directory: &Path,
+    project: &Project,
+    config: Option<&Path>,
+    parameters: &OverriddenParameters,
+    directory: Option<&Path>,
 ) -> Vec<PathBuf> {
-    let Some(parameters) = project.and_then(|project| project.parameters.as_ref()) else {
+    let (Some(model), Some(values)) = (&project.parameters, &parameters.values) else {
         return Vec::new();
     };
+    let folders = PathFolders {
+        configuration: config.map_or(project.code(), folder_of_paths).to_path_buf(),
+        defaults: project.code().to_path_buf(),
+    };
     let mut paths = Vec::new();
-    if let Some(values) = values {
-        path_values(&parameters.parameters, values, &mut paths);
-    }
-    let files = paths.into_iter().filter(|path| path.is_relative());
-    let files = files.map(|path| directory.join(path));
+    path_values(&model.parameters, values, &folders, "", &mut paths);
+    let files = paths.into_iter().filter_map(|(parameter, folder, path)| {
+        let mut set = parameters.set.iter();
+        let by_network = set.any(|(name, _)| {
+            let element = name.strip_prefix(parameter.as_str());
+            element.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
+        });
+        let from = if by_network { directory? } else { folder };
+        (path.is_relative() && !path.as_os_str().is_empty()).then(|| from.join(path))
+    });
     files.filter(|path| path.is_file()).collect()
 }
 
-fn path_values(parameters: &[Parameter], values: &Values, out: &mut Vec<PathBuf>) {
+/// The values of type `path`, each with the path of its parameter, and the folder where it starts.
+fn path_values<'f>(
+    parameters: &[Parameter],
+    values: &Values,
+    folders: &'f PathFolders,
+    within: &str,
+    out: &mut Vec<(String, &'f Path, PathBuf)>,
+) {
     for parameter in parameters {
         let name = &parameter.name;
+        let path = format!("{within}{name}");
         match &parameter.kind {
             Kind::Scalar {
                 ty: Type::Path,
                 array,
             } => {
-                if array.is_some() {
-                    out.extend(values.paths(name));
-                } else {
-                    out.push(values.path(name));
-                }
+                let paths = match array {
+                    Some(_) => values.paths(name),
+                    None => vec![values.path(name)],
+                };
+                let Some(value) = values.value(name) else {
+                    continue;
+                };
+                let folder = folders.of(parameter, value);
+                let paths = paths.into_iter();
+                out.extend(paths.map(|file| (path.clone(), folder, file)));
             }
             Kind::Scalar { .. } => {}
-            Kind::Group(parameters) => path_values(parameters, values.group(name), out),
+            Kind::Group(parameters) => {
+                let within = format!("{path}.");
+                path_values(parameters, values.group(name), folders, &within, out);
+            }
             Kind::List { parameters, .. } => {
-                for element in values.list(name) {
-                    path_values(parameters, element, out);
+                for (at, element) in values.list(name).iter().enumerate() {
+                    let within = format!("{path}[{at}].");
+                    path_values(parameters, element, folders, &within, out);
                 }
             }
         }

@@ -9,6 +9,7 @@ use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_syntax::{Literal, LiteralKind};
 use rc_vocabulary::duration;
 use serde_json::Value as Json;
+use std::path::Path;
 use std::rc::Rc;
 
 /// The parameters of an instance.
@@ -120,8 +121,11 @@ pub(crate) fn overridden(
             let file = file.map(|p| (p.path.text.clone(), json(&p.value), p.path.span));
             let line = given.iter().map(|g| {
                 let given = rc_configuration::UntypedValue::of_text(&g.text);
+                // Components start in the folder of the network, as paths of the .ddsl do.
+                let folder = Path::new("");
                 // An unknown path is found with the others below.
-                let value = live.given(&g.path, &given).unwrap_or(given.value);
+                let value = live.given(&g.path, &given, folder);
+                let value = value.unwrap_or(given.value);
                 (g.path.clone(), value, g.span)
             });
             let set: Vec<(String, Json, Span)> = file.chain(line).collect();

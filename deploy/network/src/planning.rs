@@ -31,9 +31,11 @@ impl Network {
         let mut options = component.args.windows(2);
         let config = options.find(|option| option[0] == "--config");
         let config = config.map(|option| PathBuf::from(&option[1]));
-        let values = self.parameters[at].values.as_ref();
-        let named = named_files(self.projects[at].as_deref(), values, &component.directory);
-        let files = config.into_iter().chain(named);
+        let directory = Some(component.directory.as_path());
+        let named = self.projects[at].as_deref().map(|project| {
+            named_files(project, config.as_deref(), &self.parameters[at], directory)
+        });
+        let files = config.into_iter().chain(named.into_iter().flatten());
         files.map(|file| normal(&file)).collect()
     }
 
@@ -87,11 +89,12 @@ impl Network {
             }
             if let Some(host) = host {
                 files.extend(config.clone());
-                // In its own workspace, it finds its files.
-                if host.workspace.is_none() {
-                    let values = self.parameters[at].values.as_ref();
-                    files.extend(named_files(project, values, &directory));
-                }
+                // In its own workspace, it finds the files that the network names.
+                let from = host.workspace.is_none().then_some(directory.as_path());
+                let named = project.map(|project| {
+                    named_files(project, config.as_deref(), &self.parameters[at], from)
+                });
+                files.extend(named.into_iter().flatten());
             }
             for (path, value) in &self.parameters[at].set {
                 option("--set", format!("{path}={value}"));

@@ -3,7 +3,8 @@
 //! A block ```` ```console ```` holds commands after `$
 //! `, each with lines of its output in their order. `…` stands for any text, and alone for any lines. All commands succeed. Marks behind the tag say otherwise:
 //!
-//! - `runs`: the last command of the block runs until a line `^C`, or until the page ends.
+//! - `runs`: the last command of the block runs until a line `^C`, or until the page ends. It must
+//!   become ready, and not end before.
 //! - `fails`: the last command of the block fails.
 //! - `not-run=REASON`: this machine need not be able to run it.
 //!
@@ -111,6 +112,20 @@ fn add_module(block: &Block, home: &Path) -> Result<(), String> {
     fs::write(&path, text).map_err(|error| error.to_string())
 }
 
+/// The command that waits until the component that `command` starts by hand is ready.
+fn probe(command: &str) -> Option<String> {
+    let words: Vec<&str> = command.split_whitespace().collect();
+    let value = |option| {
+        let at = words.iter().position(|word| *word == option)?;
+        words.get(at + 1).map(|word| word.trim_end_matches(')'))
+    };
+    let (program, network) = (value("--bin")?, value("--network")?);
+    let name = value("--name").unwrap_or(program);
+    Some(format!(
+        "\"$PROGRAMS/{program}\" --probe --wait 120 --network {network} --name {name}"
+    ))
+}
+
 fn run(session: &mut Session, block: &Block) -> Result<(), String> {
     if block.value("not-run").is_some_and(|why| why.contains('-')) {
         return Ok(());
@@ -133,7 +148,14 @@ fn run(session: &mut Session, block: &Block) -> Result<(), String> {
             } else {
                 ""
             };
-            session.start(command, ready).map_err(told)?
+            let output = session.start(command, ready).map_err(told)?;
+            if let Some(probe) = probe(command) {
+                let (code, state) = session.run(&probe).map_err(told)?;
+                if code != 0 {
+                    return Err(told(format!("does not become ready: {state}")));
+                }
+            }
+            output
         } else {
             let (code, output) = session.run(command).map_err(told)?;
             if (code != 0) != (at == last && block.has("fails")) {

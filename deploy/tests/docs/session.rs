@@ -61,9 +61,7 @@ case "$action $program" in
     build*) exec "$CARGO" build --workspace --bin "$program" "${options[@]}" ;;
     *) exec "$CARGO" "$action" --workspace "${options[@]}" -- "$@" ;;
 esac
-if [ "$(pwd -P)" = "$PROJECT" ]; then
-    cd "components/$program" || exit
-else
+if [ "$(pwd -P)" != "$PROJECT" ]; then
     "$CARGO" build -q --workspace --bin "$program" || exit
 fi
 exec "$PROGRAMS/$program" "$@"
@@ -210,9 +208,16 @@ impl Session {
         }
     }
 
-    /// Presses Ctrl-C in the terminal of the command that was started last.
+    /// Presses Ctrl-C in the terminal of the command that was started last, which must still run.
     pub(crate) fn interrupt(&mut self) -> Result<(), String> {
         let Running { command, number } = self.running.pop().ok_or("nothing runs")?;
+        if self.file(number, "code").exists() {
+            let (code, output) = (self.read(number, "code"), self.read(number, "out"));
+            let code = code.trim();
+            return Err(format!(
+                "`{command}` has ended by itself with {code}:\n{output}"
+            ));
+        }
         let pid = self.read(number, "pid");
         self.write(&format!("kill -INT -- -{}\n", pid.trim()));
         let ended = self.file(number, "code");

@@ -49,4 +49,4 @@ pub use template::template;
 pub use untyped_value::UntypedValue;
 #[cfg(feature = "tools")]
 pub use update::{Change, ChangeKind, Update, unset_parameters, update};
-pub use values::{Field, Values};
+pub use values::{Field, PathFolders, Values, folder_of_paths};

@@ -9,11 +9,12 @@ use crate::parameters::Reader;
 use crate::path::{Target, resolve};
 use crate::rules;
 use crate::untyped_value::UntypedValue;
-use crate::values::Values;
+use crate::values::{PathFolders, Values, path_from};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_management::component::ParameterStatus;
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// One parameter of a running component.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,13 +105,25 @@ impl LiveParameters {
         self.check_changes(changes, true)
     }
 
-    /// The value of `given` for the parameter at `path`. Fails if there is none.
-    pub fn given(&self, path: &str, given: &UntypedValue) -> Result<Json, Diagnostic> {
+    /// The value of `given` for the parameter at `path`. Relative paths start at `folder`. Fails if
+    /// there is no such parameter.
+    pub fn given(
+        &self,
+        path: &str,
+        given: &UntypedValue,
+        folder: &Path,
+    ) -> Result<Json, Diagnostic> {
         let at = no_location().start();
         let target = resolve(path, &self.model.parameters, &self.next, at)?;
         Ok(match &target.parameter.kind {
             Kind::Scalar { ty, array } => {
-                given.json(*ty, array.is_some() && target.element.is_none())
+                let value = given.json(*ty, array.is_some() && target.element.is_none());
+                let is_path = *ty == Type::Path && target.parameter.choices.is_empty();
+                if is_path {
+                    absolute(value, folder)
+                } else {
+                    value
+                }
             }
             Kind::Group(_) | Kind::List { .. } => given.value.clone(),
         })
@@ -262,6 +275,12 @@ impl LiveParameters {
         Some((target, new.filter(|_| fits)))
     }
 
+    /// All values of the running component after the changes, for its worker: with absolute paths.
+    pub fn worker_values(&self, accepted: &CheckedChanges, folders: &PathFolders) -> Values {
+        let values = accepted.running.values();
+        values.with_paths_from(folders, &self.model.parameters)
+    }
+
     /// Makes checked changes effective. No other changes may be applied between check and apply.
     pub fn apply(&mut self, accepted: CheckedChanges) {
         self.running = accepted.running;
@@ -385,6 +404,15 @@ fn parameter(
             Kind::Group(_) | Kind::List { .. } => None,
         },
         range: parameter.range.clone(),
+    }
+}
+
+/// A path, or an array of paths, from `folder` on.
+fn absolute(value: Json, folder: &Path) -> Json {
+    match value {
+        Json::String(path) => path_from(folder, &path).into(),
+        Json::Array(paths) => paths.into_iter().map(|p| absolute(p, folder)).collect(),
+        other => other,
     }
 }
 

@@ -1,9 +1,9 @@
 //! The values of one configuration, for generated code and for the management socket.
 
-use crate::model::Value;
+use crate::model::{Kind, Parameter, Type, Value};
 use serde_json::{Map, Value as Json};
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// The replacement for secret values.
@@ -38,6 +38,55 @@ pub enum Field<'a> {
     Group(&'a Values),
     /// The structures of a list.
     List(&'a [Values]),
+}
+
+/// Where relative paths of parameters start.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PathFolders {
+    /// Those of a configuration.
+    pub configuration: PathBuf,
+    /// The defaults of the `.pdsl`: the folder of the component.
+    pub defaults: PathBuf,
+}
+
+impl PathFolders {
+    /// The folder of this value of a parameter. A value that is also the default counts as one.
+    pub fn of(&self, parameter: &Parameter, value: &Value) -> &Path {
+        if parameter.default.as_ref() == Some(value) {
+            &self.defaults
+        } else {
+            &self.configuration
+        }
+    }
+}
+
+/// The folder where relative paths of the configuration `file` start: its own folder. Those of a
+/// file in a folder `etc` start at the folder that holds `etc`, which is that of the component.
+pub fn folder_of_paths(file: &Path) -> &Path {
+    let own = file.parent().unwrap_or(Path::new(""));
+    match own.parent() {
+        Some(component) if own.ends_with("etc") => component,
+        _ => own,
+    }
+}
+
+/// `path` from `folder` on, if it is relative. An empty path stays empty: it names nothing.
+pub(crate) fn path_from(folder: &Path, path: &str) -> String {
+    if path.is_empty() {
+        return String::new();
+    }
+    folder.join(path).to_string_lossy().into_owned()
+}
+
+fn paths_from(folder: &Path, value: &Value) -> Value {
+    match value {
+        Value::Text(path) => Value::Text(path_from(folder, path)),
+        Value::Array(values) => {
+            let values = values.iter().map(|value| paths_from(folder, value));
+            Value::Array(values.collect())
+        }
+        _ => value.clone(),
+    }
 }
 
 static EMPTY: Values = Values {
@@ -84,6 +133,33 @@ impl Values {
         match self.value(name) {
             Some(Value::Array(values)) => values,
             _ => &[],
+        }
+    }
+
+    /// The values of `parameters` for a worker, with absolute paths.
+    #[must_use]
+    pub fn with_paths_from(&self, folders: &PathFolders, parameters: &[Parameter]) -> Self {
+        let entries = self.entries.iter().map(|(name, entry)| {
+            let parameter = parameters.iter().find(|one| one.name == *name);
+            let kind = parameter.map(|parameter| (parameter, &parameter.kind));
+            let entry = match (entry, kind) {
+                (Entry::Value(value, secret), Some((one, Kind::Scalar { ty: Type::Path, .. }))) => {
+                    Entry::Value(paths_from(folders.of(one, value), value), *secret)
+                }
+                (Entry::Group(values), Some((_, Kind::Group(members)))) => {
+                    Entry::Group(values.with_paths_from(folders, members))
+                }
+                (Entry::List(list), Some((_, Kind::List { parameters, .. }))) => {
+                    let list = list.iter();
+                    let list = list.map(|values| values.with_paths_from(folders, parameters));
+                    Entry::List(list.collect())
+                }
+                _ => entry.clone(),
+            };
+            (name.clone(), entry)
+        });
+        Self {
+            entries: entries.collect(),
         }
     }
 

@@ -172,6 +172,6 @@ fn values(
         ));
     }
     let configured = configuration::load(description, arguments).ok();
-    let secrets = configured.map(|loaded| loaded.configuration.parameters);
+    let secrets = configured.map(|loaded| loaded.values());
     Values::from_record(&began.parameters, secrets.as_ref())
 }

@@ -105,7 +105,7 @@ pub fn configured_by(
     };
     let loaded = configuration::load(description, &arguments)?;
     Ok(Configured {
-        values: loaded.configuration.parameters,
+        values: loaded.values(),
         period: loaded.configuration.period,
     })
 }

@@ -159,8 +159,6 @@ fn write(place: &Place, poses: u64) -> Result<(), Failure> {
     std::fs::write(place.path("networks/monitor.toml"), monitor)?;
     let clock = "[parameters]\nstep = \"50ms\"\nrate = 0.0\nlimit = \"2s\"\n";
     std::fs::write(place.path("networks/clock.toml"), clock)?;
-    // Components name the maps relative to the folder of their network's file.
-    std::os::unix::fs::symlink(components.join("maps"), place.path("maps"))?;
     Ok(())
 }
 

@@ -113,9 +113,6 @@ impl Site {
         let text = text
             .replace("Deployment patrol", &format!("Deployment {}", self.network))
             .replace("\"../", &format!("\"{}/", components.display()));
-        // Paths of components are relative to the folder of the network's file.
-        let map = self.path("maps");
-        let _ = std::os::unix::fs::symlink(components.join("maps"), map);
         let networks = self.path("networks");
         std::fs::create_dir_all(&networks).expect("a folder");
         std::fs::write(networks.join("patrol.ddsl"), text).expect("to write");
@@ -279,7 +276,7 @@ impl Site {
     pub(crate) fn monitor(&self, trace: &str, samples: u32) -> String {
         let config = format!(
             "[component]\nperiod = \"50ms\"\n[parameters]\nmap = \"{}\"\nsvg = \"\"\ntrace = \"{}\"\nsamples = {samples}\n",
-            self.path("maps/house.map").display(),
+            Self::components().join("maps/house.map").display(),
             self.path(trace).display()
         );
         self.write("monitor.toml", &config).display().to_string()

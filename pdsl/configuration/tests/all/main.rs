@@ -2,6 +2,7 @@
 
 mod check;
 mod live;
+mod paths;
 mod random;
 mod removal;
 mod saving;

@@ -63,9 +63,7 @@ impl Ground {
         for name in ["run", "state", "work"] {
             std::fs::create_dir(ground.path(name))?;
         }
-        // The working directory of the components, from which their map is `../maps/house.map`.
         let components = root().canonicalize()?.join("components");
-        std::os::unix::fs::symlink(components.join("maps"), ground.path("maps"))?;
         std::fs::write(ground.deployment(), deployment(&components))?;
         Ok(ground)
     }
