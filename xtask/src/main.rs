@@ -99,12 +99,18 @@ fn miri() -> Result<Result<(), String>, String> {
         let status = Command::new(program).args(args).status();
         status.map_err(|e| format!("{program} cannot be started: {e}"))
     };
-    let install =
-        "toolchain install nightly --profile minimal --component miri,rust-src --no-self-update";
-    if !run("cargo", &["+nightly", "miri", "--version"]).is_ok_and(|s| s.success())
-        && !run("rustup", &install.split(' ').collect::<Vec<_>>())?.success()
-    {
-        return Err(format!("rustup {install} failed"));
+    let works =
+        |program: &str, args: &[&str]| run(program, args).is_ok_and(|status| status.success());
+    if !works("cargo", &["+nightly", "miri", "--version"]) {
+        // A toolchain that is there stays the version that it is.
+        let install = if works("cargo", &["+nightly", "--version"]) {
+            "component add --toolchain nightly miri rust-src"
+        } else {
+            "toolchain install nightly --profile minimal --component miri,rust-src --no-self-update"
+        };
+        if !run("rustup", &install.split(' ').collect::<Vec<_>>())?.success() {
+            return Err(format!("rustup {install} failed"));
+        }
     }
     let test = "+nightly miri test -q -p rc-runtime --test in_place";
     let status = run("cargo", &test.split(' ').collect::<Vec<_>>())?;

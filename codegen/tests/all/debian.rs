@@ -1,12 +1,26 @@
-//! Debian packages for tests, unpacked below the target folder, which needs no root permissions.
+//! Debian packages for tests: those of the system, or unpacked below the target folder, which needs
+//! no root permissions.
 
 use crate::python::run;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// A folder with the unpacked `packages` and their dependencies that are not installed, created
-/// once. `works` checks whether a folder is usable.
-pub(crate) fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<PathBuf, String> {
+/// Where what `packages` hold is: `None` for the system, or a folder with the unpacked packages and
+/// those of their dependencies that are not installed, created once. `works` tries either.
+///
+/// # Errors
+/// Why there is neither.
+pub(crate) fn provided(
+    packages: &str,
+    works: &dyn Fn(Option<&Path>) -> bool,
+) -> Result<Option<PathBuf>, String> {
+    if works(None) {
+        return Ok(None);
+    }
+    unpacked(packages, &|folder| works(Some(folder))).map(Some)
+}
+
+fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<PathBuf, String> {
     // One test at a time, because all use the same folder.
     static ONE: Mutex<()> = Mutex::new(());
     let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -20,7 +34,10 @@ pub(crate) fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<
     let new = folder.join(format!("{name}-{}", std::process::id()));
     let script = format!(
         "set -e; mkdir \"$0\"; cd \"$0\"
-        apt-get download $(apt-get --simulate install {packages} | sed -n 's/^Inst \\([^ ]*\\).*/\\1/p')
+        missing=$(apt-get --simulate install {packages})
+        missing=$(echo \"$missing\" | sed -n 's/^Inst \\([^ ]*\\).*/\\1/p')
+        test \"$missing\" || {{ echo 'it is installed, and does not run' >&2; exit 1; }}
+        apt-get download $missing
         for package in *.deb; do dpkg --extract $package .; done"
     );
     let made = run(
@@ -30,7 +47,7 @@ pub(crate) fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<
     // The script would not be readable in a list.
     let made = made.map_err(|error| {
         let last = error.rsplit("`: ").next().unwrap_or_default();
-        format!("apt-get download {packages}: {last}")
+        format!("Debian's {packages}: {last}")
     });
     let made = made.and_then(|()| {
         if works(&new) {
@@ -48,4 +65,18 @@ pub(crate) fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<
     }
     let _ = std::fs::remove_dir_all(&new);
     made.map(|()| place)
+}
+
+#[test]
+fn an_installed_package_is_used_and_not_unpacked() {
+    assert_eq!(
+        provided("no-such-package", &|place| place.is_none()),
+        Ok(None)
+    );
+    if run(Path::new("apt-get"), &["--version"]).is_ok() {
+        // It belongs to each Debian, so there is nothing to unpack.
+        let found = provided("dpkg", &|_| false);
+        let reason = "Debian's dpkg: it is installed, and does not run";
+        assert_eq!(found, Err(reason.to_owned()));
+    }
 }

@@ -14,15 +14,8 @@ pub(crate) struct Idlc {
 /// The installed compiler, or one unpacked below the target folder, which needs no root
 /// permissions. Without either, reports `test` as skipped.
 pub(crate) fn idlc(test: &str) -> Option<Idlc> {
-    let system = Idlc {
-        program: PathBuf::from("idlc"),
-        libraries: None,
-    };
-    if system.works() {
-        return Some(system);
-    }
-    match debian::unpacked("cyclonedds-tools", &|folder| unpacked(folder).works()) {
-        Ok(folder) => Some(unpacked(&folder)),
+    match debian::provided("cyclonedds-tools", &|place| compiler(place).works()) {
+        Ok(place) => Some(compiler(place.as_deref())),
         Err(reason) => {
             skipped(test, &reason);
             None
@@ -30,12 +23,12 @@ pub(crate) fn idlc(test: &str) -> Option<Idlc> {
     }
 }
 
-/// The compiler in packages unpacked in `folder`.
-fn unpacked(folder: &Path) -> Idlc {
-    let libraries = folder.join(format!("usr/lib/{}-linux-gnu", std::env::consts::ARCH));
+/// The compiler of the system, or in packages unpacked in `place`.
+fn compiler(place: Option<&Path>) -> Idlc {
+    let libraries = format!("usr/lib/{}-linux-gnu", std::env::consts::ARCH);
     Idlc {
-        program: folder.join("usr/bin/idlc"),
-        libraries: Some(libraries),
+        program: place.map_or("idlc".into(), |place| place.join("usr/bin/idlc")),
+        libraries: place.map(|place| place.join(libraries)),
     }
 }
 

@@ -17,12 +17,8 @@ pub(crate) struct Rosidl {
 /// The installed tools, or tools unpacked below the target folder. Without either, reports `test`
 /// as skipped.
 pub(crate) fn rosidl(test: &str) -> Option<Rosidl> {
-    let system = Rosidl { modules: None };
-    if system.works() {
-        return Some(system);
-    }
-    match debian::unpacked(PACKAGES, &|folder| unpacked(folder).works()) {
-        Ok(folder) => Some(unpacked(&folder)),
+    match debian::provided(PACKAGES, &|place| tools(place).works()) {
+        Ok(place) => Some(tools(place.as_deref())),
         Err(reason) => {
             skipped(test, &reason);
             None
@@ -30,10 +26,10 @@ pub(crate) fn rosidl(test: &str) -> Option<Rosidl> {
     }
 }
 
-/// The modules in packages unpacked in `folder`.
-fn unpacked(folder: &Path) -> Rosidl {
+/// The tools of the system, or in packages unpacked in `place`.
+fn tools(place: Option<&Path>) -> Rosidl {
     Rosidl {
-        modules: Some(folder.join("usr/lib/python3/dist-packages")),
+        modules: place.map(|place| place.join("usr/lib/python3/dist-packages")),
     }
 }
 

@@ -49,11 +49,12 @@ fn installed(package: &str, program: &str, test: &str) -> Option<(PathBuf, PathB
             .env("LD_LIBRARY_PATH", library(place));
         command.output().is_ok_and(|output| output.status.success())
     };
-    if works(Path::new("/")) {
-        return Some((Path::new("/").join(program), library(Path::new("/"))));
-    }
-    match debian::unpacked(package, &works) {
-        Ok(place) => Some((place.join(program), library(&place))),
+    let root = Path::new("/");
+    match debian::provided(package, &|place| works(place.unwrap_or(root))) {
+        Ok(place) => {
+            let place = place.as_deref().unwrap_or(root);
+            Some((place.join(program), library(place)))
+        }
         Err(reason) => {
             skipped(test, &reason);
             None

@@ -32,12 +32,12 @@ fn program(test: &str) -> Option<&'static Path> {
 /// folder.
 fn make() -> Result<PathBuf, String> {
     run(Path::new("c++"), &["--version"])?;
-    if let Ok(program) = compiled(None) {
-        return Ok(program);
-    }
-    let works = |place: &Path| Unpacked::new(place).libraries.exists();
-    let place = debian::unpacked("libfastrtps-dev", &works)?;
-    compiled(Some(&Unpacked::new(&place)))
+    let works = |place: Option<&Path>| match place {
+        Some(place) => Unpacked::new(place).libraries.exists(),
+        None => compiled(None).is_ok(),
+    };
+    let place = debian::provided("libfastrtps-dev", &works)?;
+    compiled(place.as_deref().map(Unpacked::new).as_ref())
 }
 
 /// The folders of headers and libraries that are not installed.

@@ -1,6 +1,6 @@
 //! A display without a monitor: Xvfb of Debian.
 
-use crate::debian::unpacked;
+use crate::debian::provided;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -22,31 +22,19 @@ impl Drop for Screen {
 impl Screen {
     /// Starts a display that no other process uses. The error is the reason why there is none.
     pub(crate) fn new() -> Result<Self, String> {
-        let folder = unpacked("xvfb", &|folder| Self::start(folder).is_ok())?;
-        Self::start(&folder)
+        let place = provided("xvfb", &|place| Self::start(place).is_ok())?;
+        Self::start(place.as_deref())
     }
 
-    fn start(folder: &Path) -> Result<Self, String> {
-        let programs = folder.join("usr/bin");
-        let libraries = std::fs::read_dir(folder.join("usr/lib")).map_err(|e| e.to_string())?;
-        let libraries = libraries.flatten().map(|entry| entry.path());
-        let libraries = std::env::join_paths(libraries).map_err(|e| e.to_string())?;
-        // The server starts xkbcomp in /usr/bin, where it need not be installed. This copy starts
-        // it in its working directory.
-        let (server, own) = (programs.join("Xvfb"), programs.join("Xvfb-here"));
-        if !own.exists() {
-            let mut bytes = std::fs::read(&server).map_err(|e| e.to_string())?;
-            let path = b"\0/usr/bin\0";
-            let at = bytes.windows(path.len()).position(|window| window == path);
-            if let Some(at) = at {
-                bytes[at..at + path.len()].copy_from_slice(b"\0.\0\0\0\0\0\0\0\0");
-            }
-            let new = programs.join(format!("Xvfb-{}", std::process::id()));
-            std::fs::copy(&server, &new).map_err(|e| e.to_string())?;
-            std::fs::write(&new, bytes).map_err(|e| e.to_string())?;
-            std::fs::rename(&new, &own).map_err(|e| e.to_string())?;
+    /// Starts the server of the system, or one unpacked in `place`.
+    fn start(place: Option<&Path>) -> Result<Self, String> {
+        match place {
+            Some(place) => Self::run(&mut unpacked(place)?),
+            None => Self::run(&mut Command::new("Xvfb")),
         }
-        let mut server = Command::new(&own);
+    }
+
+    fn run(server: &mut Command) -> Result<Self, String> {
         server
             .args([
                 "-displayfd",
@@ -58,8 +46,6 @@ impl Screen {
                 "tcp",
                 "-noreset",
             ])
-            .current_dir(&programs)
-            .env("LD_LIBRARY_PATH", libraries)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::null());
@@ -77,4 +63,39 @@ impl Screen {
             _ => Err("Xvfb does not start".to_owned()),
         }
     }
+}
+
+/// The server in packages unpacked in `place`.
+fn unpacked(place: &Path) -> Result<Command, String> {
+    let programs = place.join("usr/bin");
+    let failed = |error: std::io::Error| error.to_string();
+    // Libraries that the system has are not unpacked.
+    let libraries = std::fs::read_dir(place.join("usr/lib"));
+    let libraries = libraries.into_iter().flatten().flatten();
+    let libraries = std::env::join_paths(libraries.map(|entry| entry.path()));
+    let libraries = libraries.map_err(|error| error.to_string())?;
+    // The server starts xkbcomp in /usr/bin. If it is not installed there, it is unpacked, and a
+    // copy of the server starts it in its working directory.
+    let mut server = programs.join("Xvfb");
+    if programs.join("xkbcomp").exists() {
+        let own = programs.join("Xvfb-here");
+        if !own.exists() {
+            let mut bytes = std::fs::read(&server).map_err(failed)?;
+            let path = b"\0/usr/bin\0";
+            let at = bytes.windows(path.len()).position(|window| window == path);
+            if let Some(at) = at {
+                bytes[at..at + path.len()].copy_from_slice(b"\0.\0\0\0\0\0\0\0\0");
+            }
+            let new = programs.join(format!("Xvfb-{}", std::process::id()));
+            std::fs::copy(&server, &new).map_err(failed)?;
+            std::fs::write(&new, bytes).map_err(failed)?;
+            std::fs::rename(&new, &own).map_err(failed)?;
+        }
+        server = own;
+    }
+    let mut command = Command::new(server);
+    command
+        .current_dir(programs)
+        .env("LD_LIBRARY_PATH", libraries);
+    Ok(command)
 }

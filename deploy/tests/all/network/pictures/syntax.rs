@@ -24,10 +24,10 @@ fn files(folder: &Path, format: GraphFormat) -> Vec<String> {
 /// The words that start `dot`: that of the system, else one of Debian's packages below the target
 /// folder. Its program finds plugins by variables and by a list, which it writes itself.
 fn graphviz() -> Result<Vec<String>, String> {
-    if run(Path::new("dot"), &["-V"]).is_ok() {
-        return Ok(vec!["dot".to_owned()]);
-    }
-    let words = |place: &Path| {
+    let words = |place: Option<&Path>| {
+        let Some(place) = place else {
+            return vec!["dot".to_owned()];
+        };
         let library = format!("usr/lib/{}-linux-gnu", std::env::consts::ARCH);
         let library = place.join(library).display().to_string();
         let variables = [
@@ -35,14 +35,18 @@ fn graphviz() -> Result<Vec<String>, String> {
             format!("LD_LIBRARY_PATH={library}:{library}/graphviz"),
         ];
         let dot = place.join("usr/bin/dot").display().to_string();
-        variables.into_iter().chain([dot]).collect::<Vec<String>>()
+        let words = ["env".to_owned()].into_iter().chain(variables);
+        words.chain([dot]).collect::<Vec<String>>()
     };
-    let works = |place: &Path| {
-        let list = [words(place), vec!["-c".to_owned()]].concat();
-        run(Path::new("env"), &list).is_ok()
+    let works = |place: Option<&Path>| {
+        // An unpacked program has to write its list.
+        let tried = if place.is_some() { "-c" } else { "-V" };
+        let all = [words(place), vec![tried.to_owned()]].concat();
+        all.split_first()
+            .is_some_and(|(program, rest)| run(Path::new(program), rest).is_ok())
     };
-    let place = debian::unpacked("graphviz --no-install-recommends", &works)?;
-    Ok([vec!["env".to_owned()], words(&place)].concat())
+    let place = debian::provided("graphviz --no-install-recommends", &works)?;
+    Ok(words(place.as_deref()))
 }
 
 #[test]
