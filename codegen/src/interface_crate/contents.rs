@@ -20,7 +20,11 @@ edition = \"2024\"
 publish = false
 
 [lib]
+test = false
 doctest = false
+
+# Those of your workspace are for your code.
+[lints]
 
 [dependencies]
 rc-middleware.workspace = true

@@ -4,6 +4,7 @@ mod chaos;
 mod deny;
 mod deploy;
 mod experiment;
+mod manifests;
 mod python;
 mod soak;
 

@@ -1,0 +1,101 @@
+//! The manifests of the workspace: what cargo warns about, and what it compiles in vain.
+
+use crate::quiet;
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The packages of this workspace, as cargo describes them.
+fn packages() -> Vec<Value> {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--offline", "--format-version=1"])
+        .current_dir(root)
+        .output()
+        .expect("cargo starts");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{error}");
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    metadata["packages"].as_array().expect("packages").clone()
+}
+
+fn path(value: &Value) -> PathBuf {
+    PathBuf::from(value.as_str().expect("a path"))
+}
+
+/// All files of Rust of a folder.
+fn sources(folder: &Path, all: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder").flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            sources(&path, all);
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
+            all.push(path);
+        }
+    }
+}
+
+/// Newer versions of cargo warn about each manifest without the table.
+#[test]
+fn every_manifest_says_which_lints_it_inherits() {
+    let _quiet = quiet();
+    let mut without = Vec::new();
+    for package in packages() {
+        let manifest = path(&package["manifest_path"]);
+        let text = fs::read_to_string(&manifest).expect("a manifest");
+        if !text.lines().any(|line| line.starts_with("[lints")) {
+            without.push(manifest);
+        }
+    }
+    assert_eq!(without, Vec::<PathBuf>::new());
+}
+
+/// Cargo links a program of tests for each target, unless it has `test = false`. Without tests, it
+/// compiles the crate a second time in vain; with `test = false`, it runs no test in it.
+#[test]
+fn targets_have_tests_or_say_that_they_have_none() {
+    let _quiet = quiet();
+    let (mut in_vain, mut not_run) = (Vec::new(), Vec::new());
+    for package in packages() {
+        let name = package["name"].as_str().expect("a name").to_owned();
+        // The macro of one writes tests of others; a test of the other would lack the symbols of an
+        // interpreter.
+        if ["rc-conformance", "rc-python"].contains(&&*name) {
+            continue;
+        }
+        for target in package["targets"].as_array().expect("targets") {
+            let (root, kind) = (path(&target["src_path"]), target["kind"][0].clone());
+            let is_generated = name.ends_with("_generated") || name == "interfaces";
+            let mut files = Vec::new();
+            match kind.as_str() {
+                Some("lib" | "cdylib" | "rlib") => {
+                    sources(root.parent().expect("a folder"), &mut files);
+                    files.retain(|file| !file.ends_with("src/main.rs"));
+                }
+                // A program without a library has modules of its own.
+                Some("bin")
+                    if !root.with_file_name("lib.rs").exists() && root.ends_with("main.rs") =>
+                {
+                    sources(root.parent().expect("a folder"), &mut files);
+                }
+                Some("bin") => files.push(root.clone()),
+                _ => continue,
+            }
+            let has_tests = files.iter().any(|file| {
+                let text = fs::read_to_string(file).expect("a source");
+                text.lines().any(|line| line.trim() == "#[test]")
+            });
+            let is_tested = target["test"].as_bool().expect("a flag");
+            // The library of a component may get tests at any time.
+            let is_worker = kind == "lib" && root.with_file_name("specific_worker.rs").exists();
+            if is_tested && !has_tests && !is_worker || is_generated && is_tested {
+                in_vain.push(root);
+            } else if !is_tested && has_tests {
+                not_run.push(root);
+            }
+        }
+    }
+    assert_eq!(in_vain, Vec::<PathBuf>::new(), "give them `test = false`");
+    assert_eq!(not_run, Vec::<PathBuf>::new(), "remove `test = false`");
+}
