@@ -7,6 +7,7 @@ would refuse is refused here, too.
 
 import collections.abc
 import sys
+import weakref
 from datetime import timedelta
 from typing import Any, Generic, TypeVar
 
@@ -14,9 +15,9 @@ from robocomp import _native
 from robocomp._component import Component, check_worker
 from robocomp._context import Context
 from robocomp._errors import Emergency, Error, StartError
-from robocomp._fake_link import FakeLink, Fault, Record
+from robocomp._test_link import Fault, Record, TestLink
 
-__all__ = ["FakeArray", "FakeLink", "FakeServer", "FakeSubscriber", "Fault", "Record", "TestContext", "in_place"]
+__all__ = ["FakeArray", "FakeServer", "FakeSubscriber", "Fault", "Record", "TestContext", "TestLink", "in_place"]
 
 C = TypeVar("C", bound=Context)
 F = TypeVar("F")
@@ -31,83 +32,97 @@ def in_place(value: Any) -> Any:
     component = getattr(sys.modules.get(package), "COMPONENT", None)
     if not isinstance(component, Component):
         raise TypeError(f"{type(value).__name__} is no type of the package of a component")
-    return _native.Codec(component.description, dict(component.types)).view(value)
+    return _native.view_of(component.description, dict(component.types), value)
 
 
 class FakeServer:
     """A server of a slot: it replies as configured, keeps the calls, and fails on demand."""
 
-    def __init__(self, link: FakeLink, slot: int, member: str | None = None) -> None:
-        self._server = link.server(slot, member)
+    def __init__(self, link: TestLink, slot: int, member: str | None = None) -> None:
+        self._server = link.bench.server(slot, member)
+        self._names = link.names(slot)
 
     def calls(self) -> list[Record]:
         """The calls that have reached the server, in their order: `("set_speed_base", 0.0, 0.5)`."""
-        return list(self._server.calls)
+        return _records(self._names, self._server.calls())
 
     def take_calls(self) -> list[Record]:
         """The same; forgets them."""
-        calls, self._server.calls = self._server.calls, []
-        return calls
+        return _records(self._names, self._server.take_calls())
 
     def fail(self, fault: Fault) -> None:
         """Lets all calls fail from now on."""
-        self._server.fault = fault
+        self._server.fail(fault.value, False)
 
     def fail_once(self, fault: Fault) -> None:
         """Lets the next call fail."""
-        self._server.next_fault = fault
+        self._server.fail(fault.value, True)
 
     def recover(self) -> None:
         """Ends the faults."""
-        self._server.fault = self._server.next_fault = None
+        self._server.recover()
 
     def _on(self, operation: int, answer: Any) -> None:
-        self._server.answers[operation] = answer
+        self._server.on(operation, answer)
 
     def _or_default(self, operation: int, answer: collections.abc.Callable[[], Any]) -> None:
-        self._server.answers.setdefault(operation, lambda *_: answer())
+        self._server.or_default(operation, answer)
+
+
+def _records(
+    names: list[str], all_: collections.abc.Iterable[tuple[int, tuple[Any, ...]]]
+) -> list[Record]:
+    return [Record((names[operation], *arguments)) for operation, arguments in all_]
 
 
 class FakeSubscriber:
     """The subscriber of a slot, which keeps the samples."""
 
-    def __init__(self, link: FakeLink, slot: int, member: str | None = None) -> None:
-        self._topic = link.topic(slot, member)
+    def __init__(self, link: TestLink, slot: int, member: str | None = None) -> None:
+        self._topic = link.bench.topic(slot, member)
+        self._names = link.names(slot)
 
     def samples(self) -> list[Record]:
         """What was published on all topics of the slot, in its order: `("new_image", image)`."""
-        return list(self._topic.samples)
+        return _records(self._names, self._topic.samples())
 
     def take_samples(self) -> list[Record]:
         """The same; forgets them."""
-        samples, self._topic.samples = self._topic.samples, []
-        return samples
+        return _records(self._names, self._topic.take_samples())
 
     def fail(self, reason: str) -> None:
         """Lets publishing fail with `NotSent`."""
-        self._topic.reason = reason
+        self._topic.fail(reason)
 
     def recover(self) -> None:
         """Ends the fault."""
-        self._topic.reason = None
+        self._topic.recover()
 
     def set_subscribers(self, count: int) -> None:
         """Sets what `subscribers` of the publisher is; otherwise 1."""
-        self._topic.subscribers = count
+        self._topic.set_subscribers(count)
 
 
 class FakeArray(Generic[F]):
     """The fake peers of the members of a slot array."""
 
     def __init__(
-        self, link: FakeLink, slot: int, make: collections.abc.Callable[[FakeLink, int, str], F]
+        self, link: TestLink, slot: int, make: collections.abc.Callable[[TestLink, int, str], F]
     ) -> None:
         self._link = link
         self._slot = slot
         self._make = make
         self._fakes: dict[str, F] = {}
         self._prepare: list[collections.abc.Callable[[F], None]] = []
-        link.prepare_members(slot, self.member)
+        # The link must not keep this object, which keeps the link.
+        own = weakref.ref(self)
+
+        def make_fake(member: str) -> None:
+            array = own()
+            if array is not None:
+                array.member(member)
+
+        link.prepare_members(slot, make_fake)
 
     def member(self, name: str) -> F:
         """The peer of a member. A test may prepare it before the worker opens the member."""
@@ -128,15 +143,6 @@ class FakeArray(Generic[F]):
         return list(self._fakes.values())
 
 
-# The transitions of a life cycle: from which state to which other one.
-_TRANSITIONS = {
-    "configure": ("unconfigured", "inactive"),
-    "activate": ("inactive", "active"),
-    "deactivate": ("active", "inactive"),
-    "cleanup": ("inactive", "unconfigured"),
-}
-
-
 class TestContext(Generic[C, W]):
     """The peers, the clock and the state of a worker under test. The generated class adds a fake
     for each slot that calls or publishes."""
@@ -145,7 +151,8 @@ class TestContext(Generic[C, W]):
 
     def __init__(self, component: Component, context: type[C], params: Any = None) -> None:
         self._component = component
-        self.link = FakeLink(component)
+        self.link = TestLink(component)
+        self._bench = self.link.bench
         self.ctx: C = context(self.link)
         if params is None:
             values, period = _native.configuration(component.description, component.folder, None)
@@ -166,12 +173,12 @@ class TestContext(Generic[C, W]):
             raise StartError("; ".join(findings))
         made = worker()
         made.initialize(self.ctx)  # type: ignore[attr-defined]
-        self.link.complete_members()
-        if "machine" in self.link._description:
+        self._bench.complete_members()
+        if self.link.has_machine:
             self.link.machine = _native.MachineRunner(
                 self._component.description, made, self.ctx
             )
-            if self.link.present_lifecycle is None:
+            if self.ctx.lifecycle is None:
                 self.link.machine.start()
         return made
 
@@ -181,22 +188,19 @@ class TestContext(Generic[C, W]):
         worker of a source of time moves time itself.
         Ends when the worker stops the component, or with the exception of a function."""
         left = _nanoseconds(time)
-        while left > 0 and not self.link.is_stopping():
-            if self.link.present_lifecycle in (None, "active"):
+        while left > 0 and not self.ctx.is_stopping:
+            if self.ctx.lifecycle in (None, "active"):
                 self._turn(worker)
-            step = min(self.link.period_ns(), left)
-            if not self.link.simulates_time:
-                self.link.now += step
-            left -= step
+            left = self._bench.end_period(left)
 
     def _turn(self, worker: Any) -> None:
         machine = self.link.machine
         try:
             if machine is not None:
                 machine.react()
-            if self.link.is_stopping():
+            if self.ctx.is_stopping:
                 return
-            if self.link.present_state == "emergency":
+            if self.ctx.state == "emergency":
                 worker.emergency(self.ctx)
             elif machine is None:
                 worker.compute(self.ctx)
@@ -205,45 +209,24 @@ class TestContext(Generic[C, W]):
                     worker.compute(self.ctx)
                 machine.rest()
         except Emergency:
-            self.link.present_state = "emergency"
+            self.set_state("emergency")
 
     def transition(self, worker: Any, transition: str) -> str:
         """Takes the worker through a transition of its life cycle, as its process does, and returns
         the state afterwards. The worker is unconfigured at first."""
-        link = self.link
-        if link.present_lifecycle is None:
+        if self.ctx.lifecycle is None:
             raise Error("the component is not managed")
         if transition == "shutdown":
-            for earlier in ("deactivate", "cleanup"):
-                if _TRANSITIONS[earlier][0] == link.present_lifecycle:
+            # A process goes through these on its way to the end.
+            for state, earlier in (("active", "deactivate"), ("inactive", "cleanup")):
+                if self.ctx.lifecycle == state:
                     self.transition(worker, earlier)
-            before, after = link.present_lifecycle, "finalized"
-        elif transition in _TRANSITIONS:
-            before, after = _TRANSITIONS[transition]
-        else:
-            raise Error(f"there is no transition `{transition}`")
-        if link.present_lifecycle != before or before == "finalized":
-            raise Error(f"`{transition}` is not possible in the state `{link.present_lifecycle}`")
-        link.gate_is_open = transition in ("activate", "deactivate")
-        try:
-            getattr(worker, transition)(self.ctx)
-            if transition == "activate" and link.machine and not link.machine.has_started:
-                link.machine.start()
-        except Emergency as emergency:
-            after = self._error(worker, transition, emergency)
-        except Exception:
-            link.gate_is_open = before == "active"
-            raise
-        link.present_lifecycle = after
-        link.gate_is_open = after == "active"
-        return after
+        return self._bench.transition(transition, worker, self.ctx, self._start_machine)
 
-    def _error(self, worker: Any, transition: str, emergency: Emergency) -> str:
-        try:
-            worker.error(self.ctx, transition, str(emergency))
-        except Exception:  # noqa: BLE001, whatever it raises, the error stays
-            return "finalized"
-        return "unconfigured"
+    def _start_machine(self) -> None:
+        machine = self.link.machine
+        if machine and not machine.has_started:
+            machine.start()
 
     def list_members(self, array: str, members: collections.abc.Sequence[str]) -> None:
         """Lists the members of a slot array, as `slots` in a .ddsl does, before the worker opens
@@ -253,19 +236,19 @@ class TestContext(Generic[C, W]):
     @property
     def now(self) -> timedelta:
         """The time of `ctx.now()`. It begins at zero."""
-        return timedelta(microseconds=self.link.now // 1000)
+        return self.ctx.now()
 
     def advance(self, step: timedelta) -> None:
         """Moves the time of `ctx.now()` forward."""
-        self.link.now += _nanoseconds(step)
+        self._bench.advance(_nanoseconds(step))
 
     def set_time(self, time: timedelta) -> None:
         """Sets the time of `ctx.now()`, possibly to an earlier one."""
-        self.link.now = _nanoseconds(time)
+        self._bench.set_time(_nanoseconds(time))
 
     def set_state(self, state: str) -> None:
         """Sets what `ctx.state` is. It is `running` otherwise."""
-        self.link.present_state = state
+        self._bench.set_state(state)
 
 
 def _nanoseconds(time: timedelta) -> int:

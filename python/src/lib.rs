@@ -5,8 +5,8 @@
 //! its context and of its worker. [`run`] joins them with the runtime.
 
 mod alive;
+mod bench;
 mod client;
-mod codec;
 mod component;
 mod errors;
 mod from_python;
@@ -22,6 +22,7 @@ mod publisher;
 mod run;
 mod samples;
 mod session;
+mod testing;
 mod to_python;
 mod types;
 mod view;
@@ -35,9 +36,9 @@ mod _native {
     #[pymodule_export]
     use super::alive::{await_end, leave_networks};
     #[pymodule_export]
-    use super::client::Network;
+    use super::bench::{Bench, Server, Topic};
     #[pymodule_export]
-    use super::codec::{Codec, configuration};
+    use super::client::Network;
     #[pymodule_export]
     use super::link::Link;
     #[pymodule_export]
@@ -54,6 +55,8 @@ mod _native {
     use super::run::{Embedded, embed, run};
     #[pymodule_export]
     use super::samples::Samples;
+    #[pymodule_export]
+    use super::testing::{configuration, view_of};
     #[pymodule_export]
     use super::view::{Loan, View};
 }

@@ -1,18 +1,20 @@
 //! The class `Link`: what the generated clients, publishers and contexts call.
 
+use crate::bench::{Here, take_failure};
 use crate::errors;
 use crate::from_python::Misfit;
 use crate::member::Member;
 use crate::memory::Memory;
-use crate::session::{with, with_core, with_machine, with_time};
+use crate::session;
 use crate::types::Types;
 use crate::view::{Loan, View};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rc_host::link::{self, Answer, Reading};
-use rc_host::{Number, Operation, Program};
-use rc_runtime::{Order, Time};
+use rc_host::{HostError, Number, Operation, Program, Session};
+use rc_runtime::machine::Machine;
+use rc_runtime::{Core, Order, Time, TimeSource};
 use rc_values::{Type, Value};
 use std::sync::Arc;
 use std::time::Duration;
@@ -22,14 +24,69 @@ use std::time::Duration;
 pub(crate) struct Link {
     program: Arc<Program>,
     types: Arc<Types>,
+    /// The number of the bench of a test, in place of a process.
+    bench: Option<u64>,
 }
 
 impl Link {
     pub(crate) fn new(program: Arc<Program>, types: Arc<Types>) -> Self {
-        Self { program, types }
+        Self {
+            program,
+            types,
+            bench: None,
+        }
+    }
+
+    /// The link of a component under test.
+    pub(crate) fn of_bench(program: Arc<Program>, types: Arc<Types>, bench: u64) -> Self {
+        Self {
+            program,
+            types,
+            bench: Some(bench),
+        }
+    }
+
+    fn with<T>(&self, use_it: impl FnOnce(&mut Session) -> Result<T, HostError>) -> PyResult<T> {
+        let _here = Here::enter(self.bench);
+        session::with(use_it)
+    }
+
+    fn with_core<T>(&self, use_it: impl FnOnce(&mut Core) -> T) -> PyResult<T> {
+        let _here = Here::enter(self.bench);
+        session::with_core(use_it)
+    }
+
+    fn with_machine<T>(
+        &self,
+        use_it: impl FnOnce(&mut Machine<Number, Number>) -> T,
+    ) -> PyResult<T> {
+        let _here = Here::enter(self.bench);
+        session::with_machine(use_it)
+    }
+
+    fn with_time<T>(&self, use_it: impl FnOnce(&mut TimeSource) -> T) -> PyResult<T> {
+        let _here = Here::enter(self.bench);
+        session::with_time(use_it)
+    }
+
+    /// Calls, or publishes. Raises what an answer of a test has raised.
+    fn act<T: Send, E: Send>(
+        &self,
+        py: Python<'_>,
+        act: impl FnOnce() -> Result<Result<T, E>, HostError> + Send,
+    ) -> PyResult<Result<T, E>> {
+        let acted = {
+            let _here = Here::enter(self.bench);
+            py.detach(act)
+        };
+        match take_failure(self.bench) {
+            Some(error) => Err(error),
+            None => acted.map_err(errors::of_host),
+        }
     }
 
     fn operation(&self, slot: usize, operation: usize) -> PyResult<&Operation> {
+        let _here = Here::enter(self.bench);
         link::operation(&self.program, slot, operation).map_err(errors::of_host)
     }
 }
@@ -74,8 +131,7 @@ impl Link {
     ) -> PyResult<()> {
         let operation = self.operation(slot, operation)?;
         let request = self.request(py, operation, arguments)?;
-        let sent = py.detach(|| link::command(slot, operation, &request));
-        let sent = sent.map_err(errors::of_host)?;
+        let sent = self.act(py, || link::command(slot, operation, &request))?;
         sent.map_err(|error| errors::of_call(py, &error))
     }
 
@@ -90,8 +146,7 @@ impl Link {
         let described = self.operation(slot, operation)?;
         let sample = self.types.arguments(&described.request, arguments);
         let sample = sample.map_err(|misfit| misplaced(py, "InvalidSample", described, &misfit))?;
-        let sent = py.detach(|| link::publish(slot, operation, &sample));
-        let sent = sent.map_err(errors::of_host)?;
+        let sent = self.act(py, || link::publish(slot, operation, &sample))?;
         sent.map_err(|error| errors::of_sending(py, &error))
     }
 
@@ -103,33 +158,43 @@ impl Link {
         operation: usize,
     ) -> PyResult<Bound<'py, Loan>> {
         let described = self.operation(slot, operation)?;
-        Loan::new(py, &self.types, &described.request, (slot, operation))
+        Loan::new(
+            py,
+            &self.types,
+            &described.request,
+            (self.bench, slot, operation),
+        )
     }
 
     /// Opens a member of a slot array. Returns it and the number of its slot.
     fn open_member(&self, py: Python<'_>, array: usize, name: &str) -> PyResult<(Member, usize)> {
-        let member = py.detach(|| with(|session| session.open_member(array, name)))?;
+        let member = self.act(py, || {
+            rc_host::session::with(|session| Ok(Ok::<_, ()>(session.open_member(array, name)?)))
+        });
+        let Ok(member) = member? else {
+            return Err(errors::no_such("array", array));
+        };
         let slot = member.slot();
         Ok((Member(member), slot))
     }
 
     /// The members of a slot array that the network lists.
     fn listed(&self, array: usize) -> PyResult<Option<Vec<String>>> {
-        with(|session| session.listed(array))
+        self.with(|session| session.listed(array))
     }
 
     /// The number of servers or of subscribers.
     fn peers(&self, slot: usize) -> PyResult<usize> {
-        with(|session| Ok(session.peers(slot)))
+        self.with(|session| Ok(session.peers(slot)))
     }
 
     /// The longest time of a call, in nanoseconds.
     fn timeout_ns(&self, slot: usize) -> PyResult<u64> {
-        with(|session| Ok(nanoseconds(session.client(slot)?.timeout())))
+        self.with(|session| Ok(nanoseconds(session.client(slot)?.timeout())))
     }
 
     fn set_timeout_ns(&self, slot: usize, timeout: u64) -> PyResult<()> {
-        with(|session| {
+        self.with(|session| {
             session
                 .client(slot)?
                 .set_timeout(Duration::from_nanos(timeout));
@@ -138,65 +203,65 @@ impl Link {
     }
 
     fn name(&self) -> PyResult<String> {
-        with_core(|core| core.name().to_owned())
+        self.with_core(|core| core.name().to_owned())
     }
 
     fn network(&self) -> PyResult<String> {
-        with_core(|core| core.network().to_owned())
+        self.with_core(|core| core.network().to_owned())
     }
 
     /// The time of the network's clock, in nanoseconds.
     fn now_ns(&self) -> PyResult<u64> {
-        with_core(|core| core.now().as_nanos())
+        self.with_core(|core| core.now().as_nanos())
     }
 
     fn period_ns(&self) -> PyResult<u64> {
-        with_core(|core| nanoseconds(core.period()))
+        self.with_core(|core| nanoseconds(core.period()))
     }
 
     fn set_period_ns(&self, period: u64) -> PyResult<()> {
-        with_core(|core| core.set_period(Duration::from_nanos(period)))
+        self.with_core(|core| core.set_period(Duration::from_nanos(period)))
     }
 
     fn state(&self) -> PyResult<&'static str> {
-        with_core(|core| core.state().word())
+        self.with_core(|core| core.state().word())
     }
 
     fn lifecycle(&self) -> PyResult<Option<String>> {
-        with_core(|core| core.lifecycle().map(|state| state.to_string()))
+        self.with_core(|core| core.lifecycle().map(|state| state.to_string()))
     }
 
     fn is_stopping(&self) -> PyResult<bool> {
-        with_core(|core| core.is_stopping())
+        self.with_core(|core| core.is_stopping())
     }
 
     fn stop(&self, reason: &str) -> PyResult<()> {
-        with_core(|core| core.stop(reason))
+        self.with_core(|core| core.stop(reason))
     }
 
     /// A seed for the random numbers of the worker, which an exact recording keeps.
     fn seed(&self) -> PyResult<u64> {
-        with_core(|core| core.random().u64(..))
+        self.with_core(|core| core.random().u64(..))
     }
 
     fn is_time_source(&self) -> PyResult<bool> {
-        with_time(|time| time.is_active())
+        self.with_time(|time| time.is_active())
     }
 
     /// Moves the time of the network by nanoseconds. Returns the number of the tick.
     fn advance_time(&self, step: u64) -> PyResult<u64> {
-        with_time(|time| time.advance(Duration::from_nanos(step)))?
+        self.with_time(|time| time.advance(Duration::from_nanos(step)))?
             .map_err(|error| errors::of_time(&error))
     }
 
     fn set_time(&self, time: u64) -> PyResult<u64> {
-        with_time(|source| source.set(Time::from_nanos(time)))?
+        self.with_time(|source| source.set(Time::from_nanos(time)))?
             .map_err(|error| errors::of_time(&error))
     }
 
     /// Sets how long a tick waits for all followers, in nanoseconds. `None`: for nobody.
     fn wait_for_followers(&self, limit: Option<u64>) -> PyResult<()> {
-        with_time(|time| match limit {
+        self.with_time(|time| match limit {
             Some(limit) => time.wait_for_all(Duration::from_nanos(limit)),
             None => time.wait_for_nobody(),
         })
@@ -208,27 +273,27 @@ impl Link {
         } else {
             Order::AtOnce
         };
-        with_time(|time| time.set_order(order))
+        self.with_time(|time| time.set_order(order))
     }
 
     fn set_time_paced(&self, paced: bool) -> PyResult<()> {
-        with_time(|time| time.set_paced(paced))
+        self.with_time(|time| time.set_paced(paced))
     }
 
     fn tick(&self) -> PyResult<u64> {
-        with_time(|time| time.tick())
+        self.with_time(|time| time.tick())
     }
 
     fn missing_followers(&self) -> PyResult<Vec<String>> {
-        with_time(|time| time.missing())
+        self.with_time(|time| time.missing())
     }
 
     fn followers(&self) -> PyResult<Vec<String>> {
-        with_time(|time| time.followers())
+        self.with_time(|time| time.followers())
     }
 
     fn release_follower(&self, name: &str) -> PyResult<bool> {
-        with_time(|time| time.release(name))
+        self.with_time(|time| time.release(name))
     }
 
     fn fire(&self, event: u16) -> PyResult<()> {
@@ -240,7 +305,7 @@ impl Link {
             let message = format!("there is no event {event} that the worker can fire");
             return Err(pyo3::exceptions::PyValueError::new_err(message));
         }
-        with_machine(|machine| machine.fire(Number(event)))
+        self.with_machine(|machine| machine.fire(Number(event)))
     }
 
     fn is_in(&self, state: u16) -> PyResult<bool> {
@@ -252,19 +317,19 @@ impl Link {
             let message = format!("there is no state {state}");
             return Err(pyo3::exceptions::PyValueError::new_err(message));
         }
-        with_machine(|machine| machine.is_in(Number(state)))
+        self.with_machine(|machine| machine.is_in(Number(state)))
     }
 
     fn machine_has_started(&self) -> PyResult<bool> {
-        with_machine(|machine| machine.has_started())
+        self.with_machine(|machine| machine.has_started())
     }
 
     fn machine_has_ended(&self) -> PyResult<bool> {
-        with_machine(|machine| machine.has_ended())
+        self.with_machine(|machine| machine.has_ended())
     }
 
     fn active_states(&self) -> PyResult<Vec<&'static str>> {
-        with_machine(|machine| machine.active())
+        self.with_machine(|machine| machine.active())
     }
 }
 
@@ -278,8 +343,7 @@ impl Link {
         reading: Reading,
     ) -> PyResult<Bound<'py, PyAny>> {
         let request = self.request(py, operation, arguments)?;
-        let answer = py.detach(|| link::query(slot, operation, &request, reading));
-        match answer.map_err(errors::of_host)? {
+        match self.act(py, || link::query(slot, operation, &request, reading))? {
             Ok(Answer::Result(Value::Struct(_, values))) => {
                 let (answer, has_result) = (&operation.answer, operation.has_result);
                 self.types.answer_object(py, answer, has_result, values)

@@ -1,5 +1,6 @@
 //! The classes `View` and `Loan`: a structure in its memory image.
 
+use crate::bench::{Here, count_loan};
 use crate::errors;
 use crate::memory::Memory;
 use crate::session::with;
@@ -29,16 +30,11 @@ pub(crate) struct View {
 /// A sample that is written in place: `send` publishes it.
 #[pyclass(extends = View, frozen, module = "robocomp._native")]
 pub(crate) struct Loan {
-    target: Target,
+    /// The topic: slot and operation, and the bench of a test.
+    slot: usize,
+    operation: usize,
+    bench: Option<u64>,
     request: Arc<Struct>,
-}
-
-/// Where a sample goes.
-enum Target {
-    /// To a topic of the component: slot and operation.
-    Topic(usize, usize),
-    /// To a test, as the tuple of its arguments.
-    Test(Py<PyAny>),
 }
 
 const ONE_LOAN: &str = "one loan of a topic exists at a time: send or discard the earlier one, and \
@@ -306,57 +302,30 @@ impl Loan {
         py: Python<'py>,
         types: &Arc<Types>,
         request: &Arc<Struct>,
-        (slot, operation): (usize, usize),
+        (bench, slot, operation): (Option<u64>, usize, usize),
     ) -> PyResult<Bound<'py, Self>> {
         let (size, ty) = in_place(request)?;
         rc_host::drop_abandoned();
-        let lent = with(|session| {
-            let publisher = session.publisher(slot, operation)?;
-            Ok(publisher.loan_image(size))
-        })?;
-        let lent =
-            lent.map_err(|error| errors::raise(py, "NotSent", &format!("{error}; {ONE_LOAN}")))?;
-        let lent = lent.map(Memory::lent);
-        let memory = lent.unwrap_or_else(|| Memory::zeros(size));
-        Self::over(
-            py,
-            memory,
-            types,
-            request,
-            ty,
-            Target::Topic(slot, operation),
-        )
-    }
-
-    /// A loan that `send` gets as a tuple of arguments. `count` is that of the topic's loans.
-    pub(crate) fn of_test<'py>(
-        py: Python<'py>,
-        types: &Arc<Types>,
-        request: &Arc<Struct>,
-        count: &Arc<()>,
-        send: Py<PyAny>,
-    ) -> PyResult<Bound<'py, Self>> {
-        let (size, ty) = in_place(request)?;
-        // The caller has one beside that of the codec.
-        if Arc::strong_count(count) > 2 {
-            return Err(errors::raise(py, "NotSent", ONE_LOAN));
-        }
-        let memory = Memory::counted(size, Arc::clone(count));
-        Self::over(py, memory, types, request, ty, Target::Test(send))
-    }
-
-    fn over<'py>(
-        py: Python<'py>,
-        memory: Memory,
-        types: &Arc<Types>,
-        request: &Arc<Struct>,
-        ty: &Arc<Struct>,
-        target: Target,
-    ) -> PyResult<Bound<'py, Self>> {
+        let refused = |reason: &str| errors::raise(py, "NotSent", reason);
+        let memory = if let Some(bench) = bench {
+            let loan = count_loan(bench, slot, operation).ok_or_else(|| refused(ONE_LOAN))?;
+            Memory::counted(size, loan)
+        } else {
+            let lent = with(|session| {
+                let publisher = session.publisher(slot, operation)?;
+                Ok(publisher.loan_image(size))
+            })?;
+            let lent = lent.map_err(|error| refused(&format!("{error}; {ONE_LOAN}")))?;
+            lent.map_or_else(|| Memory::zeros(size), Memory::lent)
+        };
         let view = View::new(Py::new(py, memory)?, Arc::clone(types), Arc::clone(ty), 0);
         view.reset()?;
-        let request = Arc::clone(request);
-        let loan = Self { target, request };
+        let loan = Self {
+            slot,
+            operation,
+            bench,
+            request: Arc::clone(request),
+        };
         Bound::new(py, PyClassInitializer::from(view).add_subclass(loan))
     }
 }
@@ -389,7 +358,8 @@ impl Loan {
         let view = slf.as_super().get();
         let memory = view.memory.get();
         let taken = memory.take()?;
-        if let (Some(sample), &Target::Topic(slot, operation)) = (taken, &loan.target) {
+        let (slot, operation) = (loan.slot, loan.operation);
+        if let Some(sample) = taken {
             let sent = with(|session| {
                 let publisher = session.publisher(slot, operation)?;
                 Ok(publisher.send_image(sample))
@@ -400,16 +370,7 @@ impl Loan {
         let value = memory.read(0, size, |bytes| decode_image(&loan.request, bytes))?;
         let value = value.map_err(|error| unfit(&error))?;
         memory.end();
-        let (slot, operation) = match &loan.target {
-            Target::Topic(slot, operation) => (*slot, *operation),
-            Target::Test(send) => {
-                let Value::Struct(_, values) = value else {
-                    return Ok(());
-                };
-                let arguments = view.types.parts(py, values)?;
-                return send.bind(py).call1((arguments,)).map(drop);
-            }
-        };
+        let _here = Here::enter(loan.bench);
         let sent = py.detach(|| rc_host::link::publish(slot, operation, &value));
         let sent = sent.map_err(errors::of_host)?;
         sent.map_err(|error| errors::of_sending(py, &error))

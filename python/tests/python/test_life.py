@@ -15,8 +15,6 @@ from pathlib import Path
 import robocomp
 from build import ROOT
 from demo import MODULE
-from program import FIXTURE
-from robocomp import _native
 
 LIMIT = 30
 
@@ -347,10 +345,7 @@ class Life(unittest.TestCase):
             self.call("put", "it")
         self.assertEqual(self.wait()[0], 3)
         self.start(f"\n    def report(self, ctx, all):\n        {fatal}\n")
-        types = FIXTURE.types
-        codec = _native.Codec(json.dumps(FIXTURE.description), types)
-        body = codec.request(1, 0, (everything(types),))
-        text = base64.b64encode(body).decode()
+        text = base64.b64encode(default_body()).decode()
         self.ask("sample", slot="Reports", operation="report", body=text)
         code, errors = self.wait()
         self.assertEqual(code, 3, errors)
@@ -386,30 +381,38 @@ class Life(unittest.TestCase):
         self.assertEqual(self.wait()[0], 0)
 
 
-def everything(types):
-    """A value with the defaults of all members."""
-    members = next(t for t in MODULE["types"] if t["name"] == "Everything")["struct"]
-    point = types["Demo::Point"](0.0, 0.0)
-    values = []
-    for member in members:
-        kind = member["type"]
-        if member.get("optional"):
-            values.append(None)
-        elif kind == "Demo::Kind":
-            values.append(types["Demo::Kind"].WALL)
-        elif kind == "Demo::Point":
-            values.append(point)
-        elif kind.startswith("dictionary"):
-            values.append({})
-        elif kind.startswith("sequence"):
-            values.append([])
-        elif kind.startswith("string"):
-            values.append("")
-        elif kind == "bool":
-            values.append(False)
-        else:
-            values.append([0.0] * 9 if "[" in kind else 0)
-    return types["Demo::Everything"](*values)
+def default_body():
+    """The bytes of a sample whose members have their defaults, in CDR."""
+    described = {t["name"]: t for t in MODULE["types"]}
+    sizes = {"bool": 1, "float32": 4, "float64": 8, "Demo::Kind": 4}
+    sizes |= {f"{sign}int{bits}": bits // 8 for sign in ("", "u") for bits in (8, 16, 32, 64)}
+    body = bytearray()
+
+    def zeros(size, count=1):
+        body.extend(bytes(-len(body) % size + size * count))
+
+    def put(members):
+        for member in members:
+            kind = member["type"]
+            if member.get("optional"):
+                zeros(1)
+            elif kind == "Demo::Point":
+                put(described["Point"]["struct"])
+            elif kind.startswith("string"):
+                zeros(4)
+                # The length counts the zero byte at the end.
+                body[-4] = 1
+                zeros(1)
+            elif kind.startswith(("sequence", "dictionary")):
+                zeros(4)
+            elif kind.endswith("]"):
+                element, _, count = kind[:-1].partition("[")
+                zeros(sizes[element], int(count))
+            else:
+                zeros(sizes[kind])
+
+    put(described["Everything"]["struct"])
+    return bytes(body)
 
 
 if __name__ == "__main__":

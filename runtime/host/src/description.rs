@@ -184,6 +184,7 @@ impl Program {
     }
 
     /// The component in this folder, whose `etc/config.toml` is the default configuration.
+    #[must_use]
     pub fn in_folder(self, folder: String) -> Self {
         let description = rc_runtime::Description {
             folder: leak_text(folder),

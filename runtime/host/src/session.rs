@@ -180,6 +180,18 @@ impl Session {
     }
 }
 
+/// Exchanges the session of this thread for another one, and says whether it did: not while a call
+/// uses it. A test has several components on one thread.
+pub fn swap(other: &mut Option<Session>) -> bool {
+    SESSION.with(|session| match session.try_borrow_mut() {
+        Ok(mut session) => {
+            std::mem::swap(&mut *session, other);
+            true
+        }
+        Err(_) => false,
+    })
+}
+
 /// Passes the session of this thread to `use_it`.
 ///
 /// # Errors

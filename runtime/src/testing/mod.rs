@@ -8,14 +8,12 @@
 mod array;
 mod backend;
 pub(crate) mod defaults;
-mod members;
 mod server;
 mod subscriber;
 
 pub use crate::process::embed_with_defaults as embed;
 pub use array::FakeArray;
 pub use defaults::DefaultReply;
-pub use members::TestMembers;
 pub use rc_middleware::in_place::boxed as in_place;
 pub use server::{FakeServer, Fault, unknown};
 pub use subscriber::FakeSubscriber;
@@ -220,7 +218,7 @@ fn slots(description: &'static Description) -> Result<SlotTable, OpenError> {
 
 impl TestBed {
     /// Calls `make` for each member of the array `slot` that the worker opens.
-    fn prepare_members(&self, slot: usize, make: impl Fn(&Self, &str) + 'static) {
+    pub fn prepare_members(&self, slot: usize, make: impl Fn(&Self, &str) + 'static) {
         let (description, slots) = (self.description, Arc::clone(&self.slots));
         let (clock, shared) = (Arc::clone(&self.clock), Arc::clone(&self.shared));
         let array = self.slots.array_address(description.slots[slot].name);
@@ -235,6 +233,14 @@ impl TestBed {
             };
             make(&bed, name);
         });
+    }
+
+    /// Ends the opening of members, as the end of `initialize` does.
+    ///
+    /// # Errors
+    /// The open members are not the listed ones.
+    pub fn complete_members(&self) -> Result<(), StartError> {
+        self.slots.complete()
     }
 
     /// Lists the members of an array as a network does, before the worker opens them.

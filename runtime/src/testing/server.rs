@@ -77,7 +77,7 @@ impl<T: Clone + 'static> FakeServer<T> {
     pub fn new(
         bed: &TestBed,
         slot: usize,
-        read: fn(&mut Request<'_>) -> Result<T, HandlerError>,
+        read: impl Fn(&mut Request<'_>) -> Result<T, HandlerError> + 'static,
     ) -> Self {
         Self::at(bed, slot, None, read)
     }
@@ -88,7 +88,7 @@ impl<T: Clone + 'static> FakeServer<T> {
         bed: &TestBed,
         slot: usize,
         member: &str,
-        read: fn(&mut Request<'_>) -> Result<T, HandlerError>,
+        read: impl Fn(&mut Request<'_>) -> Result<T, HandlerError> + 'static,
     ) -> Self {
         Self::at(bed, slot, Some(member), read)
     }
@@ -97,7 +97,7 @@ impl<T: Clone + 'static> FakeServer<T> {
         bed: &TestBed,
         slot: usize,
         member: Option<&str>,
-        read: fn(&mut Request<'_>) -> Result<T, HandlerError>,
+        read: impl Fn(&mut Request<'_>) -> Result<T, HandlerError> + 'static,
     ) -> Self {
         let calls: Rc<RefCell<Vec<T>>> = Rc::default();
         let kept = Rc::clone(&calls);
@@ -121,11 +121,11 @@ impl<T: Clone + 'static> FakeServer<T> {
     pub fn answer<A: 'static>(
         &self,
         operation: &'static Operation,
-        read: fn(&mut Reader<'_>) -> Result<A, DecodeError>,
+        read: impl Fn(&mut Reader<'_>) -> Result<A, DecodeError> + 'static,
         mut answer: impl FnMut(A, &mut Request<'_>) -> Result<(), HandlerError> + 'static,
     ) {
         let answer = move |request: &mut Request<'_>| {
-            let arguments = request.arguments(operation, read)?;
+            let arguments = request.arguments(operation, &read)?;
             answer(arguments, request)
         };
         let mut state = self.state.borrow_mut();
@@ -137,7 +137,7 @@ impl<T: Clone + 'static> FakeServer<T> {
     pub fn or_default(
         &self,
         operation: &Operation,
-        answer: fn(&mut Request<'_>) -> Result<(), HandlerError>,
+        answer: impl FnMut(&mut Request<'_>) -> Result<(), HandlerError> + 'static,
     ) {
         let mut state = self.state.borrow_mut();
         let entry = state.answers.entry(operation.id);

@@ -42,7 +42,7 @@ impl<T: Clone + 'static> FakeSubscriber<T> {
     pub fn new(
         bed: &TestBed,
         slot: usize,
-        read: fn(usize, &mut Reader<'_>) -> Result<T, DecodeError>,
+        read: impl Fn(usize, &mut Reader<'_>) -> Result<T, DecodeError> + 'static,
     ) -> Self {
         Self::at(bed, slot, None, read)
     }
@@ -53,7 +53,7 @@ impl<T: Clone + 'static> FakeSubscriber<T> {
         bed: &TestBed,
         slot: usize,
         member: &str,
-        read: fn(usize, &mut Reader<'_>) -> Result<T, DecodeError>,
+        read: impl Fn(usize, &mut Reader<'_>) -> Result<T, DecodeError> + 'static,
     ) -> Self {
         Self::at(bed, slot, Some(member), read)
     }
@@ -62,13 +62,14 @@ impl<T: Clone + 'static> FakeSubscriber<T> {
         bed: &TestBed,
         slot: usize,
         member: Option<&str>,
-        read: fn(usize, &mut Reader<'_>) -> Result<T, DecodeError>,
+        read: impl Fn(usize, &mut Reader<'_>) -> Result<T, DecodeError> + 'static,
     ) -> Self {
         let samples: Rc<RefCell<Vec<T>>> = Rc::default();
+        let read = Rc::new(read);
         let (operations, address) = bed.end(slot, member);
         let topics = operations.iter().enumerate().map(|(at, operation)| {
             let topic = bed.hub.topic(&format!("{address}/{}", operation.name));
-            let kept = Rc::clone(&samples);
+            let (kept, read) = (Rc::clone(&samples), Rc::clone(&read));
             topic.borrow_mut().record = Some(Box::new(move |reader| {
                 let sample = read(at, reader)?;
                 kept.borrow_mut().push(sample);
