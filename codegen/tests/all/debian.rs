@@ -34,7 +34,7 @@ fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<PathBuf, St
     let new = folder.join(format!("{name}-{}", std::process::id()));
     let script = format!(
         "set -e; mkdir \"$0\"; cd \"$0\"
-        missing=$(apt-get --simulate install {packages})
+        missing=$(apt-get --simulate install --no-upgrade {packages})
         missing=$(echo \"$missing\" | sed -n 's/^Inst \\([^ ]*\\).*/\\1/p')
         test \"$missing\" || {{ echo 'it is installed, and does not run' >&2; exit 1; }}
         apt-get download $missing
