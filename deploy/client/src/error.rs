@@ -165,7 +165,7 @@ pub fn with_owner(path: &Path, error: io::Error) -> io::Error {
     let own = rustix::process::getuid().as_raw();
     let found = path.ancestors().take(2).find_map(|path| {
         let owner = std::fs::symlink_metadata(path).ok()?.uid();
-        (owner != own).then(|| (path, owner))
+        (owner != own).then_some((path, owner))
     });
     let Some((path, owner)) = found else {
         return error;

@@ -61,7 +61,8 @@ pub(crate) struct Lock {
     /// Why there is none.
     unseen: Option<String>,
     /// The name of the abstract socket, as a guard holds it.
-    _name: Option<OwnedFd>,
+    #[expect(dead_code, reason = "held, never used")]
+    name: Option<OwnedFd>,
 }
 
 /// Who has the abstract socket of a network.
@@ -125,7 +126,7 @@ impl Lock {
                         path,
                         socket: None,
                         unseen: None,
-                        _name: None,
+                        name: None,
                     };
                     if lock.is_current() {
                         lock.sign(None)
@@ -192,7 +193,7 @@ impl Lock {
         )?;
         let address = SocketAddrUnix::new_abstract_name(&supervisor::abstract_name(network))?;
         bind(&name, &address)?;
-        self._name = Some(name);
+        self.name = Some(name);
         Ok(())
     }
 
@@ -227,7 +228,7 @@ impl Lock {
             directory,
             socket: None,
             unseen: None,
-            _name: None,
+            name: None,
         })
     }
 

@@ -82,7 +82,7 @@ impl AdoptedProcesses {
     }
 }
 
-/// The children of this process: proc_tid_children(5).
+/// The children of this process: `proc_tid_children(5)`.
 fn children() -> Option<BTreeSet<i32>> {
     let mut children = BTreeSet::new();
     for task in std::fs::read_dir("/proc/self/task").ok()?.flatten() {

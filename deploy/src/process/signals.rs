@@ -61,7 +61,7 @@ impl Drop for Signals {
     }
 }
 
-/// Whether this process ignores a signal: `SigIgn` of proc_pid_status(5).
+/// Whether this process ignores a signal: `SigIgn` of `proc_pid_status(5)`.
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status

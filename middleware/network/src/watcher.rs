@@ -198,9 +198,12 @@ impl WaitingEvents {
             alive,
             is_told: _,
         } = std::mem::take(self);
-        let peers = peers.into_iter().map(|(handle, is_there)| match is_there {
-            true => Event::Matched(handle),
-            false => Event::Unmatched(handle),
+        let peers = peers.into_iter().map(|(handle, is_there)| {
+            if is_there {
+                Event::Matched(handle)
+            } else {
+                Event::Unmatched(handle)
+            }
         });
         let deadline = (deadlines > 0).then_some(Event::Deadline(deadlines));
         let others = incompatible.into_iter().chain(deadline).chain(alive);

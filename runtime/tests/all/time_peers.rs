@@ -1,11 +1,12 @@
-//! A follower holds tick 0 until it has found the servers and publishers that it needs.
+//! A follower, and a source in lockstep, hold tick 0 until they have found the servers and publishers
+//! that they need.
 
 use super::time::{end, network, note, script, slot, source, until, until_status};
 use rc_middleware::Qos;
 use rc_middleware::typed::{TypedClient, TypedPublisher};
 use rc_runtime::{
-    Component, Core, Description, Embedded, Ports, Role, Slot, StartError, Values, WorkerError,
-    embed,
+    Component, Core, Description, Embedded, Ports, Role, Slot, StartError, TimeSource, Values,
+    WorkerError, embed,
 };
 use std::time::Duration;
 
@@ -30,6 +31,11 @@ static CALLER: Description = described("follower", &[VALUES_REQUIRED]);
 static SERVER: Description = described("other", &[slot("Values", Role::Implements, Qos::CALL)]);
 static LISTENER: Description = described("follower", &[VALUES_SUBSCRIBED]);
 static PUBLISHER: Description = described("other", &[VALUES_PUBLISHED]);
+
+static CALLING_SOURCE: Description = Description {
+    simulates_time: true,
+    ..described("source", &[VALUES_REQUIRED])
+};
 
 const VALUES_REQUIRED: Slot = slot("Values", Role::Requires, Qos::CALL);
 const VALUES_SUBSCRIBED: Slot = slot("Values", Role::SubscribesTo, Qos::SUBSCRIBER);
@@ -138,4 +144,61 @@ fn time_begins_when_the_publishers_are_found() {
 fn time_begins_without_a_server_that_does_not_come() {
     let seen = run(&network("no_servers"), (&CALLER, "caller"), None);
     assert_eq!(seen, ["peers: 0"; 3]);
+}
+
+/// A source of time that is itself a client. Notes in each tick how many servers it has.
+struct CallingSource {
+    core: Core,
+    time: TimeSource,
+    client: TypedClient,
+}
+
+impl CallingSource {
+    fn start(core: Core, ports: &Ports, _: &Values) -> Result<Self, StartError> {
+        let mut time = ports.time_source();
+        time.wait_for_all(Duration::from_secs(20));
+        let client = ports.client(0)?;
+        Ok(Self { core, time, client })
+    }
+}
+
+impl Component for CallingSource {
+    fn core(&mut self) -> &mut Core {
+        &mut self.core
+    }
+
+    fn compute(&mut self) -> Result<(), WorkerError> {
+        if self.time.tick() < 3 {
+            note(&self.core, format!("peers: {}", self.client.peers()));
+            self.time.advance(Duration::from_millis(10))?;
+        }
+        Ok(())
+    }
+
+    fn emergency(&mut self) {}
+    fn restore(&mut self) {}
+    fn finalize(&mut self) {}
+
+    fn sending_peers(&self, peers: &mut [usize]) {
+        peers[0] = self.client.peers();
+    }
+}
+
+#[test]
+fn a_source_in_lockstep_waits_for_its_servers() {
+    let network = network("calling");
+    let args = ["--network", &network, "--name", "calling"];
+    let source = embed(&CALLING_SOURCE, CallingSource::start, &args).expect("a source");
+    until_status(&network, "calling", |status| {
+        status["uptime_s"].as_f64() > Some(0.3)
+    });
+    assert_eq!(script(&network, |script| script.trace.len()), 0);
+    let server = component(&SERVER, &network, "server", "system");
+    until(&network, |script| script.trace.len() == 3);
+    end([server, source]);
+    let trace = script(&network, |script| std::mem::take(&mut script.trace));
+    assert!(
+        trace.iter().all(|(_, _, what)| what == "peers: 1"),
+        "{trace:?}"
+    );
 }
