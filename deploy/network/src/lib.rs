@@ -42,3 +42,4 @@ pub use network_time::ClockPlan;
 pub use plan::Plan;
 pub use process_name::process_name;
 pub use programs::Build;
+pub use workspaces::{cargo, target_variable};

@@ -35,7 +35,7 @@ impl Workspaces {
 
     /// The folder that cargo builds the workspace `root` into: `CARGO_TARGET_DIR`,
     /// `build.target-dir` of a configuration of cargo, or `target`. Where cargo is not asked, or
-    /// cannot be started, configurations of cargo have no effect.
+    /// cannot be started, configurations above the workspace count, and no others.
     pub(crate) fn target(&self, root: &Path) -> io::Result<PathBuf> {
         Ok(self.known(root)?.target)
     }
@@ -65,17 +65,57 @@ struct CargoFailure {
     reason: String,
 }
 
-/// The defaults of cargo, without a configuration.
+/// Cargo: `CARGO`, or that of the path. A timer or a service often has no path to the one that
+/// rustup installs in the home folder.
+pub fn cargo() -> PathBuf {
+    let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty());
+    if let Some(cargo) = variable("CARGO") {
+        return cargo.into();
+    }
+    let path = variable("PATH").unwrap_or_default();
+    let is_in_path = std::env::split_paths(&path).any(|folder| folder.join("cargo").is_file());
+    let home = variable("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| Some(PathBuf::from(variable("HOME")?).join(".cargo")));
+    let installed = home.map(|home| home.join("bin/cargo"));
+    installed
+        .filter(|cargo| !is_in_path && cargo.is_file())
+        .unwrap_or_else(|| "cargo".into())
+}
+
+/// `CARGO_TARGET_DIR`. As for cargo, a relative one starts at the working directory, not at the
+/// workspace, in which `rcdeploy` starts cargo.
+pub fn target_variable() -> Option<PathBuf> {
+    let set = std::env::var_os("CARGO_TARGET_DIR").filter(|folder| !folder.is_empty())?;
+    std::path::absolute(set).ok()
+}
+
+/// What holds without cargo: its defaults, and `build.target-dir` of its configurations.
 fn usual(root: &Path) -> Known {
-    let set = std::env::var_os("CARGO_TARGET_DIR").filter(|folder| !folder.is_empty());
+    let target = target_variable().or_else(|| configured_target(root));
     Known {
-        target: root.join(set.unwrap_or_else(|| "target".into())),
+        target: target.unwrap_or_else(|| root.join("target")),
         dependencies: Vec::new(),
     }
 }
 
+/// `build.target-dir` of the nearest `.cargo/config.toml` that has one.
+fn configured_target(root: &Path) -> Option<PathBuf> {
+    let root = root.canonicalize().ok()?;
+    root.ancestors().find_map(|folder| {
+        let text = rc_files::read(&folder.join(".cargo/config.toml")).ok()?;
+        let file: toml_edit::DocumentMut = text.parse().ok()?;
+        let target = file.get("build")?.get("target-dir")?.as_str()?;
+        Some(folder.join(target))
+    })
+}
+
 fn ask(root: &Path) -> Result<Known, CargoFailure> {
-    let metadata = MetadataCommand::new()
+    let mut metadata = MetadataCommand::new();
+    if let Some(target) = target_variable() {
+        metadata.env("CARGO_TARGET_DIR", target);
+    }
+    let metadata = metadata
+        .cargo_path(cargo())
         // Cargo looks for its configuration from here upwards.
         .current_dir(root)
         .manifest_path(root.join("Cargo.toml"))

@@ -99,7 +99,10 @@ fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
             build.finish()?;
             continue;
         }
-        let mut cargo = Process::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        let mut cargo = Process::new(rc_deploy_network::cargo());
+        if let Some(target) = rc_deploy_network::target_variable() {
+            cargo.env("CARGO_TARGET_DIR", target);
+        }
         let status = cargo
             .current_dir(&build.root)
             .args(&build.args)

@@ -67,6 +67,16 @@ fn programs_are_found_where_cargo_builds_them() {
         assert!(report.contains(&program("target")), "{report}");
         let report = check(&root, manifest, Some("/elsewhere/built"));
         assert!(report.contains(&program("/elsewhere/built")), "{report}");
+        // Relative to where cargo was started, which is where rcdeploy is.
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+        command.args(CHECK).arg("hello.ddsl");
+        command.current_dir(root.join("deployments"));
+        command
+            .env("CARGO_TARGET_DIR", "built")
+            .env_remove("CARGO_BUILD_TARGET_DIR");
+        let said = super::target_folder::report(&mut command);
+        let built = root.join("deployments/built/release/hello");
+        assert!(said.contains(&built.display().to_string()), "{said}");
         let config = root.join(".cargo/config.toml");
         write(&config, "[build]\ntarget-dir = \"built\"\n");
         let report = check(&root, manifest, None);
@@ -178,6 +188,21 @@ fn without_cargo_programs_are_in_the_usual_folder() {
         program.display()
     );
     assert!(report.contains(&missing), "{report}");
+}
+
+/// As in a workspace of `rcgen init --shared-target`, started by a timer or a service.
+#[test]
+fn without_cargo_programs_are_where_its_configuration_says() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().canonicalize().expect("a folder");
+    write(
+        &root.join(".cargo/config.toml"),
+        "[build]\ntarget-dir = \"../shared\"\n",
+    );
+    let mut command = rcdeploy(&root, "[workspace]\nmembers = [\"hello\"]\n", &CHECK);
+    let report = report(command.env("CARGO", root.join("no/cargo")));
+    let program = root.join("../shared/release/hello");
+    assert!(report.contains(&program.display().to_string()), "{report}");
 }
 
 #[test]
