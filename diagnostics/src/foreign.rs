@@ -87,7 +87,7 @@ fn colour(text: &str) -> Option<usize> {
 }
 
 /// Whether a terminal obeys the character rather than showing it. A tab does no harm.
-fn is_hidden(c: char) -> bool {
+pub fn is_hidden(c: char) -> bool {
     (c.is_control() && c != '\t')
         || matches!(
             c,

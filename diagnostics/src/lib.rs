@@ -2,15 +2,16 @@
 //!
 //! [`SourceMap`] owns the texts, a [`Span`] is a byte range in one of them, and [`render`] prints
 //! [`Diagnostics`]. This crate knows none of the languages. [`foreign`] cleans text from
-//! outside.
+//! outside, and [`print`] is how the tools print.
 
 mod diagnostic;
 pub mod foreign;
 mod nearest;
+pub mod print;
 pub mod render;
 mod source;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Label, Severity};
 pub use nearest::nearest;
-pub use render::{Format, render};
+pub use render::{Format, render, render_for};
 pub use source::{Name, Position, SourceId, SourceMap, Span};

@@ -1,11 +1,24 @@
 //! Rendering of diagnostics: for people, as one line each, or as JSON lines.
+//!
+//! Time and size are bounded by the number of diagnostics and by [`MOST`], whatever the texts are:
+//! excerpts, messages and labels have limits, and columns are counted once.
 
+mod human;
+
+use crate::foreign::clean_lines;
 use crate::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
-use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde_json::json;
-use std::borrow::Cow;
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::path::{Component, Path, PathBuf};
+
+/// How many diagnostics are printed. Of more, errors come first, and the rest is counted.
+pub const MOST: usize = 200;
+
+/// How many labels of a diagnostic are printed.
+const LABELS: usize = 12;
+
+/// How many characters of a message, a label or a help are printed.
+const LONGEST_TEXT: usize = 4000;
 
 /// An output format for diagnostics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,19 +48,25 @@ impl std::str::FromStr for Format {
     }
 }
 
-/// Renders all diagnostics in the order of their locations, each followed by a line feed.
+/// Renders the diagnostics in the order of their locations, each followed by a line feed.
 ///
 /// Diagnostics that render equally appear once, for example those of a file that two components
-/// read.
+/// read. At most [`MOST`] are printed, and the note `more-findings` counts the others.
 pub fn render(sources: &SourceMap, diagnostics: &Diagnostics, format: Format) -> String {
+    render_for(sources, diagnostics, format, false)
+}
+
+/// As [`render`]; for people in colours, which are escape sequences of a terminal.
+pub fn render_for(
+    sources: &SourceMap,
+    diagnostics: &Diagnostics,
+    format: Format,
+    colours: bool,
+) -> String {
     let mut out = String::new();
-    let mut printed = HashSet::new();
-    for diagnostic in diagnostics.sorted() {
-        if !printed.insert(short(sources, diagnostic)) {
-            continue;
-        }
+    for diagnostic in &printed(sources, diagnostics) {
         match format {
-            Format::Human => out.push_str(&human(sources, diagnostic)),
+            Format::Human => out.push_str(&human::render(sources, diagnostic, colours)),
             Format::Short => out.push_str(&short(sources, diagnostic)),
             Format::Json => out.push_str(&json_line(sources, diagnostic)),
         }
@@ -56,89 +75,71 @@ pub fn render(sources: &SourceMap, diagnostics: &Diagnostics, format: Format) ->
     out
 }
 
-fn human(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
-    let level = match diagnostic.severity {
-        Severity::Error => Level::ERROR,
-        Severity::Warning => Level::WARNING,
-        Severity::Note => Level::NOTE,
-    };
-    let mut group = Group::with_title(level.primary_title(&diagnostic.message).id(diagnostic.code));
-    group = group.element(snippet(sources, diagnostic, diagnostic.span.source));
-    let mut others: Vec<_> = diagnostic
-        .labels
-        .iter()
-        .map(|l| l.span.source)
-        .filter(|s| *s != diagnostic.span.source)
+/// What is printed, each with bounded texts.
+fn printed(sources: &SourceMap, diagnostics: &Diagnostics) -> Vec<Diagnostic> {
+    let all = unique(sources, diagnostics);
+    let is_error = |d: &&Diagnostic| d.severity == Severity::Error;
+    if all.len() <= MOST {
+        return all.into_iter().map(bounded).collect();
+    }
+    let errors = (0..all.len()).filter(|at| is_error(&all[*at]));
+    let others = (0..all.len()).filter(|at| !is_error(&all[*at]));
+    let chosen: BTreeSet<usize> = errors.chain(others).take(MOST).collect();
+    let left: Vec<&Diagnostic> = (0..all.len())
+        .filter(|at| !chosen.contains(at))
+        .map(|at| all[at])
         .collect();
-    others.dedup();
-    for other in others {
-        group = group.element(snippet(sources, diagnostic, other));
-    }
-    if let Some(help) = &diagnostic.help {
-        group = group.element(Level::HELP.message(help.as_str()));
-    }
-    Renderer::plain().render(&[group])
+    let mut printed: Vec<Diagnostic> = chosen.iter().map(|at| bounded(all[*at])).collect();
+    let errors = left.iter().copied().filter(|d| is_error(d)).count();
+    let counted = |count: usize, word: &str| match count {
+        0 => None,
+        1 => Some(format!("1 more {word}")),
+        _ => Some(format!("{count} more {word}s")),
+    };
+    let counts = [
+        counted(errors, "error"),
+        counted(left.len() - errors, "warning"),
+    ];
+    let counts: Vec<String> = counts.into_iter().flatten().collect();
+    let verb = if left.len() == 1 { "is" } else { "are" };
+    let message = format!("{} {verb} not printed", counts.join(" and "));
+    printed.push(Diagnostic::note("more-findings", left[0].span, message));
+    printed
 }
 
-/// Replaces each byte of a secret in `text` by an asterisk. `text` is the excerpt of `source` from
-/// byte `start` on. Its length stays the same, so that spans stay valid.
-fn redacted<'a>(
-    text: &'a str,
-    source: crate::SourceId,
-    start: usize,
-    diagnostic: &Diagnostic,
-) -> Cow<'a, str> {
-    let mut out = Cow::Borrowed(text);
-    for secret in diagnostic.secrets.iter().filter(|s| s.source == source) {
-        let within = |at: usize| at.saturating_sub(start).min(text.len());
-        let (from, to) = (within(secret.start), within(secret.end));
-        let stars = text.get(from..to).map(|value| {
-            let star = |c: char| {
-                if matches!(c, '\n' | '\r') {
-                    c.to_string()
-                } else {
-                    "*".repeat(c.len_utf8())
-                }
-            };
-            value.chars().map(star).collect::<String>()
+/// The diagnostics in the order of their locations, without those that render as an earlier one.
+fn unique<'a>(sources: &SourceMap, diagnostics: &'a Diagnostics) -> Vec<&'a Diagnostic> {
+    let paths: Vec<String> = sources.ids().map(|id| shown(sources.path(id))).collect();
+    let place = |span: Span| (&paths[span.source.index()], span.start, span.end);
+    let mut seen = HashSet::new();
+    let mut all = diagnostics.sorted();
+    all.retain(|d| {
+        let labels = d.labels.iter().map(|l| (place(l.span), &l.message));
+        let labels: Vec<_> = labels.collect();
+        seen.insert((place(d.span), d.code, &d.message, &d.help, labels))
+    });
+    all
+}
+
+/// The diagnostic with texts that a terminal shows and that have a limit.
+fn bounded(diagnostic: &Diagnostic) -> Diagnostic {
+    let text = |text: &str| clean_lines(text, LONGEST_TEXT);
+    let mut out = diagnostic.clone();
+    out.message = text(&out.message);
+    out.help = out.help.as_deref().map(text);
+    let more = out.labels.len().saturating_sub(LABELS);
+    out.labels.truncate(LABELS);
+    for label in &mut out.labels {
+        label.message = text(&label.message);
+    }
+    if more > 0 {
+        let places = format!("{more} more places are not printed");
+        out.help = Some(match out.help {
+            Some(help) => format!("{help}; {places}"),
+            None => places,
         });
-        if let Some(stars) = stars.filter(|stars| !stars.is_empty()) {
-            out.to_mut().replace_range(from..to, &stars);
-        }
     }
     out
-}
-
-fn snippet<'a>(
-    sources: &'a SourceMap,
-    diagnostic: &'a Diagnostic,
-    source: crate::SourceId,
-) -> Snippet<'a, annotate_snippets::Annotation<'a>> {
-    let labels = diagnostic.labels.iter().map(|l| l.span);
-    let spans = labels
-        .chain([diagnostic.span])
-        .filter(|s| s.source == source);
-    let all = spans.reduce(Span::to).unwrap_or(diagnostic.span);
-    // The renderer scans all text it gets: pass only the affected lines.
-    let (start, end) = sources.lines(all);
-    let text = redacted(&sources.text(source)[start..end], source, start, diagnostic);
-    let within = |at: usize| at.clamp(start, end) - start;
-    let range = |span: Span| within(span.start)..within(span.end);
-    let mut snippet = Snippet::source(text)
-        .line_start(sources.position(source, start).line)
-        .path(shown(sources.path(source)));
-    if source == diagnostic.span.source {
-        snippet = snippet.annotation(AnnotationKind::Primary.span(range(diagnostic.span)));
-    }
-    for label in diagnostic.labels.iter().filter(|l| l.span.source == source) {
-        let kind = if source == diagnostic.span.source {
-            AnnotationKind::Context
-        } else {
-            AnnotationKind::Primary
-        };
-        snippet = snippet.annotation(kind.span(range(label.span)).label(label.message.as_str()));
-    }
-    snippet
 }
 
 /// A path for people: `a/b/../c` as `a/c`. JSON has the path with which the file was opened.
@@ -153,7 +154,7 @@ fn shown(path: &Path) -> String {
             part => out.push(part),
         }
     }
-    out.to_string_lossy().into_owned()
+    clean_lines(&out.to_string_lossy(), LONGEST_TEXT)
 }
 
 fn place(sources: &SourceMap, span: Span) -> String {
@@ -261,5 +262,105 @@ mod tests {
             human.contains("a.cdsl:2:11") && human.contains("did you mean"),
             "{human}"
         );
+    }
+
+    /// Findings in one line of `count` words, each with a label at the first one.
+    fn many(count: usize, separator: &str) -> (SourceMap, Diagnostics) {
+        let mut sources = SourceMap::new();
+        let text = format!("wörd{separator}").repeat(count);
+        let length = text.len() / count;
+        let source = sources.add("a.idsl", text);
+        let mut found = Diagnostics::new();
+        let span = |at: usize| Span::new(source, at * length, at * length + 5);
+        for at in 0..count {
+            let message = format!("`wörd` no. {at}");
+            found.push(
+                Diagnostic::warning("duplicate-name", span(at), message)
+                    .label(span(0), "first declared here"),
+            );
+        }
+        let last = Span::new(source, (count - 1) * length, count * length);
+        found.push(Diagnostic::error("syntax-error", last, "the only error"));
+        (sources, found)
+    }
+
+    #[test]
+    fn findings_beyond_a_number_are_counted() {
+        let (sources, found) = many(16_000, " ");
+        let text = render(&sources, &found, Format::Short);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), MOST + 1);
+        assert!(lines[MOST - 1].contains("the only error"), "{text}");
+        assert_eq!(
+            lines[MOST],
+            "a.idsl:1:996: note[more-findings]: 15801 more warnings are not printed"
+        );
+        let (sources, found) = many(MOST - 1, " ");
+        let text = render(&sources, &found, Format::Json);
+        assert_eq!(text.lines().count(), MOST);
+        assert!(!text.contains("more-findings"));
+    }
+
+    #[test]
+    fn no_format_prints_more_of_a_long_text() {
+        for separator in [" ", "\n"] {
+            for format in [Format::Human, Format::Short, Format::Json] {
+                let size = |count| {
+                    let (sources, found) = many(count, separator);
+                    render(&sources, &found, format).len()
+                };
+                let (some, many) = (size(1_000), size(16_000));
+                assert!(many < some + some / 10, "{format:?}: {some} and {many}");
+                assert!(many < 2_000_000, "{format:?}: {many}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_excerpt_of_a_long_line_has_the_place_in_the_file() {
+        let mut sources = SourceMap::new();
+        let text = format!(
+            "{}\n{}!{}\n",
+            "y",
+            "xé ".repeat(50_000),
+            " z".repeat(50_000)
+        );
+        let at = text.find('!').expect("a place");
+        let source = sources.add("a.idsl", text);
+        let mut found = Diagnostics::new();
+        let span = Span::new(source, at, at + 1);
+        let first = Span::new(source, 0, 1);
+        found.push(Diagnostic::error("syntax-error", span, "wrong").label(first, "because of"));
+        let text = render(&sources, &found, Format::Human);
+        assert!(text.contains("--> a.idsl:2:150001\n"), "{text}");
+        assert!(text.contains("2 | …"), "{text}");
+        assert!(text.contains("::: a.idsl:1:1\n"), "{text}");
+        assert!(text.len() < 2_000, "{text}");
+    }
+
+    #[test]
+    fn texts_of_a_diagnostic_are_cleaned_and_bounded() {
+        let mut sources = SourceMap::new();
+        let source = sources.add("a\u{1b}[2J.idsl", "x");
+        let span = Span::new(source, 0, 1);
+        let mut found = Diagnostics::new();
+        let mut diagnostic = Diagnostic::error("syntax-error", span, "a\u{1b}]0;b\u{7}");
+        diagnostic = diagnostic.help("y".repeat(100_000));
+        for at in 0..1000 {
+            diagnostic = diagnostic.label(span, format!("label {at}"));
+        }
+        found.push(diagnostic);
+        for format in [Format::Human, Format::Short] {
+            let text = render(&sources, &found, format);
+            assert!(
+                !text.contains('\u{1b}') && !text.contains('\u{7}'),
+                "{text}"
+            );
+            assert!(text.contains("988 more places"), "{text}");
+            assert!(text.len() < 20_000, "{}", text.len());
+        }
+        let coloured = render_for(&sources, &found, Format::Human, true);
+        assert!(coloured.contains("\u{1b}[1m"), "{coloured}");
+        assert!(!coloured.contains("\u{1b}[2J"), "{coloured}");
     }
 }

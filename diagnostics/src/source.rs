@@ -9,6 +9,13 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SourceId(u32);
 
+impl SourceId {
+    /// Its place in the map of sources.
+    pub(crate) fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
 /// A range of bytes, `start..end`, in one text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Span {
@@ -79,6 +86,55 @@ struct Source {
     path: PathBuf,
     text: String,
     line_starts: Vec<usize>,
+    /// The number of characters before each block of [`BLOCK`] bytes. `None` for ASCII, where each
+    /// byte is a character.
+    characters: Option<Vec<usize>>,
+}
+
+/// How many bytes are counted for one column at most, however long a line is.
+const BLOCK: usize = 256;
+
+impl Source {
+    fn new(path: PathBuf, text: String) -> Self {
+        let bytes = text.as_bytes();
+        let ends = bytes.iter().enumerate().filter(|(at, byte)| match byte {
+            b'\n' => true,
+            b'\r' => bytes.get(at + 1) != Some(&b'\n'),
+            _ => false,
+        });
+        let line_starts = std::iter::once(0).chain(ends.map(|(at, _)| at + 1));
+        let line_starts = line_starts.collect();
+        let characters = (!text.is_ascii()).then(|| {
+            let blocks = bytes.chunks(BLOCK).scan(0, |sum, block| {
+                let before = *sum;
+                *sum += count(block);
+                Some(before)
+            });
+            blocks.collect()
+        });
+        Self {
+            path,
+            text,
+            line_starts,
+            characters,
+        }
+    }
+
+    /// The number of characters before byte `at`.
+    fn characters_before(&self, at: usize) -> usize {
+        let at = at.min(self.text.len());
+        let Some(blocks) = &self.characters else {
+            return at;
+        };
+        // The end of the text may be where a further block would begin.
+        let block = (at / BLOCK).min(blocks.len() - 1);
+        blocks[block] + count(&self.text.as_bytes()[block * BLOCK..at])
+    }
+}
+
+/// The number of characters that begin in some bytes of UTF-8.
+fn count(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|byte| **byte & 0xc0 != 0x80).count()
 }
 
 /// All source texts of one run of a tool.
@@ -104,14 +160,7 @@ impl SourceMap {
         if text.starts_with('\u{feff}') {
             text.drain(..'\u{feff}'.len_utf8());
         }
-        let line_starts = std::iter::once(0)
-            .chain(text.match_indices('\n').map(|(at, _)| at + 1))
-            .collect();
-        self.sources.push(Source {
-            path: path.into(),
-            text,
-            line_starts,
-        });
+        self.sources.push(Source::new(path.into(), text));
         SourceId((self.sources.len() - 1) as u32)
     }
 
@@ -148,29 +197,24 @@ impl SourceMap {
         (0..self.sources.len() as u32).map(SourceId)
     }
 
-    /// The byte range of all lines that `span` touches, without the last line feed.
+    /// The byte range of all lines that `span` touches, without the end of the last line.
     pub fn lines(&self, span: Span) -> (usize, usize) {
         let source = &self.sources[span.source.0 as usize];
         let line = |at: usize| source.line_starts.partition_point(|start| *start <= at);
         let start = source.line_starts[line(span.start.min(source.text.len())) - 1];
         let next = source.line_starts.get(line(span.end));
-        let end = next.map_or(source.text.len(), |next| next - 1);
-        (start, end.max(start))
+        let end = next.copied().unwrap_or(source.text.len());
+        let text = source.text[..end].trim_end_matches(['\n', '\r']);
+        (start, text.len().max(start))
     }
 
-    /// The line and column of byte `at`.
+    /// The line and column of byte `at`, in a time that does not depend on the length of the line.
     pub fn position(&self, source: SourceId, at: usize) -> Position {
         let source = &self.sources[source.0 as usize];
         let line = source.line_starts.partition_point(|start| *start <= at);
         let start = source.line_starts[line - 1];
-        let before = source
-            .text
-            .get(start..at.min(source.text.len()))
-            .unwrap_or_default();
-        Position {
-            line,
-            column: before.chars().count() + 1,
-        }
+        let column = source.characters_before(at) - source.characters_before(start) + 1;
+        Position { line, column }
     }
 }
 
@@ -204,5 +248,29 @@ mod tests {
             map.position(id, map.text(id).len()),
             Position { line: 3, column: 1 }
         );
+    }
+
+    #[test]
+    fn columns_of_a_long_line_are_those_of_its_characters() {
+        let mut map = SourceMap::new();
+        let text = "a\n".to_owned() + &"é大x".repeat(1000);
+        let id = map.add("a", text.as_str());
+        for (column, (at, _)) in text[2..].char_indices().enumerate() {
+            let wanted = Position {
+                line: 2,
+                column: column + 1,
+            };
+            assert_eq!(map.position(id, 2 + at), wanted);
+        }
+        assert_eq!(map.position(id, text.len()).column, 3001);
+    }
+
+    #[test]
+    fn a_carriage_return_ends_a_line() {
+        let mut map = SourceMap::new();
+        let id = map.add("a", "a\rb\r\nc\nd");
+        let line = |at| map.position(id, at).line;
+        assert_eq!([0, 2, 5, 7].map(line), [1, 2, 3, 4]);
+        assert_eq!(map.lines(Span::new(id, 2, 3)), (2, 3));
     }
 }

@@ -80,7 +80,9 @@ pub fn earlier_word(command: clap::Command, name: &str) -> Option<String> {
     value_of(command, words, name)
 }
 
-fn value_of(
+/// The value that the words of a command line, which may be incomplete, have for the argument
+/// `name`.
+pub fn value_of(
     command: clap::Command,
     words: impl Iterator<Item = OsString>,
     name: &str,

@@ -1,14 +1,16 @@
-//! Shared parts of the command lines of `rcgen` and `rcdeploy`: completion, man pages, and the
-//! exit codes, which the help and the man pages list.
+//! Shared parts of the command lines of `rcgen` and `rcdeploy`: completion, man pages, the option
+//! `--color`, and the exit codes, which the help and the man pages list.
 
 mod completion;
 mod man;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{Arg, ArgMatches, CommandFactory, Parser, Subcommand};
 use clap_complete::CompleteEnv;
 pub use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter, CompletionCandidate};
-pub use completion::{Shell, earlier_word, files, words};
+pub use completion::{Shell, earlier_word, files, value_of, words};
 pub use man::Page;
+use rc_diagnostics::print::{self, ColorChoice};
+use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
 /// A tool with its own command line.
@@ -44,19 +46,53 @@ pub enum Common {
 impl Tool {
     /// The command line of `C` with the exit codes in each help.
     pub fn command<C: CommandFactory>(&self) -> clap::Command {
-        with_help(C::command(), &self.exit_code_help())
+        let color = Arg::new(COLOR)
+            .long(COLOR)
+            .value_name("WHEN")
+            .global(true)
+            .value_parser(|text: &str| text.parse::<ColorChoice>())
+            .default_value("auto")
+            .help("When findings have colors: auto (on a terminal, unless NO_COLOR is set), always or never")
+            .add(words(&ColorChoice::WORDS));
+        with_help(C::command(), &self.exit_code_help()).arg(color)
     }
 
     /// Reads the command line of this process, or answers a shell that asks for completions. Ends
     /// the process if it was a shell, and on wrong usage. Call it before any thread is started.
     pub fn parse<C: Parser>(&self) -> C {
+        self.parse_edited(|_, words| words)
+    }
+
+    /// As [`parse`](Self::parse), with the words of the command line that `edit` makes of those
+    /// given.
+    pub fn parse_edited<C: Parser>(
+        &self,
+        edit: impl FnOnce(&clap::Command, Vec<OsString>) -> Vec<OsString>,
+    ) -> C {
         let factory = || self.command::<C>();
         CompleteEnv::with_factory(factory)
             .var(self.completion_variable)
             .shells(completion::SHELLS)
             .complete();
-        let read = C::from_arg_matches_mut(&mut factory().get_matches());
-        read.unwrap_or_else(|error| error.format(&mut factory()).exit())
+        let mut matches = factory()
+            .try_get_matches_from(edit(&factory(), words_of_shell()))
+            .unwrap_or_else(|error| self.end(&error));
+        choose_color(&matches);
+        let read = C::from_arg_matches_mut(&mut matches);
+        read.unwrap_or_else(|error| self.end(&error.format(&mut factory())))
+    }
+
+    /// Prints help or a wrong usage, and ends the process.
+    fn end(&self, error: &clap::Error) -> ! {
+        if error.use_stderr() {
+            error.exit();
+        }
+        print::data(&error.render().to_string());
+        let (code, message) = print::exit_code(0, None, 3);
+        if let Some(message) = message {
+            print::error(format_args!("{}: error: {message}", self.name));
+        }
+        std::process::exit(code.into())
     }
 
     /// The completion script of a shell.
@@ -76,7 +112,100 @@ impl Tool {
     }
 }
 
+/// The words of the command line. `~` is expanded where shells do not, behind `=` or in quotes:
+/// nobody means a folder of this name.
+fn words_of_shell() -> Vec<OsString> {
+    let home = std::env::var_os("HOME").filter(|home| !home.is_empty());
+    let words = std::env::args_os();
+    let mut words = words.map(|word| expanded(word, home.as_deref())).collect();
+    behind_command(&mut words);
+    words
+}
+
+/// Moves `--color WHEN` from the place before a command, where `rcgen` takes the options of
+/// `generate` only, to the place behind its first word.
+fn behind_command(words: &mut Vec<OsString>) {
+    let first = words.get(1).and_then(|word| word.to_str());
+    let count = match first {
+        Some("--color") => 2,
+        Some(word) if word.starts_with("--color=") => 1,
+        _ => return,
+    };
+    if words.len() > 1 + count {
+        words[1..2 + count].rotate_left(count);
+    }
+}
+
+fn expanded(word: OsString, home: Option<&OsStr>) -> OsString {
+    let (Some(text), Some(home)) = (word.to_str(), home) else {
+        return word;
+    };
+    let option = text
+        .split_once('=')
+        .filter(|(name, _)| name.starts_with("--"));
+    let path = option.map_or(text, |(_, path)| path);
+    if path != "~" && !path.starts_with("~/") {
+        return word;
+    }
+    let mut out = OsString::from(&text[..text.len() - path.len()]);
+    out.push(home);
+    out.push(&path[1..]);
+    out
+}
+
+const COLOR: &str = "color";
+
+fn choose_color(matches: &ArgMatches) {
+    if let Some(choice) = matches.get_one::<ColorChoice>(COLOR) {
+        print::choose_color(*choice);
+    }
+}
+
 fn with_help(command: clap::Command, help: &str) -> clap::Command {
     let command = command.mut_subcommands(|sub| with_help(sub, help));
     command.after_help(help.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_option_for_colors_may_stand_before_the_command() {
+        let moved = |words: &str| {
+            let mut words = words.split(' ').map(OsString::from).collect();
+            behind_command(&mut words);
+            words.join(OsStr::new(" ")).into_string().expect("text")
+        };
+        assert_eq!(
+            moved("rcgen --color never check a"),
+            "rcgen check --color never a"
+        );
+        assert_eq!(
+            moved("rcgen --color=never check"),
+            "rcgen check --color=never"
+        );
+        assert_eq!(moved("rcgen --color never"), "rcgen --color never");
+        assert_eq!(
+            moved("rcgen check --color never"),
+            "rcgen check --color never"
+        );
+    }
+
+    #[test]
+    fn the_home_folder_is_expanded_where_a_shell_does_not() {
+        let home = Some(OsStr::new("/home/ann"));
+        for (word, wanted) in [
+            ("~", "/home/ann"),
+            ("~/robot", "/home/ann/robot"),
+            ("--out=~/robot", "--out=/home/ann/robot"),
+            ("--set", "--set"),
+            ("a~/b", "a~/b"),
+            ("arm.file=~/b", "arm.file=~/b"),
+            ("~bob/x", "~bob/x"),
+        ] {
+            assert_eq!(expanded(word.into(), home), OsString::from(wanted));
+        }
+        assert_eq!(expanded("~/x".into(), None), OsString::from("~/x"));
+    }
 }

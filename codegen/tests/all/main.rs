@@ -9,6 +9,7 @@ mod folders;
 mod idlc;
 mod layout;
 mod mistakes;
+mod printing;
 #[path = "../../../deploy/tests/all/python.rs"]
 mod python;
 mod python_environment;

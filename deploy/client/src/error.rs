@@ -1,7 +1,7 @@
 //! Errors of commands, each with what to do about it.
 
-use std::fmt::Arguments;
-use std::io::{self, Write};
+pub use rc_diagnostics::print::error as print_error;
+use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::time::Duration;
@@ -221,12 +221,6 @@ pub fn advice(error: &io::Error) -> &'static str {
         }
         _ => "",
     }
-}
-
-/// Writes a line to standard error. A failure is ignored, where `eprintln!` would panic: a disk may
-/// be full, or a pipe closed.
-pub fn print_error(line: Arguments<'_>) {
-    let _ = writeln!(io::stderr(), "{line}");
 }
 
 /// Adds context to an error of the system, as in `.context("open the log")`.

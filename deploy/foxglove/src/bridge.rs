@@ -117,13 +117,14 @@ impl Bridge {
             } else {
                 "call its operations and change its parameters; `--read-only` forbids that"
             };
-            let note = format!("rcfoxglove: note: whoever reaches {address} can {what}\n");
-            let _ = std::io::stderr().write_all(note.as_bytes());
+            rc_diagnostics::print::error(format_args!(
+                "rcfoxglove: note: whoever reaches {address} can {what}"
+            ));
         }
-        crate::print(&format!(
-            "network {} is at ws://{address}; open it in Foxglove as a Foxglove WebSocket\n",
+        rc_diagnostics::print::line(format_args!(
+            "network {} is at ws://{address}; open it in Foxglove as a Foxglove WebSocket",
             self.options.network
-        ))?;
+        ));
         while !self.wait(interrupts) {
             self.accept();
             self.receive();

@@ -22,33 +22,31 @@ mod subscriptions;
 
 use bridge::Bridge;
 use command_line::{Command, Failure, system};
-use std::io::Write;
+use rc_diagnostics::print;
 use std::os::unix::net::UnixStream;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let outcome =
         command_line::parse(lexopt::Parser::from_env()).and_then(|command| match command {
-            Command::Print(text) => print(text),
+            Command::Print(text) => {
+                print::data(text);
+                Ok(())
+            }
             Command::Serve(options) => {
                 let interrupts = interrupts()?;
                 Bridge::begin(options)?.serve(&interrupts)
             }
         });
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(Failure(code, reason)) => {
-            // Nothing is left to do if this fails, too.
-            let _ = writeln!(std::io::stderr(), "rcfoxglove: error: {reason}");
-            ExitCode::from(code)
-        }
+    let (code, reason) = match outcome {
+        Ok(()) => (0, None),
+        Err(Failure(code, reason)) => (code, Some(reason)),
+    };
+    let (code, reason) = print::exit_code(code, reason, 3);
+    if let Some(reason) = reason {
+        print::error(format_args!("rcfoxglove: error: {reason}"));
     }
-}
-
-/// Prints a text.
-fn print(text: &str) -> Result<(), Failure> {
-    let written = std::io::stdout().write_all(text.as_bytes());
-    written.map_err(|error| system("print", &error))
+    ExitCode::from(code)
 }
 
 /// Becomes readable at Ctrl-C and its kin.

@@ -1,11 +1,12 @@
 //! `rcdeploy bag`: looks into recordings.
 
 use super::arguments::format;
-use super::output::{Failure, print_line, print_note, show, system};
+use super::output::{Failure, counted, print_line, print_note, show, system};
 use clap::{Args, Subcommand};
 use rc_command_line::{files, words};
 use rc_deploy_client::Format;
 use rc_diagnostics::foreign::{clean, clean_to};
+use rc_diagnostics::print;
 use rc_record::bag::{self, Decoder, Info, Selection};
 use rc_record::{RecordError, keys};
 use rc_values::Style;
@@ -143,7 +144,8 @@ pub(super) fn bag(command: Bag) -> Result<u8, Failure> {
             let selection = selected.into_selection(&file)?;
             let (count, cut) = bag::cut(&file, selection, &output)?;
             note_cut(cut);
-            print_line(format_args!("{}: {count} messages", output.display()));
+            let count = counted(count, "message");
+            print_line(format_args!("{}: {count}", output.display()));
             Ok(0)
         }
         Bag::Export {
@@ -156,7 +158,7 @@ pub(super) fn bag(command: Bag) -> Result<u8, Failure> {
             if let Some(folder) = &out {
                 std::fs::create_dir_all(folder).map_err(|e| system(&e))?;
             }
-            let tables = bag::csv(&file, selection, out.as_deref(), &mut std::io::stdout())?;
+            let tables = bag::csv(&file, selection, out.as_deref(), &mut print::output())?;
             note_cut(tables.cut);
             for (topic, column) in tables.incomplete {
                 let (topic, column) = (clean(&topic), clean(&column));
@@ -180,7 +182,7 @@ fn list(
 ) -> Result<u8, Failure> {
     let mut decoder = Decoder::default();
     let mut left = count.unwrap_or(u64::MAX);
-    let out = &mut std::io::stdout();
+    let out = &mut print::output();
     let cut = bag::each(file, selection, &mut |message| {
         if left == 0 {
             return Ok(false);

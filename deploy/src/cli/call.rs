@@ -2,7 +2,7 @@
 
 use super::look::look;
 use super::messages::{interrupts, is_interrupted};
-use super::output::{Failure, print_line, print_note, system};
+use super::output::{Failure, print_data, print_line, print_note, system};
 use rc_deploy_client::Format;
 use rc_observe::{Answer, Sender};
 use rc_values::{Struct, Style, Value, from_json};
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// Reads the JSON of a command line.
 fn parameters(ty: &Arc<Struct>, text: &str) -> Result<Value, Failure> {
     // The error says at which line and column.
-    let json = serde_json::from_str(text)
+    let json = rc_values::json_of_person(text)
         .map_err(|error| Failure(1, format!("the value is no JSON: {error}")))?;
     from_json(ty, &json).map_err(|error| Failure(1, error.to_string()))
 }
@@ -33,7 +33,7 @@ pub(super) fn call(
     let json = |value: &Value| serde_json::to_string(value).map_err(|e| system(&e));
     match (&answer, format) {
         (Answer::Result(value), Format::Json) => {
-            print_line(format_args!("{{\"result\":{}}}", json(value)?));
+            print_data(&format!("{{\"result\":{}}}\n", json(value)?));
         }
         (Answer::Result(Value::Struct(_, members)), Format::Human) if members.is_empty() => {}
         (Answer::Result(value), Format::Human) => {
@@ -42,7 +42,7 @@ pub(super) fn call(
         (Answer::Exception(value), Format::Json) => {
             let name = serde_json::to_string(&name(value)).map_err(|e| system(&e))?;
             let value = json(value)?;
-            print_line(format_args!("{{\"exception\":{name},\"value\":{value}}}"));
+            print_data(&format!("{{\"exception\":{name},\"value\":{value}}}\n"));
         }
         (Answer::Exception(value), Format::Human) => {
             print_line(format_args!("exception {}", name(value)));

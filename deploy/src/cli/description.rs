@@ -1,11 +1,11 @@
 //! Reads the description of a network and prints its mistakes.
 
 use super::arguments::Input;
-use super::output::{Failure, print_findings, print_line, print_note, system};
+use super::output::{Failure, counted, print_findings, print_line, print_note, system};
 use crate::process::machine;
 use rc_codegen::FileLoader;
 use rc_deploy_network::{Network, Overrides};
-use rc_diagnostics::{Diagnostics, SourceMap, render};
+use rc_diagnostics::{Diagnostics, SourceMap};
 
 /// Reads a network and prints nothing.
 fn read_silently(
@@ -32,7 +32,7 @@ pub(super) fn read(
     if let Some(network) = &network {
         more(network, &mut found);
     }
-    print_findings(&render(&sources, &found, format));
+    print_findings(&sources, &found, format);
     Ok((network, sources, found))
 }
 
@@ -49,7 +49,7 @@ pub(super) fn generate_stale(input: &Input) -> Result<(), Failure> {
         print_note(&format_args!("generated {}", component.display()));
     }
     let human = rc_diagnostics::Format::Human;
-    print_findings(&render(&sources, &generated.found, human));
+    print_findings(&sources, &generated.found, human);
     if generated.found.has_errors() {
         return Err(Failure(1, String::new()));
     }
@@ -87,8 +87,10 @@ pub(super) fn check(input: &Input, format: rc_diagnostics::Format) -> Result<u8,
             network.connections.connections.len(),
         );
         print_line(format_args!(
-            "{}: {components} components, {connections} connections, nothing wrong",
-            network.name()
+            "{}: {}, {}, nothing wrong",
+            network.name(),
+            counted(components as u64, "component"),
+            counted(connections as u64, "connection")
         ));
     }
     Ok(0)

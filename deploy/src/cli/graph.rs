@@ -3,7 +3,7 @@
 use super::arguments::Input;
 use super::description::{examine, read};
 use super::networks::network_of;
-use super::output::{Failure, print_line, system};
+use super::output::{Failure, print_data, system};
 use rc_deploy_client::status::{self, NetworkReport};
 use rc_deploy_graph::{Graph, GraphFormat, Live};
 use std::path::Path;
@@ -39,7 +39,7 @@ pub(super) fn graph(
             rc_files::write(path, &text)
                 .map_err(|e| system(&format!("{}: {e}", path.display())))?;
         }
-        None => print_line(format_args!("{}", text.trim_end())),
+        None => print_data(&format!("{}\n", text.trim_end())),
     }
     Ok(u8::from(found.has_errors()))
 }

@@ -9,7 +9,7 @@ use rc_middleware::{Reader, now, rpc};
 use rc_observe::{Estimate, MessageKind, Observed, RemoteClock, SendingClock, Source};
 use serde_json::json;
 use std::cell::RefCell;
-use std::io::{self, Write};
+use std::io::Write;
 use std::time::{Duration, Instant};
 
 /// Measured quantity of a topic.
@@ -194,7 +194,7 @@ pub(super) fn measure(
             elapsed.as_secs_f64(),
             sender.borrow().as_ref(),
         );
-        let written = writeln!(io::stdout(), "{text}");
+        let written = writeln!(rc_diagnostics::print::output(), "{text}");
         Ok(written.is_ok() && seconds.is_none_or(|seconds| lines < seconds))
     };
     watch(watched, false, take, turn)

@@ -9,7 +9,7 @@ use rc_middleware::{Reader, rpc};
 use rc_observe::{Error, MessageKind, Network, Observed, Observer, Operation, Processes, Source};
 use rc_values::{Columns, Style, Value, cells, decode_from};
 use serde_json::json;
-use std::io::{self, Write};
+use std::io::Write;
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
@@ -169,7 +169,7 @@ struct Decoded {
 
 /// `rcdeploy echo`.
 pub(super) fn echo(watched: &TopicArguments, echo: &Echo) -> Result<u8, Failure> {
-    let mut out = io::stdout().lock();
+    let mut out = rc_diagnostics::print::output();
     let pause = echo.rate.map(|rate| Duration::from_secs_f64(1.0 / rate));
     let (mut shown, mut printed): (u64, Option<Instant>) = (0, None);
     let mut lost = 0;

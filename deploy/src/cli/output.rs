@@ -2,9 +2,12 @@
 
 use rc_deploy_client::Format;
 use rc_deploy_client::error::print_error;
+use rc_diagnostics::print;
+pub(super) use rc_diagnostics::print::{
+    data as print_data, findings as print_findings, line as print_line,
+};
 use serde::Serialize;
-use std::fmt::{Arguments, Display};
-use std::io::Write;
+use std::fmt::Display;
 use std::process::ExitCode;
 
 /// A failed command: its exit code, and a message that is still to be printed. The message may be
@@ -31,9 +34,11 @@ pub(super) fn system(error: &dyn Display) -> Failure {
     Failure(3, error.to_string())
 }
 
-/// Prints a line. A closed pipe is no failure.
-pub(super) fn print_line(line: Arguments<'_>) {
-    let _ = writeln!(std::io::stdout(), "{line}");
+/// Prints a value as a line of JSON.
+pub(super) fn print_json<T: Serialize>(value: &T) -> Result<(), Failure> {
+    let text = serde_json::to_string(value).map_err(|e| system(&e))?;
+    print_data(&format!("{text}\n"));
+    Ok(())
 }
 
 /// Prints an answer.
@@ -44,17 +49,17 @@ pub(super) fn show<T: Serialize>(
 ) -> Result<u8, Failure> {
     match format {
         Format::Human => print_line(format_args!("{}", human(answer).trim_end())),
-        Format::Json => print_line(format_args!(
-            "{}",
-            serde_json::to_string(answer).map_err(|e| system(&e))?
-        )),
+        Format::Json => print_json(answer)?,
     }
     Ok(0)
 }
 
-/// Prints findings or other text as it is. If it cannot be printed, the exit code still holds.
-pub(super) fn print_findings(text: &str) {
-    let _ = std::io::stderr().write_all(text.as_bytes());
+/// A number with what it counts: `1 component`, `2 components`.
+pub(super) fn counted(count: impl Into<u64>, what: &str) -> String {
+    match count.into() {
+        1 => format!("1 {what}"),
+        count => format!("{count} {what}s"),
+    }
 }
 
 /// Prints a note about something that is not an error.
@@ -69,13 +74,22 @@ pub(super) fn print_failure(reason: &dyn Display) {
 
 /// The exit code of a command, after its failure is printed.
 pub(super) fn exit_code(result: Result<u8, Failure>) -> ExitCode {
-    match result {
-        Ok(code) => ExitCode::from(code),
-        Err(Failure(code, message)) => {
-            if !message.is_empty() {
-                print_failure(&message);
-            }
-            ExitCode::from(code)
-        }
+    ExitCode::from(code_of(result))
+}
+
+/// Ends the process before its command begins.
+pub(super) fn end(failure: Failure) -> ! {
+    std::process::exit(code_of(Err(failure)).into())
+}
+
+fn code_of(result: Result<u8, Failure>) -> u8 {
+    let (code, message) = match result {
+        Ok(code) => (code, None),
+        Err(Failure(code, message)) => (code, Some(message).filter(|m| !m.is_empty())),
+    };
+    let (code, message) = print::exit_code(code, message, 3);
+    if let Some(message) = message {
+        print_failure(&message);
     }
+    code
 }

@@ -30,3 +30,49 @@ fn unprintable_diagnostics_still_set_the_exit_code() {
     let status = on_a_full_disk(&["status", "no-such-network"]);
     assert_eq!(status, Some(3));
 }
+
+/// A network of one component, which nobody has built.
+fn network(folder: &std::path::Path) -> String {
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.join(name), text).expect("written");
+    };
+    let cdsl = "Component c { Communications { }; language rust; };";
+    write("c.cdsl", cdsl);
+    let ddsl =
+        r#"Deployment plain { Component c { cdsl "c.cdsl"; env { A "\u{1b}[2J\u{202e}x"; }; }; };"#;
+    write("plain.ddsl", ddsl);
+    folder.join("plain.ddsl").to_str().expect("text").to_owned()
+}
+
+#[test]
+fn what_cannot_be_printed_is_a_failure_and_a_closed_pipe_is_none() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = network(folder.path());
+    for arguments in [
+        &["plan", "--unbuilt", &file][..],
+        &["plan", "--unbuilt", "--format", "json", &file],
+        &["graph", "--unbuilt", &file],
+        &["completions", "bash"],
+        &["--help"],
+    ] {
+        assert_eq!(on_a_full_disk(arguments), Some(3), "{arguments:?}");
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+        let output = command.args(arguments).stdout(writer).output();
+        let output = output.expect("it runs");
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {output:?}");
+    }
+}
+
+#[test]
+fn a_plan_sends_no_escape_sequences_to_the_terminal() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = network(folder.path());
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+    let output = command.args(["plan", "--unbuilt", &file]).output();
+    let output = output.expect("it runs");
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(text.contains(r"\u{1b}[2J\u{202e}x"), "{text}");
+    assert!(!text.contains(['\u{1b}', '\u{202e}']), "{text}");
+}

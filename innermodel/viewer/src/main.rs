@@ -10,6 +10,7 @@ use innermodel::{Clouds, Folders, InnerModel, Snapshot, Time};
 use innermodel_render::{Image, Scene, View, id_colours};
 use innermodel_viewer::{Editor, Navigator, OpenError, Options, Viewpoint, draw, edit, run, scene};
 use rc_diagnostics::foreign::clean;
+use rc_diagnostics::print;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io::Write;
 use std::path::Path;
@@ -23,28 +24,28 @@ fn main() -> ExitCode {
             Command::View(request) => view(&request),
             Command::Edit(request) => edit_file(&request),
             Command::Live(picture) => live::draw(&picture),
-            Command::Print(text) => print(text),
+            Command::Print(text) => {
+                print::data(text);
+                Ok(())
+            }
         });
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            // Nothing is left to do if this fails, too.
-            let _ = writeln!(std::io::stderr(), "rcview: error: {}", failure.text());
-            ExitCode::from(failure.code())
-        }
+    let (code, message) = match outcome {
+        Ok(()) => (0, None),
+        Err(failure) => (failure.code(), Some(failure.text().to_owned())),
+    };
+    let (code, message) = print::exit_code(code, message, 3);
+    if let Some(message) = message {
+        print::error(format_args!("rcview: error: {message}"));
     }
-}
-
-fn print(text: &str) -> Result<(), Failure> {
-    let written = std::io::stdout().write_all(text.as_bytes());
-    written.map_err(|error| Failure::System(error.to_string()))
+    ExitCode::from(code)
 }
 
 fn view(request: &Request) -> Result<(), Failure> {
     let model = Arc::new(load(request)?);
     let tree = model.snapshot();
     if request.slots {
-        return print(&members::clause(&tree)?);
+        print::data(&members::clause(&tree)?);
+        return Ok(());
     }
     let clouds = model.clouds();
     let (_, radius) = scene(&tree, &clouds);
@@ -59,9 +60,7 @@ fn view(request: &Request) -> Result<(), Failure> {
         navigator: (!is_whole).then(|| Navigator::at(&view, radius)),
         marks: request.marks,
     };
-    let say = |line: &str| {
-        let _ = writeln!(std::io::stdout(), "{line}");
-    };
+    let say = |line: &str| print::line(format_args!("{line}"));
     let shown = run(&model, &options, None, &|| true, &say);
     shown.map_err(|error| Failure::System(format!("{error}; `--png FILE` needs no window")))
 }
@@ -79,6 +78,7 @@ fn window_size(request: &Request) -> (u16, u16) {
 }
 
 fn edit_file(request: &Request) -> Result<(), Failure> {
+    not_urdf(&request.file)?;
     let folders = Folders::new(request.include.iter().cloned());
     let mut editor = Editor::open(&request.file, folders).map_err(|error| {
         let text = error.to_string().trim_end().to_owned();
@@ -88,7 +88,7 @@ fn edit_file(request: &Request) -> Result<(), Failure> {
         }
     })?;
     for line in editor.warnings().lines() {
-        let _ = writeln!(std::io::stderr(), "{line}");
+        print::error(format_args!("{line}"));
     }
     let (tree, clouds) = (editor.model().snapshot(), editor.model().clouds());
     if request.camera != Viewpoint::Whole {
@@ -121,8 +121,21 @@ fn pixels(length: usize) -> u16 {
     u16::try_from(length).unwrap_or(u16::MAX).clamp(1, 4096)
 }
 
+/// Refuses a robot of URDF, which is no InnerModel file but becomes one.
+fn not_urdf(file: &Path) -> Result<(), Failure> {
+    if file.extension().is_none_or(|e| e != "urdf") {
+        return Ok(());
+    }
+    let (path, xml) = (file.display(), file.with_extension("xml"));
+    let xml = xml.display();
+    Err(Failure::Usage(format!(
+        "{path} is no InnerModel file; make one: rcgen import {path} --out {xml}, then: rcview {xml}"
+    )))
+}
+
 fn load(request: &Request) -> Result<InnerModel, Failure> {
     let wrong = |error: innermodel::Error| Failure::Input(error.to_string());
+    not_urdf(&request.file)?;
     let folders = Folders::new(request.include.iter().cloned());
     let (document, warnings) = innermodel::read(&request.file, &folders).map_err(|error| {
         let text = error.to_string();
@@ -132,7 +145,7 @@ fn load(request: &Request) -> Result<InnerModel, Failure> {
         }
     })?;
     for line in warnings.lines() {
-        let _ = writeln!(std::io::stderr(), "{line}");
+        print::error(format_args!("{line}"));
     }
     let model = InnerModel::from_document(&document).map_err(wrong)?;
     let moved = model.change(Time::ZERO, |edit| {
@@ -175,7 +188,7 @@ fn to_file(
             let id = clean(id);
             list.push_str(&format!("#{red:02x}{green:02x}{blue:02x} {id}\n"));
         }
-        print(&list)?;
+        print::data(&list);
         image.id_png(tree)
     } else {
         draw(&mut image, tree, view, request.marks, radius * 0.08);

@@ -32,7 +32,7 @@ fn remove(folder: &Path, dry_run: bool) -> Result<(), Failure> {
     }
     if !files::is_generated(&generated) {
         tell(format_args!(
-            "{} was not written by rcgen, and stays\n",
+            "{} was not written by rcgen, and stays",
             generated.display()
         ));
         return Ok(());

@@ -35,7 +35,7 @@ pub(crate) fn update(
     }
     if check && updated.differs() {
         tell(format_args!(
-            "{path} is not up to date: rcgen config --update {path}\n"
+            "{path} is not up to date: rcgen config --update {path}"
         ));
         return Err(Failure::Input);
     }
@@ -48,8 +48,8 @@ pub(crate) fn update(
             .filter(|change| matches!(change.kind, rc_configuration::ChangeKind::Removed(_)));
         match gone.count() {
             0 => {}
-            1 => tell(format_args!("{path}: 1 value has become a comment\n")),
-            gone => tell(format_args!("{path}: {gone} values have become comments\n")),
+            1 => tell(format_args!("{path}: 1 value has become a comment")),
+            gone => tell(format_args!("{path}: {gone} values have become comments")),
         }
     }
     if updated
@@ -59,7 +59,7 @@ pub(crate) fn update(
         .any(rc_configuration::Change::needs_decision)
     {
         tell(format_args!(
-            "{path}: what is left to you stays an error; put it right, then: rcgen config --update {path}\n"
+            "{path}: what is left to you stays an error; put it right, then: rcgen config --update {path}"
         ));
         return Err(Failure::Input);
     }

@@ -56,7 +56,7 @@ pub(crate) fn export(
     };
     if files.iter().next().is_none() {
         let file = file.display();
-        tell(format_args!("{file}: there is nothing to export in it\n"));
+        tell(format_args!("{file}: there is nothing to export in it"));
     }
     write(&files, out, dry_run)
 }

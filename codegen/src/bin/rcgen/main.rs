@@ -84,18 +84,17 @@ fn main() -> ExitCode {
         Some(Command::Common(Common::Man { dir })) => man_pages(&dir),
         None => generation::run(&cli.generate),
     };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(Failure::Input) => ExitCode::from(1),
-        Err(Failure::Usage(message)) => {
-            tell(format_args!("rcgen: error: {message}\n"));
-            ExitCode::from(2)
-        }
-        Err(Failure::System(message)) => {
-            tell(format_args!("rcgen: error: {message}\n"));
-            ExitCode::from(3)
-        }
+    let (code, message) = match outcome {
+        Ok(()) => (0, None),
+        Err(Failure::Input) => (1, None),
+        Err(Failure::Usage(message)) => (2, Some(message)),
+        Err(Failure::System(message)) => (3, Some(message)),
+    };
+    let (code, message) = rc_diagnostics::print::exit_code(code, message, 3);
+    if let Some(message) = message {
+        tell(format_args!("rcgen: error: {message}"));
     }
+    ExitCode::from(code)
 }
 
 fn man_pages(dir: &Path) -> Result<(), Failure> {

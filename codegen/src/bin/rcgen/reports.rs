@@ -2,8 +2,9 @@
 
 use crate::command_line::Common;
 use rc_codegen::{FileLoader, Project};
-use rc_diagnostics::{Diagnostics, Format, Severity, SourceMap, render};
-use std::io::Write;
+pub(crate) use rc_diagnostics::print::{data as print, line as print_line};
+pub(crate) use rc_diagnostics::print::{error as tell, findings as print_findings};
+use rc_diagnostics::{Diagnostics, Format, Severity, SourceMap};
 use std::path::Path;
 
 /// How a run ended, other than well.
@@ -19,21 +20,6 @@ pub(crate) enum Failure {
 /// The system refused something.
 pub(crate) fn system(error: impl std::fmt::Display) -> Failure {
     Failure::System(error.to_string())
-}
-
-/// Prints a line; a reader that has left is no failure.
-pub(crate) fn print_line(line: std::fmt::Arguments<'_>) {
-    let _ = writeln!(std::io::stdout(), "{line}");
-}
-
-/// Tells a person; a reader that has left is no failure.
-pub(crate) fn tell(text: std::fmt::Arguments<'_>) {
-    let _ = std::io::stderr().write_fmt(text);
-}
-
-/// Prints a text that ends its last line itself.
-pub(crate) fn print(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
 /// A file that is no text is wrong input; anything else is the system's refusal.
@@ -62,12 +48,12 @@ pub(crate) fn report(
     found: &Diagnostics,
     format: Format,
 ) -> Result<(), Failure> {
-    tell(format_args!("{}", render(sources, found, format)));
+    print_findings(sources, found, format);
     let sorted = found.sorted();
     let error = sorted.iter().find(|d| d.severity == Severity::Error);
     let Some(error) = error else { return Ok(()) };
     if format == Format::Human {
-        tell(format_args!("`rcgen explain {}` says more\n", error.code));
+        tell(format_args!("`rcgen explain {}` says more", error.code));
     }
     Err(Failure::Input)
 }

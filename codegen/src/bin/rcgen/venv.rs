@@ -18,7 +18,7 @@ pub(crate) fn make(
     report(&sources, &found, common.format)?;
     if project.language() != Some(Language::Python) {
         tell(format_args!(
-            "rcgen: error: {} is not in Python; cargo has its dependencies\n",
+            "rcgen: error: {} is not in Python; cargo has its dependencies",
             file.display()
         ));
         return Err(Failure::Input);
@@ -29,7 +29,7 @@ pub(crate) fn make(
             Ok(())
         }
         Err(Error::Input(message)) => {
-            tell(format_args!("rcgen: error: {message}\n"));
+            tell(format_args!("rcgen: error: {message}"));
             Err(Failure::Input)
         }
         Err(Error::System(message)) => Err(Failure::System(message)),
