@@ -5,7 +5,7 @@ mod output;
 pub use output::write;
 use rustix::fs::{FlockOperation, Gid, OFlags, Uid, fchown, flock};
 use std::fs::{self, File, OpenOptions, Permissions};
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, ErrorKind, Read, Seek, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
@@ -36,6 +36,9 @@ pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
 ///
 /// The new text is on disk before it takes the file's name. Symbolic links, owner, group and
 /// permissions are preserved. If several processes replace a file at the same time, one succeeds.
+///
+/// A file that is mounted as one file, as containers do, cannot be renamed, and its folder may be
+/// read-only. It is written in place, not atomically.
 ///
 /// # Errors
 /// The file is unchanged if it is read-only, larger than [`LARGEST`], does not contain `old`, is
@@ -82,9 +85,24 @@ fn replace_keeping(path: &Path, old: &str, new: &str, kept: u32) -> io::Result<(
         Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
         _ => {}
     }
-    let staged = stage(&temporary, &file, new, kept)
+    let mut options = OpenOptions::new();
+    // Other users cannot read the file before it has its final owner and permissions.
+    let out = options.write(true).create_new(true).mode(0o600);
+    let out = match out.open(&temporary) {
+        Err(error) if error.kind() == ErrorKind::ReadOnlyFilesystem => {
+            return write_in_place(&file, new, kept);
+        }
+        out => out?,
+    };
+    let staged = stage(out, &file, new, kept)
         .and_then(|()| check_unchanged(&path, &file, old))
-        .and_then(|()| fs::rename(&temporary, &path));
+        .and_then(|()| match fs::rename(&temporary, &path) {
+            Err(error) if is_mount(&error) => {
+                write_in_place(&file, new, kept)?;
+                fs::remove_file(&temporary)
+            }
+            renamed => renamed,
+        });
     if let Err(error) = staged {
         let _ = fs::remove_file(&temporary);
         return Err(error);
@@ -103,17 +121,30 @@ fn temporary_path(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Writes `new` to `temporary` with the owner, group and permissions of `file`, as far as `kept`
+/// Whether a file could not be renamed because its new name is a mounted file.
+fn is_mount(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::ResourceBusy | ErrorKind::CrossesDevices
+    )
+}
+
+/// Writes `new` over the content of `file`, which keeps its owner.
+fn write_in_place(mut file: &File, new: &str, kept: u32) -> io::Result<()> {
+    let mode = file.metadata()?.mode();
+    if mode & 0o7777 & !kept != 0 {
+        file.set_permissions(Permissions::from_mode(mode & kept))?;
+    }
+    file.rewind()?;
+    file.write_all(new.as_bytes())?;
+    file.set_len(new.len() as u64)?;
+    file.sync_all()
+}
+
+/// Writes `new` to `out`, which takes the name of `file`, with the owner, group and permissions of `file`, as far as `kept`
 /// has them.
-fn stage(temporary: &Path, file: &File, new: &str, kept: u32) -> io::Result<()> {
+fn stage(mut out: File, file: &File, new: &str, kept: u32) -> io::Result<()> {
     let wanted = file.metadata()?;
-    let mut options = OpenOptions::new();
-    // Other users cannot read the file before it has its final owner and permissions.
-    let mut out = options
-        .write(true)
-        .create_new(true)
-        .mode(0o600)
-        .open(temporary)?;
     let have = out.metadata()?;
     if (have.uid(), have.gid()) != (wanted.uid(), wanted.gid()) {
         let owner = Some(Uid::from_raw(wanted.uid())).filter(|_| have.uid() != wanted.uid());
@@ -237,6 +268,49 @@ mod tests {
         assert_eq!(now.mode() & 0o7777, 0o600);
         assert!(fs::symlink_metadata(&link).expect("a link").is_symlink());
         assert_eq!(names(&folder).len(), 2, "{:?}", names(&folder));
+    }
+
+    /// Runs in a mount namespace of its own, where the file is mounted over itself.
+    #[test]
+    fn a_file_that_is_mounted_is_written_in_place() {
+        const INSIDE: &str = "RC_FILES_MOUNTED";
+        if let Some(path) = std::env::var_os(INSIDE).map(PathBuf::from) {
+            replace(&path, "old", "newer").expect("to replace");
+            replace_hidden(&path, "newer", "new").expect("to replace");
+            write(&path, "made").expect("to write");
+            return;
+        }
+        let folder = folder();
+        let path = file(&folder, 0o644);
+        let before = fs::metadata(&path).expect("a file").ino();
+        let name = "tests::a_file_that_is_mounted_is_written_in_place";
+        let script = "mount --bind \"$1\" \"$1\" || exit 77\n\"$0\" --exact \"$2\" || exit 1";
+        let mut command = std::process::Command::new("unshare");
+        command
+            .args(["-r", "-m", "sh", "-c", script])
+            .arg(std::env::current_exe().expect("this program"))
+            .arg(&path)
+            .arg(name)
+            .env(INSIDE, &path);
+        let output = command.output();
+        match output.as_ref().map(|output| output.status.code()) {
+            Ok(Some(0)) => {}
+            Ok(Some(1)) if !is_refused(&output) => panic!("{output:?}"),
+            _ => {
+                println!("skipped: {name}: this user may not mount (`unshare -m`)");
+                return;
+            }
+        }
+        assert_eq!(read(&path).expect("to read"), "made");
+        let now = fs::metadata(&path).expect("a file");
+        assert_eq!((now.ino(), now.mode() & 0o7777), (before, 0o600));
+        assert_eq!(names(&folder), ["config.toml"]);
+    }
+
+    /// Whether `unshare` itself failed.
+    fn is_refused(output: &io::Result<std::process::Output>) -> bool {
+        let output = output.as_ref().map(|output| &output.stderr);
+        output.is_ok_and(|text| text.starts_with(b"unshare:"))
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::io;
 use std::path::Path;
 
-/// Writes a file atomically. A device or a pipe is written directly.
+/// Writes a file atomically. A device, a pipe or a mounted file is written directly.
 ///
 /// # Errors
 /// That of the system; then the file is unchanged.
@@ -18,7 +18,15 @@ pub fn write(path: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
     name.push(path.file_name().unwrap_or_default());
     name.push(format!(".{}", std::process::id()));
     let beside = path.with_file_name(name);
-    let written = std::fs::write(&beside, content).and_then(|()| std::fs::rename(&beside, &path));
+    let content = content.as_ref();
+    let renamed = std::fs::write(&beside, content).and_then(|()| std::fs::rename(&beside, &path));
+    let written = match renamed {
+        Err(error) if path.exists() && crate::is_mount(&error) => {
+            let _ = std::fs::remove_file(&beside);
+            return std::fs::write(&path, content);
+        }
+        renamed => renamed,
+    };
     if written.is_err() {
         let _ = std::fs::remove_file(&beside);
     }
