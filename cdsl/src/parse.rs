@@ -4,7 +4,7 @@ use crate::ast::{Clause, Communication, Component, Dependency, File, Setting, Sl
 use crate::model::{Language, Role};
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{Literal, Name, ParseContext};
+use rc_syntax::{Literal, Name, ParseContext, home_in_path};
 
 #[allow(
     unreachable_pub,
@@ -34,7 +34,7 @@ const KEYWORDS: [&str; 11] = [
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
-    (file, reader.found)
+    (file, reader.finish())
 }
 
 fn file(r: &mut ParseContext<'_>) -> File {
@@ -114,7 +114,9 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
                     _ => {}
                 }
             }
-            Clause::StateMachine(file?, visual, external)
+            let file = file?;
+            r.found.extend(home_in_path(&file.text, file.span));
+            Clause::StateMachine(file, visual, external)
         }
         Rule::python => {
             let (mut version, mut venv) = (None, false);
@@ -136,7 +138,11 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
                 Rule::lifecycle => Clause::Lifecycle(texts.next()?),
                 Rule::gui => Clause::Gui(texts.next()?, texts.next()),
                 Rule::options => Clause::Options(texts.collect()),
-                _ => Clause::Parameters(texts.next()?),
+                _ => {
+                    let file = texts.next()?;
+                    r.found.extend(home_in_path(&file.text, file.span));
+                    Clause::Parameters(file)
+                }
             }
         }
     };

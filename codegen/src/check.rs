@@ -126,7 +126,7 @@ pub fn file(
         Some("idsl") => {
             let source = sources.add(path, rc_files::read(path)?);
             let mut session = Session::new(sources, loader);
-            session.load_source(source, path.to_path_buf(), Span::new(source, 0, 0));
+            session.load_source(source, path.to_path_buf());
             if !session.found.has_errors() {
                 session.found.extend(ros::annotations(&session.library));
             }
@@ -163,6 +163,7 @@ pub fn file(
             let project = project.filter(|_| right);
             found.extend(configuration::check(sources, source, project.as_ref()));
         }
+        _ if !path.exists() => return Err(paths::missing()),
         _ => {
             let source = sources.add(path, "");
             let message =

@@ -16,7 +16,7 @@ pub use ros2::ros2;
 
 use crate::files::{Change, Owner, Step};
 use crate::{Files, paths};
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use rc_idsl::model::{Module, ModuleId};
 use rc_idsl::{Library, Session};
 use rc_syntax::Loader;
@@ -52,7 +52,7 @@ pub fn load(
     };
     let source = sources.add(&path, text);
     let mut session = Session::new(sources, loader);
-    session.load_source(source, path, Span::new(source, 0, 0));
+    session.load_source(source, path);
     Ok((session.library, session.found))
 }
 

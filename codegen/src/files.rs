@@ -121,7 +121,7 @@ impl Files {
         for (path, owner, text) in self.iter() {
             let change = match std::fs::read(folder.join(path)) {
                 Ok(_) if owner == Owner::Specific => Change::Keep,
-                Ok(there) if there == text.as_bytes() => Change::Keep,
+                Ok(there) if is_text(&there, text) => Change::Keep,
                 Ok(_) => Change::Update,
                 Err(error) if error.kind() == io::ErrorKind::NotFound => Change::Create,
                 Err(error) => return Err(named(&folder.join(path), &error)),
@@ -157,6 +157,20 @@ impl Files {
         let steps = write(&[(folder, self)])?;
         Ok(steps.into_iter().flatten().collect())
     }
+}
+
+/// Whether a file holds `text`. Git on Windows checks out texts with CR LF.
+fn is_text(there: &[u8], text: &str) -> bool {
+    if there == text.as_bytes() {
+        return true;
+    }
+    let mut there = there.iter().enumerate().filter(|(at, byte)| {
+        let before_lf = there.get(at + 1) == Some(&b'\n');
+        **byte != b'\r' || !before_lf
+    });
+    text.bytes()
+        .all(|byte| there.next().is_some_and(|(_, b)| *b == byte))
+        && there.next().is_none()
 }
 
 /// Writes files into several folders, all or nothing; gives the steps of each folder. New contents

@@ -19,6 +19,9 @@ pub fn file(
 ) -> io::Result<bool> {
     let language = Language::of(path);
     if language.is_none() && !is_xml(path) {
+        if !path.exists() {
+            return Err(crate::paths::missing());
+        }
         let source = sources.add(path, "");
         let extensions = LANGUAGES.map(|l| format!(".{}", l.extension)).join(", ");
         let message = format!("expected a file with one of the extensions {extensions}, .xml");
@@ -30,7 +33,8 @@ pub fn file(
     let source = sources.add(path, text.clone());
     let formatted = match language {
         Some(language) => language.format(sources, source),
-        None => innermodel::format(sources, source),
+        None => innermodel::format(sources, source)
+            .map(|formatted| rc_syntax::with_ends_of(&text, formatted)),
     };
     match formatted {
         Err(more) => {

@@ -243,6 +243,10 @@ impl Loader for FileLoader {
         missing.known = self.known(from, ending);
         Err(missing)
     }
+
+    fn identity(&self, path: &Path) -> PathBuf {
+        path.canonicalize().unwrap_or_else(|_| normal(path))
+    }
 }
 
 /// The text of an interface that comes with this program, by the path that [`FileLoader`] gives it.

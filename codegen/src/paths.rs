@@ -50,6 +50,11 @@ pub fn relative(from: &Path, to: &Path) -> PathBuf {
     up.chain(to.iter().skip(shared)).collect()
 }
 
+/// The error about a path where nothing is.
+pub(crate) fn missing() -> io::Error {
+    io::Error::new(io::ErrorKind::NotFound, "there is no such file or folder")
+}
+
 /// An error with the path that it is about.
 pub(crate) fn named(path: &Path, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{}: {error}", path.display()))

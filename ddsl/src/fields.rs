@@ -6,7 +6,7 @@ use crate::members;
 use crate::model::{HUNG, Instance, Parameter, READY, Restart, RestartPolicy, STOP};
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
-use rc_syntax::{Literal, LiteralKind, Name};
+use rc_syntax::{Literal, LiteralKind, Name, home_in_path};
 use std::collections::HashMap;
 use std::net::SocketAddr;
 use std::ops::RangeInclusive;
@@ -96,6 +96,9 @@ pub(crate) fn instance(
     instance.middleware = choice.middleware;
     instance.settings = choice.settings;
     for (word, field) in &tree.fields {
+        if let Field::Cdsl(path) | Field::Executable(path) | Field::Config(path) = field {
+            found.extend(home_in_path(&path.text, path.span));
+        }
         match field {
             Field::Cdsl(text) => instance.cdsl = Some(text.clone()),
             Field::Executable(text) => instance.executable = Some(text.clone()),

@@ -24,11 +24,6 @@ pub(crate) fn files(
     source: SourceId,
     found: &mut Diagnostics,
 ) -> (Vec<File>, Option<File>) {
-    let given = sources.path(source).to_path_buf();
-    // The caller opened the first file. Use the loader's path for it, to recognize imports of it.
-    let name = given.file_name().unwrap_or_default().to_string_lossy();
-    let known = loader.find(&given, &name, EXTENSION);
-    let path = known.map_or_else(|_| given.clone(), |known| known.path);
     let mut importer = Importer {
         sources,
         loader,
@@ -37,7 +32,7 @@ pub(crate) fn files(
         open: Vec::new(),
         imported: Vec::new(),
     };
-    let main = importer.file(source, &given, path);
+    let main = importer.file(source);
     (importer.imported, main)
 }
 
@@ -47,15 +42,17 @@ struct Importer<'a> {
     sources: &'a mut SourceMap,
     loader: &'a dyn Loader,
     found: &'a mut Diagnostics,
+    /// The files that were loaded, by [`Loader::identity`].
     loaded: HashSet<PathBuf>,
-    /// The chain of files whose imports are being loaded.
+    /// The chain of files whose imports are being loaded, by [`Loader::identity`].
     open: Vec<PathBuf>,
     imported: Vec<File>,
 }
 
 impl Importer<'_> {
-    /// Parses a text and loads its imports. `path` is the loader's path for `given`.
-    fn file(&mut self, source: SourceId, given: &Path, path: PathBuf) -> Option<File> {
+    /// Parses a text and loads its imports.
+    fn file(&mut self, source: SourceId) -> Option<File> {
+        let given = self.sources.path(source).to_path_buf();
         let (file, found) = parse(self.sources, source);
         if self.found.is_empty() {
             // Skips the search for duplicates.
@@ -63,12 +60,13 @@ impl Importer<'_> {
         } else {
             self.found.extend(found);
         }
-        self.open.push(path.clone());
+        let identity = self.loader.identity(&given);
+        self.open.push(identity.clone());
         for import in &file.imports {
-            self.import(given, import);
+            self.import(&given, import);
         }
         self.open.pop();
-        self.loaded.insert(path);
+        self.loaded.insert(identity);
         Some(File {
             folder: given.parent().unwrap_or(Path::new("")).to_path_buf(),
             tree: file.deployment?,
@@ -79,11 +77,12 @@ impl Importer<'_> {
         let Some((path, text)) = self.find(from, wanted) else {
             return;
         };
-        if let Some(at) = self.open.iter().position(|open| *open == path) {
+        let identity = self.loader.identity(&path);
+        if let Some(at) = self.open.iter().position(|open| *open == identity) {
             self.cycle(at, wanted.span);
-        } else if !self.loaded.contains(&path) {
-            let source = self.sources.add(path.clone(), text);
-            let file = self.file(source, &path.clone(), path);
+        } else if !self.loaded.contains(&identity) {
+            let source = self.sources.add(path, text);
+            let file = self.file(source);
             self.imported.extend(file);
         }
     }

@@ -68,7 +68,7 @@ const HOST: [(&str, Rule); 3] = [
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
-    (file, reader.found)
+    (file, reader.finish())
 }
 
 fn file(r: &mut ParseContext<'_>) -> File {

@@ -125,7 +125,10 @@ impl<'a> Block<'a> {
 
     fn value(&mut self, key: &Key, literal: &Literal) -> Option<Value> {
         let value = match &literal.kind {
-            LiteralKind::Int(number) => Scalar::Int(*number),
+            // No setting takes a number beyond 64 bits, so its range refuses the nearest one, too.
+            LiteralKind::Int(number) => {
+                Scalar::Int((*number).clamp(i64::MIN.into(), i64::MAX.into()) as i64)
+            }
             LiteralKind::Duration(time) => Scalar::Duration(*time),
             LiteralKind::String(text) => Scalar::Text(text),
             LiteralKind::Bool(choice) => Scalar::Bool(*choice),

@@ -163,10 +163,14 @@ pub(crate) fn value_fits(
             _ => "`true` or `false`".to_owned(),
         },
         Type::Primitive(primitive) => match (primitive.limits(), &value.kind) {
-            (Some((min, max)), LiteralKind::Int(v)) if (min..=max).contains(&i128::from(*v)) => {
+            (Some((min, max)), LiteralKind::Int(v)) if (min..=max).contains(v) => {
                 return true;
             }
-            (None, LiteralKind::Int(_) | LiteralKind::Float(_)) => return true,
+            (None, LiteralKind::Int(_)) => return true,
+            (None, LiteralKind::Float(v)) if holds(*primitive, *v) => return true,
+            (None, LiteralKind::Float(_)) => {
+                format!("a number within the range of `{}`", primitive.word())
+            }
             (Some((min, max)), _) => format!("an integer from {min} to {max}"),
             (None, _) => "a number".to_owned(),
         },
@@ -250,37 +254,54 @@ pub(crate) fn range(
         return report("expected the arguments `min=` and `max=`: `@range(min=0, max=100)`");
     }
     for end in ends.into_iter().flatten() {
-        if end.as_f64().is_none() || (!primitive.is_float() && end.as_i64().is_none()) {
+        let fits = match (&end.kind, primitive.limits()) {
+            (LiteralKind::Int(value), Some((min, max))) => (min..=max).contains(value),
+            (LiteralKind::Int(_), None) => true,
+            (LiteralKind::Float(value), None) => holds(*primitive, *value),
+            _ => false,
+        };
+        if !fits {
             return report("the limits of `@range` must be numbers of the member's type");
         }
     }
-    let (min, max) = (
-        range.min.as_ref().and_then(Literal::as_f64),
-        range.max.as_ref().and_then(Literal::as_f64),
-    );
-    if let (Some(min), Some(max)) = (min, max)
-        && min > max
+    if let (Some(min), Some(max)) = (&range.min, &range.max)
+        && is_less(max, min)
     {
         return report("empty range: `min` is greater than `max`");
     }
     true
 }
 
+/// Whether a floating-point type has a finite value next to `value`.
+fn holds(primitive: Primitive, value: f64) -> bool {
+    match primitive {
+        Primitive::F32 => (value as f32).is_finite(),
+        _ => value.is_finite(),
+    }
+}
+
+/// Whether a number is less than another one. Integers are compared exactly.
+fn is_less(a: &Literal, b: &Literal) -> bool {
+    match (&a.kind, &b.kind) {
+        (LiteralKind::Int(a), LiteralKind::Int(b)) => a < b,
+        _ => a.as_f64().zip(b.as_f64()).is_some_and(|(a, b)| a < b),
+    }
+}
+
+fn written(number: &Literal) -> String {
+    match number.kind {
+        LiteralKind::Int(value) => value.to_string(),
+        _ => number.as_f64().map_or(String::new(), |v| v.to_string()),
+    }
+}
+
 pub(crate) fn value_in_range(range: &Range, value: &Literal, name: &Name, found: &mut Diagnostics) {
-    let Some(number) = value.as_f64() else { return };
-    let below = range
-        .min
-        .as_ref()
-        .and_then(Literal::as_f64)
-        .is_some_and(|min| number < min);
-    let above = range
-        .max
-        .as_ref()
-        .and_then(Literal::as_f64)
-        .is_some_and(|max| number > max);
+    let below = range.min.as_ref().is_some_and(|min| is_less(value, min));
+    let above = range.max.as_ref().is_some_and(|max| is_less(max, value));
     if below || above {
         let message = format!(
-            "the default {number} of `{}` is outside its range",
+            "the default {} of `{}` is outside its range",
+            written(value),
             name.text
         );
         found.push(Diagnostic::error(

@@ -209,6 +209,8 @@ pub struct Operation {
     /// `@ros("std_srvs/srv/Trigger")`: its ROS 2 types, of the topic and of the service, as
     /// written.
     pub ros_types: Vec<Name>,
+    /// The allowed values of the result: an `@range` before the operation.
+    pub result_range: Option<Range>,
 }
 
 impl Operation {

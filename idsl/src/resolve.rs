@@ -3,7 +3,7 @@
 use crate::ast::{self, Decl, DeclKind, Scoped, TypeKind};
 use crate::check;
 use crate::model::{
-    Const, Enumerator, Interface, InterfaceId, Member, Operation, Pattern, Primitive, Type,
+    Const, Enumerator, Interface, InterfaceId, Member, Operation, Pattern, Primitive, Range, Type,
     TypeDeclKind, TypeId,
 };
 use crate::resolver::ModuleResolver;
@@ -75,12 +75,12 @@ impl ModuleResolver<'_> {
             let message = format!("enum `{}` has no values", decl.name.text);
             self.report(Diagnostic::error("empty-enum", decl.name.span, message));
         }
-        let mut next = 0_i32;
+        let mut next = 0_i64;
         let mut out: Vec<Enumerator> = Vec::new();
-        let mut taken: HashMap<i32, &Name> = HashMap::new();
+        let mut taken: HashMap<i64, &Name> = HashMap::new();
         for value in values {
             if let Some(literal) = &value.value {
-                match literal.as_i64().and_then(|v| i32::try_from(v).ok()) {
+                match literal.as_i64().filter(|v| i32::try_from(*v).is_ok()) {
                     Some(explicit) => next = explicit,
                     None => self.report(Diagnostic::error(
                         "enum-value",
@@ -88,6 +88,16 @@ impl ModuleResolver<'_> {
                         "expected a 32-bit integer as the value of an enumerator",
                     )),
                 }
+            }
+            let fits = i32::try_from(next);
+            // Reported once, not for each of the following enumerators.
+            if next == i64::from(i32::MAX) + 1 {
+                let message = format!(
+                    "the value of `{}` would be {next}, which is no 32-bit integer",
+                    value.name.text
+                );
+                let diagnostic = Diagnostic::error("enum-value", value.name.span, message);
+                self.report(diagnostic.help("give it a value of its own, as in `last = 7`"));
             }
             if let Some(same) = taken.insert(next, &value.name) {
                 let message = format!(
@@ -101,9 +111,9 @@ impl ModuleResolver<'_> {
             out.push(Enumerator {
                 name: value.name.clone(),
                 doc: value.doc.clone(),
-                value: next,
+                value: fits.unwrap_or(i32::MAX),
             });
-            next = next.wrapping_add(1);
+            next += 1;
         }
         out
     }
@@ -230,6 +240,7 @@ impl ModuleResolver<'_> {
             "query" => Pattern::Query,
             _ => Pattern::Publish,
         });
+        let result_range = self.result_range(tree, result.as_ref());
         let operation = Operation {
             name: tree.name.clone(),
             doc: tree.doc.clone(),
@@ -240,6 +251,7 @@ impl ModuleResolver<'_> {
             outputs,
             throws,
             ros_types,
+            result_range,
         };
         if let (Some(Pattern::Command | Pattern::Publish), Some(word), true) =
             (explicit_pattern, pattern, operation.has_result() || written)
@@ -250,6 +262,30 @@ impl ModuleResolver<'_> {
             self.report(Diagnostic::error("result-of-one-way", word.span, message).help(help));
         }
         operation
+    }
+
+    /// The range of a result. One of an operation without a result has no effect, which is reported.
+    fn result_range(&mut self, tree: &ast::Operation, result: Option<&Type>) -> Option<Range> {
+        let mut ranges = tree.annotations.iter().filter(|a| a.name.text == "range");
+        let annotation = ranges.next()?;
+        let Some(ty) = result else {
+            let message = "`@range` is ignored here: the operation has no result";
+            let diagnostic =
+                Diagnostic::warning("unknown-annotation", annotation.name.span, message);
+            self.report(diagnostic.help("move it before a parameter"));
+            return None;
+        };
+        let mut member = Member {
+            name: tree.name.clone(),
+            doc: Vec::new(),
+            ty: ty.clone(),
+            optional: false,
+            unit: None,
+            range: None,
+            default: None,
+        };
+        self.annotate(&mut member, annotation);
+        member.range
     }
 
     fn exception(&mut self, name: &Scoped) -> Option<TypeId> {

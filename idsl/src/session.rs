@@ -21,8 +21,10 @@ pub struct Session<'a> {
     pub found: Diagnostics,
     /// The modules resolved so far.
     pub library: Library,
+    /// The modules of the files that were loaded, by [`Loader::identity`].
     loaded: HashMap<PathBuf, Option<ModuleId>>,
-    loading: Vec<(PathBuf, Span)>,
+    /// The chain of files whose imports are being loaded, by [`Loader::identity`].
+    loading: Vec<PathBuf>,
     /// The number of unknown names for which a similar name was searched.
     suggestions: usize,
     /// Whether an import failed.
@@ -65,18 +67,16 @@ impl<'a> Session<'a> {
     /// Loads the text of `path` with its imports. Diagnostics about the import itself refer to
     /// `span`.
     pub fn load(&mut self, path: PathBuf, text: String, span: Span) -> Option<ModuleId> {
-        if let Some(at) = self.loading.iter().position(|(open, _)| *open == path) {
-            let mut names: Vec<String> = self.loading[at..]
-                .iter()
-                .map(|(p, _)| file_name(p))
-                .collect();
-            names.push(file_name(&path));
+        let identity = self.loader.identity(&path);
+        if let Some(at) = self.loading.iter().position(|open| *open == identity) {
+            let ring = self.loading[at..].iter().chain([&identity]);
+            let names: Vec<String> = ring.map(|path| file_name(path)).collect();
             let message = format!("cyclic import: {}", names.join(" → "));
             self.found
                 .push(Diagnostic::error("import-cycle", span, message));
             return None;
         }
-        if let Some(known) = self.loaded.get(&path) {
+        if let Some(known) = self.loaded.get(&identity) {
             return *known;
         }
         if self.loading.len() >= MAX_IMPORT_DEPTH {
@@ -86,7 +86,7 @@ impl<'a> Session<'a> {
             return None;
         }
         let source = self.sources.add(path.clone(), text);
-        self.load_source(source, path, span)
+        self.load_source(source, path)
     }
 
     /// Loads a text that the source map already contains.
@@ -94,13 +94,13 @@ impl<'a> Session<'a> {
         &mut self,
         source: rc_diagnostics::SourceId,
         path: PathBuf,
-        span: Span,
     ) -> Option<ModuleId> {
         // Many components of a network import the same interfaces.
         let parsed = self.sources.cached(source, parse);
         let (file, found) = &*parsed;
         self.found.extend(found.iter().cloned());
-        self.loading.push((path.clone(), span));
+        let identity = self.loader.identity(&path);
+        self.loading.push(identity.clone());
         let mut imports = Vec::new();
         for import in &file.imports {
             let module = self.import(&path, &import.text, import.span);
@@ -109,7 +109,7 @@ impl<'a> Session<'a> {
         self.loading.pop();
         let module = file.module.as_ref();
         let module = module.map(|module| self.module(module, source, imports));
-        self.loaded.insert(path, module);
+        self.loaded.insert(identity, module);
         module
     }
 

@@ -35,6 +35,8 @@ pub enum Item {
     List(List),
     /// `require condition "message";`
     Rule(Rule),
+    /// A declaration with a syntax error: its name, and the word where a parameter has its type.
+    Broken(Name, Option<Name>),
 }
 
 impl Item {
@@ -44,7 +46,7 @@ impl Item {
             Self::Param(param) => Some(&param.name),
             Self::Group(group) => Some(&group.name),
             Self::List(list) => Some(&list.name),
-            Self::Rule(_) => None,
+            Self::Rule(_) | Self::Broken(..) => None,
         }
     }
 }

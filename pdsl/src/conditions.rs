@@ -1,7 +1,7 @@
 //! Resolves the conditions of rules: resolves names, checks types, and compiles trees into steps.
 
 use crate::ast::{self, Expression, ExpressionKind, Path, ProductOperator, SumOperator};
-use crate::limits::described;
+use crate::limits::{described, integer};
 use rc_configuration::condition::{Comparator, Condition, Function, Reference, Step};
 use rc_configuration::model::{Kind, Parameter, Parameters, Rule, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
@@ -183,7 +183,7 @@ impl<'m> ConditionResolver<'m> {
 
     fn literal(&mut self, literal: &Literal) -> Option<OperandType> {
         let (value, operand_type) = match &literal.kind {
-            LiteralKind::Int(value) => (Value::Int(*value), OperandType::Number),
+            LiteralKind::Int(value) => (integer(*value), OperandType::Number),
             LiteralKind::Float(value) if value.is_finite() => {
                 (Value::Float(*value), OperandType::Number)
             }
@@ -543,7 +543,7 @@ impl<'m> ConditionResolver<'m> {
             return Some(());
         };
         let (value, word) = match &literal.kind {
-            LiteralKind::Int(value) => (Value::Int(*value), ""),
+            LiteralKind::Int(value) => (integer(*value), ""),
             LiteralKind::Float(value) => (Value::Float(*value), ""),
             LiteralKind::Duration(value) => (Value::Duration(*value), ""),
             LiteralKind::String(value) => (Value::Text(value.clone()), value.as_str()),

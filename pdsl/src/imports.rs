@@ -18,7 +18,7 @@ pub(crate) struct Imports<'a> {
     /// The declarations. Those of an imported file precede those of the importing file; each file
     /// is included once.
     pub(crate) items: Vec<Item>,
-    /// All loaded files, and those whose imports are being loaded.
+    /// All loaded files, and those whose imports are being loaded, by [`Loader::identity`].
     read: HashSet<PathBuf>,
     open: Vec<PathBuf>,
 }
@@ -40,8 +40,9 @@ impl<'a> Imports<'a> {
         let path = self.sources.path(source).to_path_buf();
         let (file, found) = parse(self.sources, source);
         self.found.extend(found);
-        self.read.insert(path.clone());
-        self.open.push(path.clone());
+        let identity = self.loader.identity(&path);
+        self.read.insert(identity.clone());
+        self.open.push(identity);
         let mut seen: Vec<(PathBuf, &Name)> = Vec::new();
         for import in &file.imports {
             let Some(imported) = self.import(&path, import) else {
@@ -62,7 +63,7 @@ impl<'a> Imports<'a> {
         Some(params)
     }
 
-    /// The path of an imported file. Reports an error and returns `None` if the import is
+    /// The identity of an imported file. Reports an error and returns `None` if the import is
     /// invalid.
     fn import(&mut self, from: &Path, import: &Name) -> Option<PathBuf> {
         let file = match self.loader.find(from, &import.text, "pdsl") {
@@ -73,8 +74,9 @@ impl<'a> Imports<'a> {
                 return None;
             }
         };
-        if let Some(at) = self.open.iter().position(|open| *open == file.path) {
-            let circle = self.open[at..].iter().chain([&file.path]);
+        let identity = self.loader.identity(&file.path);
+        if let Some(at) = self.open.iter().position(|open| *open == identity) {
+            let circle = self.open[at..].iter().chain([&identity]);
             let names: Vec<String> = circle.map(|path| file_name(path)).collect();
             let message = format!("cyclic import: {}", names.join(" → "));
             self.error("import-cycle", import, message, None);
@@ -85,7 +87,7 @@ impl<'a> Imports<'a> {
             self.error("nested-too-deep", import, message, None);
             return None;
         }
-        if !self.read.contains(&file.path) {
+        if !self.read.contains(&identity) {
             let before = self.items.len();
             let source = self.sources.add(file.path.clone(), file.text);
             if self.file(source).is_some() && self.items.len() == before {
@@ -94,7 +96,7 @@ impl<'a> Imports<'a> {
                     .push(Diagnostic::warning("unused-import", import.span, message));
             }
         }
-        Some(file.path)
+        Some(identity)
     }
 
     fn error(&mut self, code: &'static str, at: &Name, message: String, help: Option<String>) {

@@ -214,10 +214,15 @@ pub(crate) fn described(literal: &Literal) -> String {
     }
 }
 
+/// The value of an integer; beyond 64 bits only floating-point types have it.
+pub(crate) fn integer(value: i128) -> Value {
+    i64::try_from(value).map_or(Value::Float(value as f64), Value::Int)
+}
+
 /// Converts a literal into a value of `ty`. A bare name is a string only if there are `choices`.
 fn value_of(ty: Type, literal: &Literal, choices: bool) -> Option<Value> {
     let value = match &literal.kind {
-        LiteralKind::Int(value) => Value::Int(*value),
+        LiteralKind::Int(value) => integer(*value),
         LiteralKind::Float(value) if value.is_finite() => Value::Float(*value),
         LiteralKind::Bool(value) => Value::Bool(*value),
         LiteralKind::Duration(value) => Value::Duration(*value),

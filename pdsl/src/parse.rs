@@ -7,7 +7,7 @@ use crate::ast::{
     Rule as RequireRule,
 };
 use pest::iterators::Pair;
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Literal, Name, ParseContext, Trivia};
 
 #[allow(
@@ -23,7 +23,7 @@ pub struct Grammar;
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
-    (file, reader.found)
+    (file, reader.finish())
 }
 
 fn file(r: &mut ParseContext<'_>) -> File {
@@ -50,14 +50,34 @@ fn bounds(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Literal> {
         .collect()
 }
 
-fn report_skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
-    let likely = match r.first_word(pair).text.to_lowercase().as_str() {
+/// Reports a declaration with a syntax error.
+fn skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) -> Option<Item> {
+    let first = r.first_word(pair);
+    let likely = match first.text.to_lowercase().as_str() {
         "group" => Rule::group,
         "list" => Rule::list,
         "require" => Rule::require,
         _ => Rule::param,
     };
     r.report_skipped(pair, likely);
+    let is_name = |text: &str| text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+    let named = if likely == Rule::param {
+        first.clone()
+    } else {
+        next_word(r, &first)?
+    };
+    let ty = next_word(r, &named).filter(|word| likely == Rule::param && is_name(&word.text));
+    is_name(&named.text).then_some(Item::Broken(named, ty))
+}
+
+/// The word after `word` and white space.
+fn next_word(r: &ParseContext<'_>, word: &Name) -> Option<Name> {
+    let rest = &r.text[word.span.end..];
+    let start = word.span.end + (rest.len() - rest.trim_start().len());
+    let rest = &r.text[start..];
+    let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_'));
+    let end = start + end.unwrap_or(rest.len());
+    (end > start).then(|| Name::new(&r.text[start..end], Span::new(r.source, start, end)))
 }
 
 fn params(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Params {
@@ -82,7 +102,7 @@ fn block(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Block {
                 items.extend(param(r, part).map(|param| Item::Param(Box::new(param))));
             }
             Rule::require => items.extend(require(r, part).map(Item::Rule)),
-            Rule::skipped => report_skipped(r, &part),
+            Rule::skipped => items.extend(skipped(r, &part)),
             Rule::group => {
                 let Block {
                     name,

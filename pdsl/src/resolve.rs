@@ -42,6 +42,14 @@ pub fn load(
     (Some(model), resolver.found)
 }
 
+/// The type whose misspelling a word is.
+fn nearest_type(word: &Name) -> Option<&'static str> {
+    if Type::from_word(&word.text).is_some() {
+        return None;
+    }
+    rc_diagnostics::nearest(&word.text, Type::WORDS.iter().map(|(word, _)| *word))
+}
+
 /// The state of resolution.
 struct Resolver<'t> {
     found: Diagnostics,
@@ -89,6 +97,13 @@ impl<'t> Resolver<'t> {
                     out.push(parameter);
                 }
                 Item::Rule(rule) => self.rules.push((scope.to_vec(), rule)),
+                Item::Broken(name, ty) => {
+                    self.invalid.insert(inner(scope, name));
+                    // What stands there need not be a type: it is reported if it is nearly one.
+                    if let Some(ty) = ty.as_ref().filter(|ty| nearest_type(ty).is_some()) {
+                        self.unknown_type(ty);
+                    }
+                }
             }
         }
         out
@@ -140,12 +155,7 @@ impl<'t> Resolver<'t> {
 
     fn param(&mut self, tree: &ast::Param) -> Option<Parameter> {
         let Some(ty) = Type::from_word(&tree.ty.text) else {
-            let message = format!("unknown type `{}`", tree.ty.text);
-            let words = Type::WORDS.iter().map(|(word, _)| *word);
-            self.found.push(
-                Diagnostic::error("unknown-type", tree.ty.span, message)
-                    .suggest(&tree.ty.text, words),
-            );
+            self.unknown_type(&tree.ty);
             return None;
         };
         let array = tree
@@ -165,6 +175,13 @@ impl<'t> Resolver<'t> {
             .and_then(|default| self.limits().default(&parameter, ty, array, default, tree));
         self.flags(&mut parameter, ty, &tree.flags);
         Some(parameter)
+    }
+
+    fn unknown_type(&mut self, ty: &Name) {
+        let message = format!("unknown type `{}`", ty.text);
+        let words = Type::WORDS.iter().map(|(word, _)| *word);
+        let diagnostic = Diagnostic::error("unknown-type", ty.span, message);
+        self.found.push(diagnostic.suggest(&ty.text, words));
     }
 
     fn flags(&mut self, parameter: &mut Parameter, ty: Type, flags: &[ast::Flag]) {

@@ -21,7 +21,7 @@ const KEYWORDS: [&str; 4] = ["states", "initial_state", "end_state", "transition
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
-    (file, reader.found)
+    (file, reader.finish())
 }
 
 fn file(r: &mut ParseContext<'_>) -> File {

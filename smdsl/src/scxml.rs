@@ -1,5 +1,6 @@
 //! SCXML: the subset of W3C's State Chart XML 1.0 (<https://www.w3.org/TR/scxml/>) that the model
-//! represents. Every other element or attribute is an error.
+//! represents. Every other element or attribute of SCXML is an error. Those of other namespaces are
+//! ignored, with a note: editors store the places of states so.
 
 mod actions;
 
@@ -10,7 +11,7 @@ use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::Name;
 use rc_xml::XmlSource;
 use roxmltree::Node;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 const NAMESPACE: &str = "http://www.w3.org/2005/07/scxml";
 
@@ -27,7 +28,8 @@ const WITH_ACTIONS: &[&str] = &["onentry", "onexit", "transition"];
 /// The supported elements. `final` and `initial` in a `parallel`, and a `transition` in a `final`,
 /// are accepted here, because the checks shared with SMDSL report them.
 const ELEMENTS: [Element; 14] = [
-    ("scxml", &[], &["name", "version", "initial"]),
+    // Without data, it is the same when data are bound.
+    ("scxml", &[], &["name", "version", "initial", "binding"]),
     ("state", STATE_PARENTS, &["id", "initial"]),
     ("parallel", STATE_PARENTS, &["id", "initial"]),
     ("final", STATE_PARENTS, &["id"]),
@@ -78,6 +80,7 @@ pub fn load(sources: &SourceMap, source: SourceId) -> (Option<StateMachine>, Dia
         builder: MachineBuilder::new(name, Vec::new(), true, found),
         initials: Vec::new(),
         transitions: Vec::new(),
+        ignored: HashSet::new(),
     };
     reader.accept(root, None);
     let top = reader.region(root, None, 1);
@@ -99,6 +102,8 @@ struct ScxmlReader<'a> {
     builder: MachineBuilder,
     initials: Vec<Initial>,
     transitions: Vec<UnresolvedTransition>,
+    /// The namespaces whose elements and attributes are ignored.
+    ignored: HashSet<String>,
 }
 
 /// The declared initial states of a state or of the machine.
@@ -122,7 +127,12 @@ impl ScxmlReader<'_> {
     fn accept(&mut self, node: Node<'_, '_>, parent: Option<&str>) -> bool {
         let name = node.tag_name().name();
         let tag = self.text.tag(node);
-        let own = node.tag_name().namespace().is_none_or(|n| n == NAMESPACE);
+        let namespace = node.tag_name().namespace();
+        let own = namespace.is_none_or(|n| n == NAMESPACE);
+        if let (Some(namespace), false, Some(_)) = (namespace, own, parent) {
+            self.ignore(namespace, tag);
+            return false;
+        }
         let known = ELEMENTS
             .iter()
             .find(|(element, ..)| own && *element == name);
@@ -137,8 +147,10 @@ impl ScxmlReader<'_> {
             return false;
         }
         for attribute in node.attributes() {
-            if attribute.namespace().is_some() || !attributes.contains(&attribute.name()) {
-                let span = self.text.attribute_name(&attribute);
+            let span = self.text.attribute_name(&attribute);
+            if let Some(namespace) = attribute.namespace().filter(|n| *n != NAMESPACE) {
+                self.ignore(namespace, span);
+            } else if attribute.namespace().is_some() || !attributes.contains(&attribute.name()) {
                 let written = self.text.slice(span);
                 self.unsupported(span, &format!("the attribute `{written}` of `{name}`"));
             }
@@ -152,6 +164,15 @@ impl ScxmlReader<'_> {
             }
         }
         true
+    }
+
+    /// Notes once that what another namespace adds is ignored.
+    fn ignore(&mut self, namespace: &str, span: Span) {
+        if self.ignored.insert(namespace.to_owned()) {
+            let message = format!("what the namespace `{namespace}` adds is ignored");
+            let note = Diagnostic::note("foreign-namespace", span, message);
+            self.builder.found.push(note);
+        }
     }
 
     fn unsupported(&mut self, span: Span, what: &str) {

@@ -4,7 +4,7 @@
 //! So one printer of tokens formats all of them. It works on tokens and comments instead of syntax
 //! trees, and therefore never loses a comment.
 
-use crate::scan::{SegmentKind, segments};
+use crate::scan::{SegmentKind, lines, segments};
 use rc_vocabulary::duration;
 
 /// The maximum width. Longer lines are broken after a comma or before `throws`.
@@ -22,7 +22,7 @@ pub struct Style {
     pub inline_braces_from: Option<usize>,
 }
 
-/// Formats `text`. If the text has syntax errors, the result is unspecified, but the call returns.
+/// Formats `text`, and keeps its ends of lines. If the text has syntax errors, the result is unspecified, but the call returns.
 pub fn format(text: &str, style: Style) -> String {
     let mut printer = Printer {
         tokens: tokens(text),
@@ -36,7 +36,23 @@ pub fn format(text: &str, style: Style) -> String {
         printer.at += 1;
     }
     printer.end_line();
-    printer.out
+    with_ends_of(text, printer.out)
+}
+
+/// The lines of `formatted`, which end with LF, with the ends of lines of `text`: CR and LF if its
+/// first line ends so.
+pub fn with_ends_of(text: &str, formatted: String) -> String {
+    let first = text.find('\n').unwrap_or_default();
+    if text[..first].ends_with('\r') {
+        // A comment of InnerModel keeps the ends of its lines.
+        return formatted.replace("\r\n", "\n").replace('\n', "\r\n");
+    }
+    formatted
+}
+
+fn ends_of_lines(blank: &str) -> usize {
+    let both = blank.matches("\r\n").count();
+    blank.matches(['\n', '\r']).count() - both
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +67,7 @@ enum TokenKind {
 struct Token<'a> {
     kind: TokenKind,
     text: &'a str,
-    /// Number of line feeds before this token.
+    /// Number of ends of lines before this token.
     newlines: usize,
     /// No white space is before this token.
     joint: bool,
@@ -70,7 +86,7 @@ fn tokens(text: &str) -> Vec<Token<'_>> {
         while !rest.is_empty() {
             let blank = rest.len() - rest.trim_start().len();
             if blank > 0 && segment == SegmentKind::Code {
-                newlines += rest[..blank].matches('\n').count();
+                newlines += ends_of_lines(&rest[..blank]);
                 joint = false;
                 rest = &rest[blank..];
                 continue;
@@ -345,7 +361,7 @@ impl Line {
 
     fn push(&mut self, token: Token<'_>) {
         let line_comment = token.kind == TokenKind::Comment && token.text.starts_with("//");
-        let long_comment = token.kind == TokenKind::Comment && token.text.contains('\n');
+        let long_comment = token.kind == TokenKind::Comment && token.text.contains(['\n', '\r']);
         let after_comma = matches!(&self.last, Some((TokenKind::Punctuation, text)) if text == ",");
         let throws = self.angle_brackets && token.kind == TokenKind::Word && token.text == "throws";
         // Documentation must be on a line of its own.
@@ -472,13 +488,10 @@ impl Piece {
 
 /// Indents a multi-line comment if all of its lines begin with `*`.
 fn comment_lines(text: &str, depth: usize) -> String {
-    let mut lines = text.lines().map(str::trim_end);
-    let mut out = lines.next().unwrap_or_default().to_owned();
-    let starred = text
-        .lines()
-        .skip(1)
-        .all(|l| l.trim_start().starts_with('*'));
-    for line in lines {
+    let mut all = lines(text).map(str::trim_end);
+    let mut out = all.next().unwrap_or_default().to_owned();
+    let starred = lines(text).skip(1).all(|l| l.trim_start().starts_with('*'));
+    for line in all {
         out.push('\n');
         if starred {
             out.extend(std::iter::repeat_n("    ", depth));

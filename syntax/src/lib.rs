@@ -4,6 +4,7 @@
 //! `common.pest` is the shared part of the grammars. Each parser includes it before its own rules.
 
 mod format;
+mod lexical;
 mod literal;
 mod loader;
 mod parse_context;
@@ -12,9 +13,9 @@ mod syntax_error;
 mod trivia;
 mod unit;
 
-pub use format::{Style, format};
+pub use format::{Style, format, with_ends_of};
 pub use literal::{Literal, LiteralKind, unescape};
-pub use loader::{ImportError, ImportedFile, Loader, MemoryLoader};
+pub use loader::{ImportError, ImportedFile, Loader, MemoryLoader, home_in_path};
 pub use parse_context::{Language, ParseContext, Terminal};
 pub use trivia::Trivia;
 pub use unit::unknown_unit;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// A file that a [`Loader`] found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImportedFile {
-    /// The path. Two imports of the same file have equal paths.
+    /// The path, as the import leads to it.
     pub path: PathBuf,
     /// The content.
     pub text: String,
@@ -31,6 +31,9 @@ impl ImportError {
         if let Some(why) = &self.refused {
             return error(format!("cannot read `{wanted}`: {why}"));
         }
+        if let Some(home) = home_in_path(wanted, span) {
+            return home;
+        }
         let base = wanted.rsplit('/').next().unwrap_or(wanted);
         let error = error(format!(
             "cannot find `{base}`; searched in {}",
@@ -47,12 +50,27 @@ impl ImportError {
     }
 }
 
+/// The error about a path of a description that begins with `~`. `None` if it does not.
+pub fn home_in_path(path: &str, span: Span) -> Option<Diagnostic> {
+    if path != "~" && !path.starts_with("~/") {
+        return None;
+    }
+    let message = format!("`{path}` begins with `~`, which only a shell expands");
+    let diagnostic = Diagnostic::error("home-in-path", span, message);
+    Some(diagnostic.help("write the path from this file, or an absolute one"))
+}
+
 /// Finds and reads imported files.
 pub trait Loader {
     /// Finds the file that `from` imports as `wanted`. If `wanted` has no extension, `extension`
     /// (`idsl`) is appended.
     fn find(&self, from: &Path, wanted: &str, extension: &str)
     -> Result<ImportedFile, ImportError>;
+
+    /// The same path for all paths that lead to the file at `path`.
+    fn identity(&self, path: &Path) -> PathBuf {
+        path.to_path_buf()
+    }
 }
 
 /// A loader of texts in memory, for tests and editors.

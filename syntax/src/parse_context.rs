@@ -1,10 +1,11 @@
 //! Parsing with pest, and the conversions from pest's pairs that all languages share.
 
+use crate::scan::statement_of;
 use crate::syntax_error::{check_nesting, syntax_error};
-use crate::{Literal, Name, Trivia, unescape};
+use crate::{Literal, Name, Trivia, lexical, unescape};
 use pest::iterators::{Pair, Pairs};
 use pest::{Parser, RuleType};
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap, Span};
 
 /// The rules of one language's grammar.
 pub trait Language: RuleType {
@@ -86,6 +87,8 @@ pub struct ParseContext<'a> {
     pub trivia: Trivia<'a>,
     /// The diagnostics so far.
     pub found: Diagnostics,
+    /// Findings about characters and numbers.
+    lexical: Vec<Diagnostic>,
 }
 
 impl<'a> ParseContext<'a> {
@@ -97,6 +100,7 @@ impl<'a> ParseContext<'a> {
             text,
             trivia: Trivia::new(text),
             found: Diagnostics::new(),
+            lexical: Vec::new(),
         }
     }
 
@@ -106,12 +110,38 @@ impl<'a> ParseContext<'a> {
             self.found.push(error);
             return None;
         }
+        self.lexical = lexical::check(self.text, self.source);
         if let Ok(mut pairs) = R::Grammar::parse(R::FILE, self.text) {
             return pairs.next().map(Pair::into_inner);
         }
-        let found = syntax_error(R::FILE, self.text, 0, self.text, self.source);
-        self.found.extend(found);
+        if self.lexical.iter().all(|d| d.severity != Severity::Error) {
+            let found = syntax_error(R::FILE, self.text, 0, self.text, self.source);
+            self.found.extend(found);
+        }
         None
+    }
+
+    /// All diagnostics. If a character or a number of a statement is an error, no other error of
+    /// this statement is among them: the parser could only say that it expected something else.
+    pub fn finish(self) -> Diagnostics {
+        let errors = self
+            .lexical
+            .iter()
+            .filter(|d| d.severity == Severity::Error);
+        let faulty = statement_of(self.text, errors.map(|d| d.span.start));
+        if faulty.is_empty() && self.lexical.is_empty() {
+            return self.found;
+        }
+        let mut all = Diagnostics::new();
+        all.extend(self.found.into_iter().filter(|d| {
+            let at = faulty.partition_point(|(_, end)| *end < d.span.start);
+            let inside = faulty
+                .get(at)
+                .is_some_and(|(start, _)| *start <= d.span.start);
+            !inside || d.severity != Severity::Error
+        }));
+        all.extend(self.lexical);
+        all
     }
 
     /// Checks that make parsing pointless if they fail.

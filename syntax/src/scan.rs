@@ -37,20 +37,62 @@ fn opens(rest: &[u8]) -> Option<SegmentKind> {
 
 fn comment_length(rest: &[u8]) -> usize {
     if rest[1] == b'/' {
-        return rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
+        return rest.iter().position(ends_line).unwrap_or(rest.len());
     }
     let end = rest[2..].windows(2).position(|w| w == b"*/");
     end.map_or(rest.len(), |end| end + 4)
+}
+
+/// The statements around `places`, which are in order: byte ranges between the nearest `;` or
+/// braces, with these.
+pub(crate) fn statement_of(text: &str, places: impl Iterator<Item = usize>) -> Vec<(usize, usize)> {
+    let mut places = places.peekable();
+    let mut statements = Vec::new();
+    let mut start = 0;
+    let code = segments(text).filter(|(kind, ..)| *kind == SegmentKind::Code);
+    let bytes = code.flat_map(|(_, start, stop)| start..stop);
+    let ends = bytes.filter(|at| matches!(text.as_bytes()[*at], b';' | b'{' | b'}'));
+    for end in ends.chain([text.len()]) {
+        if places.peek().is_none() {
+            break;
+        }
+        if places.next_if(|place| *place < end).is_some() {
+            statements.push((start, end));
+        }
+        while places.next_if(|place| *place < end).is_some() {}
+        start = end;
+    }
+    statements
+}
+
+/// The lines of a text. A line ends with LF, CR or both.
+pub(crate) fn lines(text: &str) -> impl Iterator<Item = &str> {
+    let mut rest = Some(text);
+    std::iter::from_fn(move || {
+        let text = rest.filter(|text| !text.is_empty())?;
+        let Some(end) = text.find(['\n', '\r']) else {
+            rest = None;
+            return Some(text);
+        };
+        let both = usize::from(text[end..].starts_with("\r\n"));
+        rest = text.get(end + 1 + both..);
+        Some(&text[..end])
+    })
+}
+
+/// A CR ends a line, too, as in texts of old editors.
+fn ends_line(byte: &u8) -> bool {
+    matches!(byte, b'\n' | b'\r')
 }
 
 /// A string ends at the end of its line at the latest, so that a missing quote does not hide the
 /// rest of the file.
 fn quoted_length(rest: &[u8]) -> usize {
     let mut at = 1;
-    while at < rest.len() && rest[at] != b'\n' {
+    while at < rest.len() && !ends_line(&rest[at]) {
         match rest[at] {
             b'"' => return at + 1,
-            b'\\' => at += 2,
+            b'\\' if !rest.get(at + 1).is_some_and(ends_line) => at += 2,
             _ => at += 1,
         }
     }

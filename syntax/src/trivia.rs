@@ -1,6 +1,6 @@
 //! Comments and the documentation in them.
 
-use crate::scan::{SegmentKind, segments};
+use crate::scan::{SegmentKind, lines, segments};
 
 /// The comments of a text. The syntax tree does not contain them.
 #[derive(Clone, Debug)]
@@ -65,7 +65,8 @@ impl<'a> Trivia<'a> {
             let is_line = comment.starts_with("///") && !comment.starts_with("////");
             let is_block = comment.starts_with("/**") && comment.len() > 4;
             // A comment after code on the same line does not document the next line.
-            let line = self.text[..start].rsplit('\n').next().unwrap_or_default();
+            let line = self.text[..start].rsplit(['\n', '\r']).next();
+            let line = line.unwrap_or_default();
             if !(is_line || is_block) || !line.trim().is_empty() {
                 break;
             }
@@ -113,8 +114,7 @@ fn lines_of(comment: &str) -> Vec<String> {
         ];
     }
     let inner = comment.trim_start_matches("/**").trim_end_matches("*/");
-    let mut lines: Vec<String> = inner
-        .lines()
+    let mut lines: Vec<String> = lines(inner)
         .map(|line| line.trim().trim_start_matches('*').trim().to_owned())
         .skip_while(String::is_empty)
         .collect();

@@ -1,7 +1,7 @@
 //! Bounds and ranges that are checked where values are written and read.
 
 use rc_idsl::Library;
-use rc_idsl::model::{Member, Type};
+use rc_idsl::model::{Member, Range, Type};
 use rc_syntax::{Literal, LiteralKind};
 use rc_vocabulary::Primitive;
 use serde::Serialize;
@@ -37,26 +37,35 @@ pub enum Check {
 
 /// The checks of a member or a parameter; of an optional one, those of its value.
 pub(super) fn of(library: &Library, member: &Member) -> Vec<Check> {
-    match library.resolved(&member.ty) {
-        Type::Primitive(_) => range(library, member),
+    of_value(library, &member.ty, member.range.as_ref())
+}
+
+/// The checks of a value of a type, within a range if it is a number.
+pub(super) fn of_value(library: &Library, ty: &Type, limits: Option<&Range>) -> Vec<Check> {
+    match library.resolved(ty) {
+        Type::Primitive(primitive) => range(*primitive, limits),
         ty => bounds(library, ty),
     }
 }
 
+/// The check of a member that is a number with a range.
+pub(super) fn of_number(library: &Library, member: &Member) -> Vec<Check> {
+    match library.resolved(&member.ty) {
+        Type::Primitive(primitive) => range(*primitive, member.range.as_ref()),
+        _ => Vec::new(),
+    }
+}
+
 /// The check of a number with a range.
-pub(super) fn range(library: &Library, member: &Member) -> Vec<Check> {
+fn range(primitive: Primitive, range: Option<&Range>) -> Vec<Check> {
     let end = |literal: &Option<Literal>| match &literal.as_ref()?.kind {
         LiteralKind::Int(value) => Some(format!("{value}.0")),
         LiteralKind::Float(value) => Some(format!("{value:?}")),
         _ => None,
     };
-    match (
-        library.resolved(&member.ty),
-        &member.range,
-        range_text(member),
-    ) {
-        (Type::Primitive(primitive), Some(range), Some(text)) => vec![Check::Range {
-            primitive: *primitive,
+    match (range, range.and_then(text_of)) {
+        (Some(range), Some(text)) => vec![Check::Range {
+            primitive,
             min: end(&range.min),
             max: end(&range.max),
             text,
@@ -67,8 +76,14 @@ pub(super) fn range(library: &Library, member: &Member) -> Vec<Check> {
 
 /// "0 to 100", "at least 0", for documentation and messages.
 pub(crate) fn range_text(member: &Member) -> Option<String> {
-    let range = member.range.as_ref()?;
-    let text = |literal: &Literal| literal.as_f64().map_or(String::new(), |v| v.to_string());
+    member.range.as_ref().and_then(text_of)
+}
+
+fn text_of(range: &Range) -> Option<String> {
+    let text = |literal: &Literal| match literal.kind {
+        LiteralKind::Int(value) => value.to_string(),
+        _ => literal.as_f64().map_or(String::new(), |v| v.to_string()),
+    };
     Some(match (&range.min, &range.max) {
         (Some(min), Some(max)) => format!("{} to {}", text(min), text(max)),
         (Some(min), None) => format!("at least {}", text(min)),

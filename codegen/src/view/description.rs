@@ -53,7 +53,8 @@ fn members(library: &Library, members: &[model::Member]) -> Vec<Member> {
 
 fn default(literal: &Literal) -> serde_json::Value {
     match &literal.kind {
-        LiteralKind::Int(value) => (*value).into(),
+        LiteralKind::Int(value) => serde_json::Number::from_i128(*value)
+            .map_or(serde_json::Value::Null, serde_json::Value::Number),
         LiteralKind::Float(value) => (*value).into(),
         LiteralKind::Bool(value) => (*value).into(),
         LiteralKind::String(value) | LiteralKind::Name(value) => value.as_str().into(),

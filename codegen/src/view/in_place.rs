@@ -197,7 +197,7 @@ fn structure(
             item,
             checks: source
                 .member
-                .map(|member| checks::range(library, member))
+                .map(|member| checks::of_number(library, member))
                 .unwrap_or_default(),
             member: source.member.map(|m| member(library, m)),
             has_lengths: inside.lengths,

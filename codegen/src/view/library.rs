@@ -261,7 +261,7 @@ fn operation(library: &Library, id: InterfaceId, operation: &model::Operation) -
         result_checks: operation
             .result
             .as_ref()
-            .map(|ty| checks::bounds(library, ty))
+            .map(|ty| checks::of_value(library, ty, operation.result_range.as_ref()))
             .unwrap_or_default(),
         throws: operation.throws.iter().map(exception).collect(),
         sample_in_place: sample.map(|id| named(library, id)),

@@ -125,7 +125,7 @@ fn check(
         "idsl" => {
             let path = sources.path(source).to_path_buf();
             let mut session = rc_idsl::Session::new(sources, loader);
-            session.load_source(source, path, Span::new(source, 0, 0));
+            session.load_source(source, path);
             session.found
         }
         "cdsl" => rc_cdsl::load(sources, loader, source).1,

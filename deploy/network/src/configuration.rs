@@ -62,7 +62,9 @@ pub(crate) fn configurations(
                 instance.path,
                 missing.join(", ")
             );
-            found.push(Diagnostic::error("missing-configuration", place, message));
+            let expected = project.code().join("etc/config.toml");
+            let help = format!("write {}", expected.display());
+            found.push(Diagnostic::error("missing-configuration", place, message).help(help));
             return Configured::default();
         };
         let key = (path, project.hash);

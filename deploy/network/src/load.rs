@@ -99,6 +99,58 @@ fn name_members(
     }
 }
 
+/// The path of the component near `folder` that `wanted` most likely means: with the same file
+/// name, or with a similar path.
+fn nearest_file(folder: &Path, wanted: &str) -> Option<String> {
+    let mut known = Vec::new();
+    let mut left = MAX_ENTRIES;
+    components_in(folder, Path::new(""), 0, &mut left, &mut known);
+    components_in(
+        &folder.join(".."),
+        Path::new(".."),
+        0,
+        &mut left,
+        &mut known,
+    );
+    known.sort();
+    let name = |path: &str| Path::new(path).file_name().map(ToOwned::to_owned);
+    let same = known.iter().find(|path| name(path) == name(wanted));
+    let near = || rc_diagnostics::nearest(wanted, known.iter().map(String::as_str));
+    same.map(String::as_str).or_else(near).map(str::to_owned)
+}
+
+/// How many entries of folders are looked at for a suggestion, and how deep.
+const MAX_ENTRIES: usize = 2000;
+const MAX_DEPTH: usize = 3;
+
+/// Adds the components below a folder, each with its path below `shown`.
+fn components_in(
+    folder: &Path,
+    shown: &Path,
+    depth: usize,
+    left: &mut usize,
+    known: &mut Vec<String>,
+) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        if *left == 0 {
+            return;
+        }
+        *left -= 1;
+        let name = entry.file_name();
+        let path = shown.join(&name);
+        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        let is_left_out = ["target", "generated", "node_modules"]
+            .iter()
+            .any(|n| name == *n)
+            || name.as_encoded_bytes().starts_with(b".");
+        if is_folder && !is_left_out && depth < MAX_DEPTH {
+            components_in(&entry.path(), &path, depth + 1, left, known);
+        } else if path.extension().is_some_and(|e| e == "cdsl") {
+            known.extend(path.to_str().map(str::to_owned));
+        }
+    }
+}
+
 /// The component of each instance. A component of several instances is read and reported once.
 fn projects(
     deployment: &Deployment,
@@ -136,7 +188,11 @@ fn projects(
                 Err(error) => {
                     let message = format!("`{}` cannot be read: {error}", named.text);
                     let error = Diagnostic::error("component-not-found", named.span, message);
-                    found.push(error.help("the path is relative to this file"));
+                    let near = nearest_file(&instance.folder, &named.text);
+                    found.push(match near {
+                        Some(near) => error.did_you_mean(Some(&near)),
+                        None => error.help("the path is relative to this file"),
+                    });
                     None
                 }
             }

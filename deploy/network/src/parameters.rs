@@ -183,7 +183,9 @@ fn json(value: &ParameterValue) -> Json {
 /// A literal as it stands in a configuration: durations are strings there.
 fn literal_json(literal: &Literal) -> Json {
     match &literal.kind {
-        LiteralKind::Int(value) => Json::from(*value),
+        LiteralKind::Int(value) => {
+            serde_json::Number::from_i128(*value).map_or(Json::from(*value as f64), Json::Number)
+        }
         LiteralKind::Float(value) => Json::from(*value),
         LiteralKind::Bool(value) => Json::from(*value),
         LiteralKind::Duration(nanoseconds) => Json::from(duration::text(*nanoseconds)),

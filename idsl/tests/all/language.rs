@@ -4,7 +4,7 @@
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 use expect_test::{Expect, expect};
-use rc_diagnostics::{Format, SourceMap, Span, render};
+use rc_diagnostics::{Format, SourceMap, render};
 use rc_idsl::{Library, Session};
 use rc_syntax::MemoryLoader;
 
@@ -31,7 +31,7 @@ fn check_file(text: &str, expected: &Expect) -> Library {
     texts.push(("m.idsl", text));
     let loader = MemoryLoader::new(texts);
     let mut session = Session::new(&mut sources, &loader);
-    session.load_source(source, "m.idsl".into(), Span::new(source, 0, 0));
+    session.load_source(source, "m.idsl".into());
     let (found, library) = (session.found, session.library);
     expected.assert_eq(&render(&sources, &found, Format::Short));
     library
@@ -364,7 +364,7 @@ fn values_fit_their_types() {
             m.idsl:4:78: error[bad-default]: enum `E` has no value `Z` (expected one of `A`, `B`, `C`, `D`)
             m.idsl:4:87: error[bad-default]: expected a value of enum `E`, found the number 3 (expected one of `A`, `B`, `C`, `D`)
             m.idsl:4:121: error[bad-default]: sequences, arrays and dictionaries cannot have a default value (remove the default: the initial value is empty or zero)
-            m.idsl:4:133: error[bad-default]: expected an integer from -9223372036854775808 to 9223372036854775807, found the number 9223372036854776000
+            m.idsl:4:133: error[bad-default]: expected an integer from -9223372036854775808 to 9223372036854775807, found the number 9223372036854775808
             m.idsl:5:7: error[const-type]: invalid type for a constant (use a number, a bool or a string)
             m.idsl:6:15: error[bad-default]: expected an integer from -2147483648 to 2147483647, found the number 1.5
         "#]],
@@ -517,6 +517,63 @@ fn constructs_of_real_files_are_accepted() {
         "module M { };\n#endif",
         &expect![[r#"
             m.idsl:2:1: error[text-after-end]: unexpected text: a file contains one `module NAME { … };` (delete the include guard: each file is read only once)
+        "#]],
+    );
+}
+
+#[test]
+fn numbers_have_the_whole_range_of_their_types() {
+    check(
+        "const uint64 A = 18446744073709551615;\nconst uint64 B = 0xFFFFFFFFFFFFFFFF;\n\
+         const int64 C = -0x8000000000000000;\nconst uint64 D = 9223372036854775808;\n\
+         struct S { @range(min=1, max=18446744073709551615) uint64 a = 18446744073709551615; };\n\
+         const float E = 3e38;\nconst double F = 1e308;",
+        &expect![[""]],
+    );
+    check(
+        "const uint64 A = 18446744073709551616;\nconst int64 B = 9223372036854775808;\n\
+         enum E { x = 2147483647, y, z };\nconst double C = 1e400;\nconst float D = 1e39;\n\
+         struct S { @range(max=256) byte a; @range(max=1e400) double b; @range(min=9223372036854775807) int64 c = 9223372036854775806; };\n\
+         const int F = 010;",
+        &expect![[r#"
+            m.idsl:2:18: error[bad-default]: expected an integer from 0 to 18446744073709551615, found the number 18446744073709551616
+            m.idsl:3:17: error[bad-default]: expected an integer from -9223372036854775808 to 9223372036854775807, found the number 9223372036854775808
+            m.idsl:4:26: error[enum-value]: the value of `y` would be 2147483648, which is no 32-bit integer (give it a value of its own, as in `last = 7`)
+            m.idsl:5:18: error[bad-default]: expected a number within the range of `float64`, found a number that is too large
+            m.idsl:6:17: error[bad-default]: expected a number within the range of `float32`, found the number 1000000000000000000000000000000000000000
+            m.idsl:7:13: error[bad-range]: the limits of `@range` must be numbers of the member's type
+            m.idsl:7:37: error[bad-range]: the limits of `@range` must be numbers of the member's type
+            m.idsl:7:106: error[default-out-of-range]: the default 9223372036854775806 of `c` is outside its range
+            m.idsl:8:15: warning[leading-zero]: `010` is the decimal number 10, not an octal one (write `10`)
+        "#]],
+    );
+}
+
+#[test]
+fn a_range_before_an_operation_is_that_of_its_result() {
+    let library = check(
+        "interface I {\n @range(min=0, max=9) int one();\n @range(max=1) void two();\n @range(max=1) string three();\n};",
+        &expect![[r#"
+            m.idsl:4:3: warning[unknown-annotation]: `@range` is ignored here: the operation has no result (move it before a parameter)
+            m.idsl:5:3: error[bad-range]: `@range` requires a number
+        "#]],
+    );
+    let operations = &library.interface(rc_idsl::model::InterfaceId(0)).operations;
+    assert!(operations[0].result_range.is_some());
+}
+
+#[test]
+fn a_character_that_nobody_sees_is_the_only_error_of_its_declaration() {
+    check(
+        "struct S {\n int\u{a0}a;\n int b; // \u{a0}\n flaot c;\n};\nconst string T = \u{201c}x\u{201d};\n\
+         const string U = \"\\d\";\nconst int V = 3 sec;",
+        &expect![[r#"
+            m.idsl:3:5: error[stray-character]: unexpected character U+00A0 (a no-break space) (delete it, or write a space)
+            m.idsl:5:2: error[unknown-type]: unknown type `flaot` (did you mean `float`?)
+            m.idsl:7:18: error[stray-character]: unexpected character U+201C (a typographic quote) (write `"`)
+            m.idsl:7:20: error[stray-character]: unexpected character U+201D (a typographic quote) (write `"`)
+            m.idsl:8:19: error[unknown-escape]: unknown escape `\d` (write `\\d` for a backslash; the escapes are `\n`, `\r`, `\t`, `\"`, `\\` and `\u{…}`)
+            m.idsl:9:17: error[unknown-time-unit]: unknown unit of time `sec` (write `s` for seconds)
         "#]],
     );
 }

@@ -9,9 +9,11 @@ use crate::rules;
 use crate::untyped_value::UntypedValue;
 use crate::values::Values;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::time::Duration;
-use toml_edit::{Document, TableLike};
+use toml_edit::{Document, TableLike, TomlError};
 
 const TABLES: [&str; 4] = ["component", "bindings", "middleware", "parameters"];
 pub(crate) const COMPONENT: [&str; 2] = ["period", "log"];
@@ -119,25 +121,75 @@ fn read(
         missing: Vec::new(),
     };
     let mut configuration = Configuration::default();
-    match Document::parse(sources.text(source)) {
-        Ok(document) => {
-            checker.document(document.as_table(), parameters, given, &mut configuration);
-        }
-        Err(error) => {
+    let (text, errors) = readable(sources.text(source));
+    for error in &errors {
+        let span = checker.locator.span(error.span(), checker.locator.start());
+        if checker.has_secrets {
             let text = sources.text(source);
-            let span = checker.locator.span(error.span(), checker.locator.start());
-            if checker.has_secrets {
-                checker.redact(document::values_in_lines(text, span.start..span.end));
-            }
-            let message = error.message().lines().collect::<Vec<_>>().join("; ");
-            checker
-                .found
-                .push(Diagnostic::error("toml-syntax", span, message));
+            checker.redact(document::values_in_lines(text, span.start..span.end));
         }
+        let message = error.message().lines().collect::<Vec<_>>().join("; ");
+        let unquoted = message.starts_with("string values must be quoted");
+        checker.found.push(if unquoted {
+            Diagnostic::error("toml-syntax", span, "a text needs quotes")
+        } else {
+            Diagnostic::error("toml-syntax", span, message)
+        });
+    }
+    if let Some(document) = text.as_ref().and_then(|text| Document::parse(&**text).ok()) {
+        checker.document(document.as_table(), parameters, given, &mut configuration);
+    }
+    if !errors.is_empty() {
+        // A line that cannot be read is not missing.
+        let consequences = [
+            "unset-parameter",
+            "missing-parameter",
+            "rule-broken",
+            "wrong-length",
+        ];
+        let found = std::mem::take(&mut checker.found).into_iter();
+        let found = found.filter(|d| !consequences.contains(&d.code));
+        checker.found.extend(found);
     }
     checker.found.redact(&checker.secrets);
     configuration.secrets = checker.secrets;
     (configuration, checker.found, checker.missing)
+}
+
+/// The largest number of lines that are left out to read the rest of a file.
+const MAX_LEFT_OUT: usize = 20;
+
+/// The text without the lines that are not TOML, which become spaces, and their errors. `None` if
+/// the rest cannot be read without them: only a line `key = value` can be left out.
+fn readable(text: &str) -> (Option<Cow<'_, str>>, Vec<TomlError>) {
+    let mut text = Cow::Borrowed(text);
+    let mut errors: Vec<TomlError> = Vec::new();
+    loop {
+        let Err(error) = Document::parse(&*text) else {
+            return (Some(text), errors);
+        };
+        let line = error.span().map(|span| {
+            let start = text[..span.start].rfind('\n').map_or(0, |at| at + 1);
+            let end = text[start..].find('\n').map_or(text.len(), |at| start + at);
+            start..end
+        });
+        errors.push(error);
+        let is_entry = |line: &Range<usize>| {
+            let key = text[line.clone()]
+                .split_once('=')
+                .map(|(key, _)| key.trim());
+            let word = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+            key.is_some_and(|key| !key.is_empty() && key.chars().all(word))
+        };
+        let Some(line) = line.filter(is_entry) else {
+            return (None, errors);
+        };
+        if errors.len() > MAX_LEFT_OUT {
+            return (None, errors);
+        }
+        let spaces = " ".repeat(line.len());
+        text.to_mut().replace_range(line, &spaces);
+    }
 }
 
 /// The rules that the defaults violate, each by its index and with an explanation. Rules inside a

@@ -237,6 +237,16 @@ impl Reader<'_> {
             {
                 ("out-of-range", Some(value))
             }
+            Ok(Value::Text(text))
+                if ty == Type::Path && (text == "~" || text.starts_with("~/")) =>
+            {
+                let message = format!("`{path}` begins with `~`, which only a shell expands");
+                let diagnostic = Diagnostic::error("home-in-path", at, message);
+                self.found.push(
+                    diagnostic.help("write an absolute path, or one from the working directory"),
+                );
+                return None;
+            }
             Ok(value) if !parameter.choices.is_empty() && !parameter.choices.contains(&value) => {
                 ("invalid-choice", Some(value))
             }
@@ -247,8 +257,15 @@ impl Reader<'_> {
             document::described(item, parameter.secret)
         );
         let allowed = parameter.allowed_near(value.as_ref().unwrap_or(&Value::Bool(false)));
+        let text = item.as_str().unwrap_or_default();
+        let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '.' | ' '));
+        let help = if ty == Type::Duration && unit != text && !unit.is_empty() {
+            format!("unknown unit; the units are us, ms, s and min; allowed is {allowed}")
+        } else {
+            format!("allowed is {allowed}")
+        };
         self.found
-            .push(Diagnostic::error(code, at, message).help(format!("allowed is {allowed}")));
+            .push(Diagnostic::error(code, at, message).help(help));
         None
     }
 }

@@ -295,10 +295,10 @@ fn numbers_outside_their_type_are_reported() {
         &expect![[r#"
             c.pdsl:2:7: error[bad-default]: the number 2147483648 cannot be the default of `int` (allowed is an integer of 32 bits)
             c.pdsl:3:7: error[bad-range]: the number -2147483649 cannot limit `int`; allowed is an integer of 32 bits
-            c.pdsl:4:8: error[bad-default]: the number 9.223372036854776e18 cannot be the default of `long` (allowed is an integer of 64 bits)
-            c.pdsl:6:10: error[bad-range]: the number 1e20 cannot limit `long`; allowed is an integer of 64 bits
+            c.pdsl:4:8: error[bad-default]: the number 9223372036854775808 cannot be the default of `long` (allowed is an integer of 64 bits)
+            c.pdsl:6:10: error[bad-range]: the number 99999999999999999999 cannot limit `long`; allowed is an integer of 64 bits
             c.pdsl:7:7: error[bad-default]: the number 4294967295 cannot be the default of `int` (allowed is an integer of 32 bits)
-            c.pdsl:8:8: error[bad-default]: `0xFFFFFFFFFFFFFFFF` cannot be the default of `long` (allowed is an integer of 64 bits)
+            c.pdsl:8:8: error[bad-default]: the number 18446744073709551615 cannot be the default of `long` (allowed is an integer of 64 bits)
             c.pdsl:9:9: error[bad-range]: the number -1e39 cannot limit `float`; allowed is a number of 32 bits
             c.pdsl:9:15: error[bad-range]: the number 1e39 cannot limit `float`; allowed is a number of 32 bits
             c.pdsl:10:12: error[bad-default]: a duration that is too long cannot be the default of `duration` (allowed is a duration such as "50ms", or a number of milliseconds)

@@ -128,7 +128,7 @@ fn errors_outside_states() {
         &expect![[r#"
             m.scxml:1:2: error[scxml-not-supported]: the element `scxml` is not supported
             m.scxml:1:2: error[no-states]: the machine has no states
-            m.scxml:1:36: error[scxml-not-supported]: the element `state` is not supported
+            m.scxml:1:36: note[foreign-namespace]: what the namespace `http://example.com` adds is ignored
         "#]],
     );
     check_file(
@@ -188,6 +188,34 @@ fn errors_outside_states() {
 }
 
 #[test]
+fn a_chart_of_qt_creator_opens() {
+    let text = r#"<?xml version="1.0" encoding="UTF-8"?>
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" binding="early" xmlns:qt="http://www.qt.io/2015/02/scxml-ext" name="m" qt:editorversion="4.13.1" initial="idle">
+    <qt:editorinfo initialGeometry="60.87;116.60;-20;-20;40;40"/>
+    <state id="idle">
+        <qt:editorinfo scenegeometry="216.27;116.60;156.27;66.60;120;100" geometry="216.27;116.60;-60;-50;120;100"/>
+        <transition type="external" event="go" target="off">
+            <qt:editorinfo endTargetFactors="11.79;50"/>
+        </transition>
+    </state>
+    <final id="off"><qt:editorinfo geometry="1;2;3;4;5;6"/></final>
+</scxml>
+"#;
+    let (found, machine) = read("m.scxml", text);
+    expect![[r#"
+        m.scxml:2:133: note[foreign-namespace]: what the namespace `http://www.qt.io/2015/02/scxml-ext` adds is ignored
+    "#]]
+    .assert_eq(&found);
+    expect![[r#"
+        m
+          idle initial
+          off end
+        idle => off, on go
+    "#]]
+    .assert_eq(&shown(&machine.expect("a machine")));
+}
+
+#[test]
 fn sizes_are_limited() {
     check_file(
         "<?xml version=\"1.0\"?>\n<!DOCTYPE b [<!ENTITY a \"x\"><!ENTITY b \"&a;&a;&a;\">]>\n<scxml><state id=\"&b;\"/></scxml>",
@@ -233,8 +261,7 @@ fn other_elements_are_rejected_at_their_location() {
             m.scxml:6:41: error[scxml-not-supported]: the element `if` is not supported
             m.scxml:7:2: error[scxml-not-supported]: text in `state` is not supported
             m.scxml:10:16: error[scxml-not-supported]: the element `donedata` is not supported
-            m.scxml:11:2: error[scxml-not-supported]: the element `t:info` is not supported
-            m.scxml:12:15: error[scxml-not-supported]: the attribute `t:at` of `state` is not supported
+            m.scxml:11:2: note[foreign-namespace]: what the namespace `urn:t` adds is ignored
         "#]],
     );
     check_file(

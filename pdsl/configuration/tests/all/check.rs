@@ -387,13 +387,14 @@ fn invalid_toml_is_reported() {
     check(
         "[parameters]\nrate = 3\nrate = 4",
         &expect![[r#"
-        config.toml:3:1: error[toml-syntax]: duplicate key
-    "#]],
+            config.toml:2:8: error[out-of-range]: `rate` cannot be the number 3 (allowed is an integer of 32 bits, from 9600 to 1000000, in baud)
+            config.toml:3:1: error[toml-syntax]: duplicate key
+        "#]],
     );
     check(
         "rate = é",
         &expect![[r#"
-        config.toml:1:8: error[toml-syntax]: string values must be quoted, expected literal string
+        config.toml:1:8: error[toml-syntax]: a text needs quotes
     "#]],
     );
 }

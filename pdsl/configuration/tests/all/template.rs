@@ -222,13 +222,13 @@ fn no_diagnostic_quotes_a_misplaced_secret() {
         assert!(!said.contains("hunter2"), "{text}\n{said}");
     }
     expect![[r#"
-        error[toml-syntax]: string values must be quoted, expected literal string
+        error[toml-syntax]: a text needs quotes
          --> config.toml:3:9
           |
         3 | token = *******
           |         ^^^^^^^
-        config.toml:3:9: error[toml-syntax]: string values must be quoted, expected literal string
-        {"code":"toml-syntax","end":{"column":16,"line":3},"file":"config.toml","help":null,"labels":[],"message":"string values must be quoted, expected literal string","severity":"error","start":{"column":9,"line":3}}
+        config.toml:3:9: error[toml-syntax]: a text needs quotes
+        {"code":"toml-syntax","end":{"column":16,"line":3},"file":"config.toml","help":null,"labels":[],"message":"a text needs quotes","severity":"error","start":{"column":9,"line":3}}
     "#]].assert_eq(&shown("[parameters]\nspeed = 1\ntoken = hunter2\n", Some(&model)));
     // Values that no declaration marks as secret are shown.
     let model = load("ComponentParams C { speed double 1; };");
