@@ -16,6 +16,7 @@ use std::io::{self, ErrorKind, Write};
 use std::os::fd::AsFd;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// The name of the supervisor's log. No component has this name ([`crate::names::is_reserved`]).
 pub const SUPERVISOR: &str = "rcdeploy";
@@ -97,6 +98,9 @@ pub fn clear(path: &Path) -> io::Result<()> {
 pub fn tail(path: &Path, count: usize) -> io::Result<Vec<String>> {
     Follower::at_last_lines(path, count).map(|(lines, _)| lines)
 }
+
+/// The pause between two looks at logs that cannot be watched.
+const PAUSE: Duration = Duration::from_millis(200);
 
 /// How many of the last lines are looked through for a failure, and how many are quoted.
 const LOOKED_THROUGH: usize = 400;
@@ -201,7 +205,12 @@ pub fn print(
     if component.is_none() && (folders.is_empty() || directory.exists()) {
         folders.insert(&directory);
     }
-    let watch = DirectoryWatch::of(folders).map_err(|_| nothing(&directory))?;
+    // Without inotify, of which a user has a limited number of instances, the logs are read again
+    // and again.
+    let watch = match DirectoryWatch::of(folders) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Err(nothing(&directory)),
+        watch => watch.ok().filter(|_| follow),
+    };
     let mut followers = BTreeMap::new();
     for (name, path) in &paths {
         let (last, follower) = Follower::at_last_lines(path, lines).map_err(|_| nothing(path))?;
@@ -214,8 +223,10 @@ pub fn print(
         return Ok(());
     }
     loop {
-        wait(&watch)?;
-        watch.drain();
+        wait(watch.as_ref())?;
+        if let Some(watch) = &watch {
+            watch.drain();
+        }
         if component.is_none() {
             for name in self::names(&directory) {
                 if !followers.contains_key(&name)
@@ -278,7 +289,11 @@ fn names(directory: &Path) -> Vec<String> {
     names
 }
 
-fn wait(watch: &DirectoryWatch) -> Result<(), Error> {
+fn wait(watch: Option<&DirectoryWatch>) -> Result<(), Error> {
+    let Some(watch) = watch else {
+        std::thread::sleep(PAUSE);
+        return Ok(());
+    };
     let mut polled = [PollFd::from_borrowed_fd(
         watch.descriptor().as_fd(),
         PollFlags::IN,

@@ -261,7 +261,13 @@ fn spread(times: Option<(u64, u64)>, time: u64) -> (u64, u64) {
 
 impl Part {
     fn create(path: &Path) -> Result<Self, RecordError> {
-        let wrong = |e: std::io::Error| RecordError::file(path, &e);
+        let wrong = |e: std::io::Error| match e.kind() {
+            std::io::ErrorKind::AlreadyExists => RecordError::file(
+                path,
+                &"this file exists already; remove it, or name another one",
+            ),
+            _ => RecordError::file(path, &e),
+        };
         let file = File::create_new(path).map_err(wrong)?;
         let now = Instant::now();
         let mut part = Self {

@@ -36,7 +36,7 @@ pub(super) struct Input {
 /// Components of a running network.
 #[derive(Args)]
 pub(super) struct Named {
-    /// The network or its .ddsl.
+    /// The network or its .ddsl. Optional if only one network runs.
     #[arg(add = networks())]
     pub(super) network: String,
     /// Components by their full names, or groups.
@@ -50,7 +50,7 @@ pub(super) struct Named {
 /// A topic or an operation of a running network.
 #[derive(Args)]
 pub(super) struct TopicArguments {
-    /// The network or its .ddsl.
+    /// The network or its .ddsl. Optional if only one network runs.
     #[arg(add = networks())]
     pub(super) network: String,
     /// COMPONENT.SLOT.OPERATION of one of its ends, its address, or any end of these that means one
@@ -69,7 +69,7 @@ pub(super) struct TopicArguments {
 /// Managed components of a running network.
 #[derive(Args)]
 pub(super) struct Managed {
-    /// The network or its .ddsl.
+    /// The network or its .ddsl. Optional if only one network runs.
     #[arg(add = networks())]
     pub(super) network: String,
     /// Components by their full names, or groups. Without them, all managed components.
@@ -83,7 +83,7 @@ pub(super) struct Managed {
 /// A running component.
 #[derive(Args)]
 pub(super) struct Running {
-    /// The network or its .ddsl.
+    /// The network or its .ddsl. Optional if only one network runs.
     #[arg(add = networks())]
     pub(super) network: String,
     /// The component.

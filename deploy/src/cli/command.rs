@@ -120,7 +120,7 @@ pub(super) enum Command {
     },
     /// Prints the logs of components.
     Logs {
-        /// The network or its .ddsl.
+        /// The network or its .ddsl. Optional if only one network runs.
         #[arg(add = networks())]
         network: String,
         /// The component. Without it, the logs of all components.
@@ -160,7 +160,7 @@ pub(super) enum Command {
     ///
     /// This works also for components that were not started by rcdeploy.
     Emergency {
-        /// The network or its .ddsl.
+        /// The network or its .ddsl. Optional if only one network runs.
         #[arg(add = networks())]
         network: String,
         /// The component.
@@ -175,7 +175,7 @@ pub(super) enum Command {
     /// The `.cdsl` of the component lists the events that may be fired so: `statemachine "FILE" {
     /// external go, stop; }`. This works also for components that were not started by rcdeploy.
     Fire {
-        /// The network or its .ddsl.
+        /// The network or its .ddsl. Optional if only one network runs.
         #[arg(add = networks())]
         network: String,
         /// The component.
@@ -190,17 +190,17 @@ pub(super) enum Command {
     },
     /// Shows, changes and saves the parameters of a running component.
     ///
-    /// `params NETWORK NAME` shows all parameters. This works also for components that were not
+    /// `params NETWORK NAME` shows the parameters of a component, `params NETWORK` those of all. This works also for components that were not
     /// started by rcdeploy.
     #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
     Params {
         #[command(subcommand)]
         action: Option<Action>,
-        /// The network or its .ddsl.
+        /// The network or its .ddsl. Optional if only one network runs.
         #[arg(required = true, add = networks())]
         network: Option<String>,
-        /// The component.
-        #[arg(required = true, add = components())]
+        /// The component. Without it, the parameters of all components.
+        #[arg(add = components())]
         name: Option<String>,
         /// The form of the output: human or json (one document).
         #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
@@ -210,7 +210,7 @@ pub(super) enum Command {
     ///
     /// A rate is that of all messages of the slot, measured over one second.
     List {
-        /// The network or its .ddsl.
+        /// The network or its .ddsl. Optional if only one network runs.
         #[arg(add = networks())]
         network: String,
         /// The form of the output: human or json (one document).
@@ -219,7 +219,7 @@ pub(super) enum Command {
     },
     /// Shows a type, an interface, a slot or an operation of a running network.
     Show {
-        /// The network or its .ddsl.
+        /// The network or its .ddsl. Optional if only one network runs.
         #[arg(add = networks())]
         network: String,
         /// Its name, or any end of it that means one thing.
@@ -283,7 +283,7 @@ pub(super) enum Command {
     /// The component handles the call as if it came from a client. So this works over every
     /// middleware and on every machine of the network.
     Call {
-        /// The network or its .ddsl.
+        /// The network or its .ddsl. Optional if only one network runs.
         #[arg(add = networks())]
         network: String,
         /// COMPONENT.SLOT.OPERATION, or any end of it that means one thing.
@@ -301,7 +301,7 @@ pub(super) enum Command {
     },
     /// Sends a sample to a topic: once, or again and again with `--rate`.
     Send {
-        /// The network or its .ddsl.
+        /// The network or its .ddsl. Optional if only one network runs.
         #[arg(add = networks())]
         network: String,
         /// COMPONENT.SLOT.OPERATION of one of its ends, its address, or any end of these that means

@@ -18,7 +18,7 @@ const PROGRAM: &str = "rcfoxglove";
 
 #[derive(Args)]
 pub(super) struct Foxglove {
-    /// The network or its .ddsl.
+    /// The network or its .ddsl. Optional if only one network runs.
     #[arg(add = networks())]
     network: String,
     /// The TCP port; 0 for any free one.

@@ -11,6 +11,7 @@ mod description;
 mod export;
 mod foxglove;
 mod graph;
+mod left_out;
 mod look;
 mod measure;
 mod messages;
@@ -26,8 +27,8 @@ mod up;
 use crate::Options;
 use command::{Cli, Command};
 use measure::Measure;
-use networks::{named, network_of, running};
-use output::{Failure, print_line, show, system};
+use networks::{network_of, running};
+use output::{Failure, print_data, print_line, show, system};
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use rc_command_line::{Common, Tool};
@@ -56,7 +57,10 @@ const TOOL: Tool = Tool {
 
 /// Runs `rcdeploy` with the arguments of this process.
 pub fn main() -> ExitCode {
-    output::exit_code(run(TOOL.parse::<Cli>().command))
+    let cli = TOOL.parse_edited::<Cli>(|command, words| {
+        left_out::with_network(command, words).unwrap_or_else(|failure| output::end(failure))
+    });
+    output::exit_code(run(cli.command))
 }
 
 fn run(command: Command) -> Result<u8, Failure> {
@@ -120,10 +124,11 @@ fn run(command: Command) -> Result<u8, Failure> {
         }
         Command::Top { network } => top::top(&running(network)?),
         Command::Down { network } => {
-            let network = named(network)?;
+            let network = running(network)?;
             // Components have limits of their own; this one is for a supervisor that does not
             // answer.
-            connection::down(&network, Duration::from_mins(1))?;
+            connection::down(&network, Duration::from_mins(1))
+                .map_err(|error| networks::by_hand_or(&network, error))?;
             Ok(0)
         }
         Command::Status { network, format } => {
@@ -138,7 +143,7 @@ fn run(command: Command) -> Result<u8, Failure> {
             format,
         } => {
             let network = network_of(&network)?;
-            let out = &mut std::io::stdout();
+            let out = &mut rc_diagnostics::print::output();
             logs::print(&network, component.as_deref(), lines, follow, format, out)?;
             Ok(0)
         }
@@ -178,8 +183,11 @@ fn run(command: Command) -> Result<u8, Failure> {
             format,
             ..
         } => {
-            let (network, name) = (network.unwrap_or_default(), name.unwrap_or_default());
-            params::all(&network, &name, format)
+            let network = network_of(&network.unwrap_or_default())?;
+            match name {
+                Some(name) => params::of_component(&network, &name, format),
+                None => params::of_network(&network, format),
+            }
         }
         Command::List { network, format } => look::list(&network, format),
         Command::Show {
@@ -233,7 +241,7 @@ fn run(command: Command) -> Result<u8, Failure> {
         Command::Replay(options) => replay::replay(&options),
         Command::Foxglove(options) => foxglove::foxglove(&options),
         Command::Common(Common::Completions { shell }) => {
-            print_line(format_args!("{}", TOOL.completion_script(shell).trim_end()));
+            print_data(&TOOL.completion_script(shell));
             Ok(0)
         }
         Command::Common(Common::Man { dir }) => man_pages(&dir),

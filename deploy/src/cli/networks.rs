@@ -1,8 +1,9 @@
 //! Which network a command means: its name, its file, or the only one that is up.
 
 use super::output::{Failure, print_findings, system};
-use rc_deploy_client::{by_hand, connection};
-use rc_diagnostics::{Diagnostics, SourceMap, render};
+use rc_deploy_client::error::Error;
+use rc_deploy_client::{by_hand, connection, logs, status};
+use rc_diagnostics::{Diagnostics, SourceMap};
 use std::path::Path;
 
 /// The network of an argument, or the only one that runs: under a supervisor, otherwise by hand.
@@ -10,7 +11,7 @@ pub(super) fn running(argument: Option<String>) -> Result<String, Failure> {
     if argument.is_some() || !connection::networks().is_empty() {
         return named(argument);
     }
-    match by_hand::networks().as_slice() {
+    match running_networks().as_slice() {
         [] => named(None),
         [one] => Ok(one.clone()),
         many => Err(Failure(
@@ -20,8 +21,18 @@ pub(super) fn running(argument: Option<String>) -> Result<String, Failure> {
     }
 }
 
+/// The networks that run under a supervisor; without one, those that run by hand.
+pub(super) fn running_networks() -> Vec<String> {
+    let supervised = connection::networks();
+    if supervised.is_empty() {
+        by_hand::networks()
+    } else {
+        supervised
+    }
+}
+
 /// The network of an argument, or the only one that is up.
-pub(super) fn named(argument: Option<String>) -> Result<String, Failure> {
+fn named(argument: Option<String>) -> Result<String, Failure> {
     if let Some(argument) = argument {
         return network_of(&argument);
     }
@@ -40,7 +51,7 @@ pub(super) fn named(argument: Option<String>) -> Result<String, Failure> {
 pub(super) fn network_of(argument: &str) -> Result<String, Failure> {
     let path = Path::new(argument);
     if path.extension().is_none_or(|e| e != "ddsl") {
-        return Ok(argument.to_owned());
+        return name_of(argument);
     }
     let mut sources = SourceMap::new();
     let (found, named) = name_in(path, &mut sources);
@@ -55,7 +66,7 @@ pub(super) fn network_of(argument: &str) -> Result<String, Failure> {
         ([], None) => {
             let found = found.map_err(|e| system(&format!("{}: {e}", path.display())))?;
             let human = rc_diagnostics::Format::Human;
-            print_findings(&render(&sources, &found, human));
+            print_findings(&sources, &found, human);
             Err(Failure(1, String::new()))
         }
         (many, None) => Err(Failure(
@@ -66,6 +77,41 @@ pub(super) fn network_of(argument: &str) -> Result<String, Failure> {
                 many.join(", ")
             ),
         )),
+    }
+}
+
+/// The reason why a network without a supervisor cannot be stopped: its components were started by
+/// hand, if there are any.
+pub(super) fn by_hand_or(network: &str, error: Error) -> Failure {
+    let report = status::report(network).ok();
+    let pids = report.iter().flat_map(|report| report.components());
+    let pids: Vec<String> = pids.filter_map(|c| Some(c.pid?.to_string())).collect();
+    if !matches!(error, Error::NotUp { .. }) || pids.is_empty() {
+        return error.into();
+    }
+    let pids = pids.join(" ");
+    Failure(
+        3,
+        format!(
+            "the components of network {network} were started by hand, and rcdeploy does not stop them; end them where they run, or with: kill {pids}"
+        ),
+    )
+}
+
+/// The name of a network, unless it is a mistyped one: nothing of it runs or has logs, and another
+/// network with a similar name runs.
+fn name_of(name: &str) -> Result<String, Failure> {
+    let mut known = connection::networks();
+    known.extend(by_hand::networks());
+    if known.iter().any(|known| known == name) || logs::directory(name).exists() {
+        return Ok(name.to_owned());
+    }
+    match rc_diagnostics::nearest(name, known.iter().map(String::as_str)) {
+        Some(near) => Err(Failure(
+            3,
+            format!("network {name} is not up; did you mean `{near}`?"),
+        )),
+        None => Ok(name.to_owned()),
     }
 }
 

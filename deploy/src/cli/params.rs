@@ -2,14 +2,47 @@
 
 use super::arguments::Action;
 use super::networks::network_of;
-use super::output::{Failure, show};
-use rc_deploy_client::{Format, params};
-use rc_management::component::ParameterStatus;
+use super::output::{Failure, print_note, show};
+use rc_deploy_client::{Format, params, status};
+use rc_management::component::{ParameterStatus, Parameters};
+use serde::Serialize;
 
 /// Shows all parameters of a component.
-pub(super) fn all(network: &str, name: &str, format: Format) -> Result<u8, Failure> {
-    let listed = params::list(&network_of(network)?, name, &[])?;
+pub(super) fn of_component(network: &str, name: &str, format: Format) -> Result<u8, Failure> {
+    let listed = params::list(network, name, &[])?;
     show(format, &listed, params::table)
+}
+
+/// The parameters of one component of a network.
+#[derive(Serialize)]
+struct OfComponent {
+    component: String,
+    #[serde(flatten)]
+    listed: Parameters,
+}
+
+/// Shows the parameters of all components. One that does not run or reply has a note.
+pub(super) fn of_network(network: &str, format: Format) -> Result<u8, Failure> {
+    let report = status::report(network)?;
+    let mut all = Vec::new();
+    for component in report.components().map(|c| c.name.clone()) {
+        match params::list(network, &component, &[]) {
+            Ok(listed) => all.push(OfComponent { component, listed }),
+            Err(error) => print_note(&error),
+        }
+    }
+    show(format, &all, |all| {
+        let of = |one: &OfComponent| {
+            let table = if one.listed.parameters.is_empty() {
+                "no parameters\n".to_owned()
+            } else {
+                params::table(&one.listed)
+            };
+            let lines = table.lines().map(|line| format!("  {line}\n"));
+            format!("{}\n{}", one.component, lines.collect::<String>())
+        };
+        all.iter().map(of).collect()
+    })
 }
 
 pub(super) fn params(action: Action) -> Result<u8, Failure> {

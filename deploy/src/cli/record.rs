@@ -31,7 +31,7 @@ const TURN: Duration = Duration::from_millis(100);
 /// Arguments of `record`.
 #[derive(clap::Args)]
 pub(super) struct Record {
-    /// The network or its .ddsl.
+    /// The network or its .ddsl. Optional if only one network runs.
     #[arg(add = networks())]
     network: String,
     /// Topics and operations: whole names, addresses, or any ends of these that mean one thing.

@@ -54,6 +54,12 @@ pub(super) fn up(
         })?
     };
     let plan = network.plan(input.profile)?;
+    let directory = RunDirectory::of(&plan.network);
+    let names = plan
+        .components
+        .iter()
+        .map(|component| component.name.as_str());
+    check_sockets(&directory, names.chain(["rcdeploy"]))?;
     if detach {
         let mut command = Process::new(own_program().map_err(|e| system(&e))?);
         command
@@ -90,6 +96,31 @@ pub(super) fn up(
     };
     let name = plan.network.clone();
     Ok(crate::up(&plan, &options, &|| wipe(&name)).exit_code())
+}
+
+/// The longest path of a socket in bytes, see unix(7).
+const MAX_SOCKET_PATH: usize = 107;
+
+/// Refuses a run directory in which a component could not open its socket.
+fn check_sockets<'n>(
+    directory: &RunDirectory,
+    names: impl Iterator<Item = &'n str>,
+) -> Result<(), Failure> {
+    let paths = names.map(|name| directory.socket(&name.replace('.', "-")));
+    let Some(longest) = paths.max_by_key(|path| path.as_os_str().len()) else {
+        return Ok(());
+    };
+    let length = longest.as_os_str().len();
+    if length <= MAX_SOCKET_PATH {
+        return Ok(());
+    }
+    Err(Failure(
+        3,
+        format!(
+            "the path of a socket has at most {MAX_SOCKET_PATH} bytes, and {} has {length}; set XDG_RUNTIME_DIR to a folder with a shorter path, or shorten the names of network and component",
+            longest.display()
+        ),
+    ))
 }
 
 fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
@@ -137,5 +168,23 @@ fn wipe(network: &str) {
         print_error(format_args!(
             "rcdeploy: the shared memory of {network} was not removed: {error}"
         ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn too_long_a_path_of_a_socket_is_refused_before_anything_starts() {
+        let directory = RunDirectory::of("patrol");
+        assert!(check_sockets(&directory, ["avoider", "rcdeploy"].into_iter()).is_ok());
+        let long = "a".repeat(MAX_SOCKET_PATH);
+        let refused = check_sockets(&directory, ["avoider", &long].into_iter());
+        let Err(Failure(3, message)) = refused else {
+            panic!("it is accepted");
+        };
+        assert!(message.contains("set XDG_RUNTIME_DIR"), "{message}");
+        assert!(message.contains(&long), "{message}");
     }
 }

@@ -44,6 +44,7 @@ mod numbers;
 mod parse;
 mod text;
 mod types;
+mod unique;
 mod value;
 
 pub use catalog::{Catalog, Exception, Interface, Operation, Pattern};
@@ -56,4 +57,5 @@ pub use json::{default, from_json};
 pub use numbers::Numbers;
 pub use text::Style;
 pub use types::{Enum, Layout, Member, Primitive, Range, Struct, Type};
+pub use unique::json_of_person;
 pub use value::Value;

@@ -75,6 +75,29 @@ fn a_parameter_is_changed_and_saved_at_run_time() {
     let row = "safe_distance  600.0  700.0    float, from 150 to 3000, in mm  now";
     assert!(table.stdout.contains(row), "{table:?}");
 
+    // Only this network runs, so its name may be left out.
+    assert_eq!(params(&site, &["avoider"]).stdout, table.stdout);
+    let one = params(&site, &["get", "avoider", "safe_distance"]);
+    assert_eq!(one.stdout, "safe_distance = 600.0\n", "{one:?}");
+    for all in [&[][..], &[net]] {
+        let all = params(&site, all);
+        let parts = ["avoider\n  parameter ", row, "\nmonitor\n"];
+        assert!(
+            parts.iter().all(|part| all.stdout.contains(part)),
+            "{all:?}"
+        );
+    }
+    let logs = site.rcdeploy(&["logs", "avoider", "-n", "1"], false);
+    assert_eq!((logs.code, logs.stdout.lines().count()), (0, 1), "{logs:?}");
+    // A mistyped name is no argument.
+    let mistyped = format!("{net}x");
+    for args in [&["list", &mistyped][..], &["params", &mistyped]] {
+        let refused = site.rcdeploy(args, false);
+        assert_eq!(refused.code, 3, "{refused:?}");
+        let wanted = format!("network {mistyped} is not up; did you mean `{net}`?");
+        assert!(refused.stderr.contains(&wanted), "{refused:?}");
+    }
+
     // With speed 0, the poses repeat.
     let stand = params(&site, &["set", net, "avoider", "speed=0", "turn_speed=0.1"]);
     assert_eq!(stand.code, 0, "{stand:?}");
