@@ -67,9 +67,13 @@ impl NewComponent {
         let name = &self.name;
         let is_package = self.language.is_built_by_cargo();
         let named = (generator::of(self.language).name)(name);
-        named.map_err(|reason| {
+        let cannot = |reason: &str| {
             Error::Refused(format!("a component cannot be called `{name}`: {reason}"))
-        })?;
+        };
+        named.map_err(cannot)?;
+        if name == "rcdeploy" {
+            return Err(cannot("rcdeploy has sockets and logs of this name"));
+        }
         let folder = self.folder();
         let there = workspace.root().join(&folder);
         if there.exists() {
@@ -114,11 +118,8 @@ impl NewComponent {
                     imports.push(file);
                 }
             }
-            slots.push_str(&format!(
-                "        {} {};\n",
-                role.word(),
-                interfaces.join(", ")
-            ));
+            let names: Vec<&str> = interfaces.iter().map(|name| scoped(name).1).collect();
+            slots.push_str(&format!("        {} {};\n", role.word(), names.join(", ")));
         }
         let imports: String = imports
             .iter()
@@ -210,27 +211,52 @@ pub fn member(workspace: &Workspace, component: &NewComponent) -> std::io::Resul
     Ok(files)
 }
 
-/// The file that a component in the folder `there` imports for an interface.
-fn file_of(interface: &str, there: &Path, loader: &FileLoader) -> Result<String, Error> {
+/// The file that a component in the folder `there` imports for an interface, `Laser` or, where two
+/// modules declare it, `RoboCompLaser::Laser`.
+fn file_of(wanted: &str, there: &Path, loader: &FileLoader) -> Result<String, Error> {
     let from = there.join("new.cdsl");
     let known = loader.known(&from, "idsl");
+    let (module, interface) = scoped(wanted);
     let usual = format!("{interface}.idsl");
     let mut declared = Vec::new();
+    // The modules that declare it, each with its file.
+    let mut found: Vec<(String, String)> = Vec::new();
     let files = known.iter().filter(|file| **file == usual);
     for file in files.chain(known.iter().filter(|file| **file != usual)) {
-        let Ok(found) = loader.find(&from, file, "idsl") else {
+        let Ok(text) = loader.find(&from, file, "idsl") else {
             continue;
         };
         let mut sources = SourceMap::new();
-        let source = sources.add(&found.path, found.text);
-        let module = rc_idsl::parse(&sources, source).0.module;
-        let decls = module.into_iter().flat_map(|module| module.decls);
+        let source = sources.add(&text.path, text.text);
+        let Some(tree) = rc_idsl::parse(&sources, source).0.module else {
+            continue;
+        };
+        let name = tree.name.text;
+        let decls = tree.decls.into_iter();
         let interfaces = decls.filter(|decl| matches!(decl.kind, DeclKind::Interface(_)));
         let names: Vec<String> = interfaces.map(|decl| decl.name.text).collect();
-        if names.iter().any(|name| name == interface) {
-            return Ok(file.clone());
+        let is_other = found.iter().all(|(other, _)| *other != name);
+        if is_other && names.iter().any(|name| name == interface) {
+            found.push((name, file.clone()));
         }
         declared.extend(names);
+    }
+    found.sort();
+    match (found.as_slice(), module) {
+        (_, Some(module)) if found.iter().any(|(name, _)| name == module) => {
+            let mut chosen = found.into_iter().filter(|(name, _)| name == module);
+            return Ok(chosen.next().map_or(usual, |(_, file)| file));
+        }
+        ([(_, file)], None) => return Ok(file.clone()),
+        ([], _) => {}
+        (all, _) => {
+            let all = all.iter();
+            let all = all.map(|(name, file)| format!("`{name}::{interface}` ({file})"));
+            return Err(Error::Refused(format!(
+                "which interface `{interface}`? There are {}; write one of these names",
+                all.collect::<Vec<_>>().join(" and ")
+            )));
+        }
     }
     let near = rc_diagnostics::nearest(interface, declared.iter().map(String::as_str));
     let hint = near.map_or_else(
@@ -238,6 +264,14 @@ fn file_of(interface: &str, there: &Path, loader: &FileLoader) -> Result<String,
         |near| format!("did you mean `{near}`?"),
     );
     Err(Error::Refused(format!(
-        "unknown interface `{interface}`; {hint}"
+        "unknown interface `{wanted}`; {hint}"
     )))
+}
+
+/// The module, if it is named, and the name of an interface.
+fn scoped(interface: &str) -> (Option<&str>, &str) {
+    match interface.split_once("::") {
+        Some((module, name)) => (Some(module), name),
+        None => (None, interface),
+    }
 }

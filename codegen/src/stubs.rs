@@ -40,6 +40,8 @@ pub struct Missing {
     pieces: Vec<Piece>,
     /// The `src/` of a component that is no library yet.
     no_library: Option<PathBuf>,
+    /// The functions of states that the worker may have and has not: documentation and signature.
+    hooks: Vec<(String, String)>,
     /// The manifest, and the lines of dependencies that it lacks.
     manifest: PathBuf,
     dependencies: Vec<String>,
@@ -150,10 +152,12 @@ pub fn of(
         });
     }
     misfits(&component, &view, &code, &worker, &pieces, &mut found);
+    let hooks = hooks(&view, &code, &worker);
     let missing = Missing {
         view,
         worker,
         pieces,
+        hooks,
         no_library: Some(src).filter(|src| !src.join("lib.rs").exists()),
         manifest: folder.join("Cargo.toml"),
         dependencies: lacking.into_iter().map(dependencies::line).collect(),
@@ -247,6 +251,34 @@ fn signature(slot: &Slot, needed: &str, method: &Method, types: &Types, found: &
         Diagnostic::warning("handler-signature", method.span, message)
             .help(format!("needed now: `{needed}`")),
     );
+}
+
+/// The functions of states that the worker does not have: their documentation and their signatures.
+fn hooks(view: &view::Component, code: &Code, worker: &str) -> Vec<(String, String)> {
+    let blocks = code.blocks.iter();
+    let blocks = blocks.filter(|b| b.name == TRAIT && b.worker == worker);
+    let methods = blocks.flat_map(|b| &b.methods).map(|m| m.name.as_str());
+    let there: BTreeSet<&str> = methods.collect();
+    let states = view.machine.iter().flat_map(|machine| &machine.states);
+    let all = states.flat_map(|state| {
+        let path = &state.path;
+        [
+            ("entry", format!("Runs when `{path}` is entered.")),
+            ("exit", format!("Runs when `{path}` is left.")),
+            (
+                "during",
+                format!("Runs once a period while `{path}` is active, in place of `compute`."),
+            ),
+        ]
+        .map(|(kind, doc)| (doc, rust::machine::hook(kind, &state.name)))
+    });
+    all.filter(|(_, name)| !there.contains(name.as_str()))
+        .map(|(doc, name)| {
+            let signature =
+                format!("fn {name}(&mut self, ctx: &mut Context) -> Result<(), WorkerError>");
+            (doc, signature)
+        })
+        .collect()
 }
 
 /// Warns of functions of the worker for states that are never active.
@@ -343,6 +375,25 @@ impl Missing {
         );
         let (library, manifest) = (library.as_ref(), manifest.as_ref());
         Ok(printer.stubs(&files, library, manifest, &self.worker)?)
+    }
+
+    /// The functions of states that the worker may have, as comments with the imports that they
+    /// need. Empty if there is no machine, or if the worker has all of them.
+    pub fn hooks(&self) -> String {
+        if self.hooks.is_empty() {
+            return String::new();
+        }
+        let package = rust::names::package(&self.view.name);
+        let mut out = format!(
+            "// Of `impl {TRAIT} for {}`, each as you need it:\n\
+             // use {package}_generated::machine::{{MachineEvent, MachineState}};\n\
+             // use {package}_generated::{{Context, WorkerError}};\n",
+            self.worker
+        );
+        for (doc, signature) in &self.hooks {
+            out.push_str(&format!("//\n// /// {doc}\n// {signature}\n"));
+        }
+        out
     }
 
     /// One note for each slot that lacks handlers.

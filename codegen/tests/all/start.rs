@@ -300,3 +300,47 @@ fn many_at_once() {
         "{err}"
     );
 }
+
+#[test]
+fn an_interface_that_two_modules_declare_is_asked_about() {
+    let (_folder, robot) = workspace();
+    for module in ["One", "Two"] {
+        let text = format!("module {module} {{ interface Drive {{ void go(); }}; }};");
+        write(&robot.join(format!("interfaces/{module}.idsl")), &text);
+    }
+    let new = |implements: &str| rcgen(&robot, &["new", "mover", "--implements", implements]);
+    let (code, _, err) = new("Drive");
+    assert_eq!(code, 2, "{err}");
+    let wanted =
+        "which interface `Drive`? There are `One::Drive` (One.idsl) and `Two::Drive` (Two.idsl)";
+    assert!(err.contains(wanted), "{err}");
+    let (code, _, err) = new("Two::Drive");
+    assert_eq!((code, err.as_str()), (0, ""));
+    let cdsl = read(&robot.join("components/mover/mover.cdsl"));
+    assert!(cdsl.contains("import \"Two.idsl\";"), "{cdsl}");
+    assert!(cdsl.contains("implements Drive;"), "{cdsl}");
+    let (code, _, err) = rcgen(&robot, &["new", "rcdeploy"]);
+    assert_eq!(code, 2);
+    assert!(
+        err.contains("rcdeploy has sockets and logs of this name"),
+        "{err}"
+    );
+    let (code, _, err) = rcgen(&robot, &["init", "inner"]);
+    assert_eq!(code, 2);
+    assert!(err.contains("would be inside the workspace"), "{err}");
+}
+
+#[test]
+fn a_copied_component_needs_a_name_of_its_own() {
+    let (_folder, robot) = workspace();
+    succeeds(&robot, &["new", "mover"]);
+    let copied = std::process::Command::new("cp")
+        .args(["-r", "components/mover", "components/other"])
+        .current_dir(&robot)
+        .status();
+    assert!(copied.is_ok_and(|status| status.success()));
+    let (code, _, err) = rcgen(&robot, &[".", "--format", "short"]);
+    assert_eq!(code, 1, "{err}");
+    let wanted = "./components/other/mover.cdsl:3:11: error[copied-component]: component `mover` stands in two folders of the workspace; first declared here at ./components/mover/mover.cdsl:3:11 (give the copy a name of its own";
+    assert!(err.contains(wanted), "{err}");
+}

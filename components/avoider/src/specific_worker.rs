@@ -2,7 +2,7 @@
 //! `driving`.
 
 use crate::policy::{Measure, Motion, Settings, Side, cruise, is_clear, is_clear_again};
-use avoider_generated::machine::Event;
+use avoider_generated::machine::MachineEvent;
 use avoider_generated::network_time::Time;
 use avoider_generated::{Context, StateMachine, Worker, WorkerError};
 use std::time::Duration;
@@ -33,7 +33,7 @@ impl Worker for SpecificWorker {
 impl StateMachine for SpecificWorker {
     /// The robot drives from the start on.
     fn entry_motion(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
-        ctx.machine.fire(Event::Go);
+        ctx.machine.fire(MachineEvent::Go);
         Ok(())
     }
 
@@ -72,7 +72,7 @@ impl StateMachine for SpecificWorker {
         if is_clear(&self.scan, &settings) {
             return drive(ctx, cruise(&self.scan, &settings));
         }
-        ctx.machine.fire(Event::Obstacle);
+        ctx.machine.fire(MachineEvent::Obstacle);
         self.turn(ctx)
     }
 
@@ -81,7 +81,7 @@ impl StateMachine for SpecificWorker {
         if !is_clear_again(&self.scan, &settings) {
             return self.turn(ctx);
         }
-        ctx.machine.fire(Event::Clear);
+        ctx.machine.fire(MachineEvent::Clear);
         drive(ctx, cruise(&self.scan, &settings))
     }
 
@@ -92,7 +92,7 @@ impl StateMachine for SpecificWorker {
 
     fn during_blocked(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
         if is_clear_again(&self.scan, &settings(ctx)) {
-            ctx.machine.fire(Event::Clear);
+            ctx.machine.fire(MachineEvent::Clear);
         }
         drive(ctx, Motion::default())
     }
@@ -106,9 +106,9 @@ impl StateMachine for SpecificWorker {
         self.looked = Some(now);
         let battery = ctx.battery_status.get_battery_state()?;
         if battery.percentage < LOW {
-            ctx.machine.fire(Event::BatteryLow);
+            ctx.machine.fire(MachineEvent::BatteryLow);
         } else if battery.percentage >= FULL {
-            ctx.machine.fire(Event::BatteryFull);
+            ctx.machine.fire(MachineEvent::BatteryFull);
         }
         Ok(())
     }

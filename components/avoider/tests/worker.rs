@@ -1,7 +1,7 @@
 //! The worker without scanner, base, battery or process.
 
 use avoider::SpecificWorker;
-use avoider_generated::machine::{Event, State};
+use avoider_generated::machine::{MachineEvent, MachineState};
 use avoider_generated::testing::{DifferentialRobotCall, Fault, TestContext};
 use avoider_generated::{BatteryStates, Params, TBattery, TData, WorkerError};
 use std::cell::Cell;
@@ -47,19 +47,19 @@ fn a_clear_way_is_driven_and_an_obstacle_is_not() -> Result<(), Box<dyn std::err
     );
     test.laser.on_get_laser_data(|| wall(4000.0));
     run(&mut test, &mut worker, PERIOD);
-    assert!(test.machine.is_in(State::Cruising));
+    assert!(test.machine.is_in(MachineState::Cruising));
     assert_eq!(test.differential_robot.take_calls(), [DRIVE]);
     test.laser.on_get_laser_data(|| wall(400.0));
     run(&mut test, &mut worker, PERIOD);
-    assert!(test.machine.is_in(State::Turning));
+    assert!(test.machine.is_in(MachineState::Turning));
     assert_eq!(test.differential_robot.take_calls(), [TURN]);
     test.laser.on_get_laser_data(|| wall(4000.0));
     run(&mut test, &mut worker, PERIOD);
-    assert!(test.machine.is_in(State::Cruising));
+    assert!(test.machine.is_in(MachineState::Cruising));
     assert_eq!(test.differential_robot.take_calls(), [DRIVE]);
-    test.machine.fire(Event::Stop);
+    test.machine.fire(MachineEvent::Stop);
     run(&mut test, &mut worker, PERIOD);
-    assert!(test.machine.is_in(State::Idle));
+    assert!(test.machine.is_in(MachineState::Idle));
     let stop = DifferentialRobotCall::StopBase;
     assert_eq!(test.differential_robot.calls(), [stop]);
     Ok(())
@@ -75,16 +75,16 @@ fn a_robot_that_finds_no_way_stands_and_tries_again() -> Result<(), Box<dyn std:
     let mut worker: SpecificWorker = test.start()?;
     test.laser.on_get_laser_data(|| wall(400.0));
     run(&mut test, &mut worker, Duration::from_secs(10));
-    assert!(test.machine.is_in(State::Turning));
+    assert!(test.machine.is_in(MachineState::Turning));
     assert_eq!(test.differential_robot.take_calls().last(), Some(&TURN));
     run(&mut test, &mut worker, Duration::from_secs(1));
-    assert!(test.machine.is_in(State::Blocked));
+    assert!(test.machine.is_in(MachineState::Blocked));
     assert_eq!(test.differential_robot.take_calls().last(), Some(&STAND));
     run(&mut test, &mut worker, Duration::from_secs(5));
-    assert!(test.machine.is_in(State::Turning));
+    assert!(test.machine.is_in(MachineState::Turning));
     test.laser.on_get_laser_data(|| wall(4000.0));
     run(&mut test, &mut worker, PERIOD);
-    assert!(test.machine.is_in(State::Cruising));
+    assert!(test.machine.is_in(MachineState::Cruising));
     Ok(())
 }
 
@@ -112,14 +112,14 @@ fn a_robot_that_is_stopped_while_it_charges_stands_until_it_is_told_to_go()
     let mut worker: SpecificWorker = test.start()?;
     let second = Duration::from_secs(1);
     for (level, event, motion) in [
-        (10.0, None, State::Charging),
-        (10.0, Some(Event::Stop), State::Idle),
-        (90.0, None, State::Idle),
-        (10.0, None, State::Idle),
-        (10.0, Some(Event::Go), State::Charging),
-        (90.0, None, State::Cruising),
-        (90.0, Some(Event::Stop), State::Idle),
-        (90.0, Some(Event::Go), State::Cruising),
+        (10.0, None, MachineState::Charging),
+        (10.0, Some(MachineEvent::Stop), MachineState::Idle),
+        (90.0, None, MachineState::Idle),
+        (10.0, None, MachineState::Idle),
+        (10.0, Some(MachineEvent::Go), MachineState::Charging),
+        (90.0, None, MachineState::Cruising),
+        (90.0, Some(MachineEvent::Stop), MachineState::Idle),
+        (90.0, Some(MachineEvent::Go), MachineState::Cruising),
     ] {
         percentage.set(level);
         event.into_iter().for_each(|event| test.machine.fire(event));
@@ -138,11 +138,11 @@ fn with_a_low_battery_it_stands_until_it_has_charged() -> Result<(), Box<dyn std
     let mut worker: SpecificWorker = test.start()?;
     let second = Duration::from_secs(1);
     for (level, motion, battery) in [
-        (50.0, State::Cruising, State::Charged),
-        (19.0, State::Charging, State::Low),
-        (79.0, State::Charging, State::Low),
-        (80.0, State::Cruising, State::Charged),
-        (21.0, State::Cruising, State::Charged),
+        (50.0, MachineState::Cruising, MachineState::Charged),
+        (19.0, MachineState::Charging, MachineState::Low),
+        (79.0, MachineState::Charging, MachineState::Low),
+        (80.0, MachineState::Cruising, MachineState::Charged),
+        (21.0, MachineState::Cruising, MachineState::Charged),
     ] {
         percentage.set(level);
         run(&mut test, &mut worker, 2 * second);

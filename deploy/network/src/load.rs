@@ -102,17 +102,20 @@ fn name_members(
 /// The path of the component near `folder` that `wanted` most likely means: with the same file
 /// name, or with a similar path.
 fn nearest_file(folder: &Path, wanted: &str) -> Option<String> {
-    let mut known = Vec::new();
     let mut left = MAX_ENTRIES;
+    let (mut known, mut beside) = (Vec::new(), Vec::new());
     components_in(folder, Path::new(""), 0, &mut left, &mut known);
     components_in(
         &folder.join(".."),
         Path::new(".."),
         0,
         &mut left,
-        &mut known,
+        &mut beside,
     );
     known.sort();
+    beside.sort();
+    // Shorter paths come first.
+    known.extend(beside);
     let name = |path: &str| Path::new(path).file_name().map(ToOwned::to_owned);
     let same = known.iter().find(|path| name(path) == name(wanted));
     let near = || rc_diagnostics::nearest(wanted, known.iter().map(String::as_str));

@@ -69,7 +69,9 @@ fn root(text: XmlSource<'_>, root: roxmltree::Node<'_, '_>, found: &mut Diagnost
         let message = format!("expected `<{}>`, found `<{name}>`", elements::ROOT);
         let error = Diagnostic::error("not-an-innermodel", text.tag(root), message);
         found.push(if name == "robot" {
-            error.help("this is a URDF: `rcgen import FILE --out FILE.xml` makes an InnerModel file of it")
+            error.help(
+                "this is a URDF: `rcgen import FILE --out FILE.xml` makes an InnerModel file of it",
+            )
         } else {
             error
         });

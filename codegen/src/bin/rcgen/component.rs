@@ -45,15 +45,20 @@ pub(crate) fn print_stubs(
     let Some(missing) = missing else {
         return Err(Failure::Input);
     };
+    let hooks = missing.hooks();
     if !missing.is_empty() {
         print(&missing.text().map_err(system)?);
+        if !hooks.is_empty() {
+            print("\n");
+        }
     } else if common.format != Format::Json {
         tell(format_args!(
-            "{}: nothing is missing; handlers: {}\n",
+            "{}: nothing is missing; handlers: {}",
             file.display(),
             missing.total()
         ));
     }
+    print(&hooks);
     Ok(())
 }
 
@@ -76,7 +81,7 @@ fn print_python_stubs(
         print(&missing.text());
     } else if common.format != Format::Json {
         tell(format_args!(
-            "{}: nothing is missing; handlers: {}\n",
+            "{}: nothing is missing; handlers: {}",
             file.display(),
             missing.total()
         ));

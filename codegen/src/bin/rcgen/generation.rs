@@ -1,7 +1,7 @@
 //! `rcgen generate`, `rcgen FILE.cdsl` and `rcgen FOLDER`.
 
 use crate::command_line::{Cli, Generate};
-use crate::reports::{Failure, print_line, report, system, tell, try_load};
+use crate::reports::{Failure, print_findings, print_line, report, system, tell, try_load};
 use clap::CommandFactory;
 use rc_cdsl::model::Middleware;
 use rc_codegen::cargo_workspace::Workspace;
@@ -9,9 +9,8 @@ use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::generation::{self, Component, Part};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
-use rc_codegen::{FileLoader, Project, dependencies, languages, parallel, paths, stubs};
-use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
-use rc_vocabulary::Language;
+use rc_codegen::{FileLoader, Project, dependencies, languages, names, parallel, paths, stubs};
+use rc_diagnostics::{Diagnostic, Diagnostics, Format, Name, SourceMap};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -108,10 +107,7 @@ fn all(args: &Generate, summary: &mut Summary) -> Result<(), Failure> {
     }
     if args.check && matches!(outcome, Err(Failure::Input)) {
         let names: Vec<String> = args.files.iter().map(|f| f.display().to_string()).collect();
-        tell(format_args!(
-            "generate it anew: rcgen {}\n",
-            names.join(" ")
-        ));
+        tell(format_args!("generate it anew: rcgen {}", names.join(" ")));
     }
     outcome
 }
@@ -119,7 +115,7 @@ fn all(args: &Generate, summary: &mut Summary) -> Result<(), Failure> {
 /// A manifest that is not TOML is wrong input of the user, not a refusal of the system.
 pub(crate) fn manifest(error: std::io::Error) -> Failure {
     if error.kind() == std::io::ErrorKind::InvalidInput {
-        tell(format_args!("rcgen: error: {error}\n"));
+        tell(format_args!("rcgen: error: {error}"));
         return Failure::Input;
     }
     system(error)
@@ -159,7 +155,7 @@ pub(crate) fn groups(args: &Generate) -> Result<BTreeMap<PathBuf, Group>, Failur
             for file in unlisted {
                 let folder = folder_of(&file, args);
                 tell(format_args!(
-                    "{} is not a member of the workspace; add it to `members`\n",
+                    "{} is not a member of the workspace; add it to `members`",
                     folder.display()
                 ));
             }
@@ -271,6 +267,7 @@ impl Group {
                 }
             }
         }
+        copies(&loaded, &mut found);
         let print =
             |(file, project): &mut (&PathBuf, Project)| self.component(file, project, args, alone);
         let printed = parallel::map(&mut loaded, print);
@@ -331,7 +328,7 @@ impl Group {
         for file in skipped {
             let file = file.display();
             tell(format_args!(
-                "{file} is skipped: its files have errors; the interfaces that it used before stay\n"
+                "{file} is skipped: its files have errors; the interfaces that it used before stay"
             ));
         }
         let Some(parts) = parts else {
@@ -368,7 +365,7 @@ impl Group {
                 if handlers_changed(steps) {
                     let file = projects[at].path.display();
                     tell(format_args!(
-                        "{file}: the handlers changed; `rcgen stubs {file}` prints what the worker lacks\n"
+                        "{file}: the handlers changed; `rcgen stubs {file}` prints what the worker lacks"
                     ));
                 }
             } else if let Some(at) = part.component {
@@ -378,7 +375,7 @@ impl Group {
                 }
                 // Where the worker cannot be read, the compiler reports it.
                 if let Ok(found) = stubs::unreachable(project, &mut sources) {
-                    tell(format_args!("{}", render(&sources, &found, format)));
+                    print_findings(&sources, &found, format);
                 }
             }
             if let Some(at) = part.component
@@ -386,7 +383,7 @@ impl Group {
             {
                 let file = projects[at].path.display();
                 tell(format_args!(
-                    "{file}: the component has no src/lib.rs; `rcgen stubs {file}` prints it\n"
+                    "{file}: the component has no src/lib.rs; `rcgen stubs {file}` prints it"
                 ));
             }
         }
@@ -456,12 +453,39 @@ impl Group {
                         None => PathBuf::from("the workspace"),
                     };
                     let of = of.display();
-                    tell(format_args!("{of} is not up to date: {change} {path}\n"));
+                    tell(format_args!("{of} is not up to date: {change} {path}"));
                     fresh = Err(Failure::Input);
                 }
             }
         }
         Ok(fresh)
+    }
+}
+
+/// Reports components with the same package: cargo refuses their workspace. Most likely, a folder
+/// was copied.
+fn copies(loaded: &[(&PathBuf, Project)], found: &mut Diagnostics) {
+    let mut first: BTreeMap<String, &Name> = BTreeMap::new();
+    for (_, project) in loaded {
+        let name = &project.component.name;
+        if !project.language().is_some_and(Language::is_built_by_cargo) {
+            continue;
+        }
+        let Some(other) = first.insert(names::package(&name.text), name) else {
+            continue;
+        };
+        let message = format!(
+            "component `{}` stands in two folders of the workspace",
+            name.text
+        );
+        let help = "give the copy a name of its own: here, in the name of this file, in `name` of \
+                    its Cargo.toml, and in the paths `NAME_generated` of its src/; or start with \
+                    `rcgen new NAME --from FILE.cdsl`";
+        found.push(
+            Diagnostic::error("copied-component", name.span, message)
+                .label(other.span, "first declared here")
+                .help(help),
+        );
     }
 }
 
@@ -494,6 +518,6 @@ fn handlers_changed(steps: &[Step]) -> bool {
 fn say_what_is_missing(project: &Project, folder: &Path, sources: &mut SourceMap, format: Format) {
     if let Ok((Some(missing), mut found)) = stubs::of(project, folder, sources) {
         found.extend(missing.notes(project));
-        tell(format_args!("{}", render(sources, &found, format)));
+        print_findings(sources, &found, format);
     }
 }

@@ -4,6 +4,7 @@ use crate::command_line::{Common, Generate, New};
 use crate::generation;
 use crate::reports::{Failure, print_line, system, tell};
 use rc_cdsl::model::Role;
+use rc_codegen::cargo_workspace::Workspace;
 use rc_codegen::files::Change;
 use rc_codegen::new_component::{self, NewComponent};
 use rc_codegen::paths::{absolute, relative};
@@ -21,6 +22,14 @@ pub(crate) fn init(dir: &Path, framework: &str, shared_target: bool) -> Result<(
             dir.display()
         )));
     }
+    let parent = root.parent().unwrap_or(&root);
+    if let Ok(Some(around)) = Workspace::of(parent) {
+        return Err(Failure::Usage(format!(
+            "{} would be inside the workspace {}, whose components `rcgen new` makes; name a folder outside of it",
+            dir.display(),
+            around.root().display()
+        )));
+    }
     let network = root.file_name().unwrap_or_default().to_string_lossy();
     let network = match names::package(&network) {
         name if name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.is_ascii() => name,
@@ -34,7 +43,7 @@ pub(crate) fn init(dir: &Path, framework: &str, shared_target: bool) -> Result<(
     if !framework.is_portable() {
         tell(format_args!(
             "note: the workspace builds on this machine only, since Cargo.toml names the framework by a path outside; \
-             --framework also takes a git address, a version, or a folder inside the workspace\n"
+             --framework also takes a git address, a version, or a folder inside the workspace"
         ));
     }
     Ok(())
@@ -81,7 +90,7 @@ pub(crate) fn new(args: New) -> Result<(), Failure> {
     if generated.is_err() {
         // Nothing is left of a component that cannot be generated.
         std::fs::remove_dir_all(&folder).map_err(system)?;
-        tell(format_args!("{} was removed again\n", folder.display()));
+        tell(format_args!("{} was removed again", folder.display()));
         return generated;
     }
     let member = new_component::member(&workspace, &wanted).map_err(system)?;

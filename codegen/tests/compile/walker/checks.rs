@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 use std::time::Duration;
 use walker_generated::lifecycle::{LifecycleState, Transition};
-use walker_generated::machine::{Event, State};
+use walker_generated::machine::{MachineEvent, MachineState};
 use walker_generated::testing::TestContext;
 use walker_generated::{Context, StateMachine, Worker, WorkerError};
 
@@ -24,8 +24,8 @@ struct Walker {
 
 impl Worker for Walker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
-        assert!(!ctx.machine.is_in(State::Idle));
-        ctx.machine.fire(Event::Go);
+        assert!(!ctx.machine.is_in(MachineState::Idle));
+        ctx.machine.fire(MachineEvent::Go);
         Ok(Self::default())
     }
 
@@ -36,7 +36,7 @@ impl Worker for Walker {
 
     fn finalize(&mut self, ctx: &mut Context) {
         assert!(ctx.machine.has_ended());
-        ctx.machine.fire(Event::Go);
+        ctx.machine.fire(MachineEvent::Go);
         log("finalize");
     }
 }
@@ -64,7 +64,7 @@ impl StateMachine for Walker {
 
     fn during_idle(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
         log("idle");
-        ctx.machine.fire(Event::Go);
+        ctx.machine.fire(MachineEvent::Go);
         Ok(())
     }
 
@@ -78,13 +78,13 @@ impl StateMachine for Walker {
     fn during_left(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
         log("left");
         self.stepped = true;
-        ctx.machine.fire(Event::Step);
+        ctx.machine.fire(MachineEvent::Step);
         Ok(())
     }
 
     fn entry_shut(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
-        assert!(ctx.machine.is_in(State::Right) && ctx.machine.is_in(State::Walking));
-        log(&format!("entry of {}", State::Shut));
+        assert!(ctx.machine.is_in(MachineState::Right) && ctx.machine.is_in(MachineState::Walking));
+        log(&format!("entry of {}", MachineState::Shut));
         Ok(())
     }
 
@@ -125,7 +125,7 @@ struct Panicking;
 
 impl Worker for Panicking {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
-        ctx.machine.fire(Event::Go);
+        ctx.machine.fire(MachineEvent::Go);
         Ok(Self)
     }
 }
@@ -181,7 +181,7 @@ impl StateMachine for Tested {
     fn during_idle(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
         self.idled = true;
         if self.fails {
-            ctx.machine.fire(Event::Go);
+            ctx.machine.fire(MachineEvent::Go);
             return Err(WorkerError::Failed("it slipped".to_owned()));
         }
         Ok(())
@@ -217,10 +217,10 @@ fn a_run_handles_the_events_that_wait_before_the_first_period() {
     ] {
         let mut test = TestContext::new();
         let mut worker: Tested = started(&mut test);
-        test.machine.fire(Event::Go);
+        test.machine.fire(MachineEvent::Go);
         test.set_state(state);
         test.run(&mut worker, MOMENT).unwrap();
-        assert!(test.machine.is_in(State::Walking), "{state:?}");
+        assert!(test.machine.is_in(MachineState::Walking), "{state:?}");
         assert!(!worker.idled);
     }
 }

@@ -6,9 +6,12 @@ use rc_runtime::machine::{Chart, Hooks, Numbered, Parts};
 use rc_runtime::{Core, WorkerError};
 use std::fmt;
 
+#[doc(hidden)]
+pub use self::{MachineEvent as Event, MachineState as State};
+
 /// A state of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum State {
+pub enum MachineState {
     /// `on`
     On,
     /// `on.motion`
@@ -60,7 +63,7 @@ impl fmt::Display for State {
 
 /// An event that the worker can fire: `ctx.machine.fire(event)`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Event {
+pub enum MachineEvent {
     /// `go`
     Go,
     /// `battery.full`

@@ -212,7 +212,6 @@ fn invalid_changes_are_reported_and_not_applied() {
     for usage in [
         &["set", net, "avoider", "speed"][..],
         &["set", net, "avoider", "a=1", "a=2"],
-        &[net],
     ] {
         assert_eq!(params(&site, usage).code, 2, "{usage:?}");
     }
