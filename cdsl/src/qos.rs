@@ -44,7 +44,10 @@ fn allowed(policy: PolicyName) -> String {
 fn scalar(value: &Literal) -> Scalar<'_> {
     match &value.kind {
         LiteralKind::Name(word) if word != "none" => Scalar::Text(word),
-        LiteralKind::Int(number) => Scalar::Int(*number),
+        // Every limit is far below 64 bits, so it refuses the nearest number, too.
+        LiteralKind::Int(number) => {
+            Scalar::Int((*number).clamp(i64::MIN.into(), i64::MAX.into()) as i64)
+        }
         LiteralKind::Bool(choice) => Scalar::Bool(*choice),
         LiteralKind::Duration(nanoseconds) => Scalar::Duration(*nanoseconds),
         LiteralKind::Name(_) | LiteralKind::Float(_) | LiteralKind::String(_) => Scalar::Other,

@@ -84,7 +84,7 @@ pub(super) fn network_of(argument: &str) -> Result<String, Failure> {
 /// hand, if there are any.
 pub(super) fn by_hand_or(network: &str, error: Error) -> Failure {
     let report = status::report(network).ok();
-    let pids = report.iter().flat_map(|report| report.components());
+    let pids = report.iter().flat_map(status::NetworkReport::components);
     let pids: Vec<String> = pids.filter_map(|c| Some(c.pid?.to_string())).collect();
     if !matches!(error, Error::NotUp { .. }) || pids.is_empty() {
         return error.into();

@@ -11,6 +11,7 @@ use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
 use rc_codegen::{FileLoader, Project, dependencies, languages, names, parallel, paths, stubs};
 use rc_diagnostics::{Diagnostic, Diagnostics, Format, Name, SourceMap};
+use rc_vocabulary::Language;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
