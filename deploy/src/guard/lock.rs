@@ -61,7 +61,6 @@ pub(crate) struct Lock {
     /// Why there is none.
     unseen: Option<String>,
     /// The name of the abstract socket, as a guard holds it.
-    #[expect(dead_code, reason = "held, never used")]
     name: Option<OwnedFd>,
 }
 
