@@ -35,6 +35,9 @@ pub struct Component {
     pub managed: bool,
     /// The option `InnerModelViewer`: the component shows its tree in a window.
     pub viewer: Option<Span>,
+    /// The option `InnerModelSlots`: the members of its slot arrays are the devices of the scene
+    /// that its parameter `inner_model` names.
+    pub scene_slots: Option<Span>,
     /// All imported modules, directly or indirectly.
     pub library: Library,
 }

@@ -55,7 +55,9 @@ pub fn load(
 const KNOWN_WIDGETS: [&str; 3] = ["QWidget", "QDialog", "QMainWindow"];
 /// The option that shows the tree of the component in a window.
 const VIEWER: &str = "InnerModelViewer";
-const KNOWN_OPTIONS: [&str; 3] = ["dsr", "agmagent", VIEWER];
+/// The option that gives slot arrays the devices of a scene.
+const SCENE_SLOTS: &str = "InnerModelSlots";
+const KNOWN_OPTIONS: [&str; 4] = ["dsr", "agmagent", VIEWER, SCENE_SLOTS];
 
 /// The file name of an import, without its extension.
 fn stem(import: &str) -> &str {
@@ -90,7 +92,7 @@ impl Resolver<'_> {
     fn component(&mut self, tree: &ast::Component) -> Component {
         let (mut language, mut parameters, mut dependencies) = (None, None, Vec::new());
         let (mut state_machine, mut simulates_time, mut managed) = (None, false, false);
-        let (mut viewer, mut python) = (None, None);
+        let (mut viewer, mut scene_slots, mut python) = (None, None, None);
         let (mut slots, mut period, mut communications) = (Vec::new(), DEFAULT_PERIOD, false);
         let mut seen: HashMap<String, Span> = HashMap::new();
         for (word, clause) in &tree.clauses {
@@ -102,7 +104,7 @@ impl Resolver<'_> {
                 }
                 Clause::Language(name) => language = Some(self.language(name)),
                 Clause::Gui(kind, widget) => self.gui(word, kind, widget.as_ref()),
-                Clause::Options(names) => viewer = self.options(word, names),
+                Clause::Options(names) => (viewer, scene_slots) = self.options(word, names),
                 Clause::StateMachine(file, visual, external) => {
                     state_machine = Some(StateMachine {
                         file: file.clone(),
@@ -183,6 +185,7 @@ impl Resolver<'_> {
             simulates_time,
             managed,
             viewer,
+            scene_slots,
             library: std::mem::take(&mut self.library),
         }
     }
@@ -288,8 +291,9 @@ impl Resolver<'_> {
         self.warn_not_generated(word, "`gui`");
     }
 
-    /// Where the option `InnerModelViewer` stands. The other ones have no effect yet.
-    fn options(&mut self, word: &Name, names: &[Name]) -> Option<Span> {
+    /// Where the options `InnerModelViewer` and `InnerModelSlots` stand. The other ones have no
+    /// effect yet.
+    fn options(&mut self, word: &Name, names: &[Name]) -> (Option<Span>, Option<Span>) {
         for name in names.iter().filter(|n| {
             !KNOWN_OPTIONS
                 .iter()
@@ -301,11 +305,17 @@ impl Resolver<'_> {
                     .suggest(&name.text, KNOWN_OPTIONS),
             );
         }
-        let is_viewer = |name: &&Name| name.text.eq_ignore_ascii_case(VIEWER);
-        if !names.iter().all(|name| is_viewer(&name)) {
+        let place = |option: &str| {
+            let mut named = names.iter();
+            let named = named.find(|name| name.text.eq_ignore_ascii_case(option));
+            named.map(|name| name.span)
+        };
+        let (viewer, scene_slots) = (place(VIEWER), place(SCENE_SLOTS));
+        let has_effect = |name: &Name| [viewer, scene_slots].contains(&Some(name.span));
+        if !names.iter().all(has_effect) {
             self.warn_not_generated(word, "`options`");
         }
-        names.iter().find(is_viewer).map(|name| name.span)
+        (viewer, scene_slots)
     }
 
     fn slots(&mut self, declared: &[ast::Communication]) -> Vec<Slot> {

@@ -1,4 +1,4 @@
-//! The option `InnerModelViewer` and the two parameters that it needs.
+//! The options of InnerModel, and the parameters that they need.
 
 use rc_cdsl::Component;
 use rc_configuration::model::{Kind, Parameter, Parameters, Type};
@@ -31,13 +31,16 @@ pub(crate) fn check(
     parameters: Option<&Parameters>,
     found: &mut Diagnostics,
 ) {
-    let Some(option) = component.viewer else {
-        return;
-    };
-    for (name, ty, declaration) in NEEDED {
-        if !is_declared(parameters, name, ty) {
-            let message =
-                format!("`InnerModelViewer` has no effect without the parameter `{name}`");
+    let of_viewer = NEEDED
+        .iter()
+        .map(|needed| (component.viewer, "InnerModelViewer", needed));
+    let of_slots = [(component.scene_slots, "InnerModelSlots", &NEEDED[1])];
+    for (option, word, (name, ty, declaration)) in of_viewer.chain(of_slots) {
+        let Some(option) = option else {
+            continue;
+        };
+        if !is_declared(parameters, name, *ty) {
+            let message = format!("`{word}` has no effect without the parameter `{name}`");
             let finding = Diagnostic::warning("viewer-without-parameters", option, message);
             found.push(finding.help(format!(
                 "declare `{declaration}` in the .pdsl of the component"

@@ -1,5 +1,6 @@
 //! The syntax tree of a `.ddsl` file. Names are not resolved.
 
+use rc_diagnostics::Span;
 use rc_syntax::{Literal, Name};
 
 /// A file.
@@ -113,7 +114,7 @@ pub enum Field {
     /// `parameters { speed 300; };`
     Parameters(Vec<Parameter>),
     /// `slots { lasers "front", "back"; };`: arrays, each with its members.
-    Slots(Vec<(Name, Vec<Name>)>),
+    Slots(Slots),
     /// `middleware dds { lease 500ms; };`
     Middleware(Middleware),
     /// `domain 7;`
@@ -195,4 +196,13 @@ pub struct SlotPath {
     pub path: Vec<Name>,
     /// The slot.
     pub slot: Name,
+}
+
+/// The members of slot arrays.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Slots {
+    /// Arrays, each with its members.
+    pub lists: Vec<(Name, Vec<Name>)>,
+    /// Where `all;` stands: the members are those of the scene.
+    pub all: Option<Span>,
 }

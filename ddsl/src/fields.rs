@@ -76,6 +76,7 @@ pub(crate) fn instance(
         exact: None,
         parameters: Vec::new(),
         arrays: Vec::new(),
+        all_members: None,
     };
     let mut references = References::default();
     // `middleware` may occur several times.
@@ -154,7 +155,17 @@ pub(crate) fn instance(
                 }
                 instance.parameters.clone_from(parameters);
             }
-            Field::Slots(lists) => instance.arrays = members::listed(lists, found),
+            Field::Slots(slots) => {
+                instance.arrays = members::listed(&slots.lists, found);
+                instance.all_members = slots.all;
+                if let (Some(all), Some(array)) = (slots.all, instance.arrays.first()) {
+                    let name = &array.name;
+                    let message = format!("`all` has the members of `{}` as well", name.text);
+                    let error = Diagnostic::error("duplicate-name", name.span, message);
+                    let error = error.label(all, "all arrays are listed here");
+                    found.push(error.help("remove one of both"));
+                }
+            }
             Field::Middleware(_) | Field::Domain(_) => {}
         }
     }

@@ -106,6 +106,8 @@ pub struct Instance {
     pub parameters: Vec<Parameter>,
     /// The members of slot arrays, as listed. After [`crate::expand`], all arrays of its component.
     pub arrays: Vec<Array>,
+    /// Where `slots { all; }` stands: the members are those that its component opens.
+    pub all_members: Option<Span>,
 }
 
 /// The members of a slot array.

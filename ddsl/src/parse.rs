@@ -2,7 +2,7 @@
 
 use crate::ast::{
     Bind, Component, Decl, Deployment, External, Field, File, Group, Host, Middleware, Parameter,
-    ParameterValue, Restart, SlotPath,
+    ParameterValue, Restart, SlotPath, Slots,
 };
 use crate::settings;
 use pest::iterators::Pair;
@@ -315,10 +315,11 @@ fn record(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Name> {
     words
 }
 
-fn slots(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<(Name, Vec<Name>)> {
-    let mut slots = Vec::new();
+fn slots(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Slots {
+    let (mut slots, mut all) = (Vec::new(), None);
     for part in pair.into_inner() {
         match part.as_rule() {
+            Rule::all_members => all = all.or(Some(r.span(&part))),
             Rule::members => {
                 let mut names = r.texts(part);
                 if !names.is_empty() {
@@ -329,7 +330,7 @@ fn slots(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<(Name, Vec<Name>
             _ => {}
         }
     }
-    slots
+    Slots { lists: slots, all }
 }
 
 fn parameters(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Parameter> {

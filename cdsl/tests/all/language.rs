@@ -327,7 +327,7 @@ fn syntax_errors_in_clauses() {
             c.cdsl:6:10: error[unknown-widget]: unknown widget `QWidgt` (did you mean `QWidget`?)
             c.cdsl:7:1: warning[not-generated-yet]: `options` has no effect yet: it is only checked
             c.cdsl:7:9: error[unknown-option]: unknown option `drs` (did you mean `dsr`?)
-            c.cdsl:7:14: error[unknown-option]: unknown option `foo` (expected one of `dsr`, `agmagent`, `InnerModelViewer`)
+            c.cdsl:7:14: error[unknown-option]: unknown option `foo` (expected one of `dsr`, `agmagent`, `InnerModelViewer`, `InnerModelSlots`)
             c.cdsl:8:8: error[bad-period]: expected a duration of at least 100us, such as `50ms`
             c.cdsl:9:11: error[unknown-lifecycle]: unknown life cycle `manged` (did you mean `managed`?)
         "#]],

@@ -27,6 +27,7 @@ pub mod preview;
 mod process_name;
 mod programs;
 mod ros_names;
+mod scenes;
 pub mod services;
 pub mod topology;
 mod unsupported;

@@ -4,6 +4,7 @@ use crate::configuration::{configurations, settings};
 use crate::model::Network;
 use crate::parameters::{given, overridden};
 use crate::programs::variants;
+use crate::scenes::check_members;
 use crate::workspaces::Workspaces;
 use rc_cdsl::model::Middleware;
 use rc_codegen::paths::normal;
@@ -45,6 +46,7 @@ pub fn load(
     let mut texts = HashMap::new();
     let mut projects = projects(&deployment, sources, loader, &mut texts, &mut found);
     let declared = projects.clone();
+    check_members(&mut deployment, &projects, overrides, &mut found);
     name_members(&mut deployment, &mut projects, &mut found);
     let configured = configurations(&deployment, &projects, sources, &mut found);
     let passed_settings = settings(&mut deployment, &configured);

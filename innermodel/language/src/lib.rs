@@ -17,6 +17,7 @@ pub mod model;
 mod print;
 mod read;
 pub mod rewrite;
+pub mod slots;
 mod units;
 
 pub use format::{format, is_innermodel};

@@ -138,7 +138,8 @@ fn check_pictures(site: &Site) {
 fn a_follower_that_hangs_is_named_to_those_who_step() {
     let site = Site::new("house_lockstep");
     let lockstep = "Deployment patrol\n{\n    time simulated by rcis;";
-    site.write_ddsl(&HOUSE.replace("Deployment house\n{", lockstep));
+    let waits = HOUSE.replace("Deployment house\n{", lockstep);
+    site.write_ddsl(&waits.replace("        time system;\n", ""));
     let up = [
         "up",
         "--detach",
