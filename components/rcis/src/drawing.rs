@@ -13,8 +13,8 @@ impl SpecificWorker {
     pub(crate) fn drawing(&mut self, world: &str, view: &Viewpoint) -> Result<Vec<u8>, Refusal> {
         let (from, size) = (viewpoint(view)?, size(view)?);
         let world = self.named(world)?;
-        let clouds = world.model().clouds();
-        let view = from.view(&world.tree(), &clouds, size);
+        let extents = world.extents();
+        let view = from.view(&world.tree(), &extents, size);
         let view = view.map_err(|error| match error {
             ViewpointError::Tree(error) => error.into(),
             other => Refusal::Other(Reason::WrongKind, other.to_string()),

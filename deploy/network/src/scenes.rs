@@ -2,7 +2,7 @@
 //! members are their devices (`options InnerModelSlots`): what a component would refuse at its start
 //! is a finding here, and `slots { all; }` needs no list.
 
-use crate::configuration::configurations;
+use crate::configuration::{config, configurations};
 use crate::load::Overrides;
 use crate::parameters::{given, overridden};
 use innermodel_language::slots::{self, Members};
@@ -10,6 +10,7 @@ use innermodel_language::{Loader, load};
 use rc_codegen::Project;
 use rc_codegen::paths::normal;
 use rc_configuration::model::{Kind, Type};
+use rc_configuration::{PathFolders, folder_of_paths};
 use rc_ddsl::model::{Array, Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use rc_syntax::Name;
@@ -110,21 +111,34 @@ fn scenes(
                 return None;
             }
             let mut declared = project.parameters.as_ref()?.parameters.iter();
-            let is_path = |kind: &Kind| {
-                matches!(
-                    kind,
+            let declared = declared.find(|of| {
+                let is_path = matches!(
+                    &of.kind,
                     Kind::Scalar {
                         ty: Type::Path,
                         array: None
                     }
-                )
-            };
-            declared.find(|of| of.name == SCENE && is_path(&of.kind))?;
-            let scene = parameters.values?.path(SCENE);
+                );
+                of.name == SCENE && is_path
+            })?;
+            let values = parameters.values?;
+            let scene = values.path(SCENE);
             if scene.as_os_str().is_empty() {
                 return Some(scene);
             }
-            Some(normal(&instance.folder.join(scene)))
+            if parameters.set.iter().any(|(name, _)| name == SCENE) {
+                return Some(normal(&instance.folder.join(scene)));
+            }
+            let config = config(instance, Some(project));
+            let folders = PathFolders {
+                configuration: config
+                    .as_deref()
+                    .map_or(project.code(), folder_of_paths)
+                    .to_path_buf(),
+                defaults: project.code().to_path_buf(),
+            };
+            let folder = folders.of(declared, values.value(SCENE)?);
+            Some(normal(&folder.join(scene)))
         })
         .collect()
 }

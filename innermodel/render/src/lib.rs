@@ -19,6 +19,7 @@
 
 mod colours;
 mod error;
+mod extent;
 mod image;
 mod layers;
 mod points;
@@ -30,6 +31,7 @@ mod triangles;
 mod view;
 
 pub use error::DrawError;
+pub use extent::Extent;
 pub use image::{Image, id_colours};
 pub use scene::{MOST_PIXELS, Problem, Scene, TooLarge};
 pub use texture::TextureError;

@@ -48,7 +48,7 @@ type MeshKey = (PathBuf, [u64; 3]);
 pub struct Scene {
     meshes: HashMap<MeshKey, Known<Surface>>,
     textures: HashMap<PathBuf, Known<Texture>>,
-    clouds: Clouds,
+    pub(crate) clouds: Clouds,
     problems: Vec<Problem>,
     light: Option<Vector>,
 }
@@ -83,7 +83,7 @@ impl<T> Clone for Known<T> {
     }
 }
 
-enum Part {
+pub(crate) enum Part {
     Triangles(Arc<Surface>),
     Solid(Shape),
 }
@@ -215,7 +215,7 @@ impl Scene {
     }
 
     /// The body of a node, and its place in the node.
-    fn part(&mut self, node: &NodeRef<'_>) -> Option<(Part, Transform)> {
+    pub(crate) fn part(&mut self, node: &NodeRef<'_>) -> Option<(Part, Transform)> {
         let (body, place) = body(node.kind())?;
         let part = match body {
             Body::Box(size) => Part::Triangles(Arc::new(Surface::cuboid(size))),

@@ -1,9 +1,10 @@
 //! Triangles with what they look like.
 
 use crate::error::DrawError;
+use crate::extent::around;
 use crate::texture::{Paint, Texture};
 use crate::triangles::{Canvas, Target};
-use innermodel::{Point, Transform};
+use innermodel::{Point, Transform, Vector};
 use innermodel_mesh::{AlphaMode, Looks, MeshError, Picture, TriangleMesh};
 use std::path::Path;
 use std::sync::Arc;
@@ -19,16 +20,19 @@ pub(crate) struct Surface {
     /// The pictures of the materials.
     textures: Vec<Option<Arc<Texture>>>,
     pixels: usize,
+    bounds: Option<(Vector, Vector)>,
 }
 
 impl Surface {
     /// The surface of a box with its centre at the origin.
     pub(crate) fn cuboid(size: [f64; 3]) -> Self {
+        let half = Vector::from(size).abs() / 2.0;
         Self {
             mesh: TriangleMesh::cuboid(size),
             looks: Looks::default(),
             textures: Vec::new(),
             pixels: 0,
+            bounds: Some((-half, half)),
         }
     }
 
@@ -77,6 +81,7 @@ impl Surface {
             }
         }
         let surface = Self {
+            bounds: around(mesh.vertices.iter().map(|vertex| Vector::from(*vertex))),
             mesh,
             looks,
             textures,
@@ -89,6 +94,11 @@ impl Surface {
     pub(crate) fn blends(&self) -> bool {
         let materials = &self.looks.materials;
         materials.iter().any(|m| m.alpha_mode == AlphaMode::Blend)
+    }
+
+    /// The least and the most coordinates of its vertices, which are finite.
+    pub(crate) fn bounds(&self) -> Option<(Vector, Vector)> {
+        self.bounds
     }
 
     /// How many pixels its pictures have.

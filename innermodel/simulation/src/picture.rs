@@ -6,7 +6,7 @@ use crate::schedule::Measured;
 use crate::sensor_noise::SensorNoise;
 use crate::world::World;
 use innermodel::{Kind, Snapshot};
-use innermodel_render::{Image, TooLarge, View};
+use innermodel_render::{Extent, Image, TooLarge, View};
 use rc_diagnostics::foreign;
 use std::sync::Arc;
 
@@ -83,6 +83,12 @@ impl World {
             return Err(wrong());
         }
         self.drawn(&self.tree(), view).map_err(|_| wrong())
+    }
+
+    /// The boxes around the bodies of the world as it is.
+    pub fn extents(&mut self) -> Vec<Extent> {
+        let tree = self.tree();
+        self.scene.extents(&tree)
     }
 
     fn drawn(&mut self, tree: &Snapshot, view: &View) -> Result<Image, TooLarge> {

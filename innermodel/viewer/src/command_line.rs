@@ -11,7 +11,7 @@ const HELP: &str = "\
 Shows or edits an InnerModel file in a window, or draws it into a file
 
 Usage: rcview [OPTIONS] FILE.xml
-       rcview --live NETWORK --png FILE [--camera CAMERA] [--size WxH]
+       rcview --live NETWORK [--simulator NAME] [--png FILE] [--camera CAMERA] [--size WxH]
 
 Options:
       --camera <CAMERA>    The id of a camera or rgbd of the file, or a point X,Y,Z in millimetres that looks
@@ -20,7 +20,8 @@ Options:
       --size <WxH>         The size of the image or the window in pixels [default: that of the camera for an
                            image, otherwise 960x640]
       --ids                Gives each node a colour of its own in the image, and prints the colours
-      --live <NETWORK>     Draws the world of the simulator of a running network
+      --live <NETWORK>     Shows the world of the simulator of a running network, which draws the pictures
+      --simulator <NAME>   The component whose world --live shows, if the network has several simulators
       --edit               Opens an editor: select, move, turn, add and remove nodes; h lists the keys
       --slots              Prints the members of slot arrays that a simulator of the file has, as a .ddsl
                            lists them
@@ -88,11 +89,12 @@ pub(crate) struct Request {
     pub(crate) points: Vec<(String, PathBuf)>,
 }
 
-/// A picture of a running network.
+/// Pictures of a running network: in a window, or one in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Live {
     pub(crate) network: OsString,
-    pub(crate) png: PathBuf,
+    pub(crate) simulator: Option<String>,
+    pub(crate) png: Option<PathBuf>,
     pub(crate) camera: Viewpoint,
     pub(crate) size: Option<(usize, usize)>,
 }
@@ -105,14 +107,14 @@ pub(crate) enum Command {
     View(Request),
     /// Opens an editor.
     Edit(Request),
-    /// Draws the world of a running network into a file.
+    /// Shows the world of a running network.
     Live(Live),
 }
 
 /// Reads the command line.
 pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
     let mut file = None;
-    let mut network = None;
+    let (mut network, mut simulator) = (None, None);
     let mut request = Request {
         file: PathBuf::new(),
         include: Vec::new(),
@@ -144,6 +146,7 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
             }
             Arg::Long("ids") => request.ids = true,
             Arg::Long("live") => network = Some(parser.value()?),
+            Arg::Long("simulator") => simulator = Some(parser.value()?.string()?),
             Arg::Long("edit") => request.edit = true,
             Arg::Long("slots") => request.slots = true,
             Arg::Long("frames") => request.marks.frames = true,
@@ -175,7 +178,11 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
         }
     }
     if let Some(network) = network {
-        return live(network, file.is_some(), request);
+        return live(network, simulator, file.is_some(), request);
+    }
+    if simulator.is_some() {
+        let text = "`--simulator` needs `--live NETWORK`".to_owned();
+        return Err(Failure::Usage(text));
     }
     let missing = || Failure::Usage("expected a file, as in `rcview world.xml`".to_owned());
     request.file = file.ok_or_else(missing)?;
@@ -199,8 +206,13 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
     Ok(Command::View(request))
 }
 
-/// A request for a picture of a running network, which has nothing to do with a file.
-fn live(network: OsString, has_file: bool, request: Request) -> Result<Command, Failure> {
+/// A request for pictures of a running network, which has nothing to do with a file.
+fn live(
+    network: OsString,
+    simulator: Option<String>,
+    has_file: bool,
+    request: Request,
+) -> Result<Command, Failure> {
     let other = [
         ("a file", has_file),
         ("`--edit`", request.edit),
@@ -216,10 +228,10 @@ fn live(network: OsString, has_file: bool, request: Request) -> Result<Command, 
         let text = format!("`--live` cannot be used with {name}");
         return Err(Failure::Usage(text));
     }
-    let missing = || Failure::Usage("`--live` needs `--png FILE`".to_owned());
     Ok(Command::Live(Live {
         network,
-        png: request.png.ok_or_else(missing)?,
+        simulator,
+        png: request.png,
         camera: request.camera,
         size: request.size,
     }))

@@ -2,26 +2,107 @@
 //! needs no middleware.
 
 use crate::command_line::{Failure, Live};
-use innermodel::Point;
-use innermodel_viewer::Viewpoint;
+use innermodel::{Folders, InnerModel, Point, Vector};
+use innermodel_render::{Scene, View};
+use innermodel_viewer::{Navigator, Picture, Viewpoint, Wish, watch};
 use rc_diagnostics::foreign::clean;
 use serde_json::{Value, json};
 use std::ffi::OsString;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// The operation of the simulator.
-const OPERATION: &str = "Simulation.draw";
-/// How long the picture may take, in seconds.
+/// How long an answer may take, in seconds.
 const LIMIT: &str = "30";
+/// How far in front of the camera the point is that it is told to look at, in millimetres.
+const IN_FRONT: f64 = 1000.0;
 
-/// Draws the world of a running network into a file.
-pub(crate) fn draw(live: &Live) -> Result<(), Failure> {
+/// Shows the world of a running network in a window, or draws it into a file.
+pub(crate) fn show(live: &Live) -> Result<(), Failure> {
+    let bytes = draw(live, live.size, None, Stdio::inherit())?;
+    if let Some(path) = &live.png {
+        let written = rc_files::write(path, bytes);
+        return written.map_err(|error| Failure::System(format!("{}: {error}", path.display())));
+    }
+    let first = Picture::of_png(&bytes).map_err(Failure::System)?;
+    let size = crate::window_size(live.size.or_else(|| {
+        let height = first.colours.len() / first.width.max(1);
+        Some((first.width, height))
+    }));
+    let navigator = match &live.camera {
+        Viewpoint::Camera(_) => None,
+        viewpoint => Some(navigator(live, viewpoint, (size.0.into(), size.1.into()))?),
+    };
+    let title = format!("{} – rcview", clean(&live.network.to_string_lossy()));
+    let asked = live.clone();
+    let ask = move |wish: &Wish| {
+        let drawn = draw(&asked, Some(wish.size), wish.view.as_ref(), Stdio::null());
+        let bytes = drawn.map_err(|failure| failure.text().to_owned())?;
+        Picture::of_png(&bytes)
+    };
+    let shown = watch(&title, size, first, navigator, ask);
+    shown.map_err(|error| Failure::System(format!("{error}; `--png FILE` needs no window")))
+}
+
+/// The camera that the user moves. What meshes that are not on this computer hide does not matter.
+fn navigator(
+    live: &Live,
+    viewpoint: &Viewpoint,
+    size: (usize, usize),
+) -> Result<Navigator, Failure> {
+    let result = call(live, "print", &json!({}), Stdio::inherit())?;
+    let text = result["return"].as_str().unwrap_or_default();
+    let wrong = |error: String| Failure::Input(clean(error.trim_end()));
+    let read = innermodel::read_text(text, Path::new("live.xml"), &Folders::default());
+    let (document, _) = read.map_err(|error| wrong(error.to_string()))?;
+    let model = InnerModel::from_document(&document).map_err(|error| wrong(error.to_string()))?;
+    let tree = model.snapshot();
+    let extents = Scene::new().extents(&tree);
+    if *viewpoint == Viewpoint::Whole {
+        return Ok(Navigator::around(&tree, &extents, size));
+    }
+    let view = viewpoint.view(&tree, &extents, Some(size));
+    let view = view.map_err(|error| wrong(error.to_string()))?;
+    Ok(Navigator::at(&view, innermodel_viewer::scene(&extents).1))
+}
+
+/// The bytes of a picture as PNG, from a view or from where the command line says.
+fn draw(
+    live: &Live,
+    size: Option<(usize, usize)>,
+    view: Option<&View>,
+    errors: Stdio,
+) -> Result<Vec<u8>, Failure> {
+    let mut wanted = match view {
+        None => viewpoint(&live.camera),
+        Some(View { place, .. }) => {
+            let eye = Point::from(place.translation);
+            let target = eye + place.vector(&Vector::z()) * IN_FRONT;
+            viewpoint(&Viewpoint::Point(eye, Some(target)))
+        }
+    };
+    if let Some((width, height)) = size {
+        wanted["width"] = width.into();
+        wanted["height"] = height.into();
+    }
+    let result = call(live, "draw", &json!({ "view": wanted }), errors)?;
+    png(&result).ok_or_else(|| {
+        let network = clean(&live.network.to_string_lossy());
+        Failure::System(format!("`{network}` has given no picture"))
+    })
+}
+
+/// The result of an operation of the simulator.
+fn call(live: &Live, operation: &str, arguments: &Value, errors: Stdio) -> Result<Value, Failure> {
     let mut command = Command::new(rcdeploy());
     command.arg("call").arg(&live.network);
-    command.args([OPERATION, &parameters(live).to_string()]);
+    command.arg(match &live.simulator {
+        Some(name) => format!("{name}.Simulation.{operation}"),
+        None => format!("Simulation.{operation}"),
+    });
+    command.arg(arguments.to_string());
     command.args(["--format", "json", "--timeout", LIMIT]);
     // What `rcdeploy` says about errors is for the user.
-    let ran = command.stdin(Stdio::null()).stderr(Stdio::inherit());
+    let ran = command.stdin(Stdio::null()).stderr(errors);
     let ran = ran.output().map_err(|error| {
         Failure::System(format!(
             "cannot run `rcdeploy`, which asks the simulator: {error}"
@@ -31,16 +112,18 @@ pub(crate) fn draw(live: &Live) -> Result<(), Failure> {
     if let Some(reason) = reply["value"]["what"].as_str() {
         return Err(Failure::Input(clean(reason)));
     }
-    let bytes = png(&reply["result"]).ok_or_else(|| {
-        let network = clean(&live.network.to_string_lossy());
-        let text = format!("`{network}` has given no picture");
-        match ran.status.code() {
-            Some(1 | 2) => Failure::Input(text),
-            _ => Failure::System(text),
-        }
-    })?;
-    let written = rc_files::write(&live.png, bytes);
-    written.map_err(|error| Failure::System(format!("{}: {error}", live.png.display())))
+    if ran.status.success() {
+        return Ok(reply["result"].clone());
+    }
+    let network = clean(&live.network.to_string_lossy());
+    let mut text = format!("the simulator of `{network}` has not answered");
+    if live.simulator.is_none() {
+        text += "; if there are several, choose one with `--simulator NAME`";
+    }
+    Err(match ran.status.code() {
+        Some(1 | 2) => Failure::Input(text),
+        _ => Failure::System(text),
+    })
 }
 
 /// The program beside this one, else the one in the path.
@@ -51,24 +134,20 @@ fn rcdeploy() -> OsString {
     beside.map_or_else(|| "rcdeploy".into(), Into::into)
 }
 
-fn parameters(live: &Live) -> Value {
+/// A viewpoint as the simulator takes it.
+fn viewpoint(from: &Viewpoint) -> Value {
     let point = |point: &Point| json!({"x": point.x, "y": point.y, "z": point.z});
-    let mut view = match &live.camera {
+    match from {
         Viewpoint::Whole => json!({}),
         Viewpoint::Camera(id) => json!({ "camera": id }),
         Viewpoint::Point(eye, None) => json!({ "eye": point(eye) }),
         Viewpoint::Point(eye, Some(target)) => {
             json!({ "eye": point(eye), "target": point(target) })
         }
-    };
-    if let Some((width, height)) = live.size {
-        view["width"] = width.into();
-        view["height"] = height.into();
     }
-    json!({ "view": view })
 }
 
-/// The bytes of the picture in a reply.
+/// The bytes of the picture in a result.
 fn png(result: &Value) -> Option<Vec<u8>> {
     let bytes = result["return"].as_array()?.iter();
     let bytes = bytes.map(|byte| byte.as_u64().and_then(|byte| u8::try_from(byte).ok()));

@@ -6,8 +6,8 @@ mod members;
 mod points;
 
 use command_line::{Command, Failure, Request};
-use innermodel::{Clouds, Folders, InnerModel, Snapshot, Time};
-use innermodel_render::{Image, Scene, View, id_colours};
+use innermodel::{Folders, InnerModel, Snapshot, Time};
+use innermodel_render::{Extent, Image, Scene, View, id_colours};
 use innermodel_viewer::{Editor, Navigator, OpenError, Options, Viewpoint, draw, edit, run, scene};
 use rc_diagnostics::foreign::clean;
 use rc_diagnostics::print;
@@ -23,7 +23,7 @@ fn main() -> ExitCode {
         command_line::parse(lexopt::Parser::from_env()).and_then(|command| match command {
             Command::View(request) => view(&request),
             Command::Edit(request) => edit_file(&request),
-            Command::Live(picture) => live::draw(&picture),
+            Command::Live(picture) => live::show(&picture),
             Command::Print(text) => {
                 print::data(text);
                 Ok(())
@@ -47,17 +47,13 @@ fn view(request: &Request) -> Result<(), Failure> {
         print::data(&members::clause(&tree)?);
         return Ok(());
     }
-    let clouds = model.clouds();
-    let (_, radius) = scene(&tree, &clouds);
-    let view = first_view(&tree, &clouds, request)?;
     if let Some(path) = &request.png {
-        return to_file(&model, &view, radius, request, path);
+        return to_file(&model, request, path);
     }
-    let is_whole = request.camera == Viewpoint::Whole;
     let options = Options {
         title: format!("{} – rcview", request.file.display()),
-        size: window_size(request),
-        navigator: (!is_whole).then(|| Navigator::at(&view, radius)),
+        size: window_size(request.size),
+        navigator: first_navigator(&model, request)?,
         marks: request.marks,
     };
     let say = |line: &str| print::line(format_args!("{line}"));
@@ -65,15 +61,33 @@ fn view(request: &Request) -> Result<(), Failure> {
     shown.map_err(|error| Failure::System(format!("{error}; `--png FILE` needs no window")))
 }
 
+/// The camera that the command line asks for. `None`: one that sees the whole tree.
+fn first_navigator(model: &InnerModel, request: &Request) -> Result<Option<Navigator>, Failure> {
+    if request.camera == Viewpoint::Whole {
+        return Ok(None);
+    }
+    let tree = model.snapshot();
+    let extents = scene_of(model).extents(&tree);
+    let view = first_view(&tree, &extents, request)?;
+    Ok(Some(Navigator::at(&view, scene(&extents).1)))
+}
+
+/// What pictures of a tree need: its meshes are read with the first one.
+fn scene_of(model: &InnerModel) -> Scene {
+    let mut scene = Scene::new();
+    scene.set_clouds(model.clouds());
+    scene
+}
+
 /// The view that the command line asks for.
-fn first_view(tree: &Snapshot, clouds: &Clouds, request: &Request) -> Result<View, Failure> {
-    let view = request.camera.view(tree, clouds, request.size);
+fn first_view(tree: &Snapshot, extents: &[Extent], request: &Request) -> Result<View, Failure> {
+    let view = request.camera.view(tree, extents, request.size);
     view.map_err(|error| Failure::Input(error.to_string()))
 }
 
 /// The size of a window, in pixels.
-fn window_size(request: &Request) -> (u16, u16) {
-    let (width, height) = request.size.unwrap_or(Viewpoint::SIZE);
+fn window_size(wanted: Option<(usize, usize)>) -> (u16, u16) {
+    let (width, height) = wanted.unwrap_or(Viewpoint::SIZE);
     (pixels(width), pixels(height))
 }
 
@@ -90,10 +104,7 @@ fn edit_file(request: &Request) -> Result<(), Failure> {
     for line in editor.warnings().lines() {
         print::error(format_args!("{line}"));
     }
-    let (tree, clouds) = (editor.model().snapshot(), editor.model().clouds());
-    if request.camera != Viewpoint::Whole {
-        let view = first_view(&tree, &clouds, request)?;
-        let navigator = Navigator::at(&view, scene(&tree, &clouds).1);
+    if let Some(navigator) = first_navigator(editor.model(), request)? {
         editor = editor.seen_from(navigator);
     }
     editor = editor.with_marks(request.marks);
@@ -112,7 +123,7 @@ fn edit_file(request: &Request) -> Result<(), Failure> {
         signal_hook::flag::register(signal, Arc::clone(&stop)).map_err(system)?;
     }
     let title = format!("{} – rcview", request.file.display());
-    let size = window_size(request);
+    let size = window_size(request.size);
     edit(&mut editor, &title, size, &stop).map_err(|error| Failure::System(error.to_string()))
 }
 
@@ -162,19 +173,14 @@ fn load(request: &Request) -> Result<InnerModel, Failure> {
     Ok(model)
 }
 
-fn to_file(
-    model: &InnerModel,
-    view: &View,
-    radius: f64,
-    request: &Request,
-    path: &Path,
-) -> Result<(), Failure> {
+fn to_file(model: &InnerModel, request: &Request, path: &Path) -> Result<(), Failure> {
     let tree = &*model.snapshot();
-    let mut scene = Scene::new();
-    scene.set_clouds(model.clouds());
-    let drawn = scene.draw(tree, view);
+    let mut drawing = scene_of(model);
+    let extents = drawing.extents(tree);
+    let view = &first_view(tree, &extents, request)?;
+    let drawn = drawing.draw(tree, view);
     let mut image: Image = drawn.map_err(|error| Failure::Input(error.to_string()))?;
-    for problem in scene.problems() {
+    for problem in drawing.problems() {
         let _ = writeln!(
             std::io::stderr(),
             "warning: `{}` is not drawn as the file says: {}",
@@ -191,7 +197,13 @@ fn to_file(
         print::data(&list);
         image.id_png(tree)
     } else {
-        draw(&mut image, tree, view, request.marks, radius * 0.08);
+        draw(
+            &mut image,
+            tree,
+            view,
+            request.marks,
+            scene(&extents).1 * 0.08,
+        );
         image.png()
     };
     let written = encoded.and_then(|bytes| rc_files::write(path, bytes));

@@ -6,7 +6,8 @@ use crate::grab::{self, Grab, Grip};
 use crate::input::{Input, Key, Modifiers, Pixel, ViewerAction};
 use crate::navigator::Navigator;
 use crate::overlay::{self, Marks};
-use crate::viewport::{Gesture, Viewport};
+use crate::steering::Gesture;
+use crate::viewport::Viewport;
 use crate::window::WindowError;
 use innermodel::{Clouds, InnerModel, NodeRef, Snapshot};
 use innermodel_render::{Image, TooLarge};
@@ -68,13 +69,14 @@ impl<'s> TreeView<'s> {
     /// A view of a tree that cannot be changed.
     pub fn new(model: Arc<InnerModel>, options: &Options, say: &'s dyn Fn(&str)) -> Self {
         let (tree, clouds) = (model.snapshot(), model.clouds());
-        let navigator = options.navigator.clone();
-        let navigator = navigator.unwrap_or_else(|| Navigator::around(&tree, &clouds));
+        let (navigator, marks) = (options.navigator.clone(), options.marks);
+        let size = (options.size.0.into(), options.size.1.into());
+        let viewport = Viewport::new(&tree, &clouds, navigator, size, marks);
         Self {
             model,
             tree,
             clouds,
-            viewport: Viewport::new(navigator, options.marks),
+            viewport,
             actions: None,
             grab: None,
             grab_button: 0,

@@ -3,14 +3,19 @@
 use crate::actions::Actions;
 use crate::overlay::Marks;
 use crate::tree_view::{self, Options};
+use crate::window::{self, WindowError};
 use innermodel::InnerModel;
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 /// The size of the window at first, in pixels.
 const SIZE: (u16, u16) = (640, 480);
+/// How long a display may take until the component goes on without its reply.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Shows the tree of a component in a window, while it is switched on. A thread of its own draws,
 /// so the component waits for nothing. The user may close the window; the component goes on.
@@ -58,14 +63,18 @@ impl Viewer {
     }
 
     /// Opens the window, or closes it. A window that its user closed is opened again.
-    pub fn show(&mut self, wanted: bool) {
+    ///
+    /// # Errors
+    /// There is no display, or it refuses the connection. One that does not reply within a second
+    /// is no error: the window opens when it does.
+    pub fn show(&mut self, wanted: bool) -> Result<(), WindowError> {
         let is_shown = self.open.as_ref().is_some_and(|(_, t)| !t.is_finished());
         if wanted == is_shown {
-            return;
+            return Ok(());
         }
         self.close();
         if !wanted {
-            return;
+            return Ok(());
         }
         let on = Arc::new(AtomicBool::new(true));
         let (model, say, is_on) = (self.model.clone(), self.say.clone(), on.clone());
@@ -76,18 +85,30 @@ impl Viewer {
             navigator: None,
             marks: Marks::default(),
         };
+        let (tell, told) = sync_channel(1);
         let started = thread::Builder::new()
             .name("viewer".to_owned())
             .spawn(move || {
+                let reached = window::reach();
+                let is_reached = reached.is_ok();
+                // Nobody waits any more for a late reply.
+                if let Err(TrySendError::Disconnected(Err(error))) = tell.try_send(reached) {
+                    say(&error.to_string());
+                }
+                if !is_reached {
+                    return;
+                }
                 let is_on = || is_on.load(Ordering::Relaxed);
                 if let Err(error) = tree_view::run(&model, &options, actions, &is_on, &*say) {
                     say(&error.to_string());
                 }
             });
-        match started {
-            Ok(thread) => self.open = Some((on, thread)),
-            Err(error) => (self.say)(&format!("cannot open a window: {error}")),
+        let thread = started.map_err(|error| WindowError::Connect(error.into()))?;
+        if let Ok(Err(error)) = told.recv_timeout(PATIENCE) {
+            return Err(error);
         }
+        self.open = Some((on, thread));
+        Ok(())
     }
 
     fn close(&mut self) {

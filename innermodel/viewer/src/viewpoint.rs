@@ -2,8 +2,8 @@
 
 use crate::navigator::{Navigator, scene};
 use innermodel::kinds::Camera;
-use innermodel::{Clouds, Point, Snapshot};
-use innermodel_render::{View, camera, look_at};
+use innermodel::{Point, Snapshot};
+use innermodel_render::{Extent, View, camera, look_at};
 use rc_diagnostics::foreign::clean;
 use thiserror::Error;
 
@@ -45,20 +45,20 @@ impl Viewpoint {
     pub const SIZE: (usize, usize) = (960, 640);
 
     /// The view on a picture of a size in pixels; without one, it is that of the camera or
-    /// [`Viewpoint::SIZE`].
+    /// [`Viewpoint::SIZE`]. `extents` are the boxes of the bodies of the tree.
     pub fn view(
         &self,
         tree: &Snapshot,
-        clouds: &Clouds,
+        extents: &[Extent],
         size: Option<(usize, usize)>,
     ) -> Result<View, ViewpointError> {
         let (width, height) = size.unwrap_or(Self::SIZE);
-        let around = || Navigator::around(tree, clouds).view(width, height);
+        let around = || Navigator::around(tree, extents, (width, height)).view(width, height);
         match self {
             Self::Whole => Ok(around()),
             Self::Camera(id) => node_view(tree, id, size),
             Self::Point(eye, target) => {
-                let target = target.unwrap_or_else(|| scene(tree, clouds).0);
+                let target = target.unwrap_or_else(|| scene(extents).0);
                 Ok(look_at(*eye, target, around().camera))
             }
         }

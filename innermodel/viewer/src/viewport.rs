@@ -4,6 +4,7 @@ use crate::input::{Input, Key, Pixel, ViewerAction};
 use crate::navigator::{Navigator, scene};
 use crate::overlay::{self, Marks};
 use crate::sight::Sight;
+use crate::steering::{Gesture, Steering};
 use innermodel::{Clouds, NodeId, Point, Snapshot};
 use innermodel_render::{Image, Scene, TooLarge, View};
 use rc_diagnostics::foreign::clean;
@@ -14,19 +15,10 @@ const LARGEST: usize = 4096;
 /// The picture of a tree in a window, and the camera that its user moves.
 pub(crate) struct Viewport {
     scene: Scene,
-    pub(crate) navigator: Navigator,
-    first: Navigator,
+    pub(crate) steering: Steering,
     pub(crate) marks: Marks,
-    /// The button that is down, and where it was pressed and last seen.
-    drag: Option<Drag>,
     /// What the user sees.
     seen: Option<Seen>,
-}
-
-struct Drag {
-    button: u8,
-    start: Pixel,
-    last: Pixel,
 }
 
 struct Seen {
@@ -37,24 +29,24 @@ struct Seen {
     depths: Vec<f64>,
 }
 
-/// Meaning of an action for the camera.
-pub(crate) enum Gesture {
-    /// None.
-    None,
-    /// The camera moved.
-    Camera,
-    /// The user clicked at a place without moving the camera.
-    Click(Pixel),
-}
-
 impl Viewport {
-    pub(crate) fn new(navigator: Navigator, marks: Marks) -> Self {
+    /// A picture of a tree. Without a `navigator`, the camera sees the whole tree on an image of
+    /// this size.
+    pub(crate) fn new(
+        tree: &Snapshot,
+        clouds: &Clouds,
+        navigator: Option<Navigator>,
+        size: (usize, usize),
+        marks: Marks,
+    ) -> Self {
+        let mut scene = Scene::new();
+        scene.set_clouds(clouds.clone());
+        let navigator =
+            navigator.unwrap_or_else(|| Navigator::around(tree, &scene.extents(tree), size));
         Self {
-            scene: Scene::new(),
-            first: navigator.clone(),
-            navigator,
+            scene,
+            steering: Steering::new(navigator),
             marks,
-            drag: None,
             seen: None,
         }
     }
@@ -68,7 +60,7 @@ impl Viewport {
         say: &dyn Fn(&str),
     ) -> Result<Image, TooLarge> {
         let (width, height) = (width.clamp(1, LARGEST), height.clamp(1, LARGEST));
-        let view = self.navigator.view(width, height);
+        let view = self.steering.navigator.view(width, height);
         self.scene.set_clouds(clouds.clone());
         let drawn = self.scene.draw(tree, &view);
         for problem in self.scene.problems() {
@@ -79,7 +71,11 @@ impl Viewport {
             ));
         }
         let mut image = drawn?;
-        let length = scene(tree, clouds).1 * 0.08;
+        let length = if self.marks == Marks::default() {
+            0.0
+        } else {
+            scene(&self.scene.extents(tree)).1 * 0.08
+        };
         overlay::draw(&mut image, tree, &view, self.marks, length);
         self.seen = Some(Seen {
             view,
@@ -134,49 +130,10 @@ impl Viewport {
         })
     }
 
-    /// Moves the camera: the left button turns it, the others move it, the wheel zooms.
+    /// Moves the camera.
     pub(crate) fn input(&mut self, input: Input) -> Gesture {
-        match input {
-            Input::Pressed(button @ (4 | 5), ..) => {
-                self.navigator.zoom(if button == 4 { 1 } else { -1 });
-                Gesture::Camera
-            }
-            Input::Pressed(button, at, _) => {
-                let (start, last) = (at, at);
-                self.drag = Some(Drag {
-                    button,
-                    start,
-                    last,
-                });
-                Gesture::None
-            }
-            Input::Moved(at) => {
-                let (Some(drag), Some(seen)) = (&mut self.drag, &self.seen) else {
-                    return Gesture::None;
-                };
-                let size = seen.width.max(seen.height) as f64;
-                let part = |now: i16, last: i16| (f64::from(now) - f64::from(last)) / size;
-                let (right, down) = (part(at.0, drag.last.0), part(at.1, drag.last.1));
-                drag.last = at;
-                if drag.button == 1 {
-                    self.navigator.orbit(right, down);
-                } else {
-                    self.navigator.pan(right, down);
-                }
-                Gesture::Camera
-            }
-            Input::Released(button, at) => {
-                // A notch of the wheel is a press and a release of another button.
-                let drag = self.drag.take_if(|drag| drag.button == button);
-                let is_click = drag.is_some_and(|drag| drag.start == at && drag.button == 1);
-                if button == 1 && is_click {
-                    Gesture::Click(at)
-                } else {
-                    Gesture::None
-                }
-            }
-            Input::Redraw | Input::Key(..) | Input::Close => Gesture::None,
-        }
+        let size = self.seen.as_ref().map(|seen| (seen.width, seen.height));
+        self.steering.input(input, size)
     }
 
     /// Keys of every window: `f` switches frames, `n` names, `r` returns to the first view.
@@ -184,7 +141,7 @@ impl Viewport {
         match key {
             Key::Character('f') => self.marks.frames = !self.marks.frames,
             Key::Character('n') => self.marks.names = !self.marks.names,
-            Key::Character('r') => self.navigator = self.first.clone(),
+            Key::Character('r') => self.steering.reset(),
             _ => return ViewerAction::Nothing,
         }
         ViewerAction::Draw

@@ -89,6 +89,12 @@ fn shifts(screen: &Screen) -> Option<Shifts> {
     known.then(|| Shifts(masks.map(u32::trailing_zeros)))
 }
 
+/// Whether the display of the environment takes connections.
+pub(crate) fn reach() -> Result<(), WindowError> {
+    x11rb::connect(None)?;
+    Ok(())
+}
+
 impl Window {
     /// Opens a window on the display of the environment.
     pub(crate) fn open(title: &str, size: (u16, u16)) -> Result<Self, WindowError> {

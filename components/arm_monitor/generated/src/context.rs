@@ -27,6 +27,8 @@ pub struct Context {
     pub tree: Arc<InnerModel>,
     /// The window of the tree.
     pub viewer: Viewer,
+    /// Why the window that a change of the parameter wants cannot be opened.
+    pub(crate) no_window: Option<String>,
     /// requires `JointMotor`
     pub joint_motor: interfaces::joint_motor::JointMotorClient,
 }
@@ -50,6 +52,7 @@ impl Context {
             params,
             tree,
             viewer,
+            no_window: None,
             joint_motor: interfaces::joint_motor::JointMotorClient::new(ports.client(0)?),
         })
     }
@@ -62,13 +65,13 @@ impl Context {
         let was_shown = self.params.viewer;
         self.params = Params::from_values(values);
         if self.params.viewer != was_shown {
-            self.update_viewer();
+            self.no_window = self.update_viewer().err();
         }
     }
 
-    /// Opens or closes the window.
-    pub(crate) fn update_viewer(&mut self) {
-        self.viewer.show(self.params.viewer);
+    /// Opens or closes the window. The error says why there is none.
+    pub(crate) fn update_viewer(&mut self) -> Result<(), String> {
+        self.viewer.show(self.params.viewer).map_err(|error| error.to_string())
     }
 
     pub(crate) fn sending_peers(&self, peers: &mut [usize]) {

@@ -84,7 +84,9 @@ pub(crate) fn start<W: Worker>(
 ) -> Result<Adapter<W>, StartError> {
     let mut ctx = Context::new(core, ports, values)?;
     let worker = begin(&mut ctx, ports)?;
-    ctx.update_viewer();
+    if let Err(error) = ctx.update_viewer() {
+        rc_runtime::tracing::warn!("{error}");
+    }
     Ok(Adapter { worker, ctx })
 }
 
@@ -121,6 +123,9 @@ impl<
         &mut self,
         changes: &[ParamChange],
     ) -> Result<(), WorkerError> {
+        if let Some(reason) = self.ctx.no_window.take() {
+            return Err(WorkerError::Failed(reason));
+        }
         Worker::params_changed(&mut self.worker, &mut self.ctx, changes)
     }
 

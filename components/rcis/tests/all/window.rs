@@ -31,7 +31,7 @@ const SCENE: &str = r#"<innerModel>
 fn view(test: &mut TestContext) -> TreeView<'static> {
     let options = Options {
         title: String::new(),
-        size: (1, 1),
+        size: (SIZE.0 as u16, SIZE.1 as u16),
         navigator: None,
         marks: Marks::default(),
     };
@@ -49,8 +49,7 @@ fn ball(test: &TestContext) -> Point {
 
 /// The pixel of the ball.
 fn pixel(test: &TestContext) -> Pixel {
-    let tree = test.tree.snapshot();
-    let view = Navigator::around(&tree, &test.tree.clouds()).view(SIZE.0, SIZE.1);
+    let view = Navigator::of(&test.tree, SIZE).view(SIZE.0, SIZE.1);
     let (x, y) = view.pixel(&ball(test)).expect("in front");
     (x.floor() as i16, y.floor() as i16)
 }

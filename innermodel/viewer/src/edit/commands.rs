@@ -202,7 +202,7 @@ impl Editor {
 
     /// A length that is well seen at the middle of the view: 1, 2 or 5 times a power of 10.
     fn size(&self) -> f64 {
-        let wanted = self.viewport.navigator.distance * PART;
+        let wanted = self.viewport.steering.navigator.distance * PART;
         let power = 10_f64.powf(wanted.log10().floor());
         let steps = [1.0, 2.0, 5.0, 10.0].map(|step| step * power);
         steps
@@ -221,7 +221,7 @@ impl Editor {
     ) {
         let tree = self.tree();
         let parent = self.parent_of_new(&tree);
-        let pose = handles::pose_at(&parent, &self.viewport.navigator.centre);
+        let pose = handles::pose_at(&parent, &self.viewport.steering.navigator.centre);
         let id = new_id(&tree, tag);
         let mut attributes = vec![("id", Value::Text(id.clone()))];
         let names = if tag == "plane" {

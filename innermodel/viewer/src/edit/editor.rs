@@ -6,7 +6,9 @@ use super::source::{OpenError, Source};
 use crate::input::{Input, Key, Modifiers, Pixel, ViewerAction};
 use crate::navigator::Navigator;
 use crate::overlay::{self, Marks};
-use crate::viewport::{Gesture, Viewport};
+use crate::steering::Gesture;
+use crate::viewpoint::Viewpoint;
+use crate::viewport::Viewport;
 use innermodel::{Folders, InnerModel, NodeId, NodeRef, Snapshot};
 use innermodel_render::{Image, TooLarge};
 use rc_diagnostics::foreign::clean;
@@ -74,14 +76,20 @@ pub struct Editor {
     is_leaving: bool,
 }
 
+/// The picture of a tree, at first from a navigator or from where all of it is seen.
+fn seen(model: &InnerModel, navigator: Option<Navigator>, marks: Marks) -> Viewport {
+    let (tree, clouds) = (model.snapshot(), model.clouds());
+    Viewport::new(&tree, &clouds, navigator, Viewpoint::SIZE, marks)
+}
+
 impl Editor {
     /// Opens a file.
     pub fn open(path: &Path, folders: Folders) -> Result<Self, OpenError> {
         let source = Source::open(path, folders)?;
         let model = source.model();
-        let navigator = Navigator::around(&model.snapshot(), &model.clouds());
+        let viewport = seen(model, None, Marks::default());
         Ok(Self {
-            viewport: Viewport::new(navigator, Marks::default()),
+            viewport,
             state: State::Idle,
             mode: Mode::default(),
             selected: None,
@@ -95,7 +103,7 @@ impl Editor {
     /// Sets from where the file is seen at first.
     #[must_use]
     pub fn seen_from(self, navigator: Navigator) -> Self {
-        let viewport = Viewport::new(navigator, self.viewport.marks);
+        let viewport = seen(self.model(), Some(navigator), self.viewport.marks);
         Self { viewport, ..self }
     }
 

@@ -2,7 +2,7 @@
 
 use innermodel::{Folders, InnerModel, Kind, Point, Snapshot, Vector};
 use innermodel_viewer::innermodel;
-use innermodel_viewer::{Editor, Input, Key, Modifiers, Navigator, Pixel, ViewerAction};
+use innermodel_viewer::{Editor, Input, Key, Modifiers, Navigator, Pixel, ViewerAction, Viewpoint};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -156,7 +156,7 @@ fn a_handle_moves_a_node_and_only_its_attribute() {
     let tip = user.handle(0, 1);
     // Where the tip of the handle is when the node has moved by 250 mm. A line has 80 pixels where
     // the node is.
-    let view = Navigator::around(&before, &user.editor.model().clouds()).view(SIZE.0, SIZE.1);
+    let view = Navigator::of(user.editor.model(), Viewpoint::SIZE).view(SIZE.0, SIZE.1);
     let origin = Point::new(100.0, 0.0, 50.0);
     let depth = view.place.inverse().point(&origin).z;
     let length = 80.0 * depth / view.camera.focal;
@@ -308,7 +308,7 @@ fn a_drag_is_undone_redone_and_cancelled() {
 #[test]
 fn a_click_selects_what_is_seen() {
     let mut user = User::new(WORLD);
-    let view = Navigator::around(&user.tree(), &user.editor.model().clouds()).view(SIZE.0, SIZE.1);
+    let view = Navigator::of(user.editor.model(), Viewpoint::SIZE).view(SIZE.0, SIZE.1);
     let at = pixel(view.pixel(&place(&user.tree(), "ball")).expect("in front"));
     let click = |user: &mut User, at: Pixel| {
         user.editor
@@ -353,7 +353,7 @@ fn bodies_are_added_and_removed() {
         let mut user = User::new(&world);
         let before = user.tree();
         user.select("table");
-        let centre = Navigator::around(&before, &user.editor.model().clouds()).centre;
+        let centre = Navigator::of(user.editor.model(), Viewpoint::SIZE).centre;
         for (key, tag) in [
             ('b', "plane"),
             ('s', "sphere"),

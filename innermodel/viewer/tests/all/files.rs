@@ -165,7 +165,10 @@ fn wrong_requests_are_refused_with_what_is_allowed() {
         assert!(error.contains(text), "{arguments:?}: {error}");
     }
     for (arguments, text) in [
-        (&["--live", "house"][..], "`--live` needs `--png FILE`"),
+        (
+            &["--simulator", "seen", "x.xml"][..],
+            "`--simulator` needs `--live NETWORK`",
+        ),
         (
             &["--live", "house", "--png", "x.png", "x.xml"],
             "`--live` cannot be used with a file",

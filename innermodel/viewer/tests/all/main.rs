@@ -9,6 +9,7 @@ mod pointing;
 #[path = "../../../../deploy/tests/all/python.rs"]
 mod python;
 mod screen;
+mod whole;
 mod windows;
 
 use std::path::PathBuf;

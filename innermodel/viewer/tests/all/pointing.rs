@@ -39,7 +39,7 @@ fn user(say: &dyn Fn(&str)) -> User<'_> {
     let model = Arc::new(InnerModel::parse(WORLD).expect("a model"));
     let options = Options {
         title: String::new(),
-        size: (1, 1),
+        size: (SIZE.0 as u16, SIZE.1 as u16),
         navigator: None,
         marks: Marks::default(),
     };
@@ -62,16 +62,20 @@ impl User<'_> {
     /// The pixel of the middle of a sphere.
     fn pixel(&self, id: &str) -> Pixel {
         let tree = self.model.snapshot();
-        let view = Navigator::around(&tree, &self.model.clouds()).view(SIZE.0, SIZE.1);
-        let place = tree.transform("root", Point::origin(), id).expect("a node");
-        let (x, y) = view.pixel(&place).expect("in front");
+        let place = tree.transform("root", Point::origin(), id);
+        self.pixel_of(&place.expect("a node"))
+    }
+
+    /// The pixel of a point of the root.
+    fn pixel_of(&self, place: &Point) -> Pixel {
+        let view = Navigator::of(&self.model, SIZE).view(SIZE.0, SIZE.1);
+        let (x, y) = view.pixel(place).expect("in front");
         (x.floor() as i16, y.floor() as i16)
     }
 
     /// The line of sight at the centre of a pixel.
     fn sight(&self, (x, y): Pixel) -> (Point, Vector) {
-        let around = Navigator::around(&self.model.snapshot(), &self.model.clouds());
-        let view = around.view(SIZE.0, SIZE.1);
+        let view = Navigator::of(&self.model, SIZE).view(SIZE.0, SIZE.1);
         let (u, v) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
         let way = innermodel::sensors::ray(&view.camera, u, v);
         (view.place.translation.into(), view.place.vector(&way))
@@ -151,7 +155,10 @@ fn an_object_follows_the_pointer_over_the_floor() {
 fn the_right_button_lifts() {
     let mut user = user(&silent);
     let from = user.pixel("wheel");
-    user.drag(3, CONTROL, from, (from.0, from.1 - 25));
+    let start = user.surface(from, "wheel", 200.0);
+    // Straight upwards in the world.
+    let to = user.pixel_of(&(start + Vector::y() * 300.0));
+    user.drag(3, CONTROL, from, to);
     let taken = user.actions.take();
     let [Action::Move { id, place }] = &taken[..] else {
         panic!("{taken:?}");
@@ -160,10 +167,9 @@ fn the_right_button_lifts() {
     assert_eq!(id, "robot");
     assert_eq!((place.x, place.z), (-600.0, 0.0));
     assert!(place.y > 50.0, "{place}");
-    let start = user.surface(from, "wheel", 200.0);
     let lifted = start + Vector::y() * place.y;
     // The point that was taken is below the pointer.
-    let (eye, way) = user.sight((from.0, from.1 - 25));
+    let (eye, way) = user.sight(to);
     let apart = (lifted - eye).cross(&way.normalize()).norm();
     assert!(apart < (start - eye).norm() / 320.0, "{apart}");
 }
@@ -253,7 +259,7 @@ fn what_is_moved_is_the_object_or_what_was_picked() {
     let wheel = user.pixel("wheel");
     assert_eq!(moved(&mut user, wheel).as_deref(), Some("robot"));
     // The floor belongs to the world, with all that stands on it.
-    let floor = (SIZE.0 as i16 / 2, SIZE.1 as i16 / 2 + 50);
+    let floor = user.pixel_of(&Point::new(1700.0, 0.0, -1700.0));
     click(&mut user, floor);
     assert!(lines.borrow()[2].starts_with("floor (plane): "));
     let before = user.draw();
@@ -271,7 +277,7 @@ fn a_tree_without_an_owner_is_not_changed() {
     let mut user = user(&silent);
     let options = Options {
         title: String::new(),
-        size: (1, 1),
+        size: (SIZE.0 as u16, SIZE.1 as u16),
         navigator: None,
         marks: Marks::default(),
     };

@@ -272,10 +272,7 @@ fn the_window_of_a_component_is_live() {
     obey(&model, &actions, "points");
     twin.poll();
     user.sees(window, &twin.draw((640, 480)).expect("a picture"));
-    let view = Navigator::around(
-        &InnerModel::parse(TREE).expect("a model").snapshot(),
-        &model.clouds(),
-    );
+    let view = Navigator::of(&InnerModel::parse(TREE).expect("a model"), (640, 480));
     let at = view
         .view(640, 480)
         .pixel(&Point::new(300.0, 0.0, 0.0))
@@ -488,11 +485,11 @@ fn component() {
         lines.lock().expect("no panic").push(line.to_owned());
     });
     let actions = viewer.actions();
-    viewer.show(true);
+    viewer.show(true).expect("a window");
     for line in std::io::stdin().lines() {
         match line.expect("a line").as_str() {
-            "hide" => viewer.show(false),
-            "show" => viewer.show(true),
+            "hide" => viewer.show(false).expect("no window"),
+            "show" => viewer.show(true).expect("a window"),
             other => obey(&model, &actions, other),
         }
     }
