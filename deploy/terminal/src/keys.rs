@@ -30,7 +30,7 @@ pub(crate) const HELP: [(&str, &str); 16] = [
 /// Help text of the key that leaves the view.
 pub(crate) fn leaving(host: Host) -> &'static str {
     match host {
-        Host::Up => "stops the network; a second ctrl+c kills",
+        Host::Up => "q asks, ctrl+c does not: stop the network; again kills",
         Host::Top => "leaves; the network goes on",
     }
 }
@@ -63,6 +63,7 @@ impl Model {
             path,
             text,
             is_text,
+            is_old,
             ..
         } = &mut prompt
         else {
@@ -82,18 +83,25 @@ impl Model {
                     value,
                 });
             }
+            // What is typed replaces the old value. Other keys keep it for editing.
+            Key::Char(letter) if *is_old => *text = letter.to_string(),
+            Key::Char(letter) => text.push(letter),
             Key::Backspace => drop(text.pop()),
             Key::Control('u') => text.clear(),
-            Key::Char(letter) => text.push(letter),
             _ => {}
         }
+        *is_old = false;
         self.prompt = Some(prompt);
         None
     }
 
     fn command(&mut self, key: Key) -> Option<Command> {
         match key {
-            Key::Char('q') => return Some(Command::Quit { interrupt: false }),
+            Key::Char('q') => {
+                let question = format!("stop the network {}?", self.network);
+                let quit = Command::Quit { interrupt: false };
+                return self.asked(self.host == Host::Up && !self.stopping, question, quit);
+            }
             Key::Control('l') => return Some(Command::Redraw),
             Key::Char('?') => self.turn_to(Page::Help),
             Key::Esc | Key::Backspace => self.turn_to(Page::Table),
@@ -188,6 +196,7 @@ impl Model {
             path: parameter.path.clone(),
             text,
             is_text,
+            is_old: true,
             secret: parameter.secret,
         });
     }

@@ -79,6 +79,8 @@ pub(crate) enum Prompt {
         text: String,
         is_text: bool,
         secret: bool,
+        /// Nothing was typed yet: the text is the present value.
+        is_old: bool,
     },
 }
 

@@ -155,7 +155,11 @@ fn footer(model: &Model, at: Rect, buf: &mut Buffer) {
             );
         }
         Some(Prompt::Edit {
-            path, text, secret, ..
+            path,
+            text,
+            secret,
+            is_old,
+            ..
         }) => {
             let shown = if *secret {
                 "*".repeat(text.chars().count())
@@ -172,8 +176,9 @@ fn footer(model: &Model, at: Rect, buf: &mut Buffer) {
                 at,
                 [
                     Span::styled(head, strong()),
-                    Span::raw(shown),
-                    Span::styled(" ", chosen()),
+                    // The old value is marked as what typing replaces.
+                    Span::styled(shown, if *is_old { chosen() } else { Style::new() }),
+                    Span::styled(" ", if *is_old { Style::new() } else { chosen() }),
                 ],
             );
         }
@@ -283,14 +288,38 @@ fn table_and_events(model: &Model, body: &[Rect], buf: &mut Buffer) {
 
 /// The least room behind a name in which active states are shown.
 const STATES: usize = 8;
+/// From this width on, columns make room for active states, up to this width of the first column.
+const WIDE: usize = 72;
+const WIDEST: usize = 24;
+
+/// The width of the first column: it has room for names, and on a wide screen for active states.
+fn name_width(model: &Model, rows: &[Row<'_>], width: usize) -> usize {
+    if width < WIDE {
+        return NAME;
+    }
+    let wanted = rows.iter().filter(|row| row.kind == Kind::Component);
+    let wanted = wanted.map(|row| {
+        let states = row.members.iter().map(|&m| &model.components[m]);
+        let states = states.map(|one| machine_states(one).chars().count());
+        let states = states.max().filter(|length| *length > 0);
+        states.map_or(0, |length| {
+            2 * row.depth + row.label.chars().count() + 2 + length
+        })
+    });
+    wanted
+        .max()
+        .unwrap_or(0)
+        .clamp(NAME, (width / 4).min(WIDEST))
+}
 
 fn table(model: &Model, rows: &[Row<'_>], lines: &[Rect], buf: &mut Buffer) {
     let Some((&head, lines)) = lines.split_first() else {
         return;
     };
-    let columns = columns(usize::from(head.width));
+    let width = usize::from(head.width);
+    let columns = columns(width, name_width(model, rows, width));
     let taken: usize = columns.iter().map(|c| c.width + 1).sum();
-    let name = usize::from(head.width).saturating_sub(taken + 10).max(NAME);
+    let name = width.saturating_sub(taken + 10).max(NAME);
     let mut text = format!("{:name$} {:9}", "COMPONENT", "STATE");
     for column in &columns {
         text += &format!(" {:>1$}", column.head, column.width);
@@ -354,11 +383,11 @@ fn machine_states(component: &Component) -> String {
     names.join(" ")
 }
 
-/// The columns that there is room for, in their order.
-fn columns(width: usize) -> Vec<&'static Column> {
+/// The columns that there is room for behind the name, in their order.
+fn columns(width: usize, name: usize) -> Vec<&'static Column> {
     let mut ranked: Vec<&Column> = COLUMNS.iter().collect();
     ranked.sort_by_key(|column| column.rank);
-    let mut room = width.saturating_sub(NAME + 10);
+    let mut room = width.saturating_sub(name + 10);
     let mut rank = 0;
     for column in ranked {
         if room < column.width + 1 {

@@ -89,10 +89,15 @@ fn stop_asks_for_confirmation_and_emergency_does_not() {
         model.key(control_c),
         Some(Command::Quit { interrupt: true })
     );
-    assert_eq!(
-        keys(&mut model, "q"),
-        Some(Command::Quit { interrupt: false })
-    );
+    // `q` ends the network, so it asks; without the network, the view only.
+    assert_eq!(keys(&mut model, "q"), None);
+    let asked = screen(&mut model, 60, 10);
+    assert!(asked.ends_with("y/n stop the network patrol?\n"), "{asked}");
+    let quit = Some(Command::Quit { interrupt: false });
+    assert_eq!(keys(&mut model, "ny"), None);
+    assert_eq!(keys(&mut model, "qy"), quit);
+    let mut model = self::model(Host::Top);
+    assert_eq!(keys(&mut model, "q"), quit);
 }
 
 #[test]
@@ -138,7 +143,11 @@ fn parameters_are_shown_and_edited() {
     keys(&mut model, "j");
     press(&mut model, Key::Enter);
     keys(&mut model, "12");
-    // A string stays a string.
+    // What is typed replaces the old value, and a string stays a string.
+    assert_eq!(press(&mut model, Key::Enter), set("name", json!("12")));
+    press(&mut model, Key::Enter);
+    press(&mut model, Key::End);
+    keys(&mut model, "12");
     assert_eq!(press(&mut model, Key::Enter), set("name", json!("left12")));
     keys(&mut model, "j");
     press(&mut model, Key::Enter);

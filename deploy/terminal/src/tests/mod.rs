@@ -1,7 +1,6 @@
 //! Golden screens, and reactions to keys.
 
 mod keys;
-mod picture;
 mod screens;
 
 use super::input::Key;

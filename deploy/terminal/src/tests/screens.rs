@@ -46,6 +46,15 @@ fn a_wide_terminal_shows_all_columns() {
 }
 
 #[test]
+fn active_states_are_seen_from_72_columns_on() {
+    let mut model = model(Host::Top);
+    for (width, is_seen) in [(71, false), (72, true), (88, true), (100, true)] {
+        let screen = screen(&mut model, width, 12);
+        assert_eq!(screen.contains("avoider  cruising"), is_seen, "{screen}");
+    }
+}
+
+#[test]
 fn a_medium_terminal_shows_the_most_important_columns() {
     shows(
         &mut model(Host::Top),
