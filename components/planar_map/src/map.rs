@@ -97,7 +97,8 @@ pub struct Map {
 impl Map {
     /// Reads a map file.
     pub fn load(path: &Path) -> Result<Self, MapError> {
-        match std::fs::read_to_string(path) {
+        // A pipe would wait for its writer.
+        match rc_files::read(path) {
             Ok(text) => Self::parse(path, &text),
             Err(error) => Err(MapError::Unreadable {
                 path: path.to_owned(),
@@ -210,6 +211,18 @@ mod tests {
 
     fn parse(text: &str) -> Result<Map, String> {
         Map::parse(Path::new("a.map"), text).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn a_device_or_a_pipe_is_no_map() {
+        let refused = Map::load(Path::new("/dev/null"));
+        let refused = refused.map(drop).map_err(|e| e.to_string());
+        assert!(
+            refused
+                .as_ref()
+                .is_err_and(|e| e.contains("not a regular file")),
+            "{refused:?}"
+        );
     }
 
     #[test]

@@ -25,7 +25,9 @@ const LAST_READS: usize = 16;
 /// name with `.1`.
 fn exact_recording(log: &Path) -> PathBuf {
     let path = log.with_extension("exact.mcap");
-    if path.exists() {
+    // What a full disk left empty replaces no older recording.
+    let holds_turn = rc_record::Reader::open(&path).is_ok_and(|mut file| file.next().is_some());
+    if holds_turn {
         // Without it, the component overwrites the older recording.
         let _ = std::fs::rename(&path, log.with_extension("exact.1.mcap"));
     }
@@ -230,4 +232,34 @@ fn shared_memory() -> String {
         ", which is what happens where the shared memory is full: {PLACE} has {all} kB, of which {free} kB are free now; \
          `mount -o remount,size=1G {PLACE}` makes it larger, `--shm-size=1g` that of a container"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rc_record::{Limits, Stamp, Writer};
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn a_recording_without_a_turn_replaces_none() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let log = folder.path().join("a.log");
+        let (path, older) = (
+            folder.path().join("a.exact.mcap"),
+            folder.path().join("a.exact.1.mcap"),
+        );
+        let mut writer = Writer::create(&path, Limits::default()).expect("to create");
+        let channel = writer.channel("/a", "cdr", None, BTreeMap::new());
+        let written = writer.write(channel, Stamp::default(), b"turn");
+        written.and_then(|()| writer.finish()).expect("to write");
+        let good = std::fs::read(&path).expect("to read");
+        assert_eq!(exact_recording(&log), path);
+        assert!(!path.exists());
+        // The disk was full: nothing, or the beginning alone.
+        for length in [0, 8, 40] {
+            std::fs::write(&path, &good[..length]).expect("to write");
+            assert_eq!(exact_recording(&log), path);
+            assert_eq!(std::fs::read(&older).expect("to read"), good, "{length}");
+        }
+    }
 }

@@ -19,6 +19,9 @@ use std::time::Duration;
 
 /// The longest part of a turn, in bytes. A recorder writes a part of 1 MiB and one message more.
 const LONGEST_PART: usize = 256 * 1024 * 1024;
+/// The most entries of a part. A recorder begins another part after a mebibyte; an entry takes
+/// several times its bytes in memory.
+const MOST_ENTRIES: u32 = 1 << 18;
 /// How many entries before a difference a report shows.
 const BEFORE: usize = 24;
 
@@ -109,10 +112,14 @@ impl Replay {
         let mut decode = || {
             let turn = reader.get()?;
             let count: u32 = reader.get()?;
+            if count > MOST_ENTRIES {
+                return Ok(Err(format!("a part has {count} entries")));
+            }
             let entries = (0..count).map(|_| Ok((turn, Entry::read(&mut reader)?)));
-            entries.collect::<Result<VecDeque<_>, DecodeError>>()
+            let entries = entries.collect::<Result<VecDeque<_>, DecodeError>>();
+            entries.map(Ok)
         };
-        let entries = decode().map_err(|e| e.to_string())?;
+        let entries = decode().map_err(|e: DecodeError| e.to_string())??;
         *self.waiting.borrow_mut() = entries;
         Ok(true)
     }
