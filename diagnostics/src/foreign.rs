@@ -32,11 +32,17 @@ pub fn clean_bytes(bytes: &[u8]) -> String {
 
 /// [`clean`] with another limit, for a text whose kind is longer: a printed line, a type's name.
 pub fn clean_to(text: &str, most: usize) -> String {
+    shown(text, most, colour)
+}
+
+/// Shows control characters as escapes. `removed` is the length in bytes of what is left out at the
+/// start of a text.
+fn shown(text: &str, most: usize, removed: fn(&str) -> Option<usize>) -> String {
     let mut out = String::with_capacity(text.len().min(most));
     let mut count = 0;
     let mut rest = text;
     while let Some(c) = rest.chars().next() {
-        if let Some(length) = colour(rest) {
+        if let Some(length) = removed(rest) {
             rest = &rest[length..];
             continue;
         }
@@ -58,6 +64,18 @@ pub fn clean_to(text: &str, most: usize) -> String {
         }
     }
     out
+}
+
+/// A text that is data, of at most `most` characters: nothing of it vanishes. Colours, too, are shown
+/// as escapes.
+///
+/// ```
+/// use rc_diagnostics::foreign::escape_to;
+///
+/// assert_eq!(escape_to("\u{1b}[31mred", 256), "\\u{1b}[31mred");
+/// ```
+pub fn escape_to(text: &str, most: usize) -> String {
+    shown(text, most, |_| None)
 }
 
 /// [`clean_to`] for a text of several lines, such as a reason with the end of a log. Keeps the

@@ -32,6 +32,17 @@ pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
     bytes(&open(path, false)?)
 }
 
+/// Opens a regular file of any size for reading.
+///
+/// # Errors
+/// `InvalidInput` for pipes, devices and folders; otherwise the error of the system.
+pub fn open_regular(path: &Path) -> io::Result<File> {
+    check_kind(&fs::metadata(path)?)?;
+    let file = nonblocking(false).open(path)?;
+    check_kind(&file.metadata()?)?;
+    Ok(file)
+}
+
 /// Replaces the content `old` of the file at `path` by `new`, atomically.
 ///
 /// The new text is on disk before it takes the file's name. Symbolic links, owner, group and
@@ -174,12 +185,17 @@ fn check_unchanged(path: &Path, file: &File, old: &str) -> io::Result<()> {
 
 /// Opens a regular file. Does not block if `path` is a pipe.
 fn open(path: &Path, write: bool) -> io::Result<File> {
+    let file = nonblocking(write).open(path)?;
+    check(&file.metadata()?)?;
+    Ok(file)
+}
+
+fn nonblocking(write: bool) -> OpenOptions {
     let flags = OFlags::NONBLOCK | OFlags::NOCTTY;
     let mut options = OpenOptions::new();
     options.read(true).write(write);
-    let file = options.custom_flags(flags.bits() as i32).open(path)?;
-    check(&file.metadata()?)?;
-    Ok(file)
+    options.custom_flags(flags.bits() as i32);
+    options
 }
 
 fn text(file: &File) -> io::Result<String> {
@@ -199,13 +215,18 @@ fn bytes(mut file: &File) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn check(metadata: &fs::Metadata) -> io::Result<()> {
-    if !metadata.is_file() {
-        return Err(io::Error::new(
-            ErrorKind::InvalidInput,
-            "not a regular file",
-        ));
+fn check_kind(metadata: &fs::Metadata) -> io::Result<()> {
+    if metadata.is_file() {
+        return Ok(());
     }
+    Err(io::Error::new(
+        ErrorKind::InvalidInput,
+        "not a regular file",
+    ))
+}
+
+fn check(metadata: &fs::Metadata) -> io::Result<()> {
+    check_kind(metadata)?;
     if metadata.len() > LARGEST {
         return Err(too_large());
     }

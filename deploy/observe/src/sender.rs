@@ -28,6 +28,13 @@ pub struct Sender {
 }
 
 impl Sender {
+    /// Whether sending waits for a subscriber: each one in the shared memory of another machine
+    /// confirms each sample.
+    pub fn confirms(topic: &Topic) -> bool {
+        let is_shared = topic.middleware == rc_iceoryx2::NAME;
+        is_shared && topic.subscribers.iter().any(|end| end.host.is_some())
+    }
+
     /// Opens the topic for sending, and waits for the first subscriber.
     pub fn open(network: &Network, topic: &Topic) -> Result<Self, Error> {
         let mut backends = Backends::new(&network.name)?;

@@ -1,19 +1,19 @@
-//! Contents of a recording, as lists, tables and shorter recordings.
+//! Contents of a recording, as lists and shorter recordings.
 
 use crate::definition;
 use crate::error::RecordError;
 use crate::keys;
-use crate::reader::{self, Channel, Message, Record};
+use crate::latched::Latched;
+use crate::reader::files::PART;
+use crate::reader::{self, Channel, Faults, Message, Record};
 use crate::schema::Schema;
 use crate::writer::{ChannelId, Limits, Writer};
 use rc_diagnostics::nearest;
 use rc_mcap::Stamp;
 use rc_middleware::{Cdr, Reader};
-use rc_values::{Columns, Struct, Value, cells};
+use rc_values::{Struct, Value};
 use serde_json::Value as Json;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -58,14 +58,23 @@ impl Selection {
         self.topics.is_empty() || self.topics.iter().any(is_meant)
     }
 
-    /// Fails for a name that no topic of the recording has; the error names the nearest topic.
-    pub fn check(&self, info: &Info) -> Result<(), RecordError> {
+    /// Fails for a name that no topic with messages has; the error names the nearest topic. Reads a
+    /// recording to its end only if it has no summary.
+    pub fn check(&self, path: &Path) -> Result<(), RecordError> {
+        if self.topics.is_empty() {
+            return Ok(());
+        }
+        let reader = reader::Reader::open(path)?;
+        let topics: BTreeSet<String> = match reader.listed() {
+            Some(listed) => listed.iter().map(|one| one.topic.clone()).collect(),
+            None => Info::read(path)?.topics.into_keys().collect(),
+        };
         for name in &self.topics {
             let one = Self {
                 topics: vec![name.clone()],
                 ..Self::default()
             };
-            let topics = info.topics.keys();
+            let topics = topics.iter();
             if !topics.clone().any(|topic| one.has_topic(topic)) {
                 let ends = topics
                     .clone()
@@ -91,8 +100,27 @@ impl Selecting {
     pub fn takes(&mut self, message: &Message) -> bool {
         let after = self.after(message);
         let is_early = self.selection.to.is_none_or(|to| after <= to);
-        let is_late = self.selection.from.is_none_or(|from| after >= from);
-        is_early && is_late && self.selection.has_topic(&message.channel.topic)
+        is_early && !self.is_before(message) && self.selection.has_topic(&message.channel.topic)
+    }
+
+    /// Whether a message is earlier than those that are meant.
+    pub fn is_before(&mut self, message: &Message) -> bool {
+        let after = self.after(message);
+        self.selection.from.is_some_and(|from| after < from)
+    }
+
+    /// Whether the value of a message holds when the selection begins, until another one follows.
+    pub fn holds_before(&mut self, message: &Message) -> bool {
+        message.channel.is_latched()
+            && self.is_before(message)
+            && self.selection.has_topic(&message.channel.topic)
+    }
+
+    /// The time at which the selection begins. `None` before the first message.
+    pub fn begin(&self) -> Option<u64> {
+        let from = self.selection.from.unwrap_or_default().as_nanos();
+        let from = u64::try_from(from).unwrap_or(u64::MAX);
+        Some(self.first?.saturating_add(from))
     }
 
     /// Lets a reader leave out what is later than any message that is meant, also the attachments
@@ -122,6 +150,18 @@ pub struct Topic {
     pub bytes: u64,
     /// The number of its channels: one for each sender.
     pub channels: usize,
+    /// The first and the last time, in nanoseconds.
+    pub times: Option<(u64, u64)>,
+}
+
+impl Topic {
+    /// Messages a second between the first and the last one.
+    pub fn rate(&self) -> Option<f64> {
+        let (first, last) = self.times?;
+        let length = last.checked_sub(first).filter(|length| *length > 0)?;
+        let intervals = self.count.checked_sub(1).filter(|count| *count > 0)?;
+        Some(intervals as f64 * 1e9 / length as f64)
+    }
 }
 
 /// Summary of a recording.
@@ -135,8 +175,15 @@ pub struct Info {
     pub attachments: Vec<(String, usize)>,
     /// Tables of texts, by name (metadata records of MCAP).
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
-    /// Why it ends before its end, if it does.
-    pub cut: Option<String>,
+    /// The files and their sizes, in bytes.
+    pub files: Vec<(PathBuf, u64)>,
+    /// Why less was read than was recorded.
+    pub faults: Faults,
+}
+
+fn spread(times: Option<(u64, u64)>, time: u64) -> (u64, u64) {
+    let (first, last) = times.unwrap_or((time, time));
+    (first.min(time), last.max(time))
 }
 
 impl Info {
@@ -148,9 +195,9 @@ impl Info {
             match record {
                 Record::Message(message) => {
                     let time = message.log_time;
-                    let (first, last) = info.times.unwrap_or((time, time));
-                    info.times = Some((first.min(time), last.max(time)));
+                    info.times = Some(spread(info.times, time));
                     let topic = info.topic(&message.channel);
+                    topic.times = Some(spread(topic.times, time));
                     topic.count += 1;
                     topic.bytes += message.data.len() as u64;
                 }
@@ -163,7 +210,10 @@ impl Info {
         for channel in reader.channels() {
             info.topic(channel).channels += 1;
         }
-        info.cut = reader.cut().map(str::to_owned);
+        let size = |path: &PathBuf| std::fs::metadata(path).map_or(0, |file| file.len());
+        let files = reader.files().iter();
+        info.files = files.map(|path| (path.clone(), size(path))).collect();
+        info.faults = reader.faults().clone();
         Ok(info)
     }
 
@@ -173,6 +223,7 @@ impl Info {
             count: 0,
             bytes: 0,
             channels: 0,
+            times: None,
         };
         self.topics.entry(channel.topic.clone()).or_insert_with(new)
     }
@@ -186,7 +237,18 @@ impl Info {
 /// Decodes the messages of a recording, each by the type of its channel.
 #[derive(Default)]
 pub struct Decoder {
-    types: BTreeMap<(String, String), Result<Arc<Struct>, String>>,
+    /// By the number of the channel.
+    types: BTreeMap<u32, Type>,
+    /// The bytes of the definitions that were read.
+    read: usize,
+}
+
+/// The most bytes of definitions that a decoder reads. A type takes many times these.
+const MOST_DEFINITIONS: usize = 8 << 20;
+
+struct Type {
+    channel: Arc<Channel>,
+    ty: Result<Arc<Struct>, String>,
 }
 
 impl Decoder {
@@ -197,11 +259,35 @@ impl Decoder {
     }
 
     /// The type of a channel.
-    pub fn ty(&mut self, channel: &Channel) -> Result<Arc<Struct>, RecordError> {
-        let key = (channel.topic.clone(), channel.type_name.clone());
-        let read = || definition::of_channel(channel).map_err(|e| e.to_string());
-        let ty = self.types.entry(key).or_insert_with(read);
-        ty.clone().map_err(RecordError::Value)
+    pub fn ty(&mut self, channel: &Arc<Channel>) -> Result<Arc<Struct>, RecordError> {
+        if let Some(known) = self.types.get(&channel.id) {
+            return known.ty.clone().map_err(RecordError::Value);
+        }
+        let is_same = |known: &&Type| {
+            let known = &known.channel;
+            Arc::ptr_eq(&known.schema, &channel.schema)
+                && (&known.type_name, &known.encoding) == (&channel.type_name, &channel.encoding)
+        };
+        let known = self.types.values().find(is_same);
+        let ty = if let Some(known) = known {
+            known.ty.clone()
+        } else {
+            self.read += channel.schema.len();
+            if self.read > MOST_DEFINITIONS {
+                Err(format!(
+                    "the definitions of the recording have more than {} MiB",
+                    MOST_DEFINITIONS >> 20
+                ))
+            } else {
+                definition::of_channel(channel).map_err(|e| e.to_string())
+            }
+        };
+        let new = Type {
+            channel: Arc::clone(channel),
+            ty: ty.clone(),
+        };
+        self.types.insert(channel.id, new);
+        ty.map_err(RecordError::Value)
     }
 }
 
@@ -221,12 +307,13 @@ pub fn document(message: &Message) -> Option<Json> {
     serde_json::from_str(&text).ok()
 }
 
-/// Hands all messages of a selection to `take`, until it says that it is enough.
+/// Hands all messages of a selection to `take`, until it says that it is enough. Returns why less
+/// was read than was recorded.
 pub fn each(
     path: &Path,
     selection: Selection,
     take: &mut dyn FnMut(Message) -> Result<bool, RecordError>,
-) -> Result<Option<String>, RecordError> {
+) -> Result<Faults, RecordError> {
     let mut reader = reader::Reader::open(path)?;
     let mut selecting = selection.begin(&reader);
     selecting.limit(&mut reader);
@@ -235,44 +322,88 @@ pub fn each(
             continue;
         };
         if selecting.takes(&message) && !take(message)? {
-            return Ok(None);
+            break;
         }
     }
-    Ok(reader.cut().map(str::to_owned))
+    Ok(reader.faults().clone())
 }
 
-/// Writes the messages of a selection, with all attachments and tables, into a new recording.
-/// Returns their number, and why the recording ends before its end, if it does.
-pub fn cut(
-    path: &Path,
-    selection: Selection,
-    to: &Path,
-) -> Result<(u64, Option<String>), RecordError> {
+/// The table of counts that a recorder writes at the end.
+const COUNTS: &str = "recording";
+
+/// Writes the messages of a selection, with all attachments and tables, into a new recording. The
+/// values of states, parameters and latched topics that hold at its beginning come first, with the
+/// time of the beginning.
+///
+/// Returns the number of messages, and why less was read than was recorded. Fails if the selection
+/// has no messages.
+pub fn cut(path: &Path, selection: Selection, to: &Path) -> Result<(u64, Faults), RecordError> {
     let mut reader = reader::Reader::open(path)?;
     let mut writer = Writer::create(to, Limits::default())?;
-    let mut selecting = selection.begin(&reader);
-    let mut channels: BTreeMap<u16, ChannelId> = BTreeMap::new();
+    let done = cut_into(&mut reader, selection, &mut writer).and_then(|count| {
+        if count > 0 {
+            return Ok(count);
+        }
+        let faults = reader.faults();
+        let why = if faults.is_none() {
+            String::new()
+        } else {
+            format!(" ({faults})")
+        };
+        let text = format!("the selection has no messages{why}, so nothing is written");
+        Err(RecordError::Value(text))
+    });
+    let done = done.and_then(|count| writer.finish().map(|()| count));
+    if done.is_err() {
+        let _ = std::fs::remove_file(to);
+    }
+    Ok((done?, reader.faults().clone()))
+}
+
+fn cut_into(
+    reader: &mut reader::Reader,
+    selection: Selection,
+    writer: &mut Writer,
+) -> Result<u64, RecordError> {
+    let mut selecting = selection.begin(reader);
+    let mut channels: BTreeMap<u32, ChannelId> = BTreeMap::new();
+    let mut latched = Latched::default();
+    let mut counts = None;
     let mut count = 0;
     while let Some(record) = reader.next() {
         match record {
             // Attachments and tables may follow what the selection leaves out.
             Record::Message(message) => {
                 if selecting.takes(&message) {
-                    copy(&mut writer, &mut channels, &message)?;
+                    let begin = selecting.begin().unwrap_or(message.log_time);
+                    for held in latched.take(begin) {
+                        copy(writer, &mut channels, &held)?;
+                        count += 1;
+                    }
+                    copy(writer, &mut channels, &message)?;
                     count += 1;
+                } else if selecting.holds_before(&message) {
+                    latched.keep(message);
                 }
             }
             Record::Attachment(file) => writer.attach(&file.name, &file.media_type, file.data)?,
-            Record::Metadata(name, table) => writer.metadata(&name, &table)?,
+            Record::Metadata(name, table) if name == COUNTS => counts = Some(table),
+            Record::Metadata(name, table) if name != PART => writer.metadata(&name, &table)?,
+            Record::Metadata(..) => {}
         }
     }
-    writer.finish()?;
-    Ok((count, reader.cut().map(str::to_owned)))
+    // The other counts are of the whole recording.
+    if let Some(network) = counts.and_then(|mut table| table.remove("network")) {
+        let messages = ("messages".to_owned(), count.to_string());
+        let table = BTreeMap::from([("network".to_owned(), network), messages]);
+        writer.metadata(COUNTS, &table)?;
+    }
+    Ok(count)
 }
 
 fn copy(
     writer: &mut Writer,
-    channels: &mut BTreeMap<u16, ChannelId>,
+    channels: &mut BTreeMap<u32, ChannelId>,
     message: &Message,
 ) -> Result<(), RecordError> {
     let channel = &message.channel;
@@ -297,129 +428,6 @@ fn copy(
     writer.write(id, stamp, &message.data)
 }
 
-/// The tables that were written.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Tables {
-    /// The files, one for each topic.
-    pub files: Vec<PathBuf>,
-    /// Topics with a column that their table lacks, because the first message did not have it.
-    pub incomplete: Vec<(String, String)>,
-    /// Why the recording ends before its end, if it does.
-    pub cut: Option<String>,
-}
-
-/// The table of a topic.
-struct Table {
-    file: Option<(PathBuf, BufWriter<File>)>,
-    columns: Columns,
-}
-
-/// Whether a message is a row of a table.
-fn is_row(message: &Message) -> bool {
-    message.channel.encoding == "cdr"
-}
-
-/// Remembers the first topic, and refuses each other one.
-fn only(first: &mut Option<String>, topic: &str) -> Result<(), RecordError> {
-    let first = first.get_or_insert_with(|| topic.to_owned());
-    if first == topic {
-        return Ok(());
-    }
-    Err(RecordError::Value(format!(
-        "the selection has several topics, {first} and {topic} for example; name one with --topics, \
-         or a folder with --out"
-    )))
-}
-
-/// Writes a table of the messages of each selected topic as CSV: into `folder`, a file for each, or
-/// to `out` if there is one topic.
-pub fn csv(
-    path: &Path,
-    selection: Selection,
-    folder: Option<&Path>,
-    out: &mut dyn Write,
-) -> Result<Tables, RecordError> {
-    let mut first = None;
-    if folder.is_none() {
-        // Nothing is printed of a selection of several topics.
-        each(path, selection.clone(), &mut |message| {
-            if is_row(&message) {
-                only(&mut first, &message.channel.topic)?;
-            }
-            Ok(true)
-        })?;
-    }
-    let mut decoder = Decoder::default();
-    let mut tables: BTreeMap<String, Table> = BTreeMap::new();
-    let mut names: BTreeSet<String> = BTreeSet::new();
-    let mut incomplete = Vec::new();
-    let cut = each(path, selection, &mut |message| {
-        let topic = &message.channel.topic;
-        if !is_row(&message) {
-            return Ok(true);
-        }
-        if folder.is_none() {
-            // The file of a recording that runs may have grown.
-            only(&mut first, topic)?;
-        }
-        let cells = cells("", &decoder.value(&message)?);
-        let mut text = String::new();
-        if !tables.contains_key(topic) {
-            let file = folder.map(|folder| {
-                let path = folder.join(file_name(topic, &mut names));
-                let file = File::create(&path).map_err(|e| RecordError::file(&path, &e))?;
-                Ok((path, BufWriter::new(file)))
-            });
-            let file: Option<Result<_, RecordError>> = file;
-            let file = file.transpose()?;
-            let columns = Columns::new("log_time_s,publish_time_s", &cells);
-            text += columns.header();
-            tables.insert(topic.clone(), Table { file, columns });
-        }
-        let Some(table) = tables.get_mut(topic) else {
-            return Ok(true);
-        };
-        if let Some(column) = table.columns.missing(&cells) {
-            incomplete.push((topic.clone(), column.to_owned()));
-        }
-        let times = [message.log_time, message.publish_time].map(seconds);
-        text += &table.columns.row(&times.join(","), &cells);
-        let written = match &mut table.file {
-            Some((_, file)) => file.write_all(text.as_bytes()),
-            None => out.write_all(text.as_bytes()),
-        };
-        written.map_err(|e| RecordError::Value(format!("the table cannot be written: {e}")))?;
-        Ok(true)
-    })?;
-    let mut files = Vec::new();
-    for (_, table) in tables {
-        if let Some((path, mut file)) = table.file {
-            file.flush().map_err(|e| RecordError::file(&path, &e))?;
-            files.push(path);
-        }
-    }
-    Ok(Tables {
-        files,
-        incomplete,
-        cut,
-    })
-}
-
-/// The file of a topic: its name without what no file system likes, and a number where another
-/// topic has the same one.
-fn file_name(topic: &str, taken: &mut BTreeSet<String>) -> String {
-    let plain = topic.trim_matches('/').chars().take(200);
-    let plain = plain.map(|c| if c.is_ascii_alphanumeric() { c } else { '_' });
-    let plain: String = plain.collect();
-    let mut name = format!("{plain}.csv");
-    let mut number = 1;
-    while !taken.insert(name.clone()) {
-        number += 1;
-        name = format!("{plain}-{number}.csv");
-    }
-    name
-}
-
 /// Nanoseconds as seconds, with all digits.
 pub fn seconds(nanoseconds: u64) -> String {
     format!(
@@ -429,14 +437,47 @@ pub fn seconds(nanoseconds: u64) -> String {
     )
 }
 
+/// A length of time as people read it, in its two largest units: `2 min 5 s`, `1 year 40 days`.
+pub fn length_text(length: Duration) -> String {
+    let seconds = length.as_secs();
+    if seconds < 60 {
+        return format!("{:.3} s", length.as_secs_f64());
+    }
+    let units = [
+        (365 * 86_400, "year", "years"),
+        (86_400, "day", "days"),
+        (3600, "h", "h"),
+        (60, "min", "min"),
+        (1, "s", "s"),
+    ];
+    let mut left = seconds;
+    let mut parts = Vec::new();
+    for (size, one, many) in units {
+        let count = left / size;
+        left %= size;
+        if count > 0 || !parts.is_empty() {
+            parts.push((count, if count == 1 { one } else { many }));
+        }
+    }
+    let shown = parts.iter().take(2).filter(|(count, _)| *count > 0);
+    let shown = shown.map(|(count, unit)| format!("{count} {unit}"));
+    shown.collect::<Vec<_>>().join(" ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn two_topics_never_have_one_file() {
-        let mut taken = BTreeSet::new();
-        let names = ["/a/b", "/a_b", "/../x"].map(|topic| file_name(topic, &mut taken));
-        assert_eq!(names, ["a_b.csv", "a_b-2.csv", "___x.csv"]);
+    fn lengths_of_time_have_two_units() {
+        for (seconds, expected) in [
+            (0, "0.000 s"),
+            (59, "59.000 s"),
+            (125, "2 min 5 s"),
+            (3600, "1 h"),
+            (400 * 86_400, "1 year 35 days"),
+        ] {
+            assert_eq!(length_text(Duration::from_secs(seconds)), expected);
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Channels and files of a recording.
 
-use crate::keys;
+use crate::qos;
 use crate::schema::Schema;
 use crate::writer::{ChannelId, Writer};
 use std::collections::BTreeMap;
@@ -22,10 +22,9 @@ pub struct NewChannel {
 }
 
 impl NewChannel {
-    /// Whether its last message holds until the next one: a state, or parameters.
+    /// Whether its last message holds until the next one.
     pub(crate) fn is_latched(&self) -> bool {
-        let kind = self.metadata.get(keys::KIND).map(String::as_str);
-        matches!(kind, Some("state" | "parameters"))
+        qos::is_latched(&self.metadata)
     }
 
     pub(crate) fn add_to(&self, writer: &mut Writer) -> ChannelId {

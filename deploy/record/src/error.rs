@@ -31,11 +31,13 @@ pub enum RecordError {
 }
 
 impl RecordError {
-    /// The file with the reason of the system.
+    /// The file with the reason of the system, without its number.
     pub(crate) fn file(path: &std::path::Path, reason: &impl std::fmt::Display) -> Self {
+        let reason = reason.to_string();
+        let text = reason.split(" (os error ").next().unwrap_or_default();
         Self::File {
             path: path.to_owned(),
-            reason: reason.to_string(),
+            reason: text.to_owned(),
         }
     }
 }

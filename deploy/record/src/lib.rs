@@ -1,11 +1,12 @@
 //! Recordings: MCAP files that Foxglove and the tools of ROS 2 open.
 //!
 //! - [`writer`]: writes a recording, in parts if it grows long.
-//! - [`reader`]: reads one from its beginning, also if it was cut.
+//! - [`reader`]: reads one from its beginning, also if it was cut or is damaged.
 //! - [`schema`]: types of interfaces as definitions of ROS 2 messages.
 //! - [`live`]: records a running network into a [`sink`]: a file, or a [`ring`] in memory.
 //! - [`player`]: sends what was recorded, and answers calls as they were answered.
-//! - [`bag`]: what a recording holds, as lists, tables and shorter recordings.
+//! - [`bag`]: what a recording holds, as lists and shorter recordings.
+//! - [`table`]: its messages as tables in CSV.
 //! - [`definition`]: definitions of ROS 2 messages as types, to decode what a file holds.
 //! - [`envelope`]: calls without their envelopes, and with them again.
 //! - [`qos`]: the quality of service of a channel, as rosbag2 writes it.
@@ -17,6 +18,7 @@ pub mod content;
 pub mod definition;
 pub mod envelope;
 mod error;
+mod latched;
 pub mod live;
 pub mod player;
 pub mod qos;
@@ -24,11 +26,12 @@ pub mod reader;
 pub mod ring;
 pub mod schema;
 pub mod sink;
+pub mod table;
 pub mod writer;
 
 pub use error::RecordError;
 pub use rc_mcap::{Stamp, system_time};
-pub use reader::{Attachment, Channel, Message, Reader, Record};
+pub use reader::{Attachment, Channel, Faults, Message, Reader, Record};
 pub use schema::Schema;
 pub use writer::{ChannelId, Limits, Writer};
 
@@ -51,8 +54,8 @@ pub mod keys {
     pub const ENDS: &str = "robocomp.ends";
     /// The middleware.
     pub const MIDDLEWARE: &str = "robocomp.middleware";
-    /// `sample`, `request` or `reply`; `events`, `parameters`, `state`, `loss` or `refused` for
-    /// JSON.
+    /// `sample`, `request` or `reply`; `events`, `parameters`, `state`, `loss`, `clock` or `refused`
+    /// for JSON.
     pub const KIND: &str = "robocomp.kind";
     /// The name of a component that is recorded exactly.
     pub const EXACT: &str = "robocomp.exact";

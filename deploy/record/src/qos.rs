@@ -1,6 +1,8 @@
 //! The quality of service of a channel, in the form of rosbag2's metadata.
 
+use crate::keys;
 use rc_middleware::{Durability, Qos, Reliability};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// The longest duration of ROS 2: without end.
@@ -30,4 +32,19 @@ pub fn profile(qos: &Qos) -> String {
         time(qos.lifespan),
         time(qos.liveliness),
     )
+}
+
+/// Whether the last message of a channel with these metadata holds until the next one: a state,
+/// parameters, or a topic whose last samples reach late subscribers (`transient_local`).
+pub fn is_latched(metadata: &BTreeMap<String, String>) -> bool {
+    let kind = metadata.get(keys::KIND).map(String::as_str);
+    let profile = metadata.get(keys::QOS).map_or("", String::as_str);
+    // Newer versions of rosbag2 write words.
+    let is_kept = |line: &str| {
+        matches!(
+            line.trim().trim_start_matches("- "),
+            "durability: 1" | "durability: transient_local"
+        )
+    };
+    matches!(kind, Some("state" | "parameters")) || profile.lines().any(is_kept)
 }

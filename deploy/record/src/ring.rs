@@ -122,17 +122,26 @@ impl Ring {
         if self.is_writing() {
             return Ok(());
         }
-        let mut writer = Writer::create(path, Limits::default())?;
+        let limits = Limits {
+            keep_free: Limits::usual_floor(path),
+            ..Limits::default()
+        };
+        let mut writer = Writer::create(path, limits)?;
         let written = Written {
             path: path.to_owned(),
             reason: reason.to_owned(),
             messages: self.before.len() + self.messages.len(),
             shortened_to: self.shortened_to(Instant::now()),
         };
+        // They hold when the first message comes.
+        let first = self.messages.front().map(|(_, _, stamp, _)| stamp.log_time);
         let before: Vec<_> = self
             .before
             .iter()
-            .map(|(at, (stamp, data))| (*at, *stamp, Arc::clone(data)))
+            .map(|(at, (stamp, data))| {
+                let log_time = first.unwrap_or(stamp.log_time);
+                (*at, Stamp { log_time, ..*stamp }, Arc::clone(data))
+            })
             .collect();
         let files: Vec<_> = self.files.values().cloned().collect();
         // The messages are shared, not copied.
@@ -251,7 +260,7 @@ mod tests {
                 lengths.push(message.data.len());
             }
         }
-        assert_eq!((lengths, reader.cut()), (vec![900], None));
+        assert_eq!((lengths, reader.faults().is_none()), (vec![900], true));
     }
 
     #[test]
@@ -282,7 +291,8 @@ mod tests {
                 count += 1;
             }
         }
-        assert_eq!((first, count), (Some((4, vec![4])), 12));
+        // It has the time of the first message that is left.
+        assert_eq!((first, count), (Some((19, vec![4])), 12));
         assert_eq!(ring.held(), 11 * (10 + OVERHEAD) + 1 + OVERHEAD);
     }
 }

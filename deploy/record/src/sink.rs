@@ -4,13 +4,13 @@
 use crate::content::{AttachedFile, NewChannel, OVERHEAD};
 use crate::error::RecordError;
 use crate::ring::Ring;
-use crate::writer::{Limits, Writer};
+use crate::writer::{LONGEST_MESSAGE, Limits, Writer};
 use rc_mcap::Stamp;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -42,6 +42,7 @@ impl Job {
 pub struct FileSink {
     jobs: Option<Sender<Job>>,
     waiting: Arc<AtomicUsize>,
+    notes: Arc<Mutex<Vec<String>>>,
     thread: Option<JoinHandle<Result<Vec<PathBuf>, RecordError>>>,
     channels: usize,
 }
@@ -53,10 +54,12 @@ impl FileSink {
         let (jobs, received) = channel();
         let waiting = Arc::new(AtomicUsize::new(0));
         let left = Arc::clone(&waiting);
+        let notes = Arc::new(Mutex::new(Vec::new()));
+        let noted = Arc::clone(&notes);
         let thread = std::thread::Builder::new().name("recording".to_owned());
         let thread = thread
             .spawn(move || {
-                run(&mut writer, &received, &left)?;
+                run(&mut writer, &received, &left, &noted)?;
                 let files = writer.files();
                 writer.finish()?;
                 Ok(files)
@@ -65,6 +68,7 @@ impl FileSink {
         Ok(Self {
             jobs: Some(jobs),
             waiting,
+            notes,
             thread: Some(thread),
             channels: 0,
         })
@@ -73,6 +77,12 @@ impl FileSink {
     /// The bytes that wait for the disk.
     pub fn waiting(&self) -> usize {
         self.waiting.load(Ordering::Relaxed)
+    }
+
+    /// Takes the notes since the last call: which parts were removed.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = self.notes.lock().unwrap_or_else(PoisonError::into_inner);
+        std::mem::take(&mut notes)
     }
 
     /// Whether the thread has ended: the disk refuses.
@@ -110,9 +120,15 @@ fn run(
     writer: &mut Writer,
     jobs: &Receiver<Job>,
     waiting: &AtomicUsize,
+    notes: &Mutex<Vec<String>>,
 ) -> Result<(), RecordError> {
     let mut channels = Vec::new();
     loop {
+        let new = writer.notes();
+        if !new.is_empty() {
+            let mut notes = notes.lock().unwrap_or_else(PoisonError::into_inner);
+            notes.extend(new);
+        }
         let job = match jobs.recv_timeout(IDLE) {
             Ok(job) => job,
             Err(RecvTimeoutError::Timeout) => {
@@ -155,6 +171,9 @@ impl Sink {
 
     /// Adds a message. `false`: there is no room for it.
     pub(crate) fn message(&mut self, at: usize, stamp: Stamp, data: Vec<u8>) -> bool {
+        if data.len() > LONGEST_MESSAGE {
+            return false;
+        }
         match self {
             Self::File(file) => file.push(Job::Message(at, stamp, data)),
             Self::Ring(ring) => {

@@ -2,15 +2,21 @@
 //!
 //! Messages are collected in chunks, which are compressed and written when they are full or old. A
 //! file that ends anywhere holds all chunks before its end. A long recording continues in further
-//! files: `x.mcap`, `x.1.mcap` …
+//! files: `x.mcap`, `x.1.mcap` …; each has what the earlier ones had once: attachments, and the
+//! last values of states, parameters and latched topics.
 
+mod part;
+
+use crate::content::OVERHEAD;
 use crate::error::RecordError;
+use crate::qos;
+use crate::reader::files::{NUMBER, PART, RECORDING, REPEATED, REPEATED_FILES};
 use crate::schema::Schema;
-use lz4_flex::frame::FrameEncoder;
-use rc_mcap::{Stamp, op, system_time, write};
+use part::Part;
+use rc_mcap::read::LONGEST;
+use rc_mcap::{Stamp, system_time};
+use rustix::fs::{fstat, fstatvfs, statvfs};
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -18,6 +24,10 @@ use std::time::{Duration, Instant};
 const CHUNK: usize = 1024 * 1024;
 /// How long a message waits in memory, at most, while others follow.
 const FLUSH: Duration = Duration::from_secs(1);
+/// The longest message, in bytes. The rest of its record leaves room for its channel.
+pub(crate) const LONGEST_MESSAGE: usize = LONGEST as usize - CHUNK;
+/// The most bytes of values that each part repeats.
+const MOST_REPEATED: usize = 64 << 20;
 /// The name of the compression.
 const COMPRESSION: &str = "lz4";
 
@@ -28,9 +38,28 @@ pub struct Limits {
     pub bytes: Option<u64>,
     /// After this time.
     pub time: Option<Duration>,
+    /// The bytes of the disk that stay free. If there are less, the oldest part is removed; without
+    /// another part, the recording ends.
+    pub keep_free: u64,
 }
 
+/// The most bytes that stay free by themselves.
+const USUAL_FLOOR: u64 = 2 << 30;
+
 impl Limits {
+    /// The bytes of the disk of a new file that stay free, unless others are named: a twentieth of
+    /// the disk, at most 2 GiB.
+    pub fn usual_floor(path: &Path) -> u64 {
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        let disk = statvfs(folder.unwrap_or(Path::new(".")));
+        // What cannot be asked is not full.
+        disk.map_or(0, |disk| {
+            (disk.f_blocks.saturating_mul(disk.f_frsize) / 20).min(USUAL_FLOOR)
+        })
+    }
+
     fn splits(self) -> bool {
         self.bytes.is_some() || self.time.is_some()
     }
@@ -60,14 +89,25 @@ pub struct ChannelId(usize);
 pub struct Writer {
     path: PathBuf,
     limits: Limits,
+    /// Identifies the recording in its parts.
+    id: String,
+    /// The number of the oldest part that is there, and that of the present one.
+    oldest: u32,
     number: u32,
     part: Option<Part>,
     channels: Vec<ChannelEntry>,
     /// Attachments of each part: name, media type, content.
     attachments: Vec<(String, String, Vec<u8>)>,
+    /// The last messages of latched channels, which each part repeats, and their bytes.
+    latched: BTreeMap<usize, (Stamp, Vec<u8>)>,
+    held: usize,
+    /// When the disk was looked at.
+    looked: Instant,
+    notes: Vec<String>,
 }
 
 struct ChannelEntry {
+    is_latched: bool,
     topic: String,
     encoding: String,
     schema: Option<Schema>,
@@ -87,19 +127,38 @@ impl Writer {
             );
             return Err(RecordError::Value(text));
         }
-        Ok(Self {
+        let mut writer = Self {
             path: path.to_owned(),
             limits,
+            id: format!("{}-{}", system_time(), std::process::id()),
+            oldest: 0,
             number: 0,
             part: Some(Part::create(path)?),
             channels: Vec::new(),
             attachments: Vec::new(),
-        })
+            latched: BTreeMap::new(),
+            held: 0,
+            looked: Instant::now(),
+            notes: Vec::new(),
+        };
+        let begun = writer.look_at_disk().and_then(|()| writer.begin_part());
+        if let Err(error) = begun {
+            writer.part = None;
+            let _ = std::fs::remove_file(path);
+            return Err(error);
+        }
+        Ok(writer)
     }
 
-    /// The files of the recording.
+    /// The files of the recording that are there.
     pub fn files(&self) -> Vec<PathBuf> {
-        (0..=self.number).map(|number| self.file(number)).collect()
+        let numbers = self.oldest..=self.number;
+        numbers.map(|number| self.file(number)).collect()
+    }
+
+    /// Takes the notes since the last call: which parts were removed.
+    pub fn notes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notes)
     }
 
     /// The file of a part: `x.mcap`, `x.1.mcap`.
@@ -135,6 +194,7 @@ impl Writer {
         metadata: BTreeMap<String, String>,
     ) -> ChannelId {
         self.channels.push(ChannelEntry {
+            is_latched: self.limits.splits() && qos::is_latched(&metadata),
             topic: topic.to_owned(),
             encoding: encoding.to_owned(),
             schema,
@@ -150,16 +210,91 @@ impl Writer {
         stamp: Stamp,
         data: &[u8],
     ) -> Result<(), RecordError> {
-        self.split_if_due()?;
-        self.with(|part, channels| part.message(channel.0, &channels[channel.0], stamp, data))
+        if data.len() > LONGEST_MESSAGE {
+            return Err(RecordError::Value(format!(
+                "a message has {} bytes; a recording has room for {LONGEST_MESSAGE}",
+                data.len()
+            )));
+        }
+        self.split_if_due(stamp.log_time)?;
+        self.look_if_due()?;
+        self.with(|part, channels| part.message(channel.0, &channels[channel.0], stamp, data))?;
+        if self.channels[channel.0].is_latched {
+            self.latch(channel.0, stamp, data);
+        }
+        Ok(())
+    }
+
+    /// Keeps a value for the next parts.
+    fn latch(&mut self, channel: usize, stamp: Stamp, data: &[u8]) {
+        let before = self.latched.remove(&channel);
+        self.held -= before.map_or(0, |(_, data)| data.len() + OVERHEAD);
+        if self.held + data.len() + OVERHEAD <= MOST_REPEATED {
+            self.held += data.len() + OVERHEAD;
+            self.latched.insert(channel, (stamp, data.to_vec()));
+        }
     }
 
     /// Writes what has waited for a second, so that a kill loses no more. Call it now and then.
     pub fn flush_if_due(&mut self) -> Result<(), RecordError> {
+        self.look_if_due()?;
         self.with(|part, _| part.flush_if_due())
     }
 
-    fn split_if_due(&mut self) -> Result<(), RecordError> {
+    fn look_if_due(&mut self) -> Result<(), RecordError> {
+        if self.looked.elapsed() < FLUSH {
+            return Ok(());
+        }
+        self.looked = Instant::now();
+        self.look_at_disk()
+    }
+
+    /// Fails if the file was removed, or if the disk has less room than is kept free and no older
+    /// part can make room.
+    fn look_at_disk(&mut self) -> Result<(), RecordError> {
+        self.check_file()?;
+        let free = |part: &Part| {
+            let found = fstatvfs(&part.file);
+            // What cannot be asked is not full.
+            found.map_or(u64::MAX, |disk| disk.f_bavail.saturating_mul(disk.f_frsize))
+        };
+        while let Some(part) = &self.part
+            && free(part) < self.limits.keep_free
+        {
+            if self.oldest == self.number {
+                let kib = self.limits.keep_free >> 10;
+                self.close()?;
+                let reason = format!("the disk has less than {kib} KiB free, which are kept");
+                return Err(RecordError::file(&self.file(self.number), &reason));
+            }
+            let oldest = self.file(self.oldest);
+            self.oldest += 1;
+            let removed = std::fs::remove_file(&oldest);
+            self.notes.push(match removed {
+                Ok(()) => format!("{} was removed to keep the disk free", oldest.display()),
+                Err(error) => format!("{} cannot be removed: {error}", oldest.display()),
+            });
+        }
+        Ok(())
+    }
+
+    /// Fails if the present file was removed.
+    fn check_file(&mut self) -> Result<(), RecordError> {
+        if let Some(part) = &self.part
+            && fstat(&part.file).is_ok_and(|file| file.st_nlink == 0)
+        {
+            self.part = None;
+            let path = self.file(self.number);
+            return Err(RecordError::file(
+                &path,
+                &"it was removed while it was recorded",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Continues in another part if the present one is full. `time` is that of the next message.
+    fn split_if_due(&mut self, time: u64) -> Result<(), RecordError> {
         let Some(part) = &self.part else {
             return Ok(());
         };
@@ -171,17 +306,47 @@ impl Writer {
             .limits
             .bytes
             .is_some_and(|bytes| part.at + part.chunk.len() as u64 >= bytes);
-        if (long || large) && part.has_messages() {
+        if (long || large) && part.has_own_messages {
             self.close()?;
             self.number += 1;
             self.part = Some(Part::create(&self.file(self.number))?);
+            self.begin_part()?;
             let attachments = std::mem::take(&mut self.attachments);
             for (name, media_type, data) in &attachments {
                 self.with(|part, _| part.attach(name, media_type, data))?;
             }
             self.attachments = attachments;
+            let latched = std::mem::take(&mut self.latched);
+            for (channel, (stamp, data)) in &latched {
+                // The time of sending stays.
+                let stamp = Stamp {
+                    log_time: time,
+                    ..*stamp
+                };
+                self.with(|part, all| part.message(*channel, &all[*channel], stamp, data))?;
+            }
+            self.latched = latched;
+            self.with(|part, _| {
+                part.has_own_messages = false;
+                Ok(())
+            })?;
         }
         Ok(())
+    }
+
+    /// Says in a part of which recording it is one, and what it repeats.
+    fn begin_part(&mut self) -> Result<(), RecordError> {
+        if !self.limits.splits() {
+            return Ok(());
+        }
+        let entries = [
+            (RECORDING, self.id.clone()),
+            (NUMBER, self.number.to_string()),
+            (REPEATED, self.latched.len().to_string()),
+            (REPEATED_FILES, self.attachments.len().to_string()),
+        ];
+        let entries = entries.map(|(key, value)| (key.to_owned(), value));
+        self.metadata(PART, &entries.into())
     }
 
     /// Adds a file that belongs to the recording. Each part holds it.
@@ -192,6 +357,9 @@ impl Writer {
         data: Vec<u8>,
     ) -> Result<(), RecordError> {
         self.with(|part, _| part.attach(name, media_type, &data))?;
+        if !self.limits.splits() {
+            return Ok(());
+        }
         // A further part holds the last one of each name.
         self.attachments.retain(|(known, ..)| known != name);
         self.attachments
@@ -209,6 +377,7 @@ impl Writer {
     }
 
     fn close(&mut self) -> Result<(), RecordError> {
+        self.check_file()?;
         self.with(Part::finish)?;
         self.part = None;
         Ok(())
@@ -228,267 +397,34 @@ impl Drop for Writer {
     }
 }
 
-/// The channels of a chunk: times and places of their messages.
-type Index = BTreeMap<u16, Vec<(u64, u64)>>;
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// One file of a recording.
-struct Part {
-    file: File,
-    /// Where the next record begins.
-    at: u64,
-    chunk: Vec<u8>,
-    index: Index,
-    times: Option<(u64, u64)>,
-    began: Instant,
-    flushed: Instant,
-    schemas: Vec<(Schema, u16)>,
-    /// The numbers of channels in this file, with those of their schemas.
-    numbers: BTreeMap<usize, (u16, u16)>,
-    /// The records of the summary, which repeats what and where everything is.
-    chunk_indexes: Vec<u8>,
-    other_indexes: Vec<u8>,
-    counts: BTreeMap<u16, u64>,
-    all_times: Option<(u64, u64)>,
-    chunks: u32,
-    attachments: u32,
-    tables: u32,
-}
-
-fn spread(times: Option<(u64, u64)>, time: u64) -> (u64, u64) {
-    let (first, last) = times.unwrap_or((time, time));
-    (first.min(time), last.max(time))
-}
-
-impl Part {
-    fn create(path: &Path) -> Result<Self, RecordError> {
-        let wrong = |e: std::io::Error| match e.kind() {
-            std::io::ErrorKind::AlreadyExists => RecordError::file(
-                path,
-                &"this file exists already; remove it, or name another one",
-            ),
-            _ => RecordError::file(path, &e),
+    #[test]
+    fn the_oldest_parts_make_room_and_the_last_one_is_complete() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x.mcap");
+        let limits = Limits {
+            bytes: Some(1000),
+            ..Limits::default()
         };
-        let file = File::create_new(path).map_err(wrong)?;
-        let now = Instant::now();
-        let mut part = Self {
-            file,
-            at: 0,
-            chunk: Vec::with_capacity(CHUNK + CHUNK / 4),
-            index: Index::new(),
-            times: None,
-            began: now,
-            flushed: now,
-            schemas: Vec::new(),
-            numbers: BTreeMap::new(),
-            chunk_indexes: Vec::new(),
-            other_indexes: Vec::new(),
-            counts: BTreeMap::new(),
-            all_times: None,
-            chunks: 0,
-            attachments: 0,
-            tables: 0,
-        };
-        let mut begin = rc_mcap::MAGIC.to_vec();
-        let library = concat!("robocomp ", env!("CARGO_PKG_VERSION"));
-        write::header(&mut begin, "ros2", library);
-        part.put(&begin).map_err(|error| {
-            let _ = std::fs::remove_file(path);
-            wrong(error)
-        })?;
-        Ok(part)
-    }
-
-    fn has_messages(&self) -> bool {
-        !self.counts.is_empty()
-    }
-
-    fn put(&mut self, bytes: &[u8]) -> std::io::Result<()> {
-        self.file.write_all(bytes)?;
-        self.at += bytes.len() as u64;
-        Ok(())
-    }
-
-    fn message(
-        &mut self,
-        channel: usize,
-        entry: &ChannelEntry,
-        stamp: Stamp,
-        data: &[u8],
-    ) -> std::io::Result<()> {
-        if self.chunk.len() >= CHUNK {
-            self.flush()?;
+        let mut writer = Writer::create(&path, limits).expect("to create");
+        let channel = writer.channel("/a", "json", None, BTreeMap::new());
+        for _ in 0..3 {
+            let written = writer.write(channel, Stamp::default(), &[0; 2000]);
+            written.expect("to write");
         }
-        let number = self.number(channel, entry)?;
-        let at = self.chunk.len() as u64;
-        write::message(&mut self.chunk, number, stamp, &[data]);
-        let time = stamp.log_time;
-        self.index.entry(number).or_default().push((time, at));
-        self.times = Some(spread(self.times, time));
-        *self.counts.entry(number).or_default() += 1;
-        self.flush_if_due()
+        let files = writer.files();
+        assert_eq!(files.len(), 3);
+        writer.limits.keep_free = u64::MAX;
+        let error = writer.look_at_disk().expect_err("no room").to_string();
+        assert!(error.contains("free, which are kept"), "{error}");
+        assert_eq!(writer.files(), files[2..]);
+        assert_eq!(writer.notes().len(), 2);
+        let left: Vec<bool> = files.iter().map(|file| file.exists()).collect();
+        assert_eq!(left, [false, false, true]);
+        let info = crate::bag::Info::read(&files[2]).expect("a recording");
+        assert_eq!((info.messages(), info.faults.is_none()), (1, true));
     }
-
-    /// The number of a channel in this file.
-    fn number(&mut self, channel: usize, entry: &ChannelEntry) -> std::io::Result<u16> {
-        if let Some((number, _)) = self.numbers.get(&channel) {
-            return Ok(*number);
-        }
-        let full = |_| std::io::Error::other("a recording has at most 65535 channels and types");
-        let schema = match &entry.schema {
-            None => 0,
-            Some(schema) => {
-                let known = self.schemas.iter().find(|(known, _)| known == schema);
-                if let Some((_, number)) = known {
-                    *number
-                } else {
-                    let number = u16::try_from(self.schemas.len() + 1).map_err(full)?;
-                    self.schemas.push((schema.clone(), number));
-                    write_schema(&mut self.chunk, schema, number);
-                    number
-                }
-            }
-        };
-        let number = u16::try_from(self.numbers.len()).map_err(full)?;
-        self.numbers.insert(channel, (number, schema));
-        write_channel(&mut self.chunk, entry, number, schema);
-        Ok(number)
-    }
-
-    fn flush_if_due(&mut self) -> std::io::Result<()> {
-        if self.flushed.elapsed() >= FLUSH {
-            self.flush()?;
-        }
-        Ok(())
-    }
-
-    /// Compresses and writes the chunk.
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.flushed = Instant::now();
-        let Some((first, last)) = self.times.take() else {
-            return Ok(());
-        };
-        self.all_times = Some(spread(Some(spread(self.all_times, first)), last));
-        let chunk = std::mem::take(&mut self.chunk);
-        let index = std::mem::take(&mut self.index);
-        let mut encoder = FrameEncoder::new(Vec::with_capacity(chunk.len() / 2));
-        encoder.write_all(&chunk)?;
-        let compressed = encoder.finish().map_err(std::io::Error::other)?;
-        let mut out = Vec::with_capacity(compressed.len() + 1024);
-        write::record(&mut out, op::CHUNK, |out| {
-            write::numbers(out, &[first, last, chunk.len() as u64]);
-            out.extend(crc32fast::hash(&chunk).to_le_bytes());
-            write::text(out, COMPRESSION);
-            write::numbers(out, &[compressed.len() as u64]);
-            out.extend(&compressed);
-        });
-        let (begin, length) = (self.at, out.len() as u64);
-        let mut offsets = Vec::new();
-        for (channel, places) in &index {
-            offsets.push((*channel, begin + out.len() as u64));
-            write::record(&mut out, op::MESSAGE_INDEX, |out| {
-                out.extend(channel.to_le_bytes());
-                write::counted(out, |out| {
-                    places
-                        .iter()
-                        .for_each(|(time, at)| write::numbers(out, &[*time, *at]));
-                });
-            });
-        }
-        self.put(&out)?;
-        self.chunks += 1;
-        write::record(&mut self.chunk_indexes, op::CHUNK_INDEX, |index| {
-            write::numbers(index, &[first, last, begin, length]);
-            write::counted(index, |index| {
-                for (channel, offset) in &offsets {
-                    index.extend(channel.to_le_bytes());
-                    write::numbers(index, &[*offset]);
-                }
-            });
-            write::numbers(index, &[out.len() as u64 - length]);
-            write::text(index, COMPRESSION);
-            write::numbers(index, &[compressed.len() as u64, chunk.len() as u64]);
-        });
-        self.chunk = chunk;
-        self.chunk.clear();
-        Ok(())
-    }
-
-    fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> std::io::Result<()> {
-        self.flush()?;
-        let now = system_time();
-        let mut out = Vec::new();
-        write::attachment(&mut out, now, now, name, media_type, data);
-        let (begin, length) = (self.at, out.len() as u64);
-        write::record(&mut self.other_indexes, op::ATTACHMENT_INDEX, |index| {
-            write::numbers(index, &[begin, length, now, now, data.len() as u64]);
-            write::text(index, name);
-            write::text(index, media_type);
-        });
-        self.attachments += 1;
-        self.put(&out)
-    }
-
-    fn metadata(&mut self, name: &str, table: &BTreeMap<String, String>) -> std::io::Result<()> {
-        self.flush()?;
-        let mut out = Vec::new();
-        let entries = table
-            .iter()
-            .map(|(key, value)| (key.as_str(), value.as_str()));
-        write::metadata(&mut out, name, entries);
-        let (begin, length) = (self.at, out.len() as u64);
-        write::record(&mut self.other_indexes, op::METADATA_INDEX, |index| {
-            write::numbers(index, &[begin, length]);
-            write::text(index, name);
-        });
-        self.tables += 1;
-        self.put(&out)
-    }
-
-    /// Writes the last chunk, the summary and the end.
-    fn finish(&mut self, channels: &[ChannelEntry]) -> std::io::Result<()> {
-        self.flush()?;
-        let mut out = Vec::new();
-        write::data_end(&mut out);
-        let summary = self.at + out.len() as u64;
-        for (schema, number) in &self.schemas {
-            write_schema(&mut out, schema, *number);
-        }
-        for (at, (number, schema)) in &self.numbers {
-            write_channel(&mut out, &channels[*at], *number, *schema);
-        }
-        let (first, last) = self.all_times.unwrap_or_default();
-        write::record(&mut out, op::STATISTICS, |out| {
-            write::numbers(out, &[self.counts.values().sum()]);
-            out.extend((self.schemas.len() as u16).to_le_bytes());
-            for count in [
-                self.numbers.len() as u32,
-                self.attachments,
-                self.tables,
-                self.chunks,
-            ] {
-                out.extend(count.to_le_bytes());
-            }
-            write::numbers(out, &[first, last]);
-            write::counted(out, |out| {
-                for (channel, count) in &self.counts {
-                    out.extend(channel.to_le_bytes());
-                    write::numbers(out, &[*count]);
-                }
-            });
-        });
-        out.extend(&self.chunk_indexes);
-        out.extend(&self.other_indexes);
-        write::end(&mut out, summary);
-        self.put(&out)
-    }
-}
-
-fn write_schema(out: &mut Vec<u8>, schema: &Schema, number: u16) {
-    write::schema(out, number, &schema.name, &schema.encoding, &schema.text);
-}
-
-fn write_channel(out: &mut Vec<u8>, entry: &ChannelEntry, number: u16, schema: u16) {
-    let metadata = entry.metadata.iter();
-    let metadata = metadata.map(|(key, value)| (key.as_str(), value.as_str()));
-    write::channel(out, number, schema, &entry.topic, &entry.encoding, metadata);
 }

@@ -5,15 +5,17 @@ use super::output::{Failure, counted, print_line, print_note, show, system};
 use clap::{Args, Subcommand};
 use rc_command_line::{files, words};
 use rc_deploy_client::Format;
-use rc_diagnostics::foreign::{clean, clean_to};
+use rc_diagnostics::foreign::{clean, escape_to};
 use rc_diagnostics::print;
-use rc_record::bag::{self, Decoder, Info, Selection};
-use rc_record::{RecordError, keys};
+use rc_management::event::time_text;
+use rc_record::bag::{self, Decoder, Info, Selection, length_text};
+use rc_record::table::csv;
+use rc_record::{Faults, RecordError, keys};
 use rc_values::Style;
 use serde_json::{Value as Json, json};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 impl From<RecordError> for Failure {
     fn from(error: RecordError) -> Self {
@@ -48,24 +50,32 @@ impl Selected {
             from: self.from,
             to: self.to,
         };
-        if !selection.topics.is_empty() {
-            selection.check(&Info::read(file)?)?;
-        }
+        selection.check(file)?;
         Ok(selection)
     }
 }
 
-/// Says that a recording was cut.
-fn note_cut(cut: Option<String>) {
-    if let Some(reason) = cut {
-        print_note(&format_args!("the recording ends before its end: {reason}"));
+/// Says that less was read than was recorded. Returns the exit code that says so, too.
+fn note_faults(faults: &Faults) -> u8 {
+    if faults.is_none() {
+        return 0;
     }
+    print_note(&format_args!("the recording is incomplete: {faults}"));
+    1
 }
 
 /// Parses `10s`, `1min 30s`, `250ms`.
 pub(super) fn duration(text: &str) -> Result<Duration, String> {
     let parsed = rc_vocabulary::duration::parse(text).map(Duration::from_nanos);
     parsed.ok_or_else(|| "a time looks like `10s`, `1.5min` or `250ms`".to_owned())
+}
+
+/// Parses a time above 0.
+pub(super) fn positive_duration(text: &str) -> Result<Duration, String> {
+    match duration(text)? {
+        Duration::ZERO => Err("a time above 0 is expected".to_owned()),
+        time => Ok(time),
+    }
 }
 
 #[derive(Subcommand)]
@@ -142,11 +152,11 @@ pub(super) fn bag(command: Bag) -> Result<u8, Failure> {
             output,
         } => {
             let selection = selected.into_selection(&file)?;
-            let (count, cut) = bag::cut(&file, selection, &output)?;
-            note_cut(cut);
+            let (count, faults) = bag::cut(&file, selection, &output)?;
+            let code = note_faults(&faults);
             let count = counted(count, "message");
             print_line(format_args!("{}: {count}", output.display()));
-            Ok(0)
+            Ok(code)
         }
         Bag::Export {
             file,
@@ -158,18 +168,18 @@ pub(super) fn bag(command: Bag) -> Result<u8, Failure> {
             if let Some(folder) = &out {
                 std::fs::create_dir_all(folder).map_err(|e| system(&e))?;
             }
-            let tables = bag::csv(&file, selection, out.as_deref(), &mut print::output())?;
-            note_cut(tables.cut);
+            let tables = csv(&file, selection, out.as_deref(), &mut print::output())?;
+            let code = note_faults(&tables.faults);
             for (topic, column) in tables.incomplete {
                 let (topic, column) = (clean(&topic), clean(&column));
                 print_note(&format_args!(
-                    "the first message of {topic} has no {column}, so its table has no such column"
+                    "the table of {topic} has no room for {column}"
                 ));
             }
             for file in tables.files {
                 print_line(format_args!("{}", file.display()));
             }
-            Ok(0)
+            Ok(code)
         }
     }
 }
@@ -183,7 +193,7 @@ fn list(
     let mut decoder = Decoder::default();
     let mut left = count.unwrap_or(u64::MAX);
     let out = &mut print::output();
-    let cut = bag::each(file, selection, &mut |message| {
+    let faults = bag::each(file, selection, &mut |message| {
         if left == 0 {
             return Ok(false);
         }
@@ -214,7 +224,7 @@ fn list(
             (Format::Human, Ok(value)) if is_document => {
                 format!(
                     "{time} {topic}\n{}\n",
-                    clean_to(&value.to_string(), usize::MAX)
+                    escape_to(&value.to_string(), usize::MAX)
                 )
             }
             (Format::Human, Ok(_)) => {
@@ -227,8 +237,7 @@ fn list(
         };
         Ok(out.write_all(text.as_bytes()).is_ok())
     })?;
-    note_cut(cut);
-    Ok(0)
+    Ok(note_faults(&faults))
 }
 
 /// The document of `bag info --format json`.
@@ -247,6 +256,7 @@ fn document(info: &Info) -> Json {
             "senders": topic.channels,
             "messages": topic.count,
             "bytes": topic.bytes,
+            "rate_hz": topic.rate(),
         })
     });
     let attachments = info.attachments.iter();
@@ -258,7 +268,16 @@ fn document(info: &Info) -> Json {
         "topics": topics.collect::<Vec<_>>(),
         "attachments": attachments.collect::<Vec<_>>(),
         "metadata": info.metadata,
-        "cut": info.cut,
+        "duration_s": info.times.map(|(first, last)| {
+            Duration::from_nanos(last.saturating_sub(first)).as_secs_f64()
+        }),
+        "files": info.files.iter().map(|(file, size)| {
+            json!({ "file": file.to_string_lossy(), "bytes": size })
+        }).collect::<Vec<_>>(),
+        "cut": info.faults.cut,
+        "damaged": info.faults.damaged,
+        "damage": info.faults.damage,
+        "messages_without_channel": info.faults.without_channel,
     })
 }
 
@@ -266,15 +285,22 @@ fn table(info: &Info) -> String {
     let mut text = String::new();
     if let Some((first, last)) = info.times {
         let length = Duration::from_nanos(last.saturating_sub(first));
-        text += &format!("duration     {:.3} s\n", length.as_secs_f64());
-        text += &format!("begin        {} s\n", bag::seconds(first));
+        text += &format!("begin        {}\n", date(first));
+        text += &format!("end          {}\n", date(last));
+        text += &format!("length       {}\n", length_text(length));
+    }
+    let size: u64 = info.files.iter().map(|(_, size)| size).sum();
+    text += &format!("size         {}", size_text(size));
+    match info.files.len() {
+        1 => text.push('\n'),
+        count => text += &format!(" in {count} files\n"),
     }
     text += &format!("messages     {}\n", info.messages());
-    if let Some(reason) = &info.cut {
-        text += &format!("cut          the file ends before its end: {reason}\n");
+    if !info.faults.is_none() {
+        text += &format!("incomplete   {}\n", info.faults);
     }
     for (name, size) in &info.attachments {
-        text += &format!("attachment   {name} ({size} bytes)\n");
+        text += &format!("attachment   {name} ({})\n", size_text(*size as u64));
     }
     for (name, entries) in &info.metadata {
         for (key, value) in entries {
@@ -288,7 +314,27 @@ fn table(info: &Info) -> String {
             "" => &topic.channel.encoding,
             ty => ty,
         };
-        text += &format!("{name:<width$}  {:>8}  {ty}\n", topic.count);
+        let rate = topic
+            .rate()
+            .map_or(String::new(), |rate| format!("{rate:.1} Hz"));
+        let (count, size) = (topic.count, size_text(topic.bytes));
+        text += &format!("{name:<width$}  {count:>8}  {rate:>10}  {size:>9}  {ty}\n");
     }
     text
+}
+
+/// A time of a recording as people read it.
+fn date(nanoseconds: u64) -> String {
+    let time = SystemTime::UNIX_EPOCH.checked_add(Duration::from_nanos(nanoseconds));
+    let text = time_text(time.unwrap_or(SystemTime::UNIX_EPOCH));
+    text.replacen('T', " ", 1).replace('Z', " UTC")
+}
+
+/// A number of bytes as people read it.
+fn size_text(bytes: u64) -> String {
+    let units = [(1 << 30, "GiB"), (1 << 20, "MiB"), (1 << 10, "KiB")];
+    match units.iter().find(|(size, _)| bytes >= *size) {
+        Some((size, unit)) => format!("{:.1} {unit}", bytes as f64 / *size as f64),
+        None => format!("{bytes} B"),
+    }
 }

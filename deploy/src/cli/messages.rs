@@ -5,16 +5,22 @@ use super::output::{Failure, print_note, system};
 use crate::cli::arguments::TopicArguments;
 use rc_deploy_client::Format;
 use rc_diagnostics::foreign::clean;
+use rc_management::event::time_text;
 use rc_middleware::{Reader, rpc};
-use rc_observe::{Error, MessageKind, Network, Observed, Observer, Operation, Processes, Source};
-use rc_values::{Columns, Style, Value, cells, decode_from};
+use rc_observe::{
+    End, Error, MessageKind, Network, Observed, Observer, Operation, Processes, SendingClock,
+    Source,
+};
+use rc_record::bag::seconds;
+use rc_record::system_time;
+use rc_values::{Columns, Style, Value, decode_from};
 use serde_json::json;
 use std::io::Write;
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// How long a finite command waits for the next message.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -164,7 +170,48 @@ pub(super) struct Echo {
 struct Decoded {
     kind: &'static str,
     operation: String,
+    /// Who has sent it, for people.
+    sender: String,
     value: Value,
+}
+
+/// The times of the system at which a message was received and sent, in nanoseconds since 1970.
+struct Times {
+    received: u64,
+    sent: u64,
+}
+
+impl Times {
+    /// The time of sending is that of the arrival if the sender's clock is another one.
+    fn of(source: &Source, observed: &Observed<'_>) -> Self {
+        let received = system_time();
+        let sent = observed.header.sent;
+        let is_known = sent > 0 && source.sending_clock() == SendingClock::Here;
+        let age = rc_middleware::now().saturating_sub(sent);
+        Self {
+            received,
+            sent: if is_known {
+                received.saturating_sub(age)
+            } else {
+                received
+            },
+        }
+    }
+}
+
+/// The ends that may have sent a message, and what tells senders apart.
+fn sender(ends: &[End], id: u128) -> String {
+    let names: Vec<String> = ends.iter().map(|end| clean(&end.to_string())).collect();
+    let names = match names.as_slice() {
+        [] => "another program".to_owned(),
+        names => names.join(" or "),
+    };
+    if id == 0 {
+        return names;
+    }
+    // Senders may differ in any part of it.
+    let id = (id ^ (id >> 32) ^ (id >> 64) ^ (id >> 96)) as u32;
+    format!("{names} [{id:08x}]")
 }
 
 /// `rcdeploy echo`.
@@ -188,6 +235,7 @@ pub(super) fn echo(watched: &TopicArguments, echo: &Echo) -> Result<u8, Failure>
                 Some(Decoded {
                     kind: "sample",
                     operation: topic.operation.name.clone(),
+                    sender: sender(&topic.publishers, observed.header.sender),
                     value,
                 })
             }),
@@ -215,10 +263,11 @@ pub(super) fn echo(watched: &TopicArguments, echo: &Echo) -> Result<u8, Failure>
             return Ok(true);
         }
         printed = Some(Instant::now());
+        let times = Times::of(source, observed);
         let text = if echo.csv {
-            csv(echo, observed, &decoded, &mut columns)?
+            csv(echo, &times, &decoded, &mut columns)?
         } else {
-            one(echo, watched.format, observed, &decoded, lost)?
+            one(echo, watched.format, observed, &times, &decoded, lost)?
         };
         lost = 0;
         shown += 1;
@@ -243,6 +292,7 @@ fn one(
     echo: &Echo,
     format: Format,
     observed: &Observed<'_>,
+    times: &Times,
     decoded: &Decoded,
     lost: u64,
 ) -> Result<String, Failure> {
@@ -254,6 +304,9 @@ fn one(
             "operation": decoded.operation,
             "sequence": observed.header.sequence,
             "sent_ns": observed.header.sent,
+            "log_time": seconds(times.received),
+            "publish_time": seconds(times.sent),
+            "sender": decoded.sender,
             "lost": lost,
         });
         object["value"] = if chosen.is_empty() {
@@ -280,8 +333,18 @@ fn one(
     if lost > 0 {
         text.push_str(&format!("# {lost} lost\n"));
     }
-    if kind != "sample" {
-        text.push_str(&format!("# {kind} {}\n", clean(&decoded.operation)));
+    let what = if kind == "sample" {
+        String::new()
+    } else {
+        format!("{kind} {} ", clean(&decoded.operation))
+    };
+    if echo.fields.is_empty() || !what.is_empty() {
+        let sent = SystemTime::UNIX_EPOCH + Duration::from_nanos(times.sent);
+        text.push_str(&format!(
+            "# {what}{} from {}\n",
+            time_text(sent),
+            decoded.sender
+        ));
     }
     match chosen.as_slice() {
         [] => text.push_str(&decoded.value.text(&style)),
@@ -298,30 +361,32 @@ fn one(
     Ok(text)
 }
 
-/// A line of CSV; the first one names the columns.
+/// A line of CSV; the first one names the columns, as in the tables of a recording.
 fn csv(
     echo: &Echo,
-    observed: &Observed<'_>,
+    times: &Times,
     decoded: &Decoded,
     columns: &mut Option<Columns>,
 ) -> Result<String, Failure> {
-    let mut found = Vec::new();
-    let chosen = chosen(echo, &decoded.value)?;
-    if chosen.is_empty() {
-        found = cells("", &decoded.value);
+    let mut values = chosen(echo, &decoded.value)?;
+    if values.is_empty() {
+        values.push((String::new(), decoded.value.clone()));
     }
-    for (path, value) in chosen {
-        found.extend(cells(&path, &value));
-    }
-    let is_first = columns.is_none();
-    let columns = columns.get_or_insert_with(|| Columns::new("sent_ns", &found));
-    if let Some(name) = columns.missing(&found) {
+    let mut header = String::new();
+    let columns = columns.get_or_insert_with(|| {
+        let mut columns = Columns::new("log_time_s,publish_time_s");
+        columns.add(&values);
+        header = columns.header();
+        columns
+    });
+    if let Some(name) = columns.missing(&values) {
         print_note(&format_args!(
-            "the first message has no {name}, so the table has no such column; choose it with --field"
+            "the first message has no {}, so the table has no such column; choose it with --field",
+            clean(&name)
         ));
     }
-    let header = if is_first { columns.header() } else { "" };
-    Ok(header.to_owned() + &columns.row(&observed.header.sent.to_string(), &found))
+    let times = [times.received, times.sent].map(seconds);
+    Ok(header + &columns.row(&times.join(","), &values))
 }
 
 /// The calls whose replies have not come.
@@ -339,10 +404,21 @@ impl Calls {
         let wrong =
             |error: rc_middleware::DecodeError| Error::Value(rc_values::ValueError::from(error));
         let mut reader = Reader::new(observed.body);
+        let caller = rpc::request_id(observed.body);
+        let caller = caller.map_or(0, |id| u128::from_be_bytes(id.writer));
         let decoded = |kind, value| {
+            let sender = match kind {
+                "request" => sender(&operation.clients, caller),
+                _ => format!(
+                    "{} to {}",
+                    sender(std::slice::from_ref(&operation.server), 0),
+                    sender(&operation.clients, caller)
+                ),
+            };
             Ok(Some(Decoded {
                 kind,
                 operation: of.name.clone(),
+                sender,
                 value,
             }))
         };

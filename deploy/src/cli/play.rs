@@ -1,7 +1,7 @@
 //! `rcdeploy play`: sends what was recorded.
 
 use super::arguments::rate;
-use super::bag::Selected;
+use super::bag::{Selected, duration};
 use super::completion::networks;
 use super::look::look;
 use super::messages::{ENDS, interrupts, is_interrupted};
@@ -41,6 +41,10 @@ pub(super) struct Play {
     /// How many times faster than it was recorded.
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = rate)]
     rate: f64,
+    /// Skips a longer time without messages, as a clock that was set leaves it. The time is that of
+    /// the recording.
+    #[arg(long, value_name = "TIME", default_value = "1min", value_parser = duration)]
+    max_gap: Duration,
     /// Begins anew at the end.
     #[arg(long = "loop")]
     repeats: bool,
@@ -83,6 +87,7 @@ pub(super) fn play(options: Play) -> Result<u8, Failure> {
     let playing = Playing {
         selection,
         rate: options.rate,
+        max_gap: options.max_gap,
         remap: options.remap,
         convert: options.convert,
         answers: !options.no_answers,

@@ -1,6 +1,6 @@
 //! `rcdeploy record`: records a running network.
 
-use super::bag::duration;
+use super::bag::{duration, positive_duration};
 use super::completion::{networks, topics};
 use super::look::look;
 use super::messages::{interrupts, signals};
@@ -48,14 +48,18 @@ pub(super) struct Record {
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     split_mib: Option<u64>,
     /// Continues in another file after this time, as in `10min`.
-    #[arg(long, value_name = "TIME", value_parser = duration)]
+    #[arg(long, value_name = "TIME", value_parser = positive_duration)]
     split: Option<Duration>,
+    /// How much of the disk stays free, in MiB. If less is free, the oldest file is removed; if
+    /// there is only one, the recording ends. By default a twentieth of the disk, at most 2048.
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(0..=1 << 30))]
+    keep_free: Option<u64>,
     /// Ends after this time.
     #[arg(long, value_name = "TIME", value_parser = duration)]
     length: Option<Duration>,
     /// Keeps the last messages of this time in memory. They are written when a component fails,
     /// when an event of `--on` comes, at SIGUSR1, and when you press Enter.
-    #[arg(long, value_name = "TIME", value_parser = duration, conflicts_with_all = ["split", "split_mib"])]
+    #[arg(long, value_name = "TIME", value_parser = positive_duration, conflicts_with_all = ["split", "split_mib"])]
     ring: Option<Duration>,
     /// The most memory of the ring in MiB.
     #[arg(long, value_name = "MIB", default_value_t = 256, requires = "ring", value_parser = clap::value_parser!(u64).range(1..=1 << 16))]
@@ -105,7 +109,7 @@ pub(super) fn record(options: &Record) -> Result<u8, Failure> {
         }
         let named = || PathBuf::from(format!("{name}-{}.mcap", time()));
         let path = options.output.clone().unwrap_or_else(named);
-        Ok(Sink::File(FileSink::create(&path, limits(options))?))
+        Ok(Sink::File(FileSink::create(&path, limits(options, &path))?))
     };
     let mut recorder = Recorder::begin(&network, &wanted, sink)?;
     let began = Instant::now();
@@ -114,7 +118,11 @@ pub(super) fn record(options: &Record) -> Result<u8, Failure> {
     loop {
         let events = recorder.step(&source.descriptors(), TURN);
         let requests = source.take();
-        for note in recorder.notes() {
+        let mut notes = recorder.notes();
+        if let Sink::File(file) = recorder.sink() {
+            notes.extend(file.notes());
+        }
+        for note in notes {
             line.clear();
             print_note(&note);
         }
@@ -211,10 +219,12 @@ fn summary(progress: &Progress) -> String {
     format!("{messages} messages, {megabytes:.1} MB, {lost} lost{unread}")
 }
 
-fn limits(options: &Record) -> Limits {
+fn limits(options: &Record, path: &Path) -> Limits {
+    let keep_free = options.keep_free.map(|mib| mib << 20);
     Limits {
         bytes: options.split_mib.map(|mib| mib << 20),
         time: options.split,
+        keep_free: keep_free.unwrap_or_else(|| Limits::usual_floor(path)),
     }
 }
 

@@ -6,7 +6,7 @@ use rc_deploy_client::{Format, logs};
 use rc_diagnostics::foreign::{clean, clean_to};
 use rc_middleware::rpc;
 use rc_record::bag::Decoder;
-use rc_record::{ENCAPSULATION, Message, Reader, Record, keys};
+use rc_record::{ENCAPSULATION, Faults, Message, Reader, Record, keys};
 use rc_values::description::Module;
 use rc_values::{Catalog, Operation, Style, Value};
 use serde_json::Value as Json;
@@ -95,13 +95,13 @@ pub(super) fn replay(options: &Replay) -> Result<u8, Failure> {
     let (path, topic) = (file.clone(), begun.topic.clone());
     let feeder = std::thread::spawn(move || match input {
         Some(input) => feed(&path, &topic, input),
-        None => Ok(None),
+        None => Ok(Faults::default()),
     });
     let output = child.stdout.take();
     let printed = output.map(last_of).transpose();
     let printed = printed.map_err(|e| system(&e))?.unwrap_or_default();
     let status = child.wait().map_err(|e| system(&e))?;
-    let cut = feeder.join().unwrap_or(Ok(None));
+    let cut = feeder.join().unwrap_or(Ok(Faults::default()));
     let printed = String::from_utf8_lossy(&printed);
     let report = printed.lines().rev().find_map(|line| {
         let json: Json = serde_json::from_str(line).ok()?;
@@ -114,8 +114,9 @@ pub(super) fn replay(options: &Replay) -> Result<u8, Failure> {
             format!("{} ended without a report ({status})", program.display()),
         ));
     };
-    if let Some(reason) = cut? {
-        print_note(&format_args!("the recording ends before its end: {reason}"));
+    let faults = cut?;
+    if !faults.is_none() {
+        print_note(&format_args!("the recording is incomplete: {faults}"));
     }
     let took = began.elapsed().as_secs_f64();
     let is_equal = report.get("equal") == Some(&Json::Bool(true));
@@ -183,13 +184,38 @@ fn recording(options: &Replay) -> Result<PathBuf, Failure> {
     if let Some(component) = &options.component {
         return Ok(folder.join(format!("{component}.exact.mcap")));
     }
-    Err(Failure(
-        2,
-        format!(
-            "name a component of {network}, or a file of {}",
-            folder.display()
-        ),
-    ))
+    let mut recorded = components(&folder);
+    match recorded.as_slice() {
+        [_] => Ok(recorded.swap_remove(0).1),
+        [] => Err(Failure(
+            1,
+            format!(
+                "{} holds no exact recording of {network}; write `record {{ exact; }};` at a component in the .ddsl",
+                folder.display()
+            ),
+        )),
+        several => {
+            let names: Vec<String> = several.iter().map(|(name, _)| clean(name)).collect();
+            let names = names.join(", ");
+            Err(Failure(
+                2,
+                format!("{network} has exact recordings of {names}; name one"),
+            ))
+        }
+    }
+}
+
+/// The components with an exact recording in the folder of a network's logs, and its file.
+fn components(folder: &Path) -> Vec<(String, PathBuf)> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let recorded = entries.filter_map(|entry| {
+        let name = entry.file_name().into_string().ok()?;
+        let component = name.strip_suffix(".exact.mcap")?;
+        Some((component.to_owned(), entry.path()))
+    });
+    let mut recorded: Vec<_> = recorded.collect();
+    recorded.sort();
+    recorded
 }
 
 /// Finds the life of a component in a recording.
@@ -255,9 +281,8 @@ fn start(message: &Message) -> Json {
     document.unwrap_or_default()
 }
 
-/// Writes the turns of a component to its process. Returns why the recording ends before its end,
-/// if it does.
-fn feed(file: &Path, topic: &str, input: ChildStdin) -> Result<Option<String>, Failure> {
+/// Writes the turns of a component to its process. Returns why less was read than was recorded.
+fn feed(file: &Path, topic: &str, input: ChildStdin) -> Result<Faults, Failure> {
     let mut input = BufWriter::with_capacity(1 << 16, input);
     let mut reader = Reader::open(file)?;
     let mut write = |data: &[u8]| -> io::Result<()> {
@@ -271,11 +296,11 @@ fn feed(file: &Path, topic: &str, input: ChildStdin) -> Result<Option<String>, F
             && write(&message.data).is_err()
         {
             // The process has found a difference, or has ended.
-            return Ok(None);
+            return Ok(Faults::default());
         }
     }
     let _ = input.flush();
-    Ok(reader.cut().map(str::to_owned))
+    Ok(reader.faults().clone())
 }
 
 /// The report for people.
@@ -410,6 +435,23 @@ mod tests {
     use rc_record::Channel;
     use std::collections::BTreeMap;
     use std::sync::Arc;
+
+    #[test]
+    fn the_components_with_recordings_are_found() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for name in [
+            "b.exact.mcap",
+            "b.exact.1.mcap",
+            "a.exact.mcap",
+            "a.log",
+            "rcdeploy-ring-1.mcap",
+        ] {
+            std::fs::write(folder.path().join(name), "").expect("to write");
+        }
+        let found = components(folder.path());
+        let names: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["a", "b"]);
+    }
 
     /// The length of the document before it may have the byte of a brace.
     #[test]

@@ -1,5 +1,6 @@
 //! Complete networks of the components of this repository.
 
+mod bags;
 mod bytes;
 mod caller;
 mod camera;
@@ -19,6 +20,7 @@ mod interop_client;
 mod joints;
 mod large;
 mod late;
+mod live_picture;
 mod members;
 mod mirror;
 mod observe;

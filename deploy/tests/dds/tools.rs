@@ -63,7 +63,10 @@ pub(crate) fn look(site: &Site, middleware: &str) {
     assert_eq!(topic["middleware"], middleware, "{listed}");
     assert_eq!(topic["publishers"][0]["component"], "simulator", "{listed}");
     let echoed = succeeds(site, "echo", &["newFullPose", "--once"]);
-    assert!(echoed.starts_with("pose:\n"), "{echoed}");
+    assert!(
+        echoed.starts_with("# ") && echoed.contains("\npose:\n"),
+        "{echoed}"
+    );
     let calls = succeeds(site, "echo", &["getLaserData", "--count", "2"]);
     assert!(calls.contains("# request getLaserData"), "{calls}");
     Site::until("a rate", || {

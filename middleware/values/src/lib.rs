@@ -48,7 +48,7 @@ mod unique;
 mod value;
 
 pub use catalog::{Catalog, Exception, Interface, Operation, Pattern};
-pub use cells::{Columns, cells, csv_cell};
+pub use cells::{Columns, csv_cell};
 pub use decode::{decode, decode_from};
 pub use encode::{encode, encode_body};
 pub use error::{DescriptionError, ValueError};

@@ -2,7 +2,7 @@
 
 use crate::numbers::Numbers;
 use crate::value::{Value, word};
-use rc_diagnostics::foreign::clean_to;
+use rc_diagnostics::foreign::{clean_to, escape_to};
 
 /// How a value is printed.
 #[derive(Clone, Copy, Debug)]
@@ -129,7 +129,7 @@ fn more(count: usize, indent: usize, style: &Style, out: &mut String) {
 
 fn line(value: &Value, style: &Style) -> String {
     match value {
-        Value::Text(text) => format!("\"{}\"", clean_to(text, style.characters)),
+        Value::Text(text) => format!("\"{}\"", escape_to(text, style.characters)),
         Value::F32(number) => float(f64::from(*number), number.to_string()),
         Value::F64(number) => float(*number, number.to_string()),
         Value::Numbers(numbers) => of_numbers(numbers, style),

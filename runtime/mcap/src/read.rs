@@ -86,38 +86,62 @@ pub fn summary_start(end: &[u8]) -> Option<u64> {
     (magic == crate::MAGIC && (code, length) == (op::FOOTER, 20) && start > 0).then_some(start)
 }
 
-/// The times of a file, from its summary.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Times {
-    /// The first time of recording.
-    pub first: Option<u64>,
+/// The longest record, and the longest chunk before compression, in bytes.
+pub const LONGEST: u64 = 256 << 20;
+
+/// The longest table of texts, in bytes. Each entry takes many times its bytes in memory.
+const LONGEST_TABLE: usize = 1 << 20;
+
+/// What the summary of a file says: its times, and where its records are.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// The first and the last time of recording.
+    pub times: Option<(u64, u64)>,
     /// Whether each chunk is later than those before it in the file.
     pub is_ordered: bool,
+    /// Where chunks, attachments and tables are, in the order of the file: place and length.
+    pub places: Vec<(u64, u64)>,
+    /// The channels that have messages; empty if it does not say.
+    pub channels: Vec<u16>,
 }
 
-/// Reads the times of a summary: `statistics` have the first one, and an index of each chunk its
-/// times and its place.
-pub fn times(mut summary: &[u8]) -> Result<Times, String> {
-    let (mut first, mut chunks) = (None, Vec::new());
-    while let Some((code, body)) = next(&mut summary)? {
+/// Reads a summary: `statistics` have the times, and an index of each chunk its times and its
+/// place.
+pub fn summary(mut records: &[u8]) -> Result<Summary, String> {
+    let mut found = Summary::default();
+    let mut chunks = Vec::new();
+    while let Some((code, body)) = next(&mut records)? {
         let mut fields = Fields::new(body);
-        if code == op::STATISTICS {
-            // The counts of messages, schemas, channels, attachments, tables and chunks.
-            let messages = fields.u64()?;
-            fields.take(2 + 4 * 4)?;
-            first = (messages > 0).then_some(fields.u64()?);
-        } else if code == op::CHUNK_INDEX {
-            let (begin, end, offset) = (fields.u64()?, fields.u64()?, fields.u64()?);
-            chunks.push((offset, begin, end));
+        match code {
+            op::STATISTICS => {
+                // The counts of messages, schemas, channels, attachments, tables and chunks.
+                let messages = fields.u64()?;
+                fields.take(2 + 4 * 4)?;
+                let times = (fields.u64()?, fields.u64()?);
+                found.times = (messages > 0).then_some(times);
+                let mut counts = Fields(fields.bytes()?);
+                while !counts.0.is_empty() {
+                    let (channel, count) = (counts.u16()?, counts.u64()?);
+                    found.channels.extend((count > 0).then_some(channel));
+                }
+            }
+            op::CHUNK_INDEX => {
+                let (begin, end, place) = (fields.u64()?, fields.u64()?, fields.u64()?);
+                found.places.push((place, fields.u64()?));
+                chunks.push((place, begin, end));
+            }
+            op::ATTACHMENT_INDEX | op::METADATA_INDEX => {
+                found.places.push((fields.u64()?, fields.u64()?));
+            }
+            _ => {}
         }
     }
     chunks.sort_unstable();
     let mut pairs = chunks.windows(2);
-    Ok(Times {
-        first,
-        // Without an index nothing is known.
-        is_ordered: !chunks.is_empty() && pairs.all(|pair| pair[0].2 <= pair[1].1),
-    })
+    // Without an index nothing is known.
+    found.is_ordered = !chunks.is_empty() && pairs.all(|pair| pair[0].2 <= pair[1].1);
+    found.places.sort_unstable();
+    Ok(found)
 }
 
 /// The parts of a record.
@@ -173,6 +197,10 @@ impl<'a> Fields<'a> {
     /// A table of texts.
     pub fn table(&mut self) -> Result<BTreeMap<String, String>, String> {
         let mut entries = Self(self.bytes()?);
+        if entries.0.len() > LONGEST_TABLE {
+            let most = LONGEST_TABLE >> 20;
+            return Err(format!("a table of texts has more than {most} MiB"));
+        }
         let mut table = BTreeMap::new();
         while !entries.0.is_empty() {
             let (key, value) = (entries.text()?, entries.text()?);

@@ -3,6 +3,7 @@
 mod feed;
 mod output;
 mod poll;
+mod recording_clock;
 
 pub use output::Progress;
 

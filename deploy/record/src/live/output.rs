@@ -1,13 +1,14 @@
 //! The shared output of all feeds of a recording: channels, counts and times.
 
 use super::poll::Snapshot;
+use super::recording_clock::RecordingClock;
 use crate::content::{AttachedFile, NewChannel};
 use crate::schema::Schema;
 use crate::sink::Sink;
 use crate::{ENCAPSULATION, keys, qos};
 use rc_management::component::{Parameters, Status};
 use rc_management::supervisor::Event;
-use rc_mcap::{Stamp, system_time};
+use rc_mcap::Stamp;
 use rc_middleware::Qos;
 use rc_middleware::{Writer, now};
 use serde_json::{Value as Json, json};
@@ -55,6 +56,7 @@ pub(super) struct Output {
     pub(super) progress: Progress,
     /// The time of the network, if it is simulated.
     pub(super) simulated: Option<u64>,
+    clock: RecordingClock,
     channels: BTreeMap<ChannelKey, usize>,
     senders: BTreeMap<(String, u64), usize>,
     json: BTreeMap<String, usize>,
@@ -72,6 +74,7 @@ impl Output {
             sink,
             progress: Progress::default(),
             simulated: None,
+            clock: RecordingClock::begin(),
             channels: BTreeMap::new(),
             senders: BTreeMap::new(),
             json: BTreeMap::new(),
@@ -108,19 +111,33 @@ impl Output {
     }
 
     /// The times of a message. `sent` is that of the monotonic clock of its sender, 0 if unknown.
-    pub(super) fn stamp(&self, sent: u64, is_here: bool, sequence: u64) -> Stamp {
-        let log_time = system_time();
+    pub(super) fn stamp(&mut self, sent: u64, is_here: bool, sequence: u64) -> Stamp {
+        let (log_time, system) = self.times();
         let age = now().saturating_sub(sent);
         let sent = if sent == 0 || !is_here {
-            log_time
+            system
         } else {
-            log_time.saturating_sub(age)
+            system.saturating_sub(age)
         };
         Stamp {
             log_time,
             publish_time: self.simulated.unwrap_or(sent),
             sequence: sequence as u32,
         }
+    }
+
+    /// The time of the recording and that of the system. Says in the recording when the clock of
+    /// the system was set.
+    fn times(&mut self) -> (u64, u64) {
+        let times = self.clock.now();
+        if let Some(step) = times.step {
+            let step = json!({
+                "stepped_s": step as f64 / 1e9,
+                "system_time_s": times.system as f64 / 1e9,
+            });
+            self.json("clock", "clock", &step);
+        }
+        (times.recording, times.system)
     }
 
     pub(super) fn put(&mut self, at: usize, stamp: Stamp, data: Vec<u8>, address: &str) {
@@ -167,10 +184,10 @@ impl Output {
             self.json.insert(name, at);
             at
         };
-        let log_time = system_time();
+        let (log_time, system) = self.times();
         let stamp = Stamp {
             log_time,
-            publish_time: self.simulated.unwrap_or(log_time),
+            publish_time: self.simulated.unwrap_or(system),
             sequence: 0,
         };
         let mut writer = Writer::over(ENCAPSULATION.to_vec());

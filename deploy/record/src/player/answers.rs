@@ -1,18 +1,22 @@
 //! Servers that answer as they did: by the same request, at the same time of the recording.
+//!
+//! A call may be answered by what was recorded later, so a thread reads all calls while the player
+//! begins. Calls that come before are answered when it has.
 
 use crate::error::RecordError;
-use crate::reader::{Message, Reader, Record};
+use crate::reader::{Channel, Reader, Record};
 use crate::{envelope, keys};
 use rc_middleware::backend::Profile;
 use rc_middleware::rpc::Outcome;
 use rc_middleware::{Writer, rpc};
 use rc_observe::{Network, Responder, Service};
-use rc_values::{Interface, Pattern};
+use rc_values::Pattern;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::os::fd::BorrowedFd;
 use std::path::Path;
-use std::rc::Rc;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
 
 /// The most bytes of recorded calls that are kept.
 const MOST: usize = 256 * 1024 * 1024;
@@ -23,16 +27,33 @@ const OVERHEAD: usize = 64;
 pub(super) struct Answers {
     responder: Responder,
     services: Vec<ServiceReplies>,
+    /// The thread that reads the calls, until it has.
+    loading: Option<Loading>,
+    notes: Vec<String>,
     answered: u64,
     /// Calls whose parameters were not recorded.
     guessed: u64,
 }
 
+struct Loading {
+    thread: JoinHandle<Result<(Recorded, Vec<String>), RecordError>>,
+    /// Ends it when nobody waits for it any more.
+    _end: EndOnDrop,
+}
+
+struct EndOnDrop(Arc<AtomicBool>);
+
+impl Drop for EndOnDrop {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 /// Recorded replies of one service.
 struct ServiceReplies {
-    interface: Arc<Interface>,
+    service: Service,
     /// For each operation its calls.
-    calls: BTreeMap<String, Rc<Calls>>,
+    calls: BTreeMap<String, Arc<Calls>>,
 }
 
 /// The recorded calls of an operation at one address.
@@ -53,32 +74,65 @@ struct CallKey {
     address: String,
 }
 
-type Recorded = BTreeMap<CallKey, Rc<Calls>>;
+type Recorded = BTreeMap<CallKey, Arc<Calls>>;
+
+impl CallKey {
+    fn of(channel: &Channel) -> Self {
+        let entry = |name: &str| channel.get(name).unwrap_or_default().to_owned();
+        Self {
+            interface: entry(keys::INTERFACE),
+            operation: entry(keys::OPERATION),
+            address: entry(keys::ADDRESS),
+        }
+    }
+}
+
+fn hash(channel: &Channel) -> String {
+    channel.get(keys::HASH).unwrap_or_default().to_owned()
+}
+
+/// Operations without a reply, by interface.
+type Commands = BTreeSet<(String, String)>;
+
+fn commands(services: &[Service]) -> Commands {
+    let operations = services.iter().flat_map(|service| {
+        let all = service.interface.operations.iter();
+        all.map(|one| (service.interface.name.clone(), one))
+    });
+    let commands = operations.filter(|(_, one)| one.pattern != Pattern::Query);
+    commands
+        .map(|(interface, one)| (interface, one.name.clone()))
+        .collect()
+}
 
 impl Answers {
-    /// Reads all calls of a recording, and serves what components require, was recorded, and has no
-    /// server. Returns what there is to say.
-    /// `see` is called with each message, and says whether to go on reading.
+    /// Serves what components require, was recorded, and has no server, and begins to read the
+    /// calls. `channels` are those of the recording that have messages. Returns what there is to
+    /// say.
     pub(super) fn open(
         path: &Path,
         network: &Network,
-        see: &mut dyn FnMut(&Message) -> bool,
+        channels: &[Arc<Channel>],
+        stop: Arc<AtomicBool>,
     ) -> Result<(Self, Vec<String>), RecordError> {
         let mut notes = Vec::new();
-        let services = network.services();
-        let operations = services.iter().flat_map(|service| {
-            let all = service.interface.operations.iter();
-            all.map(|one| (service.interface.name.as_str(), one))
-        });
-        let commands = operations.filter(|(_, one)| one.pattern != Pattern::Query);
-        let commands = commands.map(|(name, one)| (name, one.name.as_str()));
-        let recorded = read(path, &commands.collect(), &mut notes, see)?;
         let mut answers = Self {
             responder: Responder::new(network)?,
             services: Vec::new(),
+            loading: None,
+            notes: Vec::new(),
             answered: 0,
             guessed: 0,
         };
+        let services = network.services();
+        let commands = commands(&services);
+        let mut recorded = Recorded::new();
+        for channel in channels {
+            if matches!(channel.get(keys::KIND), Some("request" | "reply")) {
+                let calls = recorded.entry(CallKey::of(channel)).or_default();
+                Arc::make_mut(calls).hash = hash(channel);
+            }
+        }
         for service in services {
             if service.clients.is_empty() {
                 continue;
@@ -92,12 +146,47 @@ impl Answers {
                 continue;
             }
             answers.responder.open(network, &service)?;
-            answers.services.push(ServiceReplies {
-                interface: service.interface,
-                calls,
+            answers.services.push(ServiceReplies { service, calls });
+        }
+        if !answers.services.is_empty() {
+            let is_over = Arc::new(AtomicBool::new(false));
+            let (path, over) = (path.to_owned(), Arc::clone(&is_over));
+            let thread = std::thread::Builder::new().name("answers".to_owned());
+            let thread = thread.spawn(move || {
+                let mut notes = Vec::new();
+                let goes_on = || {
+                    let ends = [&stop, &over];
+                    !ends.iter().any(|end| end.load(Ordering::Relaxed))
+                };
+                let recorded = read(&path, &commands, &mut notes, &goes_on)?;
+                Ok((recorded, notes))
+            });
+            let thread = thread.map_err(|e| RecordError::file(Path::new("a thread"), &e))?;
+            answers.loading = Some(Loading {
+                thread,
+                _end: EndOnDrop(is_over),
             });
         }
         Ok((answers, notes))
+    }
+
+    /// Takes the calls when the thread has read them.
+    fn load(&mut self) {
+        let is_ready = |loading: &mut Loading| loading.thread.is_finished();
+        let Some(loading) = self.loading.take_if(is_ready) else {
+            return;
+        };
+        let panicked = || RecordError::Value("the thread that reads the calls panicked".to_owned());
+        match loading.thread.join().unwrap_or_else(|_| Err(panicked())) {
+            Ok((recorded, notes)) => {
+                self.notes.extend(notes);
+                for ServiceReplies { service, calls } in &mut self.services {
+                    // What differs was said when it began.
+                    *calls = calls_of(service, &recorded, &mut Vec::new());
+                }
+            }
+            Err(error) => self.notes.push(error.to_string()),
+        }
     }
 
     pub(super) fn counts(&self) -> (u64, u64) {
@@ -105,31 +194,43 @@ impl Answers {
     }
 
     pub(super) fn descriptors(&self) -> Vec<BorrowedFd<'_>> {
+        if self.loading.is_some() {
+            return Vec::new();
+        }
         self.responder.descriptors().collect()
     }
 
     /// Answers the calls that are there. `position` is a time of the recording. Returns what was
     /// wrong with calls.
     pub(super) fn serve(&mut self, position: u64) -> Vec<String> {
+        self.load();
+        let mut notes = std::mem::take(&mut self.notes);
+        if self.loading.is_some() {
+            return notes;
+        }
         let (services, answered, guessed) = (&self.services, &mut self.answered, &mut self.guessed);
-        self.responder.serve(&mut |number, profile, body| {
-            let service = services.get(number)?;
-            let asked = envelope::request(&service.interface, profile, body)?;
+        let errors = self.responder.serve(&mut |number, profile, body| {
+            let replies = services.get(number)?;
+            let asked = envelope::request(&replies.service.interface, profile, body)?;
             let operation = asked.operation;
             if operation.pattern != Pattern::Query {
                 *answered += 1;
                 return None;
             }
-            let calls = service.calls.get(&operation.name);
+            let calls = replies.calls.get(&operation.name);
             let Some((reply, is_same)) = calls.and_then(|c| c.choose(&asked.data, position)) else {
                 return refusal(profile, asked.id);
             };
             *answered += 1;
             *guessed += u64::from(!is_same);
             envelope::answer(operation, profile, asked.id, reply).ok()
-        })
+        });
+        let errors = errors.into_iter();
+        notes.extend(errors.map(|error| format!("a call cannot be answered: {error}")));
+        notes
     }
 
+    /// Waits until the last replies have arrived.
     pub(super) fn finish(self) {
         self.responder.finish();
     }
@@ -162,43 +263,38 @@ impl Calls {
     }
 }
 
-/// Reads all calls of a recording. `commands` are the operations without a reply, by interface.
+/// Reads all calls of a recording, until `goes_on` says no.
 fn read(
     path: &Path,
-    commands: &BTreeSet<(&str, &str)>,
+    commands: &Commands,
     notes: &mut Vec<String>,
-    see: &mut dyn FnMut(&Message) -> bool,
+    goes_on: &dyn Fn() -> bool,
 ) -> Result<Recorded, RecordError> {
     let mut recorded = Recorded::new();
     // The requests without their replies, by place, client and number.
     let mut open: HashMap<(CallKey, String, u32), Vec<u8>> = HashMap::new();
-    let (mut held, mut is_full) = (0, false);
+    let mut held = 0;
     let mut reader = Reader::open(path)?;
     while let Some(record) = reader.next() {
         let Record::Message(message) = record else {
             continue;
         };
-        if !see(&message) {
+        if !goes_on() {
             break;
         }
         let channel = &message.channel;
         let kind = channel.get(keys::KIND);
-        if is_full || !matches!(kind, Some("request" | "reply")) {
+        if !matches!(kind, Some("request" | "reply")) {
             continue;
         }
-        let entry = |name: &str| channel.get(name).unwrap_or_default().to_owned();
-        let place = CallKey {
-            interface: entry(keys::INTERFACE),
-            operation: entry(keys::OPERATION),
-            address: entry(keys::ADDRESS),
-        };
-        let calls = Rc::make_mut(recorded.entry(place.clone()).or_default());
-        calls.hash = entry(keys::HASH);
-        let sender = entry(keys::SENDER);
+        let place = CallKey::of(channel);
+        let calls = Arc::make_mut(recorded.entry(place.clone()).or_default());
+        calls.hash = hash(channel);
+        let sender = channel.get(keys::SENDER).unwrap_or_default().to_owned();
         let is_request = kind == Some("request");
         // No reply follows a command, and none can be told apart from those of other clients.
         let is_alone = sender.is_empty()
-            || commands.contains(&(place.interface.as_str(), place.operation.as_str()));
+            || commands.contains(&(place.interface.clone(), place.operation.clone()));
         if is_request && is_alone {
             continue;
         }
@@ -212,9 +308,7 @@ fn read(
             notes.push(format!(
                 "the recording holds more than {most} MiB of calls; the later ones are left out"
             ));
-            is_full = true;
-            open.clear();
-            continue;
+            break;
         }
         let key = (place, sender, message.sequence);
         if is_request {
@@ -239,7 +333,7 @@ fn calls_of(
     service: &Service,
     recorded: &Recorded,
     notes: &mut Vec<String>,
-) -> BTreeMap<String, Rc<Calls>> {
+) -> BTreeMap<String, Arc<Calls>> {
     let mut found = BTreeMap::new();
     for operation in &service.interface.operations {
         let of_operation = || {
@@ -262,7 +356,7 @@ fn calls_of(
             ));
             continue;
         }
-        found.insert(operation.name.clone(), Rc::clone(calls));
+        found.insert(operation.name.clone(), Arc::clone(calls));
     }
     found
 }
@@ -315,21 +409,17 @@ mod tests {
             }
         }
         writer.finish().expect("to finish");
-        let (mut notes, mut seen) = (Vec::new(), 0);
-        let commands = BTreeSet::from([("A", "go")]);
-        let recorded = read(&path, &commands, &mut notes, &mut |_| {
-            seen += 1;
-            true
-        });
+        let mut notes = Vec::new();
+        let commands = BTreeSet::from([("A".to_owned(), "go".to_owned())]);
+        let recorded = read(&path, &commands, &mut notes, &|| true);
         let recorded = recorded.expect("calls");
         let counts = |operation: &str| {
             let (_, calls) = recorded.iter().find(|(at, _)| at.operation == operation)?;
             Some((calls.replies.len(), calls.by_request.len()))
         };
         assert_eq!((counts("ask"), counts("go")), (Some((2, 1)), Some((1, 0))));
-        assert_eq!((notes, seen), (Vec::new(), 6));
-        // What sees the messages may end the reading.
-        let none = read(&path, &commands, &mut Vec::new(), &mut |_| false);
+        assert_eq!(notes, Vec::<String>::new());
+        let none = read(&path, &commands, &mut Vec::new(), &|| false);
         assert_eq!(none.expect("nothing").len(), 0);
     }
 }

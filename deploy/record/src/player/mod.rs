@@ -2,24 +2,24 @@
 
 mod answers;
 mod conversion;
+mod target;
 
-use crate::bag::{Selecting, Selection};
+use crate::bag::{Selecting, Selection, length_text};
 use crate::error::RecordError;
 use crate::keys;
+use crate::latched::Latched;
 use crate::reader::{Channel, Message, Reader, Record};
 use answers::Answers;
 use conversion::Conversion;
 use rc_diagnostics::foreign::clean;
-use rc_observe::{Network, Sender, Topic};
-use std::collections::{BTreeMap, BTreeSet};
+use rc_observe::{Network, Topic};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::os::fd::BorrowedFd;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-
-/// The pause before a topic that could not be sent to is opened again.
-const AGAIN: Duration = Duration::from_secs(5);
+use target::Target;
 
 /// Selection of messages to play, and speed.
 #[derive(Clone, Debug)]
@@ -28,6 +28,8 @@ pub struct Playing {
     pub selection: Selection,
     /// How many times faster than it was recorded.
     pub rate: f64,
+    /// A longer time without messages, in the recording, is skipped. So is a step of its clock.
+    pub max_gap: Duration,
     /// Topics of the recording, each with the name of a topic of the network.
     pub remap: Vec<(String, String)>,
     /// Whether values of other types are converted by the names of their members.
@@ -45,59 +47,22 @@ struct Route {
     conversion: Conversion,
 }
 
-/// A topic to which messages go.
-struct Target {
-    topic: Topic,
-    /// None after an error: its subscribers may have been restarted.
-    sender: Option<Sender>,
-    /// When it was tried last to open a sender.
-    opened: Instant,
-}
-
-impl Target {
-    fn open(network: &Network, topic: Topic) -> Result<Self, rc_observe::Error> {
-        Ok(Self {
-            sender: Some(Sender::open(network, &topic)?),
-            topic,
-            opened: Instant::now(),
-        })
-    }
-
-    /// Sends a message. After an error, the next ones open the topic again, at most one in
-    /// [`AGAIN`].
-    fn send(&mut self, network: &Network, body: &[u8]) -> Result<(), rc_observe::Error> {
-        if self.sender.is_none() && self.opened.elapsed() >= AGAIN {
-            let opened = Sender::open(network, &self.topic);
-            // What hangs takes its time, which must not be most of the time.
-            self.opened = Instant::now();
-            self.sender = Some(opened?);
-        }
-        let Some(sender) = &mut self.sender else {
-            return Err(rc_observe::Error::Component {
-                component: self.topic.address.clone(),
-                reason: "it is not reachable".to_owned(),
-            });
-        };
-        let sent = sender.send_body(body);
-        if sent.is_err() {
-            self.sender = None;
-        }
-        sent
-    }
-}
-
 /// Plays a recording into a network.
 pub struct Player {
     path: PathBuf,
-    network: Network,
+    network: Arc<Network>,
     playing: Playing,
     reader: Reader,
     selecting: Selecting,
     /// The routes of channels; `None` for a channel that no component wants.
-    routes: BTreeMap<u16, Option<Route>>,
+    routes: BTreeMap<u32, Option<Route>>,
     topics: Vec<Target>,
     answers: Option<Answers>,
     next: Option<Message>,
+    /// What follows the next message before the reader goes on.
+    following: VecDeque<Message>,
+    /// The values that hold where the selection begins.
+    latched: Latched,
     /// The recorded times of the last message that was sent: at its receiver, and at its sender.
     last: Option<(u64, u64)>,
     /// The recorded time from which on the clock runs, and when that was.
@@ -130,6 +95,8 @@ impl Player {
             topics: Vec::new(),
             answers: None,
             next: None,
+            following: VecDeque::new(),
+            latched: Latched::default(),
             last: None,
             begin: None,
             held: None,
@@ -140,7 +107,7 @@ impl Player {
             sent: 0,
             left_out: 0,
             playing,
-            network,
+            network: Arc::new(network),
         };
         for (_, to) in &player.playing.remap {
             player.network.topic(plain(to))?;
@@ -150,52 +117,52 @@ impl Player {
         Ok(player)
     }
 
-    /// Reads the recording once, and opens all topics before the clock begins to run, with what
-    /// answers calls.
+    /// Opens all topics before the clock begins to run, with what answers calls.
     fn open_routes(&mut self) -> Result<(), RecordError> {
-        let stop = Arc::clone(&self.playing.stop);
-        // What is later is read, too: a call may be answered by what was recorded then.
-        let mut whole = Reader::open(&self.path)?;
-        let mut selecting = self.playing.selection.clone().begin(&whole);
-        // The channels with messages, and whether any of these is played.
-        let mut channels: BTreeMap<u16, (Arc<Channel>, bool)> = BTreeMap::new();
-        let mut see = |message: &Message| {
-            let new = || (Arc::clone(&message.channel), false);
-            let (_, is_played) = channels.entry(message.channel.id).or_insert_with(new);
-            *is_played |= selecting.takes(message);
-            !stop.load(Ordering::Relaxed)
+        let channels = match self.reader.listed() {
+            Some(listed) => listed.to_vec(),
+            None => self.find_channels()?,
         };
-        if self.playing.answers {
-            let (answers, notes) = Answers::open(&self.path, &self.network, &mut see)?;
-            notes.into_iter().for_each(|note| self.note(note));
-            self.answers = Some(answers);
-        } else {
-            while let Some(record) = whole.next() {
-                if let Record::Message(message) = record
-                    && !see(&message)
-                {
-                    break;
-                }
-            }
-        }
         if self.is_stopped() {
             return Ok(());
         }
         for (from, _) in &self.playing.remap {
-            let mut topics = channels.values().map(|(channel, _)| plain(&channel.topic));
+            let mut topics = channels.iter().map(|channel| plain(&channel.topic));
             if !topics.any(|topic| is_end(topic, plain(from))) {
                 let from = clean(from);
                 let text = format!("the recording has no messages of a topic `{from}`");
                 return Err(RecordError::Value(text));
             }
         }
-        for (channel, is_played) in channels.into_values() {
+        if self.playing.answers {
+            let stop = Arc::clone(&self.playing.stop);
+            let (answers, notes) = Answers::open(&self.path, &self.network, &channels, stop)?;
+            notes.into_iter().for_each(|note| self.note(note));
+            self.answers = Some(answers);
+        }
+        for channel in channels {
+            let is_played = self.playing.selection.has_topic(&channel.topic);
             if is_played && !self.is_stopped() {
                 let route = self.route(&channel)?;
                 self.routes.insert(channel.id, route);
             }
         }
         Ok(())
+    }
+
+    /// The channels with messages of a recording without a summary: it is read to its end.
+    fn find_channels(&self) -> Result<Vec<Arc<Channel>>, RecordError> {
+        let mut whole = Reader::open(&self.path)?;
+        let mut channels = BTreeMap::new();
+        while let Some(record) = whole.next() {
+            if let Record::Message(Message { channel, .. }) = record {
+                channels.entry(channel.id).or_insert(channel);
+            }
+            if self.is_stopped() {
+                break;
+            }
+        }
+        Ok(channels.into_values().collect())
     }
 
     fn is_stopped(&self) -> bool {
@@ -245,6 +212,7 @@ impl Player {
 
     /// When the next message is due. `None` at the end.
     pub fn due(&mut self) -> Option<Instant> {
+        self.skip_gap();
         let next = self.next.as_ref()?;
         let from = self.held.take().unwrap_or(next.log_time);
         let (time, at) = *self
@@ -252,6 +220,29 @@ impl Player {
             .get_or_insert((from.min(next.log_time), Instant::now()));
         let passed = Duration::from_nanos(next.log_time.saturating_sub(time));
         Some(at + passed.div_f64(self.playing.rate))
+    }
+
+    /// Lets the clock go on at the next message, if it is far from the last one.
+    fn skip_gap(&mut self) {
+        let (Some(next), Some((last, _))) = (&self.next, self.last) else {
+            return;
+        };
+        let (time, gap) = (
+            next.log_time,
+            Duration::from_nanos(next.log_time.abs_diff(last)),
+        );
+        let is_new = self.begin.is_none_or(|(from, _)| from != time);
+        if gap <= self.playing.max_gap || !is_new {
+            return;
+        }
+        (self.begin, self.held) = (Some((time, Instant::now())), None);
+        let at = length_text(self.position());
+        let gap = length_text(gap);
+        self.note(if time > last {
+            format!("{gap} without messages are skipped at {at}; --max-gap sets the longest gap")
+        } else {
+            format!("the clock of the recording goes back by {gap} at {at}")
+        });
     }
 
     /// Holds the clock: it goes on from here when the next message is asked for.
@@ -293,10 +284,16 @@ impl Player {
             return Ok(());
         };
         let position = self.last.map_or(0, |(log_time, _)| log_time);
-        self.last = Some((message.log_time.max(position), message.publish_time));
+        let back = Duration::from_nanos(position.saturating_sub(message.log_time));
+        let time = if back > self.playing.max_gap {
+            message.log_time
+        } else {
+            message.log_time.max(position)
+        };
+        self.last = Some((time, message.publish_time));
         if let Some(Some(Route { topic, conversion })) = self.routes.get(&message.channel.id) {
             match conversion.body(&message) {
-                Ok(body) => match self.topics[*topic].send(&self.network, &body) {
+                Ok(body) => match self.topics[*topic].send(&body) {
                     Ok(()) => self.sent += 1,
                     Err(error) => {
                         self.left_out += 1;
@@ -336,13 +333,17 @@ impl Player {
         self.selecting = selection.begin(&self.reader);
         self.selecting.limit(&mut self.reader);
         (self.begin, self.held, self.last, self.next) = (None, None, None, None);
+        (self.following, self.latched) = (VecDeque::new(), Latched::default());
         (self.given, self.sought) = (0, to);
         self.advance()
     }
 
     /// Reads up to the next message of the selection.
     fn advance(&mut self) -> Result<(), RecordError> {
-        while !self.is_stopped()
+        self.note_failures();
+        self.next = self.following.pop_front();
+        while self.next.is_none()
+            && !self.is_stopped()
             && let Some(record) = self.reader.next()
         {
             let Record::Message(message) = record else {
@@ -350,20 +351,44 @@ impl Player {
             };
             self.first.get_or_insert(message.log_time);
             if !self.selecting.takes(&message) {
+                if self.selecting.holds_before(&message) {
+                    self.latched.keep(message);
+                }
                 continue;
             }
             if !self.routes.contains_key(&message.channel.id) {
                 let route = self.route(&message.channel)?;
                 self.routes.insert(message.channel.id, route);
             }
-            self.next = Some(message);
+            self.following.extend(self.latched.take(message.log_time));
+            self.following.push_back(message);
+            self.next = self.following.pop_front();
             return Ok(());
         }
-        if let Some(reason) = self.reader.cut() {
-            let text = format!("the recording ends before its end: {reason}");
-            self.note(text);
+        let faults = self.reader.faults();
+        if self.next.is_none() && !faults.is_none() {
+            self.note(format!("the recording is incomplete: {faults}"));
         }
         Ok(())
+    }
+
+    /// Takes the failures of topics whose messages are sent by threads.
+    fn note_failures(&mut self) {
+        let failures = self.topics.iter().filter_map(|target| {
+            let (count, error) = target.failures()?;
+            Some((
+                count,
+                format!(
+                    "messages of `{}` are left out: {error}",
+                    target.topic.address
+                ),
+            ))
+        });
+        for (count, note) in failures.collect::<Vec<_>>() {
+            self.left_out += count;
+            self.sent = self.sent.saturating_sub(count);
+            self.note(note);
+        }
     }
 
     /// Finds the topic of the network for a channel.
@@ -463,15 +488,15 @@ impl Player {
         let position = self.last.map(|(log_time, _)| log_time).or(next);
         let answers = self.answers.as_mut();
         let errors = answers.map(|answers| answers.serve(position.unwrap_or(0)));
-        for error in errors.unwrap_or_default() {
-            self.note(format!("a call cannot be answered: {error}"));
+        for note in errors.unwrap_or_default() {
+            self.note(note);
         }
     }
 
     /// Waits until the last samples and replies have arrived.
     pub fn finish(self) {
-        for sender in self.topics.into_iter().filter_map(|target| target.sender) {
-            sender.finish();
+        for target in self.topics {
+            target.finish();
         }
         if let Some(answers) = self.answers {
             answers.finish();

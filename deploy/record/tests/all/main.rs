@@ -4,6 +4,9 @@
 #[allow(dead_code, reason = "tests of networks use more of it")]
 mod python;
 
+mod damaged;
 mod files;
+mod hostile;
+mod latched;
 mod strangers;
 mod types;

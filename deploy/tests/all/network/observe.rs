@@ -73,10 +73,14 @@ fn a_running_network_is_listed_shown_measured_and_called() {
 
     let echoed = site.tool("echo", &["newFullPose", "--once"]);
     assert_eq!(echoed.code, 0, "{echoed:?}");
+    // The time of sending, and the sender.
+    let (head, value) = echoed.stdout.split_once('\n').expect("two lines");
     assert!(
-        echoed
-            .stdout
-            .starts_with("pose:\n  source: \"simulator\"\n  x: "),
+        head.starts_with("# 20") && head.contains("Z from simulator."),
+        "{head}"
+    );
+    assert!(
+        value.starts_with("pose:\n  source: \"simulator\"\n  x: "),
         "{echoed:?}"
     );
     let csv = site.tool(
@@ -84,7 +88,20 @@ fn a_running_network_is_listed_shown_measured_and_called() {
         &["newFullPose", "--csv", "--field", "pose.x", "--count", "3"],
     );
     assert_eq!(csv.stdout.lines().count(), 4, "{csv:?}");
-    assert!(csv.stdout.starts_with("sent_ns,pose.x\n"), "{csv:?}");
+    // The clock is the one of a recording's tables.
+    let expected = "log_time_s,publish_time_s,pose.x\n";
+    assert!(csv.stdout.starts_with(expected), "{csv:?}");
+    let row = csv.stdout.lines().nth(1).unwrap_or_default();
+    let times: Vec<f64> = row
+        .split(',')
+        .take(2)
+        .filter_map(|t| t.parse().ok())
+        .collect();
+    let now = rc_record::system_time() as f64 / 1e9;
+    assert!(
+        (now - times[0]).abs() < 60.0 && (0.0..60.0).contains(&(times[0] - times[1])),
+        "{row}"
+    );
     let calls = site.tool(
         "echo",
         &["getLaserData", "--format", "json", "--count", "2"],
@@ -92,6 +109,8 @@ fn a_running_network_is_listed_shown_measured_and_called() {
     let request = json_of(&calls);
     assert_eq!(request["kind"], "request", "{calls:?}");
     assert!(calls.stdout.contains("\"kind\":\"reply\""), "{calls:?}");
+    let caller = request["sender"].as_str().unwrap_or_default();
+    assert!(caller.starts_with("avoider.Laser ["), "{calls:?}");
 
     let hz = json_of(&site.tool("hz", &["newFullPose", "--lines", "1", "--format", "json"]));
     assert!(hz["rate_hz"].as_f64().is_some_and(|hz| hz > 0.0), "{hz}");

@@ -117,7 +117,7 @@ fn a_patrol_is_recorded_and_played_back() {
     });
     assert_eq!(recorder.end(Signal::INT), Some(0));
     let whole = info(&file);
-    assert_eq!(whole.cut, None);
+    assert!(whole.faults.is_none(), "{whole:?}");
     let table = &whole.metadata["recording"];
     let lost: u64 = table["lost"].parse().expect("a number");
     let of_poses = table
@@ -168,6 +168,8 @@ fn refused(site: &Site, file: &str) {
     // A file is not overwritten.
     let ran = record(&["-o", file]);
     assert_eq!(ran.code, 3, "{ran:?}");
+    let expected = "this file exists already; remove it, or name another one\n";
+    assert!(ran.stderr.ends_with(expected), "{ran:?}");
     let ran = site.rcdeploy(&["record", "no_such_network"], false);
     assert_eq!(ran.code, 3, "{ran:?}");
     let ran = record(&["--now"]);
@@ -198,7 +200,7 @@ fn killed(site: &Site) {
     Site::until("chunks", || count(&info(&file), "/newFullPose") > 0);
     recorder.end(Signal::KILL);
     let cut = info(&file);
-    assert!(cut.cut.is_some(), "{cut:?}");
+    assert!(cut.faults.cut.is_some(), "{cut:?}");
     assert!(count(&cut, "/newFullPose") > 0, "{cut:?}");
     // Only what was named, with what is recorded of the network itself.
     assert_eq!(count(&cut, "_request"), 0, "{cut:?}");
@@ -207,7 +209,7 @@ fn killed(site: &Site) {
     assert!(!ran.stdout.starts_with("0 messages sent"), "{ran:?}");
     let part = text(&site.path("part.mcap"));
     let ran = site.rcdeploy(&["bag", "cut", &text(&file), "-o", &part], false);
-    assert_eq!(ran.code, 0, "{ran:?}");
+    assert_eq!(ran.code, 1, "{ran:?}");
     assert!(ran.stderr.contains("ends before its end"), "{ran:?}");
 }
 
@@ -253,7 +255,14 @@ fn plays(site: &Site, file: &Path, poses: u64) {
     assert!(ran.stderr.contains("--convert"), "{ran:?}");
     assert!(ran.stdout.contains("0 messages sent"), "{ran:?}");
     let ran = play(site, &other, &["--remap", &pose, "--convert"]);
-    assert!(ran.stdout.contains("3 messages sent"), "{ran:?}");
+    // Gaps of years are not waited for.
+    assert!(ran.stdout.contains("4 messages sent"), "{ran:?}");
+    for note in [
+        "146 years 85 days without messages are skipped",
+        "goes back by 146 years",
+    ] {
+        assert!(ran.stderr.contains(note), "{ran:?}");
+    }
     Site::until("the converted poses", || {
         received(site, "pose_monitor") > before
     });
@@ -271,7 +280,7 @@ fn plays(site: &Site, file: &Path, poses: u64) {
         assert_ne!(ran.code, 0, "{ran:?}");
         assert!(ran.stderr.contains(reason), "{ran:?}");
     }
-    assert_eq!(received(site, "pose_monitor"), before + 3);
+    assert_eq!(received(site, "pose_monitor"), before + 4);
     drop(monitor);
 
     // A component that follows a time gets the recorded one.
@@ -311,7 +320,7 @@ fn plays_elsewhere(site: &Site, file: &Path, poses: u64) {
     other.assert_nothing_left();
 }
 
-/// A recording of an older type, which has other members.
+/// A recording of an older type, which has other members, while a clock was set.
 fn another_type(file: &Path) {
     let mut writer = Writer::create(file, Limits::default()).expect("to create");
     let schema = Schema {
@@ -320,13 +329,13 @@ fn another_type(file: &Path) {
         text: b"float64 x\nfloat64 y\nint32 removed\n".to_vec(),
     };
     let channel = writer.channel("/old", "cdr", Some(schema), BTreeMap::new());
-    for at in 0..3 {
+    for (at, time) in (0_u32..).zip([0, 1_000_000, 1 << 62, 2_000_000]) {
         let mut data = vec![0, 1, 0, 0];
         data.extend(f64::from(at).to_le_bytes());
         data.extend(2.0_f64.to_le_bytes());
         data.extend(7_i32.to_le_bytes());
         let stamp = Stamp {
-            log_time: 1_000_000 * u64::from(at),
+            log_time: time,
             publish_time: 0,
             sequence: at,
         };
@@ -391,9 +400,10 @@ fn a_recording_that_is_split_goes_on_in_whole_files() {
     });
     assert_eq!(recorder.end(Signal::INT), Some(0));
     let mut end = 0;
-    for part in ["", ".1", ".2"] {
+    let (mut repeated, mut poses) = (0, 0);
+    for part in [".1", ".2"] {
         let part = info(&file(part));
-        assert_eq!(part.cut, None, "{part:?}");
+        assert!(part.faults.is_none(), "{part:?}");
         assert!(
             part.attachments
                 .iter()
@@ -403,11 +413,22 @@ fn a_recording_that_is_split_goes_on_in_whole_files() {
         if let Some((first, last)) = part.times {
             assert!(first >= end, "{part:?}");
             end = last;
+            // The last pose before is repeated: late subscribers get it.
+            poses += count(&part, "/newFullPose");
+            repeated += 1;
+            assert_eq!(count(&part, "/parameters"), 3, "{part:?}");
         }
     }
+    // The first file means all of them, without what is repeated.
     let whole = info(&file(""));
-    let (first, last) = whole.times.expect("times");
-    assert!(last - first < 2_000_000_000, "{whole:?}");
-    assert!(count(&whole, "/newFullPose") > 0);
+    assert!(
+        whole.faults.is_none() && whole.files.len() >= 3,
+        "{whole:?}"
+    );
+    assert_eq!(count(&whole, "/parameters"), 3, "{whole:?}");
+    assert!(
+        count(&whole, "/newFullPose") > poses - repeated,
+        "{whole:?}"
+    );
     down(&site);
 }

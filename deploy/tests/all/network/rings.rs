@@ -17,7 +17,7 @@ fn rings(folder: &Path, name: &str) -> Vec<PathBuf> {
             let file = path.file_name().unwrap_or_default().to_string_lossy();
             file.starts_with(name) && file.ends_with(".mcap")
         })
-        .filter(|path| Info::read(path).is_ok_and(|info| info.cut.is_none()))
+        .filter(|path| Info::read(path).is_ok_and(|info| info.faults.is_none()))
         .collect();
     rings.sort();
     rings
