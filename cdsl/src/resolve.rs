@@ -353,7 +353,7 @@ impl Resolver<'_> {
                 let available = self.available(role, decl);
                 slots.push(Slot {
                     name,
-                    role: role,
+                    role,
                     interface,
                     is_array: decl.array.is_some(),
                     backend,

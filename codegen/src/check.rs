@@ -126,7 +126,7 @@ pub fn file(
         Some("idsl") => {
             let source = sources.add(path, rc_files::read(path)?);
             let mut session = Session::new(sources, loader);
-            session.load_source(source, path.to_path_buf());
+            session.load_source(source, path);
             if !session.found.has_errors() {
                 session.found.extend(ros::annotations(&session.library));
             }

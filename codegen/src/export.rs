@@ -52,7 +52,7 @@ pub fn load(
     };
     let source = sources.add(&path, text);
     let mut session = Session::new(sources, loader);
-    session.load_source(source, path);
+    session.load_source(source, &path);
     Ok((session.library, session.found))
 }
 

@@ -155,7 +155,7 @@ impl InterfaceCrate {
             };
             let source = sources.add(&path, text);
             let mut session = Session::new(sources, loader);
-            session.load_source(source, path);
+            session.load_source(source, &path);
             let (library, mut more) = (session.library, session.found);
             if !more.has_errors() {
                 let origins = Origin::all(&library, sources);
@@ -331,7 +331,7 @@ impl InterfaceCrate {
         };
         let source = sources.add(&path, text);
         let mut session = Session::new(sources, loader);
-        session.load_source(source, path);
+        session.load_source(source, &path);
         let (library, found) = (session.library, session.found);
         if found.has_errors() {
             return Ok(Vec::new());

@@ -98,7 +98,7 @@ pub enum Field {
     /// `after simulator, arm;`
     After(Vec<Name>),
     /// `restart on_failure hung 5s max 3 within 1min backoff 500ms;`
-    Restart(Restart),
+    Restart(Box<Restart>),
     /// `ready 5s;`
     Ready(Literal),
     /// `stop 1s;`

@@ -258,7 +258,7 @@ fn field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<
         Rule::host_ref => Field::Host(r.texts(pair).into_iter().next()?),
         Rule::after => Field::After(r.texts(pair)),
         Rule::args => Field::Args(r.texts(pair)),
-        Rule::restart => Field::Restart(restart(r, pair)?),
+        Rule::restart => Field::Restart(Box::new(restart(r, pair)?)),
         Rule::time_field => {
             let time = values(r, pair).into_iter().next()?;
             match word.as_str() {

@@ -61,13 +61,13 @@ impl<'a> Session<'a> {
                 return None;
             }
         };
-        self.load(file.path, file.text, span)
+        self.load(&file.path, file.text, span)
     }
 
     /// Loads the text of `path` with its imports. Diagnostics about the import itself refer to
     /// `span`.
-    pub fn load(&mut self, path: PathBuf, text: String, span: Span) -> Option<ModuleId> {
-        let identity = self.loader.identity(&path);
+    pub fn load(&mut self, path: &Path, text: String, span: Span) -> Option<ModuleId> {
+        let identity = self.loader.identity(path);
         if let Some(at) = self.loading.iter().position(|open| *open == identity) {
             let ring = self.loading[at..].iter().chain([&identity]);
             let names: Vec<String> = ring.map(|path| file_name(path)).collect();
@@ -85,7 +85,7 @@ impl<'a> Session<'a> {
                 .push(Diagnostic::error("nested-too-deep", span, message));
             return None;
         }
-        let source = self.sources.add(path.clone(), text);
+        let source = self.sources.add(path, text);
         self.load_source(source, path)
     }
 
@@ -93,17 +93,17 @@ impl<'a> Session<'a> {
     pub fn load_source(
         &mut self,
         source: rc_diagnostics::SourceId,
-        path: PathBuf,
+        path: &Path,
     ) -> Option<ModuleId> {
         // Many components of a network import the same interfaces.
         let parsed = self.sources.cached(source, parse);
         let (file, found) = &*parsed;
         self.found.extend(found.iter().cloned());
-        let identity = self.loader.identity(&path);
+        let identity = self.loader.identity(path);
         self.loading.push(identity.clone());
         let mut imports = Vec::new();
         for import in &file.imports {
-            let module = self.import(&path, &import.text, import.span);
+            let module = self.import(path, &import.text, import.span);
             imports.extend(module.filter(|m| !imports.contains(m)));
         }
         self.loading.pop();

@@ -37,7 +37,10 @@ fn opens(rest: &[u8]) -> Option<SegmentKind> {
 
 fn comment_length(rest: &[u8]) -> usize {
     if rest[1] == b'/' {
-        return rest.iter().position(ends_line).unwrap_or(rest.len());
+        return rest
+            .iter()
+            .position(|byte| ends_line(*byte))
+            .unwrap_or(rest.len());
     }
     let end = rest[2..].windows(2).position(|w| w == b"*/");
     end.map_or(rest.len(), |end| end + 4)
@@ -81,7 +84,7 @@ pub(crate) fn lines(text: &str) -> impl Iterator<Item = &str> {
 }
 
 /// A CR ends a line, too, as in texts of old editors.
-fn ends_line(byte: &u8) -> bool {
+fn ends_line(byte: u8) -> bool {
     matches!(byte, b'\n' | b'\r')
 }
 
@@ -89,10 +92,10 @@ fn ends_line(byte: &u8) -> bool {
 /// rest of the file.
 fn quoted_length(rest: &[u8]) -> usize {
     let mut at = 1;
-    while at < rest.len() && !ends_line(&rest[at]) {
+    while at < rest.len() && !ends_line(rest[at]) {
         match rest[at] {
             b'"' => return at + 1,
-            b'\\' if !rest.get(at + 1).is_some_and(ends_line) => at += 2,
+            b'\\' if !rest.get(at + 1).is_some_and(|byte| ends_line(*byte)) => at += 2,
             _ => at += 1,
         }
     }

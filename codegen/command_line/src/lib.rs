@@ -53,7 +53,7 @@ impl Tool {
             .value_parser(|text: &str| text.parse::<ColorChoice>())
             .default_value("auto")
             .help("When findings have colors: auto (on a terminal, unless NO_COLOR is set), always or never")
-            .add(words(&ColorChoice::WORDS));
+            .add(words(ColorChoice::WORDS));
         with_help(C::command(), &self.exit_code_help()).arg(color)
     }
 
@@ -117,14 +117,14 @@ impl Tool {
 fn words_of_shell() -> Vec<OsString> {
     let home = std::env::var_os("HOME").filter(|home| !home.is_empty());
     let words = std::env::args_os();
-    let mut words = words.map(|word| expanded(word, home.as_deref())).collect();
+    let mut words: Vec<OsString> = words.map(|word| expanded(word, home.as_deref())).collect();
     behind_command(&mut words);
     words
 }
 
 /// Moves `--color WHEN` from the place before a command, where `rcgen` takes the options of
 /// `generate` only, to the place behind its first word.
-fn behind_command(words: &mut Vec<OsString>) {
+fn behind_command(words: &mut [OsString]) {
     let first = words.get(1).and_then(|word| word.to_str());
     let count = match first {
         Some("--color") => 2,
@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn the_option_for_colors_may_stand_before_the_command() {
         let moved = |words: &str| {
-            let mut words = words.split(' ').map(OsString::from).collect();
+            let mut words: Vec<OsString> = words.split(' ').map(OsString::from).collect();
             behind_command(&mut words);
             words.join(OsStr::new(" ")).into_string().expect("text")
         };

@@ -104,7 +104,7 @@ pub(crate) struct Inside {
 /// The structures of a type, each after those that it contains.
 pub(crate) fn of(library: &Library, id: TypeId, known: &mut Known) -> Vec<Structure> {
     let decl = library.ty(id);
-    let fits = decl.image.is_some_and(|image| image.fits());
+    let fits = decl.image.is_some_and(rc_vocabulary::Layout::fits);
     if !fits {
         return Vec::new();
     }

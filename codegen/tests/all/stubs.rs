@@ -380,7 +380,7 @@ fn the_functions_of_a_state_machine_are_handlers_too() {
     );
     component.check(
         0,
-        &expect![[r#"
+        &expect![[r"
             // ./src/specific_worker.rs: uses this, too
             use c_generated::StateMachine;
 
@@ -427,7 +427,7 @@ fn the_functions_of_a_state_machine_are_handlers_too() {
             //
             // /// Runs once a period while `off` is active, in place of `compute`.
             // fn during_off(&mut self, ctx: &mut Context) -> Result<(), WorkerError>
-        "#]],
+        "]],
         &expect![[r"
             m.scxml:2:69: warning[no-way-in]: no transition leads to state `lost`
         "]],

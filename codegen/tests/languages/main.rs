@@ -6,7 +6,7 @@ mod random;
 use grammar::{Grammar, lay_out};
 use random::Random;
 use rc_codegen::languages::{LANGUAGES, Language};
-use rc_diagnostics::{Diagnostics, Format, SourceId, SourceMap, Span, render};
+use rc_diagnostics::{Diagnostics, Format, SourceId, SourceMap, render};
 use rc_syntax::{MemoryLoader, Trivia};
 use std::time::{Duration, Instant};
 
@@ -125,7 +125,7 @@ fn check(
         "idsl" => {
             let path = sources.path(source).to_path_buf();
             let mut session = rc_idsl::Session::new(sources, loader);
-            session.load_source(source, path);
+            session.load_source(source, &path);
             session.found
         }
         "cdsl" => rc_cdsl::load(sources, loader, source).1,

@@ -175,7 +175,8 @@ fn sources(folder: &Path, texts: &mut Vec<String>) {
 #[test]
 fn every_code_is_in_the_table() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let table = std::fs::read_to_string(root.join("../ARCHITECTURE.md")).expect("the table");
+    let table =
+        std::fs::read_to_string(root.join("../docs/protocol/output.md")).expect("the table");
     let mut texts = Vec::new();
     sources(root, &mut texts);
     let mut count = 0;

@@ -2,6 +2,7 @@
 
 mod book;
 mod code;
+mod layers;
 mod links;
 mod markdown;
 mod reference;

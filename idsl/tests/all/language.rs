@@ -31,7 +31,7 @@ fn check_file(text: &str, expected: &Expect) -> Library {
     texts.push(("m.idsl", text));
     let loader = MemoryLoader::new(texts);
     let mut session = Session::new(&mut sources, &loader);
-    session.load_source(source, "m.idsl".into());
+    session.load_source(source, std::path::Path::new("m.idsl"));
     let (found, library) = (session.found, session.library);
     expected.assert_eq(&render(&sources, &found, Format::Short));
     library

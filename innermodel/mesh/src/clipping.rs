@@ -69,9 +69,9 @@ fn flattened(points: &[[f64; 3]]) -> Option<Vec<[f64; 2]>> {
     let mut normal = [0.0_f64; 3];
     let next = points.iter().skip(1).chain(points.first());
     for (a, b) in points.iter().zip(next) {
-        for axis in 0..3 {
+        for (axis, sum) in normal.iter_mut().enumerate() {
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-            normal[axis] += (a[u] - b[u]) * (a[v] + b[v]);
+            *sum += (a[u] - b[u]) * (a[v] + b[v]);
         }
     }
     let axis = (0..3).max_by(|a, b| normal[*a].abs().total_cmp(&normal[*b].abs()))?;

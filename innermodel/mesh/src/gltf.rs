@@ -359,15 +359,12 @@ impl Reader<'_> {
         let mut numbers = self.numbers(position, 3)?;
         self.morph(primitive, weights, &mut numbers)?;
         let places = numbers.as_chunks::<3>().0;
-        match bones.filter(|_| primitive.attributes.contains_key("JOINTS_0")) {
-            Some(bones) => {
-                let placed = self.placed(primitive, places, bones)?;
-                self.mesh.vertices.extend(placed);
-            }
-            None => {
-                let placed = places.iter().map(|place| applied(to, place));
-                self.mesh.vertices.extend(placed);
-            }
+        if let Some(bones) = bones.filter(|_| primitive.attributes.contains_key("JOINTS_0")) {
+            let placed = self.placed(primitive, places, bones)?;
+            self.mesh.vertices.extend(placed);
+        } else {
+            let placed = places.iter().map(|place| applied(to, place));
+            self.mesh.vertices.extend(placed);
         }
         let (first, count) = (first as u32, places.len() as u32);
         let corners: Vec<u32> = match primitive.indices {

@@ -50,7 +50,7 @@ pub(crate) fn read(
                 let corners: Option<Vec<u32>> = words.clone().map(corner).collect();
                 let corners = corners.ok_or_else(|| wrong("expected places of vertices"))?;
                 let triangles = clipping.triangles(&mesh.vertices, &corners);
-                let triangles = triangles.map_err(|problem| wrong(problem))?;
+                let triangles = triangles.map_err(&wrong)?;
                 let places = triangles.iter();
                 let places = places.map(|three| three.map(|place| corners[place]));
                 mesh.triangles.extend(places);

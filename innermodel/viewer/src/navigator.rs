@@ -53,7 +53,7 @@ fn robot(tree: &Snapshot, extents: &[Extent]) -> Option<(f64, Point, HashSet<Nod
         .nodes()
         .find(|node| matches!(node.kind(), Kind::Robot(_)))?;
     let is_own = |node: &NodeRef<'_>| {
-        let mut above = std::iter::successors(Some(*node), |node| node.parent());
+        let mut above = std::iter::successors(Some(*node), NodeRef::parent);
         above.any(|above| above.node_id() == robot.node_id())
     };
     let own: HashSet<NodeId> = tree

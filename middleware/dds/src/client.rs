@@ -68,10 +68,10 @@ impl DdsClient {
         let server = server.ok_or_else(|| CallError::NoServer(caller.address.clone()))?;
         caller.make_room(queue, server, self.ports.is_external(server))?;
         let id = rpc::request_id(request.begin());
-        let id = id.ok_or_else(|| caller.failed("a request has no envelope"))?;
+        let id = id.ok_or_else(|| caller.failed(&"a request has no envelope"))?;
         let writer = &self.ports.requests.writer;
         let loan = writer.loan(request.length());
-        let mut loan = loan.map_err(|error| caller.failed(error))?;
+        let mut loan = loan.map_err(|error| caller.failed(&error))?;
         request.write_into(&mut loan.memory()[BEFORE_BODY..])?;
         queue.begin(id.sequence, is_awaited);
         let sent = writer.send(loan, (header.sequence, stamp(header.sent)), 0, None);
@@ -90,7 +90,7 @@ impl DdsClient {
             take(header, body(&sample)?);
             Ok(())
         });
-        Some(taken.map_err(|reason| self.caller.failed(reason)))
+        Some(taken.map_err(|reason| self.caller.failed(&reason)))
     }
 }
 

@@ -85,7 +85,7 @@ pub struct Caller {
 
 impl Caller {
     /// The error of a call that the backend could not make.
-    pub fn failed(&self, reason: impl ToString) -> CallError {
+    pub fn failed(&self, reason: &dyn std::fmt::Display) -> CallError {
         CallError::Backend {
             address: self.address.clone(),
             reason: reason.to_string(),

@@ -207,7 +207,7 @@ impl RosClient {
             .iter()
             .position(|service| service.id == operation);
         let at = at.ok_or_else(|| {
-            self.caller.failed("this component was generated without types of ROS 2 for this operation; generate it anew with --middleware ros2")
+            self.caller.failed(&"this component was generated without types of ROS 2 for this operation; generate it anew with --middleware ros2")
         })?;
         Ok((at, id))
     }
@@ -252,7 +252,7 @@ impl RosClient {
         let writer = &service.ports.requests.writer;
         let length = request.length().saturating_sub(ENVELOPE);
         let loan = writer.loan(length);
-        let mut loan = loan.map_err(|error| self.caller.failed(error))?;
+        let mut loan = loan.map_err(|error| self.caller.failed(&error))?;
         request.write_into(loan.memory())?;
         let sequence = service.sent + 1;
         let count = self.sent + 1;
@@ -298,7 +298,7 @@ impl RosClient {
     ) -> Option<Result<(), CallError>> {
         let received = match self.received.queue.take()? {
             Ok(received) => received,
-            Err(reason) => return Some(Err(self.caller.failed(reason))),
+            Err(reason) => return Some(Err(self.caller.failed(&reason))),
         };
         let (is_refusal, mut sample) = (received.is_refusal, received.sample);
         let header = sample_header(&sample, sample.writer().into(), 0);
@@ -328,7 +328,7 @@ impl RosClient {
                 take(header, whole);
                 Ok(())
             }
-            Err(reason) => Err(self.caller.failed(reason)),
+            Err(reason) => Err(self.caller.failed(&reason)),
         };
         self.buffer = buffer;
         Some(taken)

@@ -19,7 +19,7 @@ pub enum Severity {
     Error,
 }
 
-/// One event. ARCHITECTURE.md lists the codes.
+/// One event. `docs/protocol/output.md` lists the codes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Event {
     /// The time, RFC 3339 in JSON.

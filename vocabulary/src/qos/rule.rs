@@ -15,12 +15,11 @@ use std::fmt;
 fn named(word: &str) -> Result<PolicyName, String> {
     let mut all = PolicyName::of_topics();
     all.clone().find(|name| name.word() == word).ok_or_else(|| {
-        let hint = match nearest(word, all.clone().map(PolicyName::word)) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => {
-                let all: Vec<&str> = all.by_ref().map(PolicyName::word).collect();
-                format!("there are {}", all.join(", "))
-            }
+        let hint = if let Some(near) = nearest(word, all.clone().map(PolicyName::word)) {
+            format!("did you mean `{near}`?")
+        } else {
+            let all: Vec<&str> = all.by_ref().map(PolicyName::word).collect();
+            format!("there are {}", all.join(", "))
         };
         format!("`{word}` is not a quality of service that can be set; {hint}")
     })

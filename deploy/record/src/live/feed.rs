@@ -24,7 +24,7 @@ pub(super) enum FeedSource {
     Topic(Box<Topic>),
     Calls(Calls),
     /// The time of the network, which is in the stamps of other messages.
-    Time(TimeTopic),
+    Time(Box<TimeTopic>),
 }
 
 /// The calls of a tapped slot.

@@ -261,7 +261,8 @@ impl Recorder {
             // Without it, messages have the time of the system.
             if let Ok(id) = self.observer.open(time.topic()) {
                 self.time = Some(id);
-                self.feeds.insert(id, Feed::new(FeedSource::Time(time)));
+                self.feeds
+                    .insert(id, Feed::new(FeedSource::Time(Box::new(time))));
             }
         }
         failed

@@ -26,7 +26,7 @@ pub(super) struct Target {
 
 enum Way {
     /// By middleware, which does not wait for subscribers.
-    Here(Port),
+    Here(Box<Port>),
     /// Subscribers on other hosts confirm each message. A thread waits for them, so that one that
     /// hangs delays no other topic.
     Apart(Apart),
@@ -139,7 +139,7 @@ impl Target {
             let (network, topic) = (Arc::clone(network), topic.clone());
             Way::Apart(Apart::open(move || Port::begin(network, topic))?)
         } else {
-            Way::Here(Port::open(network, &topic)?)
+            Way::Here(Box::new(Port::open(network, &topic)?))
         };
         Ok(Self { topic, way })
     }

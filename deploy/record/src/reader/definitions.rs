@@ -84,14 +84,13 @@ impl Definitions {
             encoding,
             data: data.into(),
         };
-        let schema = match self.all_schemas.get(&schema) {
-            Some(known) => Arc::clone(known),
-            None => {
-                self.hold(data.len(), 0)?;
-                let schema = Arc::new(schema);
-                self.all_schemas.insert(Arc::clone(&schema));
-                schema
-            }
+        let schema = if let Some(known) = self.all_schemas.get(&schema) {
+            Arc::clone(known)
+        } else {
+            self.hold(data.len(), 0)?;
+            let schema = Arc::new(schema);
+            self.all_schemas.insert(Arc::clone(&schema));
+            schema
         };
         self.schemas.insert(id, schema);
         Ok(())

@@ -96,8 +96,8 @@ fn a_recording_is_shown_to_people() {
     );
     // Damage is told by the exit code.
     let mut bytes = std::fs::read(&path).expect("to read");
-    for at in 150..153 {
-        bytes[at] ^= 0x55;
+    for byte in &mut bytes[150..153] {
+        *byte ^= 0x55;
     }
     std::fs::write(&path, bytes).expect("to write");
     for args in [

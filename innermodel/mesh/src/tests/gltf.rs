@@ -330,7 +330,7 @@ fn skins_have_the_pose_of_their_joints() {
         r#""POSITION":0,"JOINTS_0":2,"WEIGHTS_0":3"#,
     );
     let joints = r#"},{"children":[2],"translation":[0,0,100]},{"translation":[1,10,0]}]"#;
-    let file = file.replace(r#"[50,0,0]}]"#, &format!("[50,0,0]{joints}"));
+    let file = file.replace("[50,0,0]}]", &format!("[50,0,0]{joints}"));
     let mesh = written("a.gltf", file.as_bytes()).expect("a mesh");
     // The first corner follows the first joint, the second one the second, the third one both.
     let expected = [[0.0, 0.0, 100.0], [1.0, 10.0, 100.0], [0.0, 10.0, 100.5]];

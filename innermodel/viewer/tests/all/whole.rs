@@ -1,6 +1,6 @@
 //! From where a tree is seen at first: all of it, from above and behind.
 
-use innermodel::{Folders, InnerModel, NodeId};
+use innermodel::{Folders, InnerModel, NodeId, NodeRef};
 use innermodel_render::{Image, Scene};
 use innermodel_viewer::{Navigator, innermodel};
 use std::path::Path;
@@ -72,7 +72,7 @@ fn a_robot_in_a_house_is_seen_from_behind() {
         let tree = model.snapshot();
         let is_robot = |at: &NodeId| {
             let node = tree.node(*at).expect("a node");
-            std::iter::successors(Some(node), |node| node.parent()).any(|n| n.id() == robot)
+            std::iter::successors(Some(node), NodeRef::parent).any(|n| n.id() == robot)
         };
         let seen = image.nodes.iter().flatten().filter(|at| is_robot(at));
         let count = seen.count();

@@ -1,0 +1,95 @@
+//! The layers of ARCHITECTURE.md hold: a crate depends on no crate of a later layer.
+
+use crate::markdown::ROOT;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+/// The paths of the table of layers, each with the number of its layer.
+fn layers(architecture: &str) -> BTreeMap<String, usize> {
+    let rows = architecture
+        .lines()
+        .skip_while(|line| *line != "| layer | crates |")
+        .skip(2)
+        .take_while(|line| line.starts_with('|'));
+    let paths = rows.enumerate().flat_map(|(layer, row)| {
+        let crates = row.split('|').nth(2).unwrap_or_default();
+        let paths = crates.split('`').skip(1).step_by(2);
+        paths.map(move |path| (path.to_owned(), layer))
+    });
+    paths.collect()
+}
+
+/// The folders of all crates of the workspace, by their names, and their dependencies that are not
+/// for tests.
+fn crates() -> BTreeMap<String, (String, Vec<String>)> {
+    let root = Path::new(ROOT).canonicalize().expect("the workspace");
+    let output = Command::new(env!("CARGO"))
+        .args([
+            "metadata",
+            "--no-deps",
+            "--offline",
+            "--format-version",
+            "1",
+        ])
+        .current_dir(&root)
+        .output()
+        .expect("cargo");
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("metadata");
+    let packages = metadata["packages"].as_array().expect("packages");
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let described = packages.iter().map(|package| {
+        let manifest = text(&package["manifest_path"]);
+        let folder = Path::new(&manifest).parent().expect("a folder");
+        let folder = folder.strip_prefix(&root).expect("inside");
+        let dependencies = package["dependencies"].as_array().expect("dependencies");
+        let linked = dependencies.iter().filter(|d| d["kind"] != "dev");
+        (
+            text(&package["name"]),
+            (
+                folder.to_string_lossy().into_owned(),
+                linked.map(|d| text(&d["name"])).collect(),
+            ),
+        )
+    });
+    described.collect()
+}
+
+#[test]
+fn a_crate_depends_on_no_later_layer() {
+    let architecture = std::fs::read_to_string(Path::new(ROOT).join("ARCHITECTURE.md"));
+    let layers = layers(&architecture.expect("ARCHITECTURE.md"));
+    let crates = crates();
+    assert!(crates.len() > 50, "only {} crates", crates.len());
+    // The longest path that holds a folder decides.
+    let layer = |folder: &str| {
+        let paths = layers.iter().filter(|(path, _)| {
+            let rest = folder.strip_prefix(path.as_str());
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+        });
+        paths.max_by_key(|(path, _)| path.len()).map(|(_, n)| *n)
+    };
+    let mut wrong = Vec::new();
+    for (name, (folder, dependencies)) in &crates {
+        let Some(own) = layer(folder) else {
+            wrong.push(format!("{name} ({folder}) is in no layer"));
+            continue;
+        };
+        for other in dependencies {
+            let Some((other_folder, _)) = crates.get(other) else {
+                continue;
+            };
+            if layer(other_folder).is_some_and(|theirs| theirs > own) {
+                wrong.push(format!(
+                    "{name} depends on {other}, which is in a later layer"
+                ));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    for path in layers.keys() {
+        let exists = Path::new(ROOT).join(path).is_dir();
+        assert!(exists, "ARCHITECTURE.md names the folder {path}");
+    }
+}
