@@ -1,4 +1,5 @@
-//! The layers of ARCHITECTURE.md hold: a crate depends on no crate of a later layer.
+//! ARCHITECTURE.md is true: a crate depends on no crate of a later layer, and `unsafe` is where the
+//! page lists it.
 
 use crate::markdown::ROOT;
 use serde_json::Value;
@@ -91,5 +92,38 @@ fn a_crate_depends_on_no_later_layer() {
     for path in layers.keys() {
         let exists = Path::new(ROOT).join(path).is_dir();
         assert!(exists, "ARCHITECTURE.md names the folder {path}");
+    }
+}
+
+/// The sources below `folder` that allow `unsafe`, relative to the workspace.
+fn allowing_unsafe(folder: &str, found: &mut Vec<String>) {
+    let entries = std::fs::read_dir(Path::new(ROOT).join(folder)).expect("a folder");
+    for entry in entries {
+        let entry = entry.expect("an entry");
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let path = format!("{folder}/{name}");
+        if entry.file_type().expect("a type").is_dir() {
+            if name != "target" && !name.starts_with('.') {
+                allowing_unsafe(&path, found);
+            }
+        } else if name.ends_with(".rs") {
+            let text = std::fs::read_to_string(entry.path()).expect("a source");
+            // In two parts, so that this file does not count.
+            if text.contains(concat!("unsafe", "_code")) {
+                found.push(path.trim_start_matches("./").to_owned());
+            }
+        }
+    }
+}
+
+#[test]
+fn unsafe_is_where_the_page_lists_it() {
+    let page = std::fs::read_to_string(Path::new(ROOT).join("ARCHITECTURE.md"));
+    let page = page.expect("ARCHITECTURE.md");
+    let mut found = Vec::new();
+    allowing_unsafe(".", &mut found);
+    assert!(!found.is_empty());
+    for path in found {
+        assert!(page.contains(&format!("`{path}`")), "{path} is not listed");
     }
 }
