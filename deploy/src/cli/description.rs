@@ -5,7 +5,7 @@ use super::output::{Failure, counted, print_findings, print_line, print_note, sy
 use crate::process::machine;
 use rc_codegen::FileLoader;
 use rc_deploy_network::{Network, Overrides};
-use rc_diagnostics::{Diagnostics, SourceMap};
+use rc_diagnostics::{Diagnostics, Severity, SourceMap};
 
 /// Reads a network and prints nothing.
 fn read_silently(
@@ -80,14 +80,22 @@ pub(super) fn examine(input: &Input, unbuilt: bool) -> impl FnOnce(&Network, &mu
 }
 
 pub(super) fn check(input: &Input, format: rc_diagnostics::Format) -> Result<u8, Failure> {
-    let network = load(input, format, examine(input, false))?;
+    let (network, _, found) = read(input, format, examine(input, false))?;
+    let network = network
+        .filter(|_| !found.has_errors())
+        .ok_or(Failure(1, String::new()))?;
     if format == rc_diagnostics::Format::Human {
         let (components, connections) = (
             network.projects.len(),
             network.connections.connections.len(),
         );
+        let warnings = found.iter().filter(|one| one.severity == Severity::Warning);
+        let verdict = match warnings.count() {
+            0 => "nothing wrong".to_owned(),
+            count => counted(count as u64, "warning"),
+        };
         print_line(format_args!(
-            "{}: {}, {}, nothing wrong",
+            "{}: {}, {}, {verdict}",
             network.name(),
             counted(components as u64, "component"),
             counted(connections as u64, "connection")

@@ -1,4 +1,4 @@
-//! A network of many components.
+//! What `check` says of whole networks.
 
 use crate::network::site::Site;
 use serde_json::Value;
@@ -22,4 +22,22 @@ fn a_network_of_a_thousand_components_is_checked_and_planned() {
     let plan: Value = serde_json::from_str(&planned.stdout).expect("a plan");
     assert_eq!(plan["components"].as_array().map(Vec::len), Some(MANY));
     assert_eq!(plan["waves"][0].as_array().map(Vec::len), Some(MANY));
+}
+
+/// A network with a warning is not called right.
+#[test]
+fn warnings_are_counted_after_a_check() {
+    let site = Site::new("warned");
+    site.write_ddsl(
+        "Deployment patrol\n{\n    Component m { cdsl \"../pose_monitor/pose_monitor.cdsl\"; };\n};\n",
+    );
+    let checked = site.rcdeploy(&["check", "--profile", "dev"], true);
+    assert!(
+        checked.stderr.contains("warning[no-publisher]"),
+        "{checked:?}"
+    );
+    assert!(
+        checked.stdout.contains("0 connections, 1 warning"),
+        "{checked:?}"
+    );
 }
