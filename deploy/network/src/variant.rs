@@ -29,6 +29,8 @@ const SHARED: [&str; 4] = ["workspace", "patch", "replace", "profile"];
 const OWN: [&str; 4] = ["Cargo.toml", "Cargo.lock", GENERATED, "target"];
 /// The member that chooses features. No component has this name: it is no identifier.
 const FEATURES: &str = "variant-features";
+/// The folder of a component in its generated description.
+const BUILT_FOLDER: &str = r#"concat!(env!("CARGO_MANIFEST_DIR"), "/..")"#;
 const DEPENDENCIES: [&str; 3] = ["dependencies", "dev-dependencies", "build-dependencies"];
 
 /// How long a build waits for another one; a first one compiles a middleware.
@@ -300,6 +302,15 @@ fn component(
             files.add(path, owner, text.to_owned());
         }
     }
+    // The user's files, from which relative paths start, are not beside the code of the variant.
+    let description = Path::new(GENERATED).join("src/description.rs");
+    let text = files.text(&description).unwrap_or_default();
+    if !text.contains(BUILT_FOLDER) {
+        let message = format!("{package}: the generated description names no folder");
+        return Err(Error::Workspace(message));
+    }
+    let text = text.replace(BUILT_FOLDER, &format!("{:?}", folder.to_string_lossy()));
+    files.add(description, Owner::Generic, text);
     let crate_manifest = Path::new(GENERATED).join("Cargo.toml");
     let text = files.text(&crate_manifest).unwrap_or_default();
     let mut manifest: DocumentMut = text

@@ -380,11 +380,21 @@ fn take_name(network: &str) -> io::Result<Name> {
         Err(error) => return Err(error),
     }
     Ok(match Client::connect_supervisor(network, ACCEPT_LIMIT) {
-        Ok(client) => client.peer().map_or(Name::Stranger, Name::Supervisor),
+        Ok(client) => match client.peer() {
+            None => Name::Stranger,
+            Some(pid) if is_alive(pid) => Name::Supervisor(pid),
+            // It was killed, and a child that it had just forked has the socket until it executes
+            // its program.
+            Some(_) => Name::Guard,
+        },
         // It is bound, and nobody listens.
         Err(error) if error.kind() == ErrorKind::ConnectionRefused => Name::Guard,
         Err(_) => Name::Stranger,
     })
+}
+
+fn is_alive(pid: i32) -> bool {
+    Identity::of(pid).is_some_and(|process| process.is_alive())
 }
 
 /// The guard that the file of a network names, if it runs.

@@ -220,7 +220,7 @@ fn fish_completes_the_names_of_a_running_network() {
     let paths = complete(&format!("rcdeploy params set {network} avoider safe"));
     assert_eq!(paths, ["safe_distance="]);
     // A network that does not run, and one that is broken: options only, and no message.
-    let options = ["--format", "--help"];
+    let options = ["--format", "--color", "--help"];
     assert_eq!(complete("rcdeploy restart nowhere "), options);
     let broken = site.write("broken.ddsl", "Deployment");
     let restart = format!("rcdeploy restart {} ", broken.display());

@@ -172,11 +172,13 @@ fn a_follower_that_hangs_is_named_to_those_who_step() {
     kill_process(avoider, Signal::STOP).expect("to stop it");
     assert_eq!(step(50).code, 0);
     site.await_component("rcis", |c| c["clock"]["waiting_for"][0] == "avoider");
-    let events = site.events("rcis");
     let is_named = |(code, message): &(String, String)| {
         code == "time-waits" && message.contains("waits for avoider")
     };
-    assert!(events.iter().any(is_named), "{events:?}");
+    // `status` asks the component; the event comes with its next heartbeat.
+    Site::until("the avoider is named", || {
+        site.events("rcis").iter().any(is_named)
+    });
     // Other requests are served, and no step is made without the follower.
     let (steps, pending) = clock();
     assert!(steps < 55 && steps + pending == 55, "{steps} {pending}");

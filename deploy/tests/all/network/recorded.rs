@@ -170,8 +170,14 @@ fn refused(site: &Site, file: &str) {
     assert_eq!(ran.code, 3, "{ran:?}");
     let expected = "this file exists already; remove it, or name another one\n";
     assert!(ran.stderr.ends_with(expected), "{ran:?}");
+    // The name of the only network may be left out, so this is a topic.
     let ran = site.rcdeploy(&["record", "no_such_network"], false);
-    assert_eq!(ran.code, 3, "{ran:?}");
+    assert_eq!(ran.code, 1, "{ran:?}");
+    assert!(
+        ran.stderr
+            .contains("no topic or operation `no_such_network`"),
+        "{ran:?}"
+    );
     let ran = record(&["--now"]);
     assert!(ran.stderr.contains("keeps no ring"), "{ran:?}");
     // A full disk: the shell limits the size of a file, and the signal that goes with it is
