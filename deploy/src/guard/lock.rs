@@ -382,7 +382,7 @@ fn take_name(network: &str) -> io::Result<Name> {
     Ok(match Client::connect_supervisor(network, ACCEPT_LIMIT) {
         Ok(client) => match client.peer() {
             None => Name::Stranger,
-            Some(pid) if is_alive(pid) => Name::Supervisor(pid),
+            Some(pid) if Identity::of(pid).is_some() => Name::Supervisor(pid),
             // It was killed, and a child that it had just forked has the socket until it executes
             // its program.
             Some(_) => Name::Guard,
@@ -391,10 +391,6 @@ fn take_name(network: &str) -> io::Result<Name> {
         Err(error) if error.kind() == ErrorKind::ConnectionRefused => Name::Guard,
         Err(_) => Name::Stranger,
     })
-}
-
-fn is_alive(pid: i32) -> bool {
-    Identity::of(pid).is_some_and(|process| process.is_alive())
 }
 
 /// The guard that the file of a network names, if it runs.
