@@ -76,7 +76,7 @@ fn an_object_that_is_dragged_is_in_the_next_frame() -> Result<(), WorkerError> {
     let mut view = view(&mut test);
     let from = pixel(&test);
     view.input(Input::Pressed(1, from, CONTROL));
-    for way in [10, 60] {
+    for way in [10, 120] {
         view.input(Input::Moved((from.0 + way, from.1 + way / 4)));
         test.run(&mut worker, Duration::from_millis(20))?;
         let now = ball(&test);
@@ -108,8 +108,8 @@ fn a_push_moves_a_body_if_forces_are_on() -> Result<(), WorkerError> {
     let at = pixel(&test);
     let mut push = |test: &mut TestContext, worker: &mut SpecificWorker| {
         view.input(Input::Pressed(1, at, SHIFT));
-        view.input(Input::Moved((at.0 + 60, at.1)));
-        view.input(Input::Released(1, (at.0 + 60, at.1)));
+        view.input(Input::Moved((at.0 + 90, at.1)));
+        view.input(Input::Released(1, (at.0 + 90, at.1)));
         test.run(worker, Duration::from_millis(200))
             .map(|()| view.poll())
     };
