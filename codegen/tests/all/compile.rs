@@ -246,7 +246,7 @@ fn shapes(folder: &Path, workspace: &Path) {
             let file = path.file_name().expect("a name").to_string_lossy();
             let file = if file == "lib.rs" { "mod.rs" } else { &*file };
             write(&format!("src/{name}/{file}"), &code);
-            if let Some((_, events)) = code.split_once("pub enum Event {") {
+            if let Some((_, events)) = code.split_once("pub enum MachineEvent {") {
                 let events = events.split_once('}').expect("an end").0.lines();
                 let events = events.map(str::trim).filter(|line| line.ends_with(','));
                 let events: String = events.map(|event| format!(" {event}")).collect();
