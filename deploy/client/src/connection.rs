@@ -77,16 +77,26 @@ pub fn write_ring(network: &str) -> Result<(), Error> {
 /// The networks of this user whose supervisor replies: those in the run directory of this
 /// environment; if there are none, those elsewhere.
 pub fn networks() -> Vec<String> {
-    let runs = |name: &String| {
-        check_name("network", name).is_ok() && place::connect(name, ANSWER_LIMIT).is_ok()
-    };
-    let mut names = RunDirectory::networks();
-    names.retain(runs);
-    if names.is_empty() {
-        names = place::networks();
-        names.retain(runs);
+    let here = networks_here();
+    if !here.is_empty() {
+        return here;
     }
-    names
+    place::networks()
+        .into_iter()
+        .filter(|name| runs(name))
+        .collect()
+}
+
+/// The networks in the run directory of this environment whose supervisor replies.
+pub fn networks_here() -> Vec<String> {
+    RunDirectory::networks()
+        .into_iter()
+        .filter(|name| runs(name))
+        .collect()
+}
+
+fn runs(name: &str) -> bool {
+    check_name("network", name).is_ok() && place::connect(name, ANSWER_LIMIT).is_ok()
 }
 
 /// Whether a process listens on a socket.

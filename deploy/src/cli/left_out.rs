@@ -1,6 +1,6 @@
 //! The name of the network, where a command line leaves it out because only one runs.
 
-use super::networks::running_networks;
+use super::networks::{running_here, running_networks};
 use super::output::Failure;
 use clap::Command;
 use rc_deploy_client::{logs, status};
@@ -39,7 +39,9 @@ pub(super) fn with_network(
             2,
             format!("several networks run: {}; name one", many.join(", ")),
         )),
-        ([one], Some(first)) => {
+        // A word is never taken for a part of a network that runs elsewhere: it may be the name of
+        // one of this environment that has ended.
+        ([one], Some(first)) if running_here().contains(one) => {
             let fits = || command.clone().try_get_matches_from(with(one)).is_ok();
             let is_mistyped = rc_diagnostics::nearest(&first, [one.as_str()]).is_some();
             let is_network =

@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// The network of an argument, or the only one that runs: under a supervisor, otherwise by hand.
 pub(super) fn running(argument: Option<String>) -> Result<String, Failure> {
-    if argument.is_some() || !connection::networks().is_empty() {
+    if argument.is_some() || !connection::networks_here().is_empty() {
         return named(argument);
     }
     match running_networks().as_slice() {
@@ -21,9 +21,20 @@ pub(super) fn running(argument: Option<String>) -> Result<String, Failure> {
     }
 }
 
-/// The networks that run under a supervisor; without one, those that run by hand.
+/// The networks that run under a supervisor in this environment; without one, those that run by
+/// hand in it; without any, those elsewhere.
 pub(super) fn running_networks() -> Vec<String> {
-    let supervised = connection::networks();
+    let here = running_here();
+    if here.is_empty() {
+        connection::networks()
+    } else {
+        here
+    }
+}
+
+/// The networks that run in this environment: under a supervisor; without one, by hand.
+pub(super) fn running_here() -> Vec<String> {
+    let supervised = connection::networks_here();
     if supervised.is_empty() {
         by_hand::networks()
     } else {
