@@ -35,5 +35,5 @@ pub use conversion::Conversion;
 pub use dimension::{Base, Dimension};
 pub use parse::{MAX_LENGTH, UnitError, UnitProblem};
 pub use scale::Scale;
-pub use table::{NamedUnit, Prefix, UNITS, names};
+pub use table::{NamedUnit, UNITS, names};
 pub use unit::Unit;

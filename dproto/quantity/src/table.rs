@@ -32,7 +32,7 @@ pub struct NamedUnit {
 
 /// A prefix of the SI.
 #[derive(Clone, Copy, Debug)]
-pub struct Prefix {
+pub(crate) struct Prefix {
     /// The symbol, `m` in `mm`.
     pub symbol: &'static str,
     /// The word, `milli` in `millimetre`.
