@@ -170,8 +170,8 @@ fn the_tests_of_components_pass() {
     for component in [
         "components/avoider_python",
         "components/line_camera_detector",
-        "bench/ping_python",
-        "bench/pong_python",
+        "xtask/bench/ping_python",
+        "xtask/bench/pong_python",
         "deploy/tests/programs/rack_python",
         "deploy/tests/programs/clock_python",
         "deploy/tests/programs/wanderer",

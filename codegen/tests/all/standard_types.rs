@@ -105,7 +105,7 @@ fn hashes_of_exported_packages_are_those_of_ros() {
     for (idsl, least) in [
         ("tests/compile/everything/Everything.idsl", 20),
         ("tests/export/Exported.idsl", 20),
-        ("../middleware/interop/Interop.idsl", 20),
+        ("../components/interop/Interop.idsl", 20),
     ] {
         let idsl = here.join(idsl);
         let folder = tempfile::tempdir().expect("a folder");

@@ -61,7 +61,7 @@ fn codes(folder: &Path, found: &mut BTreeSet<String>) {
 fn every_code_has_a_page() {
     let mut made = BTreeSet::new();
     for part in [
-        "diagnostics",
+        "vocabulary/diagnostics",
         "syntax",
         "idsl",
         "cdsl",

@@ -54,9 +54,9 @@ pub(crate) fn run() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Compiles `bench/ice`; returns the program.
+/// Compiles `xtask/bench/ice`; returns the program.
 fn build() -> Result<PathBuf, Failure> {
-    let source = root().join("bench/ice");
+    let source = root().join("xtask/bench/ice");
     let out = target()?.join("ice");
     std::fs::create_dir_all(&out)?;
     let mut translate = Command::new("slice2cpp");

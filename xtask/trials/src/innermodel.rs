@@ -14,9 +14,9 @@ const PEERS: &str = include_str!("innermodel.py");
 
 pub(crate) fn run() -> Result<(), Failure> {
     // A workspace of its own, so that nothing else compiles k.
-    let words = "run --release --quiet --manifest-path bench/innermodel/Cargo.toml";
+    let words = "run --release --quiet --manifest-path xtask/bench/innermodel/Cargo.toml";
     let words: Vec<&str> = words.split(' ').collect();
-    let tests = "test --quiet --manifest-path bench/innermodel/Cargo.toml";
+    let tests = "test --quiet --manifest-path xtask/bench/innermodel/Cargo.toml";
     let tests: Vec<&str> = tests.split(' ').collect();
     finish(cargo(&tests)?, LIMIT)?;
     let folder = target()?.join("bench_innermodel");

@@ -8,7 +8,7 @@ const LIMIT: Duration = Duration::from_mins(10);
 
 pub(crate) fn run() -> Result<(), Failure> {
     // A workspace of its own, so that nothing else compiles statig.
-    let manifest = ["--manifest-path", "bench/machine/Cargo.toml"];
+    let manifest = ["--manifest-path", "xtask/bench/machine/Cargo.toml"];
     let mut words = vec!["run", "--release", "--quiet"];
     words.extend(manifest);
     print!("{}", output(cargo(&words)?, LIMIT)?);

@@ -235,7 +235,7 @@ impl Pair {
         Self::start([&[], &[]], &[path.clone(), path], arguments, None)
     }
 
-    /// The program of `bench/ice` as both ends.
+    /// The program of `xtask/bench/ice` as both ends.
     pub(crate) fn ice(path: &Path) -> Result<Self, Failure> {
         let pong = Program::start(path, &["server"])?;
         let line = pong.read_line(START)?;

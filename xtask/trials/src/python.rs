@@ -97,7 +97,7 @@ fn over_iceoryx2(
         row("query 64 B, round trip", "query", 64, 500),
     ];
     let network = Network::new("hand")?;
-    let peer = root().join("bench/python/iceoryx2_peer.py");
+    let peer = root().join("xtask/bench/python/iceoryx2_peer.py");
     let (directory, prefix) = network.files()?;
     let arguments = ["pong", "ping"].map(|which| {
         let words = [peer.to_string_lossy().into_owned(), which.to_owned()];
@@ -142,7 +142,7 @@ fn over_dds(
         row("publish 1 MiB, one way", "publish", KIB * KIB, 5),
         row("query 64 B, round trip", "query", 64, 200),
     ];
-    let peer = root().join("bench/python/cyclonedds_peer.py");
+    let peer = root().join("xtask/bench/python/cyclonedds_peer.py");
     let peer = peer.to_string_lossy().into_owned();
     let arguments =
         ["pong", "ping"].map(|which| [peer.as_str(), which, BY_HAND].map(str::to_owned).to_vec());
@@ -166,7 +166,7 @@ fn over_ros2(
         row("publish 1 MiB, one way", "publish", KIB * KIB, 5),
         row("query 64 B, round trip", "query", 64, 200),
     ];
-    let peer = root().join("bench/python/rclpy_peer.py");
+    let peer = root().join("xtask/bench/python/rclpy_peer.py");
     let peer = peer.to_string_lossy().into_owned();
     let arguments =
         ["pong", "ping"].map(|which| [peer.as_str(), which].map(str::to_owned).to_vec());
@@ -183,7 +183,7 @@ fn environment(python: &Path) -> Result<[String; 4], Failure> {
         .parent()
         .and_then(Path::parent)
         .ok_or("no environment")?;
-    let protocol = root().join("bench/python").canonicalize()?;
+    let protocol = root().join("xtask/bench/python").canonicalize()?;
     Ok([
         "env".to_owned(),
         format!("VIRTUAL_ENV={}", place.display()),

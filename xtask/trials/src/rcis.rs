@@ -12,7 +12,7 @@ const LIMIT: Duration = Duration::from_mins(15);
 const PEER: &str = include_str!("rcis.py");
 
 pub(crate) fn run() -> Result<(), Failure> {
-    let words = "run --release --quiet --manifest-path bench/rcis/Cargo.toml";
+    let words = "run --release --quiet --manifest-path xtask/bench/rcis/Cargo.toml";
     let words: Vec<&str> = words.split(' ').collect();
     let folder = target()?.join("bench_rcis");
     std::fs::create_dir_all(&folder)?;

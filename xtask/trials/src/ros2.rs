@@ -17,7 +17,7 @@ const GOAL: f64 = 1.10;
 /// The size of a query.
 const SMALL: usize = 64;
 /// The hand-written program, and tests in which clients over ros2-client call a component.
-const BY_HAND_MANIFEST: &str = "bench/ros_peer/Cargo.toml";
+const BY_HAND_MANIFEST: &str = "xtask/bench/ros_peer/Cargo.toml";
 /// The domain of the hand-written program.
 const BY_HAND: &str = "91";
 

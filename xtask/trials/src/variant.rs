@@ -31,7 +31,7 @@ pub(crate) const ROS2: [&str; 6] = [
     "ros2.interfaces=lo",
 ];
 
-/// Builds the components of `bench/NAME.ddsl` for another middleware. Returns both executables in
+/// Builds the components of `xtask/bench/NAME.ddsl` for another middleware. Returns both executables in
 /// their order.
 pub(crate) fn build(
     name: &str,
@@ -63,7 +63,7 @@ fn pair(
     profile: Profile,
     builds: bool,
 ) -> Result<[PathBuf; 2], Failure> {
-    let path = root().join("bench").join(name).with_extension("ddsl");
+    let path = root().join("xtask/bench").join(name).with_extension("ddsl");
     let programs = network(&path, middleware, profile, builds, |_| true)?;
     programs
         .try_into()
@@ -84,7 +84,7 @@ pub(crate) fn build_for_tests() -> Result<(), Failure> {
 
 /// Builds the component of the interoperability tests for ROS 2; its own middleware is DDS.
 pub(crate) fn build_interop(profile: Profile) -> Result<PathBuf, Failure> {
-    let path = root().join("middleware/interop/interop.ddsl");
+    let path = root().join("components/interop/interop.ddsl");
     // Programs of the tests are its providers.
     let is_error = |found: &Diagnostic| found.code != "no-provider";
     let programs = network(&path, Middleware::Ros2, profile, true, is_error)?;

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 /// The generated description, for the types of its slots.
 const DESCRIPTION: &str =
-    include_str!("../../../../middleware/interop/generated/src/description.rs");
+    include_str!("../../../../components/interop/generated/src/description.rs");
 /// The slot that is called.
 const SLOT: &str = "Interop";
 

@@ -11,7 +11,7 @@ use std::process::{Child, Command, Stdio};
 
 const IDSL: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/../middleware/interop/Interop.idsl"
+    "/../components/interop/Interop.idsl"
 );
 
 /// An installed ROS 2, and a domain.

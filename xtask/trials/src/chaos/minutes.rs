@@ -152,7 +152,7 @@ fn describe(ground: &Ground) -> Result<(), Failure> {
         "{system}        middleware dds {{ domain {}; interfaces \"lo\"; multicast off; peers \"127.0.0.1\"; }};\n",
         hostile::DOMAIN
     );
-    let folder = root().canonicalize()?.join("middleware/interop");
+    let folder = root().canonicalize()?.join("components/interop");
     text.component_of(&folder, "interop", "interop", &dds);
     for slot in ["Oracle", "CameraDriver", "Reports", "Talk", "Orders"] {
         text.declare(&format!("external interop.{slot};"));

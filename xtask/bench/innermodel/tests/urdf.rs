@@ -139,7 +139,7 @@ fn a_robot_is_read_as_urdf_rs_reads_it() {
 /// Our exports are robots for `urdf-rs`, too.
 #[test]
 fn exported_scenes_are_read_as_urdf_rs_reads_them() {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../innermodel/scenes");
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../innermodel/scenes");
     for name in ["arm.xml", "robot.xml", "house.xml"] {
         let (document, _) =
             innermodel::read(&scenes.join(name), &Folders::default()).expect("a scene");

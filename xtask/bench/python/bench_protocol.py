@@ -1,4 +1,4 @@
-"""The protocol of `bench/protocol`, for programs in Python. One kind is added: `lend` is `place`
+"""The protocol of `xtask/bench/protocol`, for programs in Python. One kind is added: `lend` is `place`
 whose data are lent, sent and received, and neither written nor read."""
 
 import sys
