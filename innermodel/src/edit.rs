@@ -195,7 +195,7 @@ impl Edit {
         if node.id.is_empty() {
             return Err(Error::EmptyId);
         }
-        if self.next.ids.get(&node.id).is_some() {
+        if self.next.ids.get(node.id.as_str()).is_some() {
             return Err(Error::DuplicateId(foreign::clean(&node.id)));
         }
         check_pose(&node.id, &node.pose)?;
@@ -293,7 +293,7 @@ impl Edit {
         self.detach(place)?;
         for place in &places {
             let (_, id) = self.kind(*place)?;
-            self.next.ids.remove(&id);
+            self.next.ids.remove(&*id);
             let free = std::mem::replace(&mut self.next.free, *place);
             let link = self.changed(*place)?;
             link.generation = link.generation.wrapping_add(1);

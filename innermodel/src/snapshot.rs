@@ -2,11 +2,10 @@
 
 use crate::cache::Cache;
 use crate::error::Error;
-use crate::ids::Ids;
 use crate::link::{Data, Link, NONE, NodeId, TOP};
-use crate::pages::Pages;
 use crate::transform::Transform;
 use crate::{Point, Time, Vector};
+use graph_pages::{Ids, Pages};
 use innermodel_language::model::{self, Kind, Pose};
 use nalgebra::Matrix4;
 use std::collections::BTreeMap;
@@ -22,7 +21,7 @@ pub struct Snapshot {
     pub(crate) time: Time,
     pub(crate) links: Pages<Link>,
     pub(crate) data: Pages<Option<Arc<Data>>>,
-    pub(crate) ids: Ids,
+    pub(crate) ids: Ids<Arc<str>>,
     /// The first free place.
     pub(crate) free: u32,
     pub(crate) count: usize,
@@ -45,7 +44,7 @@ impl<T: sealed::Key> Key for T {}
 impl sealed::Key for &str {
     #[inline]
     fn place(&self, snapshot: &Snapshot) -> Result<u32, Error> {
-        let place = snapshot.ids.get(self);
+        let place = snapshot.ids.get(*self);
         place.ok_or_else(|| Error::unknown(self, snapshot.nodes().map(|node| node.id())))
     }
 }

@@ -7,10 +7,11 @@
 
 use std::sync::Arc;
 
-/// How many items a page at the bottom has, and how many pages each page above: powers of two.
+/// How many items a page at the bottom has: a power of two.
 const LEAF: usize = 1 << LEAF_BITS;
 const LEAF_BITS: u32 = 3;
-const BRANCH_BITS: u32 = 3;
+/// The usual number of pages of a page above the bottom, as a power of two.
+const BRANCH: u32 = 3;
 /// How many changed pages stand beside the tree.
 const RECENT: usize = 8;
 
@@ -46,8 +47,11 @@ impl<T> Clone for Recent<T> {
 }
 
 /// A vector whose clone costs a few counts.
+///
+/// A page above the bottom has 2^B pages. A wider tree is read faster; the first change of a page
+/// that was not changed recently costs more.
 #[derive(Debug)]
-pub(crate) struct Pages<T> {
+pub struct Pages<T, const B: u32 = BRANCH> {
     root: Page<T>,
     /// How many bits of an index tell items of one page below the root apart; 0 for a leaf.
     bits: u32,
@@ -56,7 +60,7 @@ pub(crate) struct Pages<T> {
     recent: [Option<Recent<T>>; RECENT],
 }
 
-impl<T> Clone for Pages<T> {
+impl<T, const B: u32> Clone for Pages<T, B> {
     fn clone(&self) -> Self {
         Self {
             root: self.root.clone(),
@@ -67,8 +71,15 @@ impl<T> Clone for Pages<T> {
     }
 }
 
-impl<T: Clone> Pages<T> {
-    pub(crate) fn new() -> Self {
+impl<T: Clone, const B: u32> Default for Pages<T, B> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Clone, const B: u32> Pages<T, B> {
+    /// An empty vector.
+    pub fn new() -> Self {
         Self {
             root: Page::Leaf(Arc::new([])),
             bits: 0,
@@ -77,12 +88,19 @@ impl<T: Clone> Pages<T> {
         }
     }
 
-    pub(crate) fn len(&self) -> usize {
+    /// How many items there are.
+    pub fn len(&self) -> usize {
         self.len
     }
 
+    /// Whether there is no item.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// The item at a place.
     #[inline]
-    pub(crate) fn get(&self, index: usize) -> Option<&T> {
+    pub fn get(&self, index: usize) -> Option<&T> {
         self.leaf(index / LEAF)?.get(index % LEAF)
     }
 
@@ -106,14 +124,14 @@ impl<T: Clone> Pages<T> {
                 Page::Branch(pages) => {
                     page = pages.get(index >> bits)?;
                     index &= (1 << bits) - 1;
-                    bits = lower(bits);
+                    bits = lower::<B>(bits);
                 }
             }
         }
     }
 
     /// The item for a change. Copies what an earlier version shares.
-    pub(crate) fn get_mut(&mut self, index: usize) -> Option<&mut T> {
+    pub fn get_mut(&mut self, index: usize) -> Option<&mut T> {
         if index >= self.len {
             return None;
         }
@@ -150,7 +168,7 @@ impl<T: Clone> Pages<T> {
                     };
                     page = below;
                     index &= (1 << bits) - 1;
-                    bits = lower(bits);
+                    bits = lower::<B>(bits);
                 }
             }
         }
@@ -167,7 +185,7 @@ impl<T: Clone> Pages<T> {
                 Page::Branch(pages) => {
                     page = Arc::make_mut(pages).get_mut(index >> bits)?;
                     index &= (1 << bits) - 1;
-                    bits = lower(bits);
+                    bits = lower::<B>(bits);
                 }
             }
         }
@@ -182,29 +200,30 @@ impl<T: Clone> Pages<T> {
         }
     }
 
-    pub(crate) fn push(&mut self, item: T) {
+    /// Adds an item at the end.
+    pub fn push(&mut self, item: T) {
         let leaf = self.len / LEAF;
         if matches!(&self.recent[leaf % RECENT], Some(recent) if recent.leaf == leaf) {
             self.put_back(leaf % RECENT);
         }
-        let above = higher(self.bits);
+        let above = higher::<B>(self.bits);
         if self.len == 1 << above {
             self.root = Page::Branch(Arc::new([self.root.clone()]));
             self.bits = above;
         }
-        append(&mut self.root, self.bits, self.len, item);
+        append::<T, B>(&mut self.root, self.bits, self.len, item);
         self.len += 1;
     }
 
     /// Calls `f` with the places where this vector differs from `older`, in ascending order. Pages
     /// that both share are not looked at.
-    pub(crate) fn differences(&self, older: &Self, f: &mut dyn FnMut(usize)) {
+    pub fn differences(&self, older: &Self, f: &mut dyn FnMut(usize)) {
         if self.bits != older.bits {
             // One has a level more: the lower one is its first page.
             return (0..self.len.max(older.len)).for_each(f);
         }
         let mut leaves = Vec::new();
-        compare(&self.root, &older.root, self.bits, 0, &mut leaves);
+        compare::<T, B>(&self.root, &older.root, self.bits, 0, &mut leaves);
         let recent = self.recent.iter().chain(&older.recent);
         leaves.extend(recent.flatten().map(|recent| recent.leaf));
         leaves.sort_unstable();
@@ -221,24 +240,16 @@ impl<T: Clone> Pages<T> {
 }
 
 /// The bits of an index, one level further down.
-fn lower(bits: u32) -> u32 {
-    if bits == LEAF_BITS {
-        0
-    } else {
-        bits - BRANCH_BITS
-    }
+fn lower<const B: u32>(bits: u32) -> u32 {
+    if bits == LEAF_BITS { 0 } else { bits - B }
 }
 
 /// The bits of an index, one level further up.
-fn higher(bits: u32) -> u32 {
-    if bits == 0 {
-        LEAF_BITS
-    } else {
-        bits + BRANCH_BITS
-    }
+fn higher<const B: u32>(bits: u32) -> u32 {
+    if bits == 0 { LEAF_BITS } else { bits + B }
 }
 
-fn append<T: Clone>(page: &mut Page<T>, bits: u32, index: usize, item: T) {
+fn append<T: Clone, const B: u32>(page: &mut Page<T>, bits: u32, index: usize, item: T) {
     match page {
         Page::Leaf(items) => *items = longer(items, item),
         Page::Branch(pages) => {
@@ -251,7 +262,7 @@ fn append<T: Clone>(page: &mut Page<T>, bits: u32, index: usize, item: T) {
             }
             let pages = Arc::make_mut(pages);
             let rest = index & ((1 << bits) - 1);
-            append(&mut pages[index >> bits], lower(bits), rest, item);
+            append::<T, B>(&mut pages[index >> bits], lower::<B>(bits), rest, item);
         }
     }
 }
@@ -262,7 +273,13 @@ fn longer<T: Clone>(items: &Arc<[T]>, item: T) -> Arc<[T]> {
 }
 
 /// Collects the numbers of the leaves that two trees do not share.
-fn compare<T>(new: &Page<T>, old: &Page<T>, bits: u32, start: usize, leaves: &mut Vec<usize>) {
+fn compare<T, const B: u32>(
+    new: &Page<T>,
+    old: &Page<T>,
+    bits: u32,
+    start: usize,
+    leaves: &mut Vec<usize>,
+) {
     match (new, old) {
         (Page::Leaf(a), Page::Leaf(b)) if Arc::ptr_eq(a, b) => {}
         (Page::Branch(a), Page::Branch(b)) => {
@@ -270,26 +287,32 @@ fn compare<T>(new: &Page<T>, old: &Page<T>, bits: u32, start: usize, leaves: &mu
                 return;
             }
             for (at, pair) in a.iter().zip(b.iter()).enumerate() {
-                compare(pair.0, pair.1, lower(bits), start + (at << bits), leaves);
+                compare::<T, B>(
+                    pair.0,
+                    pair.1,
+                    lower::<B>(bits),
+                    start + (at << bits),
+                    leaves,
+                );
             }
             let longer = if a.len() > b.len() { a } else { b };
             for (at, page) in longer.iter().enumerate().skip(a.len().min(b.len())) {
-                each(page, lower(bits), start + (at << bits), leaves);
+                each::<T, B>(page, lower::<B>(bits), start + (at << bits), leaves);
             }
         }
         _ => {
-            each(new, bits, start, leaves);
-            each(old, bits, start, leaves);
+            each::<T, B>(new, bits, start, leaves);
+            each::<T, B>(old, bits, start, leaves);
         }
     }
 }
 
-fn each<T>(page: &Page<T>, bits: u32, start: usize, leaves: &mut Vec<usize>) {
+fn each<T, const B: u32>(page: &Page<T>, bits: u32, start: usize, leaves: &mut Vec<usize>) {
     match page {
         Page::Leaf(_) => leaves.push(start / LEAF),
         Page::Branch(pages) => {
             for (at, page) in pages.iter().enumerate() {
-                each(page, lower(bits), start + (at << bits), leaves);
+                each::<T, B>(page, lower::<B>(bits), start + (at << bits), leaves);
             }
         }
     }
@@ -301,7 +324,7 @@ mod tests {
 
     #[test]
     fn versions_keep_their_items() {
-        let mut pages = Pages::new();
+        let mut pages: Pages<usize> = Pages::new();
         let mut versions = Vec::new();
         for number in 0..3000_usize {
             pages.push(number);
@@ -323,7 +346,7 @@ mod tests {
 
     #[test]
     fn differences_are_those_of_changed_pages() {
-        let mut pages = Pages::new();
+        let mut pages: Pages<usize> = Pages::new();
         (0..1000_usize).for_each(|number| pages.push(number));
         let before = pages.clone();
         let mut seen = Vec::new();
@@ -340,7 +363,7 @@ mod tests {
 
     #[test]
     fn random_changes_of_versions_are_those_of_a_plain_vector() {
-        let mut pages = Pages::new();
+        let mut pages: Pages<usize> = Pages::new();
         let mut plain = Vec::new();
         let mut versions = vec![(pages.clone(), plain.clone())];
         let mut seed = 1_usize;
@@ -379,7 +402,7 @@ mod tests {
 
     #[test]
     fn a_change_of_a_recent_page_copies_no_other_page() {
-        let mut pages = Pages::new();
+        let mut pages: Pages<usize> = Pages::new();
         (0..10_000_usize).for_each(|number| pages.push(number));
         let first = pages.clone();
         *pages.get_mut(5000).expect("an item") = 0;

@@ -1,6 +1,7 @@
 //! The map from ids to places, shared with earlier versions as far as it did not change.
 
-use std::hash::{BuildHasher, RandomState};
+use std::borrow::Borrow;
+use std::hash::{BuildHasher, Hash, RandomState};
 use std::sync::Arc;
 
 /// How many ids a bucket holds before it is split.
@@ -8,19 +9,27 @@ const BUCKET: usize = 8;
 const BITS: u32 = 4;
 
 #[derive(Clone, Debug)]
-enum Page {
-    Bucket(Vec<(u64, Arc<str>, u32)>),
-    Branch([Option<Arc<Page>>; 1 << BITS]),
+enum Page<K> {
+    Bucket(Vec<(u64, K, u32)>),
+    Branch([Option<Arc<Page<K>>>; 1 << BITS]),
 }
 
+/// A map from ids to places. A clone costs one count.
 #[derive(Clone, Debug)]
-pub(crate) struct Ids {
-    root: Option<Arc<Page>>,
+pub struct Ids<K> {
+    root: Option<Arc<Page<K>>>,
     hash: RandomState,
 }
 
-impl Ids {
-    pub(crate) fn new() -> Self {
+impl<K: Clone + Eq + Hash> Default for Ids<K> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<K: Clone + Eq + Hash> Ids<K> {
+    /// An empty map.
+    pub fn new() -> Self {
         Self {
             root: None,
             hash: RandomState::new(),
@@ -28,7 +37,10 @@ impl Ids {
     }
 
     /// The place of an id.
-    pub(crate) fn get(&self, id: &str) -> Option<u32> {
+    pub fn get<Q: Eq + Hash + ?Sized>(&self, id: &Q) -> Option<u32>
+    where
+        K: Borrow<Q>,
+    {
         let hash = self.hash.hash_one(id);
         let mut page = self.root.as_deref()?;
         let mut shift = 0;
@@ -36,7 +48,7 @@ impl Ids {
             match page {
                 Page::Bucket(items) => {
                     let mut items = items.iter();
-                    let found = items.find(|(h, known, _)| *h == hash && **known == *id);
+                    let found = items.find(|(h, known, _)| *h == hash && known.borrow() == id);
                     return found.map(|(_, _, place)| *place);
                 }
                 Page::Branch(pages) => {
@@ -48,19 +60,23 @@ impl Ids {
     }
 
     /// Adds an id that is not there yet.
-    pub(crate) fn insert(&mut self, id: Arc<str>, place: u32) {
-        let hash = self.hash.hash_one(&*id);
+    pub fn insert(&mut self, id: K, place: u32) {
+        let hash = self.hash.hash_one(&id);
         insert(&mut self.root, (hash, id, place), 0);
     }
 
-    pub(crate) fn remove(&mut self, id: &str) {
+    /// Removes an id, if it is there.
+    pub fn remove<Q: Eq + Hash + ?Sized>(&mut self, id: &Q)
+    where
+        K: Borrow<Q>,
+    {
         let hash = self.hash.hash_one(id);
         let mut page = &mut self.root;
         let mut shift = 0;
         while let Some(here) = page {
             match Arc::make_mut(here) {
                 Page::Bucket(items) => {
-                    items.retain(|(h, known, _)| *h != hash || **known != *id);
+                    items.retain(|(h, known, _)| *h != hash || known.borrow() != id);
                     return;
                 }
                 Page::Branch(pages) => page = &mut pages[slot(hash, shift)],
@@ -74,7 +90,7 @@ fn slot(hash: u64, shift: u32) -> usize {
     (hash >> shift) as usize % (1 << BITS)
 }
 
-fn insert(page: &mut Option<Arc<Page>>, item: (u64, Arc<str>, u32), shift: u32) {
+fn insert<K: Clone>(page: &mut Option<Arc<Page<K>>>, item: (u64, K, u32), shift: u32) {
     let Some(here) = page else {
         *page = Some(Arc::new(Page::Bucket(vec![item])));
         return;
@@ -84,7 +100,7 @@ fn insert(page: &mut Option<Arc<Page>>, item: (u64, Arc<str>, u32), shift: u32) 
         // Ids of one hash share a bucket, however many they are.
         Page::Bucket(items) if items.len() < BUCKET || shift >= u64::BITS => items.push(item),
         Page::Bucket(items) => {
-            let mut pages: [Option<Arc<Page>>; 1 << BITS] = Default::default();
+            let mut pages: [Option<Arc<Page<K>>>; 1 << BITS] = Default::default();
             for old in items.drain(..).chain([item]) {
                 let at = slot(old.0, shift);
                 insert(&mut pages[at], old, shift + BITS);
@@ -101,19 +117,23 @@ fn insert(page: &mut Option<Arc<Page>>, item: (u64, Arc<str>, u32), shift: u32) 
 #[cfg(test)]
 mod tests {
     use super::Ids;
+    use std::sync::Arc;
 
     #[test]
     fn ids_come_and_go() {
-        let mut ids = Ids::new();
+        let mut ids: Ids<Arc<str>> = Ids::new();
         let name = |number: u32| format!("node{number}");
         (0..5000).for_each(|number| ids.insert(name(number).into(), number));
         let before = ids.clone();
         (0..5000)
             .step_by(2)
-            .for_each(|number| ids.remove(&name(number)));
+            .for_each(|number| ids.remove(name(number).as_str()));
         for number in 0..5000 {
-            assert_eq!(before.get(&name(number)), Some(number));
-            assert_eq!(ids.get(&name(number)), (number % 2 == 1).then_some(number));
+            assert_eq!(before.get(name(number).as_str()), Some(number));
+            assert_eq!(
+                ids.get(name(number).as_str()),
+                (number % 2 == 1).then_some(number)
+            );
         }
         ids.remove("nothing");
         assert_eq!(ids.get("nothing"), None);
