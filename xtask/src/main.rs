@@ -4,18 +4,19 @@
 
 mod install;
 mod mutants;
+mod report;
+mod testing;
 mod timings;
 
 use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Command, ExitCode, ExitStatus, Stdio};
-use timings::Timings;
+use std::process::{Command, ExitCode, ExitStatus};
 
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let outcome = match args[..] {
-        ["test", ref rest @ ..] => test(rest),
+        ["test", ref rest @ ..] => testing::run(rest),
         ["install", ref rest @ ..] => install::install(rest),
         ["uninstall", ref rest @ ..] => install::uninstall(rest),
         ["mutants", ref rest @ ..] => mutants::run(rest),
@@ -47,80 +48,6 @@ fn trials(args: &[&str]) -> ExitCode {
     ExitCode::from(3)
 }
 
-/// Builds all programs, of which tests start many, then runs every test of the workspace. Both
-/// select the whole workspace: dependencies have the same features then, and are compiled once.
-fn test(rest: &[&str]) -> Result<(), String> {
-    cargo(&["build", "--workspace", "--bins"])?;
-    cargo(&["run", "--quiet", "--bin", "trials", "--", "variants"])?;
-    let timed = rest.contains(&"--timings");
-    let rest: Vec<&str> = rest.iter().copied().filter(|a| *a != "--timings").collect();
-    let mut test = vec!["test", "--workspace", "--no-fail-fast"];
-    test.extend(&rest);
-    let threads = threads().to_string();
-    let list = std::env::temp_dir().join(format!("rc-skipped-{}", std::process::id()));
-    let environment = [
-        ("RC_TEST_SKIPPED", &*list.to_string_lossy()),
-        ("RUST_TEST_THREADS", &threads),
-    ];
-    let mut tested = if timed {
-        cargo_timed(&test, &environment)
-    } else {
-        cargo_with(&test, &environment)
-    };
-    let mut skipped = String::new();
-    if rest.is_empty() {
-        match miri() {
-            Ok(outcome) => tested = tested.and(outcome),
-            Err(why) => skipped = format!("skipped: values in place under Miri: {why}\n"),
-        }
-    }
-    // The end of the output is the place where a skipped test is noticed.
-    print!(
-        "{}{skipped}",
-        std::fs::read_to_string(&list).unwrap_or_default()
-    );
-    let _ = std::fs::remove_file(&list);
-    tested
-}
-
-/// How many tests of a program run at a time: two a processor, because most of the time they wait
-/// for processes that they have started.
-fn threads() -> usize {
-    let chosen = std::env::var("RUST_TEST_THREADS").ok();
-    let chosen = chosen.and_then(|count| count.parse().ok());
-    chosen.unwrap_or_else(|| 2 * std::thread::available_parallelism().map_or(1, usize::from))
-}
-
-/// Reads hostile images under Miri, which detects undefined behaviour. The outer error is the
-/// reason why Miri cannot be installed.
-fn miri() -> Result<Result<(), String>, String> {
-    let run = |program: &str, args: &[&str]| {
-        println!("+ {program} {}", args.join(" "));
-        let status = Command::new(program).args(args).status();
-        status.map_err(|e| format!("{program} cannot be started: {e}"))
-    };
-    let works =
-        |program: &str, args: &[&str]| run(program, args).is_ok_and(|status| status.success());
-    if !works("cargo", &["+nightly", "miri", "--version"]) {
-        // A toolchain that is there stays the version that it is.
-        let install = if works("cargo", &["+nightly", "--version"]) {
-            "component add --toolchain nightly miri rust-src"
-        } else {
-            "toolchain install nightly --profile minimal --component miri,rust-src --no-self-update"
-        };
-        if !run("rustup", &install.split(' ').collect::<Vec<_>>())?.success() {
-            return Err(format!("rustup {install} failed"));
-        }
-    }
-    let test = "+nightly miri test -q -p rc-runtime --test in_place";
-    let status = run("cargo", &test.split(' ').collect::<Vec<_>>())?;
-    Ok(if status.success() {
-        Ok(())
-    } else {
-        Err(format!("cargo {test} failed"))
-    })
-}
-
 /// Reads random texts of every language for `seconds`. The clock seeds each run.
 fn fuzz(seconds: &str) -> Result<(), String> {
     let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
@@ -142,25 +69,6 @@ fn cargo(args: &[&str]) -> Result<(), String> {
 
 fn cargo_with(args: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
     let status = cargo_command(args, environment).status();
-    outcome(args, status)
-}
-
-/// Runs tests with cargo, and prints the twenty slowest ones at the end.
-fn cargo_timed(args: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
-    let mut timings = Timings::new(threads());
-    let child = cargo_command(args, environment)
-        .stdout(Stdio::piped())
-        .spawn();
-    let status = child.and_then(|mut child| {
-        if let Some(output) = child.stdout.take() {
-            timings.follow(output);
-        }
-        child.wait()
-    });
-    println!("the slowest tests:");
-    for timing in timings.slowest(20) {
-        println!("{:8.1} s  {}", timing.took.as_secs_f64(), timing.name);
-    }
     outcome(args, status)
 }
 

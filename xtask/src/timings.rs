@@ -5,8 +5,7 @@
 //! ends. So the start of each test is known: it is that of the program, or the end of an earlier
 //! test.
 
-use std::io::{BufRead, BufReader, Read};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// One test that has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,18 +34,8 @@ impl Timings {
         }
     }
 
-    /// Prints `output` line by line, and records when each test ends.
-    pub(crate) fn follow(&mut self, output: impl Read) {
-        let start = Instant::now();
-        for line in BufReader::new(output).split(b'\n').map_while(Result::ok) {
-            let line = String::from_utf8_lossy(&line);
-            println!("{line}");
-            self.note(&line, start.elapsed());
-        }
-        self.finish();
-    }
-
-    fn note(&mut self, line: &str, now: Duration) {
+    /// Reads a line that the harness prints `now`.
+    pub(crate) fn note(&mut self, line: &str, now: Duration) {
         if line.starts_with("running ") && line.contains(" test") {
             self.finish();
             self.began = now;
@@ -60,7 +49,7 @@ impl Timings {
     }
 
     /// Ends a program, so that the order in which its tests began is known.
-    fn finish(&mut self) {
+    pub(crate) fn finish(&mut self) {
         let mut names: Vec<&String> = self.ended.iter().map(|(name, _)| name).collect();
         names.sort_unstable();
         for (name, end) in &self.ended {

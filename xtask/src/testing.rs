@@ -1,0 +1,225 @@
+//! `cargo xtask test`: all tests of the workspace. Failed tests run once more, alone.
+
+use crate::report::{Block, Report};
+use crate::timings::Timings;
+use crate::{cargo, cargo_command, outcome};
+use std::io::{BufRead, BufReader};
+use std::process::{Command, ExitStatus};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::time::{Duration, Instant};
+
+/// If more tests fail, none is repeated: that is no noise of a busy machine.
+const REPEATED: usize = 10;
+
+/// How long the output of a program may stay open after its end. A process that a test has left may
+/// hold it for ever.
+const LEFT_OPEN: Duration = Duration::from_secs(2);
+
+/// Builds all programs, of which tests start many, then runs every test of the workspace. Both
+/// select the whole workspace: dependencies have the same features then, and are compiled once.
+pub(crate) fn run(rest: &[&str]) -> Result<(), String> {
+    cargo(&["build", "--workspace", "--bins"])?;
+    cargo(&["run", "--quiet", "--bin", "trials", "--", "variants"])?;
+    let timed = rest.contains(&"--timings");
+    let rest: Vec<&str> = rest.iter().copied().filter(|a| *a != "--timings").collect();
+    let mut test = vec!["test", "--workspace", "--no-fail-fast"];
+    test.extend(&rest);
+    let threads = threads();
+    let list = std::env::temp_dir().join(format!("rc-skipped-{}", std::process::id()));
+    let skipped_list = ("RC_TEST_SKIPPED", &*list.to_string_lossy());
+    let mut timings = Timings::new(threads);
+    let (status, report) = follow(
+        &test,
+        &[skipped_list, ("RUST_TEST_THREADS", &threads.to_string())],
+        &mut timings,
+    );
+    if timed {
+        println!("the slowest tests:");
+        for timing in timings.slowest(20) {
+            println!("{:8.1} s  {}", timing.took.as_secs_f64(), timing.name);
+        }
+    }
+    let mut unsteady = Vec::new();
+    let mut tested = outcome(&test, status);
+    if tested.is_err() {
+        let environment = [skipped_list, ("RUST_TEST_THREADS", "1")];
+        let passed = repeat(&report, |block| {
+            follow(&again(block, &rest), &environment, &mut Timings::new(1)).1
+        });
+        match passed {
+            Ok(passed) => (unsteady, tested) = (passed, Ok(())),
+            Err(lines) => unsteady = lines,
+        }
+    }
+    let mut skipped = String::new();
+    if rest.is_empty() {
+        match miri() {
+            Ok(outcome) => tested = tested.and(outcome),
+            Err(why) => skipped = format!("skipped: values in place under Miri: {why}\n"),
+        }
+    }
+    // The end of the output is the place where a skipped or an unsteady test is noticed.
+    print!(
+        "{}{skipped}",
+        std::fs::read_to_string(&list).unwrap_or_default()
+    );
+    let _ = std::fs::remove_file(&list);
+    for line in unsteady {
+        println!("{line}");
+    }
+    tested
+}
+
+/// Repeats the failed tests of a run with `run_again`, which runs those of one target. Each test
+/// gets a line. If all of them pass now and nothing else failed, the run passes.
+fn repeat(
+    report: &Report,
+    mut run_again: impl FnMut(&Block) -> Report,
+) -> Result<Vec<String>, Vec<String>> {
+    let failed = report.failed();
+    let failed = failed.map_err(|why| vec![format!("not repeated: {why}")])?;
+    let count: usize = failed.iter().map(|block| block.failed.len()).sum();
+    if count > REPEATED {
+        let line = format!("not repeated: {count} tests failed, more than {REPEATED}");
+        return Err(vec![line]);
+    }
+    let mut lines = Vec::new();
+    let mut mended = true;
+    for block in failed {
+        let target = block.rerun.as_deref().unwrap_or_default();
+        if let Some(doubt) = block.doubt {
+            lines.push(format!("not repeated: {target}: {doubt}"));
+            mended = false;
+            continue;
+        }
+        let second = run_again(block);
+        for test in &block.failed {
+            let passed = second.mends(block, test);
+            let what = if passed { "unsteady" } else { "failed twice" };
+            lines.push(format!("{what}: {target} {test}"));
+            mended &= passed;
+        }
+    }
+    if mended { Ok(lines) } else { Err(lines) }
+}
+
+/// The arguments of cargo that run the failed tests of a target again, after a run with `rest`.
+///
+/// They select the whole workspace again. Another selection has other features, so cargo would
+/// compile dependencies, and replace programs. Equally named targets of other packages run tests of
+/// the same names, too, which does no harm.
+fn again<'a>(block: &'a Block, rest: &[&'a str]) -> Vec<&'a str> {
+    let (cargo, harness) = match rest.iter().position(|argument| *argument == "--") {
+        Some(at) => (&rest[..at], &rest[at + 1..]),
+        None => (rest, &rest[..0]),
+    };
+    let mut arguments = vec!["test", "--workspace", "--no-fail-fast"];
+    arguments.extend(cargo);
+    let target = block.rerun.as_deref().unwrap_or_default();
+    let mut target = target.split(' ');
+    // The harness refuses an option that it has already.
+    if target.next() == Some("-p") {
+        target.next();
+    }
+    arguments.extend(target);
+    arguments.extend(["--", "--exact"]);
+    let mut harness = harness.iter();
+    while let Some(argument) = harness.next() {
+        if *argument == "--test-threads" {
+            harness.next();
+        } else if *argument != "--exact" && !argument.starts_with("--test-threads=") {
+            arguments.push(argument);
+        }
+    }
+    arguments.extend(block.failed.iter().map(String::as_str));
+    arguments
+}
+
+/// Runs tests with cargo, prints its output as it comes, and reads it.
+fn follow(
+    arguments: &[&str],
+    environment: &[(&str, &str)],
+    timings: &mut Timings,
+) -> (std::io::Result<ExitStatus>, Report) {
+    let mut report = Report::default();
+    let start = Instant::now();
+    let status = lines(cargo_command(arguments, environment), |line| {
+        println!("{line}");
+        timings.note(line, start.elapsed());
+        report.note(line);
+    });
+    timings.finish();
+    (status, report)
+}
+
+/// Runs `command`, and gives `line` each line of its output and of its errors, in one order.
+fn lines(mut command: Command, mut line: impl FnMut(&str)) -> std::io::Result<ExitStatus> {
+    let (output, writer) = std::io::pipe()?;
+    command.stdout(writer.try_clone()?).stderr(writer);
+    let mut child = command.spawn()?;
+    // It has the other ends of the pipe.
+    drop(command);
+    let (sender, receiver) = sync_channel(64);
+    std::thread::spawn(move || {
+        let lines = BufReader::new(output).split(b'\n').map_while(Result::ok);
+        for line in lines {
+            if sender.send(line).is_err() {
+                break;
+            }
+        }
+    });
+    let mut ended: Option<(ExitStatus, Instant)> = None;
+    loop {
+        match receiver.recv_timeout(Duration::from_millis(200)) {
+            Ok(bytes) => line(&String::from_utf8_lossy(&bytes)),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return child.wait(),
+        }
+        match ended {
+            None => ended = child.try_wait()?.map(|status| (status, Instant::now())),
+            Some((status, at)) if at.elapsed() > LEFT_OPEN => return Ok(status),
+            Some(_) => {}
+        }
+    }
+}
+
+/// How many tests of a program run at a time: two a processor, because most of the time they wait
+/// for processes that they have started.
+fn threads() -> usize {
+    let chosen = std::env::var("RUST_TEST_THREADS").ok();
+    let chosen = chosen.and_then(|count| count.parse().ok());
+    chosen.unwrap_or_else(|| 2 * std::thread::available_parallelism().map_or(1, usize::from))
+}
+
+/// Reads hostile images under Miri, which detects undefined behaviour. The outer error is the
+/// reason why Miri cannot be installed.
+fn miri() -> Result<Result<(), String>, String> {
+    let run = |program: &str, args: &[&str]| {
+        println!("+ {program} {}", args.join(" "));
+        let status = Command::new(program).args(args).status();
+        status.map_err(|e| format!("{program} cannot be started: {e}"))
+    };
+    let works =
+        |program: &str, args: &[&str]| run(program, args).is_ok_and(|status| status.success());
+    if !works("cargo", &["+nightly", "miri", "--version"]) {
+        // A toolchain that is there stays the version that it is.
+        let install = if works("cargo", &["+nightly", "--version"]) {
+            "component add --toolchain nightly miri rust-src"
+        } else {
+            "toolchain install nightly --profile minimal --component miri,rust-src --no-self-update"
+        };
+        if !run("rustup", &install.split(' ').collect::<Vec<_>>())?.success() {
+            return Err(format!("rustup {install} failed"));
+        }
+    }
+    let test = "+nightly miri test -q -p rc-runtime --test in_place";
+    let status = run("cargo", &test.split(' ').collect::<Vec<_>>())?;
+    Ok(if status.success() {
+        Ok(())
+    } else {
+        Err(format!("cargo {test} failed"))
+    })
+}
+
+#[cfg(test)]
+mod tests;
