@@ -1,0 +1,267 @@
+//! What a property graph may hold: entities, relations with named ports, attributes with types,
+//! units and ranges. `graph-language` makes a [`Schema`] of `.gdsl` files, the store checks changes
+//! against it, queries are checked against it before they run.
+
+use std::time::Duration;
+
+/// The types of a graph.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Schema {
+    /// Name of the domain that was loaded. Types of imported domains are among the types, too.
+    pub name: String,
+    /// Whether the graph may have types and attributes that are not declared.
+    pub open: bool,
+    /// Types of nodes.
+    pub entities: Vec<Entity>,
+    /// Types of edges.
+    pub relations: Vec<Relation>,
+    /// Rules over relations.
+    pub rules: Vec<Rule>,
+    /// Queries with a name.
+    pub queries: Vec<Query>,
+}
+
+/// A type of nodes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Entity {
+    /// Name of the type.
+    pub name: String,
+    /// The domain that declares it.
+    pub domain: String,
+    /// The type whose attributes this one has, too, and whose ports accept it.
+    pub parent: Option<String>,
+    /// Attributes, inherited ones first.
+    pub attributes: Vec<Attribute>,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+}
+
+/// A type of edges.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Relation {
+    /// Name of the type.
+    pub name: String,
+    /// The domain that declares it.
+    pub domain: String,
+    /// The first port is where an edge starts, the second one is where it ends.
+    pub ports: Vec<Port>,
+    /// Attributes of an edge.
+    pub attributes: Vec<Attribute>,
+    /// What the edges form.
+    pub tree: Option<Tree>,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+}
+
+/// One end of a relation.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Port {
+    /// Name of the port.
+    pub name: String,
+    /// Type of its nodes.
+    pub entity: String,
+    /// How many edges of the relation each node has at this port, at least.
+    pub min: u32,
+    /// The most edges. `None` is any number.
+    pub max: Option<u32>,
+}
+
+/// A relation whose edges form a forest.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tree {
+    /// The port of the children: 0 or 1. A node is there in one edge at most.
+    pub child: usize,
+    /// The attributes with the pose of the child in its parent, if the relation has transforms.
+    pub pose: Option<PoseOf>,
+}
+
+/// The attributes that hold a pose.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PoseOf {
+    /// One attribute: x, y, z and the angles about x, y and z.
+    One(String),
+    /// One for the translation and one for the angles.
+    Two(String, String),
+}
+
+/// An attribute of a type.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attribute {
+    /// Name of the attribute.
+    pub name: String,
+    /// Type of its value.
+    pub kind: Kind,
+    /// Unit of its numbers.
+    pub unit: Option<String>,
+    /// The least and the greatest number.
+    pub range: Option<(f64, f64)>,
+    /// Whether an element may be without it.
+    pub optional: bool,
+    /// Whether no two elements of the type have the same value.
+    pub key: bool,
+    /// How long earlier values are kept.
+    pub history: Option<Duration>,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+}
+
+/// The type of a value.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Kind {
+    /// `bool`
+    Bool,
+    /// `int`: 64 bits.
+    Int,
+    /// `float`: 64 bits. An integer is accepted, too.
+    Float,
+    /// `string`
+    Text,
+    /// `bytes`: 64 KiB at most.
+    Bytes,
+    /// `{a, b}`: one of these texts.
+    Enum(Vec<String>),
+    /// `int[]`, or `int[N]`
+    Ints(Option<usize>),
+    /// `float[]`, or `float[N]`
+    Floats(Option<usize>),
+    /// `string[]`
+    Texts,
+}
+
+impl Kind {
+    /// The type as a schema names it.
+    pub fn text(&self) -> String {
+        let sized = |what: &str, count: &Option<usize>| match count {
+            Some(count) => format!("{what}[{count}]"),
+            None => format!("{what}[]"),
+        };
+        match self {
+            Self::Bool => "bool".to_owned(),
+            Self::Int => "int".to_owned(),
+            Self::Float => "float".to_owned(),
+            Self::Text => "string".to_owned(),
+            Self::Bytes => "bytes".to_owned(),
+            Self::Enum(words) => format!("{{{}}}", words.join(", ")),
+            Self::Ints(count) => sized("int", count),
+            Self::Floats(count) => sized("float", count),
+            Self::Texts => "string[]".to_owned(),
+        }
+    }
+}
+
+/// `require Object.mass <= Gripper.payload of Grasp "heavier than the payload";`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rule {
+    /// The relation whose edges must fulfil it.
+    pub relation: String,
+    /// Port and attribute on the left.
+    pub left: (usize, String),
+    /// The comparison.
+    pub comparison: Comparison,
+    /// Port and attribute on the right.
+    pub right: (usize, String),
+    /// What a violation means.
+    pub message: String,
+}
+
+/// How two numbers compare.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Comparison {
+    /// `<`
+    Less,
+    /// `<=`
+    LessOrEqual,
+    /// `>`
+    Greater,
+    /// `>=`
+    GreaterOrEqual,
+    /// `==`
+    Equal,
+    /// `!=`
+    NotEqual,
+}
+
+impl Comparison {
+    /// Whether `a` and `b` compare so.
+    pub fn holds(self, a: f64, b: f64) -> bool {
+        match self {
+            Self::Less => a < b,
+            Self::LessOrEqual => a <= b,
+            Self::Greater => a > b,
+            Self::GreaterOrEqual => a >= b,
+            Self::Equal => a == b,
+            Self::NotEqual => a != b,
+        }
+    }
+
+    /// The comparison as a schema writes it.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Less => "<",
+            Self::LessOrEqual => "<=",
+            Self::Greater => ">",
+            Self::GreaterOrEqual => ">=",
+            Self::Equal => "==",
+            Self::NotEqual => "!=",
+        }
+    }
+}
+
+/// A query with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Query {
+    /// Name of the query.
+    pub name: String,
+    /// Names and types of its parameters. A type is that of an attribute, or an entity.
+    pub parameters: Vec<(String, String)>,
+    /// The text, in openCypher.
+    pub text: String,
+}
+
+impl Schema {
+    /// A schema that allows everything.
+    pub fn anything() -> Self {
+        Self {
+            open: true,
+            ..Self::default()
+        }
+    }
+
+    /// A type of nodes.
+    pub fn entity(&self, name: &str) -> Option<&Entity> {
+        self.entities.iter().find(|entity| entity.name == name)
+    }
+
+    /// A type of edges.
+    pub fn relation(&self, name: &str) -> Option<&Relation> {
+        self.relations.iter().find(|relation| relation.name == name)
+    }
+
+    /// Whether `entity` is `wanted`, or inherits from it.
+    pub fn is_a(&self, entity: &str, wanted: &str) -> bool {
+        let mut here = Some(entity);
+        // An inheritance that goes round, which the language refuses, ends here, too.
+        for _ in 0..=self.entities.len() {
+            match here {
+                Some(name) if name == wanted => return true,
+                Some(name) => here = self.entity(name).and_then(|e| e.parent.as_deref()),
+                None => return false,
+            }
+        }
+        false
+    }
+}
+
+impl Entity {
+    /// An attribute.
+    pub fn attribute(&self, name: &str) -> Option<&Attribute> {
+        self.attributes.iter().find(|a| a.name == name)
+    }
+}
+
+impl Relation {
+    /// An attribute.
+    pub fn attribute(&self, name: &str) -> Option<&Attribute> {
+        self.attributes.iter().find(|a| a.name == name)
+    }
+}

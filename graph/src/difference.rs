@@ -1,0 +1,86 @@
+//! Differences between two versions.
+
+use crate::element::{EdgeId, Element, Id, NodeId};
+use crate::names::Symbol;
+use crate::snapshot::{Snapshot, value};
+
+/// One difference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// An edge is gone.
+    EdgeRemoved(EdgeId, Id),
+    /// A node is gone.
+    NodeRemoved(NodeId, Id),
+    /// A node is new.
+    NodeAdded(NodeId),
+    /// An edge is new. Its nodes come before it.
+    EdgeAdded(EdgeId),
+    /// An attribute of an element has another value, or none now.
+    Attribute(Element, Symbol),
+}
+
+impl Snapshot {
+    /// The differences from an older version of the same graph. The time it takes depends on the
+    /// changes, not on the size of the graph. Attributes of new elements are no differences of
+    /// their own.
+    pub fn since(&self, older: &Self) -> Vec<Change> {
+        let (mut nodes, mut edges) = (Vec::new(), Vec::new());
+        self.nodes.differences(&older.nodes, &mut |at| {
+            nodes.push(at as u32);
+        });
+        self.edges.differences(&older.edges, &mut |at| {
+            edges.push(at as u32);
+        });
+        let mut removed = Vec::new();
+        let mut added = Vec::new();
+        let mut changed = Vec::new();
+        let mut new_edges = Vec::new();
+        for at in edges {
+            let (new, old) = (self.edge_at(at), older.edge_at(at));
+            if new == old {
+                if let Some(edge) = new {
+                    self.attributes_since(older, edge.into(), &mut changed);
+                }
+                continue;
+            }
+            let gone = old.and_then(|old| Some((old, older.edges.get(at as usize)?.id)));
+            removed.extend(gone.map(|(edge, id)| Change::EdgeRemoved(edge, id)));
+            new_edges.extend(new.map(Change::EdgeAdded));
+        }
+        for at in nodes {
+            let (new, old) = (self.node_at(at), older.node_at(at));
+            if new == old {
+                if let Some(node) = new {
+                    self.attributes_since(older, node.into(), &mut changed);
+                }
+                continue;
+            }
+            let gone = old.and_then(|old| Some((old, older.nodes.get(at as usize)?.id)));
+            removed.extend(gone.map(|(node, id)| Change::NodeRemoved(node, id)));
+            added.extend(new.map(Change::NodeAdded));
+        }
+        removed.extend(added);
+        removed.extend(new_edges);
+        removed.extend(changed);
+        removed
+    }
+
+    fn attributes_since(&self, older: &Self, element: Element, changes: &mut Vec<Change>) {
+        let (Ok(new), Ok(old)) = (self.attributes(element), older.attributes(element)) else {
+            return;
+        };
+        let symbols = |attributes: &crate::element::Attributes| -> Vec<Symbol> {
+            let all = attributes.iter().flat_map(|all| all.iter());
+            all.map(|(symbol, _)| *symbol).collect()
+        };
+        let mut all = symbols(new);
+        all.extend(symbols(old));
+        all.sort_unstable();
+        all.dedup();
+        for symbol in all {
+            if value(new, symbol) != value(old, symbol) {
+                changes.push(Change::Attribute(element, symbol));
+            }
+        }
+    }
+}

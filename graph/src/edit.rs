@@ -1,0 +1,506 @@
+//! Changes, which become one new version together.
+
+use crate::element::{
+    Attributes, Edge, EdgeId, Element, Half, Halves, Id, NONE, Neighbours, Node, NodeId, Place,
+};
+use crate::error::Error;
+use crate::names::{Named, Symbol};
+use crate::snapshot::{OfType, Shape, Snapshot, value};
+use crate::value::{MOST_BYTES, Value};
+use rc_diagnostics::foreign;
+use std::sync::Arc;
+
+/// How many steps a change has at most.
+pub const MOST_STEPS: usize = 1 << 22;
+/// How many nodes a graph has at most, and how many edges.
+pub const MOST_ELEMENTS: usize = 1 << 28;
+
+/// Changes of a graph. Readers see all of them at once, or none.
+#[derive(Debug)]
+pub struct Edit {
+    pub(crate) next: Snapshot,
+    /// Elements that were added or changed, some of them several times.
+    pub(crate) touched: Vec<Element>,
+    /// Nodes whose place in the tree of frames may be another one.
+    pub(crate) moved: Vec<NodeId>,
+    /// Nodes that lost an edge.
+    pub(crate) bared: Vec<NodeId>,
+    /// Nodes of the tree that are gone.
+    pub(crate) fallen: Vec<innermodel::NodeId>,
+    /// Whether a key may be another one.
+    pub(crate) keyed: Vec<u32>,
+    /// Values of attributes that keep their history.
+    pub(crate) kept: Vec<(Element, Symbol)>,
+    steps: usize,
+}
+
+impl Edit {
+    pub(crate) fn new(next: Snapshot) -> Self {
+        Self {
+            next,
+            touched: Vec::new(),
+            moved: Vec::new(),
+            bared: Vec::new(),
+            fallen: Vec::new(),
+            keyed: Vec::new(),
+            kept: Vec::new(),
+            steps: 0,
+        }
+    }
+
+    /// The graph with the changes made so far. Keys are those from before the change.
+    pub fn snapshot(&self) -> &Snapshot {
+        &self.next
+    }
+
+    fn shape(&mut self) -> &mut Shape {
+        Arc::make_mut(&mut self.next.shape)
+    }
+
+    fn step(&mut self) -> Result<(), Error> {
+        self.steps += 1;
+        if self.steps > MOST_STEPS {
+            return Err(Error::TooLarge(MOST_STEPS));
+        }
+        Ok(())
+    }
+
+    fn touch(&mut self, element: Element) {
+        // Setting attributes of one element in turn is usual.
+        if self.touched.last() != Some(&element) {
+            self.touched.push(element);
+        }
+    }
+
+    fn name(&mut self, name: impl Named) -> Symbol {
+        if let Some(symbol) = self.next.symbol(name) {
+            return symbol;
+        }
+        let text = name.text(&self.next);
+        self.shape().names.add(&text)
+    }
+
+    /// The next id of this graph's writer.
+    fn fresh(&mut self) -> Id {
+        let shape = self.shape();
+        let id = Id::new(shape.writer, shape.next);
+        shape.next += 1;
+        id
+    }
+
+    fn claim(&mut self, id: Id) -> Result<(), Error> {
+        let shape = &self.next.shape;
+        if shape.node_ids.get(&id).is_some() || shape.edge_ids.get(&id).is_some() {
+            return Err(Error::DuplicateId(id.0));
+        }
+        let shape = self.shape();
+        if id.writer() == shape.writer && id.count() >= shape.next {
+            shape.next = id.count().saturating_add(1);
+        }
+        Ok(())
+    }
+
+    /// Adds a node.
+    pub fn add_node(&mut self, kind: impl Named) -> Result<NodeId, Error> {
+        let id = self.fresh();
+        self.add_node_as(id, kind)
+    }
+
+    /// Adds a node that another graph made, or a file.
+    pub fn add_node_as(&mut self, id: Id, kind: impl Named) -> Result<NodeId, Error> {
+        self.step()?;
+        self.claim(id)?;
+        let kind = self.name(kind);
+        if !self.next.types.schema.open && self.next.types.entity(kind).is_none() {
+            let known = self.next.types.schema.entities.iter();
+            let known = known.map(|entity| entity.name.as_str());
+            return Err(unknown_type("entity", self.next.text(kind), known));
+        }
+        let node = Node {
+            id,
+            attributes: None,
+            frame: None,
+        };
+        let first = self.list(kind)?.first;
+        let mut place = Place {
+            generation: 0,
+            kind,
+            out: Halves::NO,
+            in_: Halves::NO,
+            of_type: Neighbours {
+                previous: NONE,
+                next: first,
+            },
+            of_name: Neighbours::NO,
+        };
+        let free = self.next.shape.free_node;
+        let at = if free == NONE {
+            let shape = self.shape();
+            if shape.places.len() >= MOST_ELEMENTS {
+                return Err(Error::TooMany(MOST_ELEMENTS));
+            }
+            shape.places.push(place.clone());
+            self.next.nodes.push(node);
+            self.next.nodes.len() as u32 - 1
+        } else {
+            let here = self.place(free)?;
+            place.generation = here.generation.wrapping_add(1);
+            let after = here.of_type.next;
+            *here = place.clone();
+            self.shape().free_node = after;
+            if let Some(slot) = self.next.nodes.get_mut(free as usize) {
+                *slot = node;
+            }
+            free
+        };
+        if first != NONE {
+            self.place(first)?.of_type.previous = at;
+        }
+        let list = self.list(kind)?;
+        list.first = at;
+        list.count += 1;
+        let shape = self.shape();
+        shape.node_ids.insert(id, at);
+        shape.node_count += 1;
+        let node = NodeId {
+            place: at,
+            generation: place.generation,
+        };
+        self.touched.push(node.into());
+        Ok(node)
+    }
+
+    fn place(&mut self, at: u32) -> Result<&mut Place, Error> {
+        let place = self.shape().places.get_mut(at as usize);
+        place.ok_or(Error::Removed)
+    }
+
+    /// The list of the nodes of a type.
+    fn list(&mut self, kind: Symbol) -> Result<&mut OfType, Error> {
+        let lists = &mut self.shape().of_type;
+        while lists.len() <= kind.0 as usize {
+            lists.push(OfType {
+                first: NONE,
+                count: 0,
+            });
+        }
+        lists.get_mut(kind.0 as usize).ok_or(Error::Removed)
+    }
+
+    /// Adds an edge.
+    pub fn add_edge(
+        &mut self,
+        relation: impl Named,
+        from: NodeId,
+        to: NodeId,
+    ) -> Result<EdgeId, Error> {
+        let id = self.fresh();
+        self.add_edge_as(id, relation, from, to)
+    }
+
+    /// Adds an edge that another graph made, or a file.
+    pub fn add_edge_as(
+        &mut self,
+        id: Id,
+        relation: impl Named,
+        from: NodeId,
+        to: NodeId,
+    ) -> Result<EdgeId, Error> {
+        self.step()?;
+        self.next.place(from)?;
+        self.next.place(to)?;
+        self.claim(id)?;
+        let relation = self.name(relation);
+        if !self.next.types.schema.open && self.next.types.relation(relation).is_none() {
+            let known = self.next.types.schema.relations.iter();
+            let known = known.map(|relation| relation.name.as_str());
+            return Err(unknown_type("relation", self.next.text(relation), known));
+        }
+        let mut edge = Edge {
+            id,
+            attributes: None,
+            generation: 0,
+            relation,
+            from: from.place,
+            to: to.place,
+        };
+        let free = self.next.shape.free_edge;
+        let at = if free == NONE {
+            if self.next.edges.len() >= MOST_ELEMENTS {
+                return Err(Error::TooMany(MOST_ELEMENTS));
+            }
+            self.next.edges.push(edge.clone());
+            self.next.edges.len() as u32 - 1
+        } else {
+            let here = self.next.edges.get_mut(free as usize);
+            let here = here.ok_or(Error::Removed)?;
+            edge.generation = here.generation.wrapping_add(1);
+            let after = here.from;
+            *here = edge.clone();
+            self.shape().free_edge = after;
+            free
+        };
+        let half = |node| Half {
+            node,
+            edge: at,
+            relation,
+        };
+        self.place(from.place)?.out.push(half(to));
+        self.place(to.place)?.in_.push(half(from));
+        let shape = self.shape();
+        shape.edge_ids.insert(id, at);
+        shape.edge_count += 1;
+        let edge = EdgeId {
+            place: at,
+            generation: edge.generation,
+        };
+        self.touched.push(edge.into());
+        self.note_moved(relation, from, to);
+        Ok(edge)
+    }
+
+    /// Notes that a node may be at another place in the tree of frames.
+    fn note_moved(&mut self, relation: Symbol, from: NodeId, to: NodeId) {
+        let tree = self.next.types.relation(relation).and_then(|r| r.tree);
+        if let Some(tree) = tree
+            && tree.pose.is_some()
+        {
+            let child = [from, to][tree.child];
+            if self.moved.last() != Some(&child) {
+                self.moved.push(child);
+            }
+        }
+    }
+
+    /// Removes an edge.
+    pub fn remove_edge(&mut self, edge: EdgeId) -> Result<(), Error> {
+        self.step()?;
+        let here = self.next.edge_of(edge)?;
+        let (id, relation, from, to) = (here.id, here.relation, here.from, here.to);
+        self.place(from)?.out.remove(edge.place);
+        self.place(to)?.in_.remove(edge.place);
+        let shape = self.shape();
+        shape.edge_ids.remove(&id);
+        shape.edge_count -= 1;
+        let free = std::mem::replace(&mut shape.free_edge, edge.place);
+        let here = self.next.edges.get_mut(edge.place as usize);
+        let here = here.ok_or(Error::Removed)?;
+        here.generation = here.generation.wrapping_add(1);
+        here.attributes = None;
+        here.from = free;
+        let ends = (self.next.node_at(from), self.next.node_at(to));
+        if let (Some(from), Some(to)) = ends {
+            self.bared.extend([from, to]);
+            self.note_moved(relation, from, to);
+        }
+        Ok(())
+    }
+
+    /// Removes a node with its edges.
+    pub fn remove_node(&mut self, node: NodeId) -> Result<(), Error> {
+        self.step()?;
+        let place = self.next.place(node)?;
+        let halves = place.out.all().iter().chain(place.in_.all());
+        let edges: Vec<u32> = halves.map(|half| half.edge).collect();
+        for edge in edges {
+            // An edge from a node to itself is on both sides.
+            if let Some(edge) = self.next.edge_at(edge) {
+                self.remove_edge(edge)?;
+            }
+        }
+        self.unname(node)?;
+        let place = self.next.place(node)?;
+        let (kind, list) = (place.kind, place.of_type);
+        match list.previous {
+            NONE => self.list(kind)?.first = list.next,
+            before => self.place(before)?.of_type.next = list.next,
+        }
+        if list.next != NONE {
+            self.place(list.next)?.of_type.previous = list.previous;
+        }
+        self.list(kind)?.count -= 1;
+        self.keyed.push(node.place);
+        let gone = self.next.nodes.get_mut(node.place as usize);
+        let gone = gone.ok_or(Error::Removed)?;
+        gone.attributes = None;
+        let frame = gone.frame.take();
+        let id = gone.id;
+        self.fallen.extend(frame);
+        let shape = self.shape();
+        shape.node_ids.remove(&id);
+        shape.node_count -= 1;
+        let free = std::mem::replace(&mut shape.free_node, node.place);
+        let place = self.place(node.place)?;
+        place.generation = place.generation.wrapping_add(1);
+        place.of_type = Neighbours {
+            previous: NONE,
+            next: free,
+        };
+        Ok(())
+    }
+
+    /// Sets an attribute.
+    pub fn set(
+        &mut self,
+        element: impl Into<Element>,
+        attribute: impl Named,
+        value: impl Into<Value>,
+    ) -> Result<(), Error> {
+        self.step()?;
+        let (element, value) = (element.into(), value.into());
+        let attribute = self.name(attribute);
+        if !value.is_finite() {
+            return Err(Error::NotFinite(self.cleaned(attribute)));
+        }
+        if value.size() > MOST_BYTES && !matches!(value, Value::Text(_) | Value::Texts(_)) {
+            return Err(Error::TooManyBytes(self.cleaned(attribute)));
+        }
+        self.put(element, attribute, Some(value))
+    }
+
+    /// Removes an attribute. It is no error if the element has none.
+    pub fn unset(
+        &mut self,
+        element: impl Into<Element>,
+        attribute: impl Named,
+    ) -> Result<(), Error> {
+        self.step()?;
+        let element = element.into();
+        match self.next.symbol(attribute) {
+            Some(attribute) => self.put(element, attribute, None),
+            None => self.next.attributes(element).map(|_| ()),
+        }
+    }
+
+    fn cleaned(&self, symbol: Symbol) -> String {
+        foreign::clean(self.next.text(symbol))
+    }
+
+    fn put(
+        &mut self,
+        element: Element,
+        attribute: Symbol,
+        value: Option<Value>,
+    ) -> Result<(), Error> {
+        let types = Arc::clone(&self.next.types);
+        let kind = self.next.kind(element)?;
+        match element {
+            Element::Node(node) => {
+                if attribute == types.name {
+                    self.unname(node)?;
+                    if let Some(Value::Text(text)) = &value {
+                        self.rename(node, text)?;
+                    }
+                }
+                let entity = types.entity(kind);
+                if entity.is_some_and(|e| e.keys.iter().any(|(key, _)| *key == attribute)) {
+                    self.keyed.push(node.place);
+                }
+                let here = self.next.nodes.get_mut(node.place as usize);
+                store(
+                    &mut here.ok_or(Error::Removed)?.attributes,
+                    attribute,
+                    value,
+                );
+                if types.has_history
+                    && types
+                        .of_entity(kind, attribute)
+                        .is_some_and(|a| a.history.is_some())
+                {
+                    self.kept.push((element, attribute));
+                }
+            }
+            Element::Edge(edge) => {
+                let here = self.next.edges.get_mut(edge.place as usize);
+                let here = here.ok_or(Error::Removed)?;
+                store(&mut here.attributes, attribute, value);
+                let (from, to) = (here.from, here.to);
+                let ends = (self.next.node_at(from), self.next.node_at(to));
+                if let (Some(from), Some(to)) = ends {
+                    self.note_moved(kind, from, to);
+                }
+                if types.has_history
+                    && types
+                        .of_relation(kind, attribute)
+                        .is_some_and(|a| a.history.is_some())
+                {
+                    self.kept.push((element, attribute));
+                }
+            }
+        }
+        self.touch(element);
+        Ok(())
+    }
+
+    /// Takes a node out of the list of its name.
+    fn unname(&mut self, node: NodeId) -> Result<(), Error> {
+        let here = self.next.nodes.get(node.place as usize);
+        let attributes = &here.ok_or(Error::Removed)?.attributes;
+        let Some(Value::Text(name)) = value(attributes, self.next.types.name) else {
+            return Ok(());
+        };
+        let name = Arc::clone(name);
+        let list = self.next.place(node)?.of_name;
+        if list.next != NONE {
+            self.place(list.next)?.of_name.previous = list.previous;
+        }
+        if list.previous == NONE {
+            let named = &mut self.shape().named;
+            named.remove(&*name);
+            if list.next != NONE {
+                named.insert(name, list.next);
+            }
+        } else {
+            self.place(list.previous)?.of_name.next = list.next;
+        }
+        self.place(node.place)?.of_name = Neighbours::NO;
+        Ok(())
+    }
+
+    /// Puts a node into the list of a name.
+    fn rename(&mut self, node: NodeId, name: &Arc<str>) -> Result<(), Error> {
+        let first = self.next.shape.named.get(&**name);
+        self.place(node.place)?.of_name.next = first.unwrap_or(NONE);
+        let named = &mut self.shape().named;
+        if let Some(first) = first {
+            named.remove(&**name);
+            named.insert(Arc::clone(name), node.place);
+            self.place(first)?.of_name.previous = node.place;
+        } else {
+            named.insert(Arc::clone(name), node.place);
+        }
+        Ok(())
+    }
+}
+
+/// Sets or removes one of the attributes. They stay in the order of their symbols.
+fn store(attributes: &mut Attributes, attribute: Symbol, value: Option<Value>) {
+    let old = attributes.as_deref().unwrap_or_default();
+    let at = old.iter().position(|(known, _)| *known >= attribute);
+    let at = at.unwrap_or(old.len());
+    let is_there = old.get(at).is_some_and(|(known, _)| *known == attribute);
+    if is_there && let Some(value) = value {
+        // The usual case: one value is another one.
+        if let Some(all) = attributes.as_mut() {
+            Arc::make_mut(all)[at].1 = value;
+        }
+        return;
+    }
+    let rest = &old[at + usize::from(is_there)..];
+    let new = value.map(|value| (attribute, value));
+    let all: Arc<[_]> = old[..at]
+        .iter()
+        .cloned()
+        .chain(new)
+        .chain(rest.iter().cloned())
+        .collect();
+    *attributes = (!all.is_empty()).then_some(all);
+}
+
+fn unknown_type<'k>(what: &'static str, name: &str, known: impl Iterator<Item = &'k str>) -> Error {
+    Error::UnknownType {
+        what,
+        name: foreign::clean(name),
+        nearest: rc_diagnostics::nearest(name, known).map(str::to_owned),
+    }
+}

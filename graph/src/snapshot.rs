@@ -1,0 +1,501 @@
+//! One version of the graph. It never changes, so its readers need no lock.
+
+use crate::Time;
+use crate::element::{Attributes, Edge, EdgeId, Element, Half, Id, NONE, Node, NodeId, Place};
+use crate::error::Error;
+use crate::names::{Named, Names, Symbol};
+use crate::types::Types;
+use crate::value::Value;
+use graph_pages::{Ids, Pages};
+use graph_schema::Schema;
+use std::sync::Arc;
+
+/// One version of the graph.
+///
+/// No question about one element and no step to neighbours allocates memory or takes a lock.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    pub(crate) version: u64,
+    pub(crate) time: Time,
+    pub(crate) nodes: Pages<Node>,
+    pub(crate) edges: Pages<Edge>,
+    pub(crate) shape: Arc<Shape>,
+    pub(crate) types: Arc<Types>,
+    pub(crate) tree: Arc<innermodel::Snapshot>,
+}
+
+/// All that a change of attributes leaves as it is.
+#[derive(Clone, Debug)]
+pub(crate) struct Shape {
+    /// Wide pages: a step of a traversal reads two of them and one at the bottom.
+    pub(crate) places: Pages<Place, 5>,
+    pub(crate) names: Names,
+    pub(crate) node_ids: Ids<Id>,
+    pub(crate) edge_ids: Ids<Id>,
+    /// The first node of each name. The others follow in [`Place::of_name`].
+    pub(crate) named: Ids<Arc<str>>,
+    /// Nodes by the type that declares a key, the key, and its value.
+    pub(crate) keys: Ids<(Symbol, Symbol, Arc<str>)>,
+    /// By symbol of a type.
+    pub(crate) of_type: Pages<OfType>,
+    pub(crate) free_node: u32,
+    pub(crate) free_edge: u32,
+    pub(crate) node_count: usize,
+    pub(crate) edge_count: usize,
+    /// The first count of an id that is not used.
+    pub(crate) next: u64,
+    pub(crate) writer: u64,
+}
+
+/// The nodes of a type.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OfType {
+    pub(crate) first: u32,
+    pub(crate) count: u32,
+}
+
+impl Snapshot {
+    pub(crate) fn empty(schema: Arc<Schema>, writer: u64) -> Self {
+        let mut names = Names::default();
+        let types = Arc::new(Types::new(schema, &mut names));
+        Self {
+            version: 1,
+            time: Time::ZERO,
+            nodes: Pages::new(),
+            edges: Pages::new(),
+            shape: Arc::new(Shape {
+                places: Pages::new(),
+                names,
+                node_ids: Ids::new(),
+                edge_ids: Ids::new(),
+                named: Ids::new(),
+                keys: Ids::new(),
+                of_type: Pages::new(),
+                free_node: NONE,
+                free_edge: NONE,
+                node_count: 0,
+                edge_count: 0,
+                next: 1,
+                writer,
+            }),
+            types,
+            tree: innermodel::InnerModel::new().snapshot(),
+        }
+    }
+
+    /// The number of the version. A later version of the same graph has a greater one.
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// When the version was made.
+    pub fn time(&self) -> Time {
+        self.time
+    }
+
+    /// The schema of the graph.
+    pub fn schema(&self) -> &Arc<Schema> {
+        &self.types.schema
+    }
+
+    /// The writer whose number new ids have.
+    pub fn writer(&self) -> u64 {
+        self.shape.writer
+    }
+
+    /// How many nodes there are.
+    pub fn node_count(&self) -> usize {
+        self.shape.node_count
+    }
+
+    /// How many edges there are.
+    pub fn edge_count(&self) -> usize {
+        self.shape.edge_count
+    }
+
+    /// The number of a name, if any element or the schema has it.
+    pub fn symbol(&self, name: impl Named) -> Option<Symbol> {
+        name.symbol(self)
+    }
+
+    /// The name with a number.
+    pub fn text(&self, symbol: Symbol) -> &str {
+        self.shape.names.text(symbol)
+    }
+
+    #[inline]
+    pub(crate) fn place(&self, node: NodeId) -> Result<&Place, Error> {
+        match self.shape.places.get(node.place as usize) {
+            Some(place) if place.generation == node.generation => Ok(place),
+            _ => Err(Error::Removed),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn edge_of(&self, edge: EdgeId) -> Result<&Edge, Error> {
+        match self.edges.get(edge.place as usize) {
+            Some(here) if here.generation == edge.generation => Ok(here),
+            _ => Err(Error::Removed),
+        }
+    }
+
+    pub(crate) fn node_at(&self, place: u32) -> Option<NodeId> {
+        let here = self.shape.places.get(place as usize)?;
+        here.generation.is_multiple_of(2).then_some(NodeId {
+            place,
+            generation: here.generation,
+        })
+    }
+
+    pub(crate) fn edge_at(&self, place: u32) -> Option<EdgeId> {
+        let here = self.edges.get(place as usize)?;
+        here.generation.is_multiple_of(2).then_some(EdgeId {
+            place,
+            generation: here.generation,
+        })
+    }
+
+    /// A node, to ask it.
+    #[inline]
+    pub fn node(&self, node: NodeId) -> Result<NodeRef<'_>, Error> {
+        Ok(NodeRef {
+            snapshot: self,
+            node,
+            place: self.place(node)?,
+        })
+    }
+
+    /// An edge, to ask it.
+    #[inline]
+    pub fn edge(&self, edge: EdgeId) -> Result<EdgeRef<'_>, Error> {
+        Ok(EdgeRef {
+            snapshot: self,
+            id: edge,
+            edge: self.edge_of(edge)?,
+        })
+    }
+
+    /// All nodes, in the order of their places.
+    pub fn nodes(&self) -> impl Iterator<Item = NodeRef<'_>> {
+        (0..self.shape.places.len() as u32)
+            .filter_map(|at| self.node_at(at))
+            .filter_map(|node| self.node(node).ok())
+    }
+
+    /// All edges, in the order of their places.
+    pub fn edges(&self) -> impl Iterator<Item = EdgeRef<'_>> {
+        (0..self.edges.len() as u32)
+            .filter_map(|at| self.edge_at(at))
+            .filter_map(|edge| self.edge(edge).ok())
+    }
+
+    /// The element with an id.
+    pub fn find(&self, id: Id) -> Option<Element> {
+        let node = self.shape.node_ids.get(&id);
+        let node = node.and_then(|at| self.node_at(at)).map(Element::Node);
+        node.or_else(|| {
+            let edge = self.shape.edge_ids.get(&id)?;
+            self.edge_at(edge).map(Element::Edge)
+        })
+    }
+
+    /// The node with an id.
+    pub fn find_node(&self, id: Id) -> Option<NodeId> {
+        self.node_at(self.shape.node_ids.get(&id)?)
+    }
+
+    /// The edge with an id.
+    pub fn find_edge(&self, id: Id) -> Option<EdgeId> {
+        self.edge_at(self.shape.edge_ids.get(&id)?)
+    }
+
+    /// The nodes whose attribute `name` is this text.
+    pub fn named(&self, name: &str) -> impl Iterator<Item = NodeId> {
+        let first = self.shape.named.get(name);
+        std::iter::successors(first, |at| {
+            let place = self.shape.places.get(*at as usize)?;
+            Some(place.of_name.next).filter(|next| *next != NONE)
+        })
+        .filter_map(|at| self.node_at(at))
+    }
+
+    /// The node of `kind`, or of a type that inherits from it, whose key `attribute` has a value.
+    pub fn by_key(&self, kind: impl Named, attribute: impl Named, value: &str) -> Option<NodeId> {
+        let (kind, attribute) = (self.symbol(kind)?, self.symbol(attribute)?);
+        let entity = self.types.entity(kind)?;
+        let key = entity.keys.iter().find(|(known, _)| *known == attribute)?;
+        let key = (key.1, attribute, Arc::from(value));
+        let node = self.node_at(self.shape.keys.get(&key)?)?;
+        self.types
+            .is_a(self.place(node).ok()?.kind, kind)
+            .then_some(node)
+    }
+
+    /// The nodes of exactly this type.
+    pub fn of_type(&self, kind: impl Named) -> impl Iterator<Item = NodeId> {
+        let list = self
+            .symbol(kind)
+            .and_then(|kind| self.shape.of_type.get(kind.0 as usize));
+        let first = list.map(|list| list.first).filter(|at| *at != NONE);
+        std::iter::successors(first, |at| {
+            let place = self.shape.places.get(*at as usize)?;
+            Some(place.of_type.next).filter(|next| *next != NONE)
+        })
+        .filter_map(|at| self.node_at(at))
+    }
+
+    /// How many nodes of exactly this type there are.
+    pub fn count_of_type(&self, kind: impl Named) -> usize {
+        let list = self
+            .symbol(kind)
+            .and_then(|kind| self.shape.of_type.get(kind.0 as usize));
+        list.map_or(0, |list| list.count as usize)
+    }
+
+    /// The nodes of a type and of all that inherit from it.
+    pub fn instances(&self, kind: impl Named) -> impl Iterator<Item = NodeId> {
+        let wanted = self.symbol(kind);
+        let schema = &self.types.schema;
+        let below = schema.entities.iter().filter_map(move |entity| {
+            let symbol = self.symbol(entity.name.as_str())?;
+            let is_below = wanted.is_some_and(|w| w != symbol && self.types.is_a(symbol, w));
+            is_below.then_some(symbol)
+        });
+        wanted
+            .into_iter()
+            .chain(below)
+            .flat_map(|symbol| self.of_type(symbol))
+    }
+
+    /// The nodes to which edges of a relation lead from a node.
+    #[inline]
+    pub fn out(&self, node: NodeId, relation: Symbol) -> impl Iterator<Item = NodeId> {
+        neighbours(self.outgoing(node), relation)
+    }
+
+    /// The nodes from which edges of a relation lead to a node.
+    #[inline]
+    pub fn in_(&self, node: NodeId, relation: Symbol) -> impl Iterator<Item = NodeId> {
+        neighbours(self.incoming(node), relation)
+    }
+
+    /// All nodes to which edges lead from a node.
+    #[inline]
+    pub fn successors(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
+        self.outgoing(node).iter().map(|half| half.node)
+    }
+
+    /// All nodes from which edges lead to a node.
+    #[inline]
+    pub fn predecessors(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
+        self.incoming(node).iter().map(|half| half.node)
+    }
+
+    #[inline]
+    pub(crate) fn outgoing(&self, node: NodeId) -> &[Half] {
+        self.place(node).map_or(&[], |place| place.out.all())
+    }
+
+    #[inline]
+    pub(crate) fn incoming(&self, node: NodeId) -> &[Half] {
+        self.place(node).map_or(&[], |place| place.in_.all())
+    }
+
+    /// The edges from a node, of a relation or of all.
+    pub fn out_edges(
+        &self,
+        node: NodeId,
+        relation: Option<Symbol>,
+    ) -> impl Iterator<Item = EdgeRef<'_>> {
+        self.edges_of(self.outgoing(node), relation)
+    }
+
+    /// The edges to a node, of a relation or of all.
+    pub fn in_edges(
+        &self,
+        node: NodeId,
+        relation: Option<Symbol>,
+    ) -> impl Iterator<Item = EdgeRef<'_>> {
+        self.edges_of(self.incoming(node), relation)
+    }
+
+    fn edges_of<'s>(
+        &'s self,
+        halves: &'s [Half],
+        relation: Option<Symbol>,
+    ) -> impl Iterator<Item = EdgeRef<'s>> {
+        let wanted = move |half: &&Half| relation.is_none_or(|wanted| wanted == half.relation);
+        let edges = halves.iter().filter(wanted);
+        edges.filter_map(|half| self.edge(self.edge_at(half.edge)?).ok())
+    }
+
+    pub(crate) fn attributes(&self, element: Element) -> Result<&Attributes, Error> {
+        match element {
+            Element::Node(node) => {
+                self.place(node)?;
+                let node = self.nodes.get(node.place as usize);
+                Ok(&node.ok_or(Error::Removed)?.attributes)
+            }
+            Element::Edge(edge) => Ok(&self.edge_of(edge)?.attributes),
+        }
+    }
+
+    /// The value of an attribute of a node or an edge.
+    #[inline]
+    pub fn get(&self, element: impl Into<Element>, attribute: impl Named) -> Option<&Value> {
+        let attribute = self.symbol(attribute)?;
+        value(self.attributes(element.into()).ok()?, attribute)
+    }
+
+    /// The type of a node or an edge.
+    pub(crate) fn kind(&self, element: Element) -> Result<Symbol, Error> {
+        match element {
+            Element::Node(node) => Ok(self.place(node)?.kind),
+            Element::Edge(edge) => Ok(self.edge_of(edge)?.relation),
+        }
+    }
+
+    /// Whether a type of nodes is another one, or inherits from it.
+    pub fn is_a(&self, kind: Symbol, wanted: Symbol) -> bool {
+        self.types.is_a(kind, wanted)
+    }
+}
+
+#[inline]
+fn neighbours(halves: &[Half], relation: Symbol) -> impl Iterator<Item = NodeId> {
+    halves
+        .iter()
+        .filter(move |half| half.relation == relation)
+        .map(|half| half.node)
+}
+
+#[inline]
+pub(crate) fn value(attributes: &Attributes, attribute: Symbol) -> Option<&Value> {
+    let all = attributes.as_deref()?;
+    let found = all.iter().find(|(known, _)| *known == attribute);
+    found.map(|(_, value)| value)
+}
+
+/// A node of a version.
+#[derive(Clone, Copy, Debug)]
+pub struct NodeRef<'s> {
+    snapshot: &'s Snapshot,
+    node: NodeId,
+    place: &'s Place,
+}
+
+impl<'s> NodeRef<'s> {
+    /// Names the node in all versions of this graph.
+    pub fn node_id(&self) -> NodeId {
+        self.node
+    }
+
+    /// Names the node in all replicas.
+    pub fn id(&self) -> Id {
+        let node = self.snapshot.nodes.get(self.node.place as usize);
+        node.map(|node| node.id).unwrap_or_default()
+    }
+
+    /// Number of the type.
+    pub fn kind(&self) -> Symbol {
+        self.place.kind
+    }
+
+    /// Name of the type.
+    pub fn type_name(&self) -> &'s str {
+        self.snapshot.text(self.place.kind)
+    }
+
+    /// The attribute `name`, or nothing.
+    pub fn name(&self) -> &'s str {
+        let name = self.get(self.snapshot.types.name);
+        name.and_then(Value::as_str).unwrap_or_default()
+    }
+
+    /// The value of an attribute.
+    pub fn get(&self, attribute: impl Named) -> Option<&'s Value> {
+        self.snapshot.get(self.node, attribute)
+    }
+
+    /// All attributes, in the order of their symbols.
+    pub fn attributes(&self) -> impl Iterator<Item = (&'s str, &'s Value)> + use<'s> {
+        let node = self.snapshot.nodes.get(self.node.place as usize);
+        listed(self.snapshot, node.and_then(|n| n.attributes.as_deref()))
+    }
+
+    /// Edges from the node.
+    pub fn out_edges(&self) -> impl Iterator<Item = EdgeRef<'s>> + use<'s> {
+        self.snapshot.edges_of(self.place.out.all(), None)
+    }
+
+    /// Edges to the node.
+    pub fn in_edges(&self) -> impl Iterator<Item = EdgeRef<'s>> + use<'s> {
+        self.snapshot.edges_of(self.place.in_.all(), None)
+    }
+}
+
+fn listed<'s>(
+    snapshot: &'s Snapshot,
+    attributes: Option<&'s [(Symbol, Value)]>,
+) -> impl Iterator<Item = (&'s str, &'s Value)> + use<'s> {
+    let all = attributes.unwrap_or_default().iter();
+    all.map(|(symbol, value)| (snapshot.text(*symbol), value))
+}
+
+/// An edge of a version.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeRef<'s> {
+    snapshot: &'s Snapshot,
+    id: EdgeId,
+    edge: &'s Edge,
+}
+
+impl<'s> EdgeRef<'s> {
+    /// Names the edge in all versions of this graph.
+    pub fn edge_id(&self) -> EdgeId {
+        self.id
+    }
+
+    /// Names the edge in all replicas.
+    pub fn id(&self) -> Id {
+        self.edge.id
+    }
+
+    /// Number of the relation.
+    pub fn relation(&self) -> Symbol {
+        self.edge.relation
+    }
+
+    /// Name of the relation.
+    pub fn type_name(&self) -> &'s str {
+        self.snapshot.text(self.edge.relation)
+    }
+
+    /// The node where the edge starts. An edge goes with its nodes, so both are there.
+    pub fn from(&self) -> NodeId {
+        self.end(self.edge.from)
+    }
+
+    /// The node where the edge ends.
+    pub fn to(&self) -> NodeId {
+        self.end(self.edge.to)
+    }
+
+    fn end(&self, place: u32) -> NodeId {
+        let generation = self.snapshot.shape.places.get(place as usize);
+        NodeId {
+            place,
+            generation: generation.map_or(1, |place| place.generation),
+        }
+    }
+
+    /// The value of an attribute.
+    pub fn get(&self, attribute: impl Named) -> Option<&'s Value> {
+        value(&self.edge.attributes, self.snapshot.symbol(attribute)?)
+    }
+
+    /// All attributes, in the order of their symbols.
+    pub fn attributes(&self) -> impl Iterator<Item = (&'s str, &'s Value)> + use<'s> {
+        listed(self.snapshot, self.edge.attributes.as_deref())
+    }
+}

@@ -1,0 +1,252 @@
+//! The schema with symbols instead of names, as changes are checked against it.
+
+use crate::names::{Names, Symbol};
+use graph_schema::{Attribute, Entity, PoseOf, Relation, Schema};
+use std::sync::Arc;
+
+/// The attribute that a graph finds nodes by.
+pub(crate) const NAME: &str = "name";
+
+/// Attributes of a type.
+#[derive(Debug, Default)]
+pub(crate) struct Attributes {
+    /// Symbols, with their places in the schema.
+    all: Vec<(Symbol, usize)>,
+    required: Vec<Symbol>,
+}
+
+impl Attributes {
+    fn new(names: &mut Names, attributes: &[Attribute]) -> Self {
+        let mut made = Self::default();
+        for (at, attribute) in attributes.iter().enumerate() {
+            let symbol = names.add(&attribute.name);
+            made.all.push((symbol, at));
+            if !attribute.optional {
+                made.required.push(symbol);
+            }
+        }
+        made
+    }
+
+    pub(crate) fn place(&self, symbol: Symbol) -> Option<usize> {
+        let found = self.all.iter().find(|(known, _)| *known == symbol);
+        found.map(|(_, at)| *at)
+    }
+
+    pub(crate) fn required(&self) -> &[Symbol] {
+        &self.required
+    }
+}
+
+/// A port of a relation, for nodes of one type.
+#[derive(Debug)]
+pub(crate) struct PortOf {
+    pub(crate) relation: Symbol,
+    pub(crate) port: usize,
+    pub(crate) min: usize,
+    pub(crate) max: Option<usize>,
+}
+
+#[derive(Debug)]
+pub(crate) struct EntityType {
+    at: usize,
+    pub(crate) ancestors: Vec<Symbol>,
+    pub(crate) attributes: Attributes,
+    /// Attributes that are keys, each with the type that declares it first.
+    pub(crate) keys: Vec<(Symbol, Symbol)>,
+    /// Ports that limit how many edges a node has.
+    pub(crate) ports: Vec<PortOf>,
+}
+
+#[derive(Debug)]
+pub(crate) struct RelationType {
+    at: usize,
+    pub(crate) attributes: Attributes,
+    pub(crate) ports: [Option<Symbol>; 2],
+    pub(crate) tree: Option<TreeOf>,
+    /// Places of rules in the schema, with the symbols of their attributes.
+    pub(crate) rules: Vec<(usize, Symbol, Symbol)>,
+}
+
+/// A relation whose edges form a forest.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TreeOf {
+    pub(crate) child: usize,
+    /// The attribute with the pose, or those with translation and angles.
+    pub(crate) pose: Option<(Symbol, Option<Symbol>)>,
+}
+
+#[derive(Debug)]
+pub(crate) struct Types {
+    pub(crate) schema: Arc<Schema>,
+    pub(crate) name: Symbol,
+    entities: Vec<Option<EntityType>>,
+    relations: Vec<Option<RelationType>>,
+    /// Whether any attribute keeps its history.
+    pub(crate) has_history: bool,
+}
+
+impl Types {
+    pub(crate) fn new(schema: Arc<Schema>, names: &mut Names) -> Self {
+        let name = names.add(NAME);
+        for entity in &schema.entities {
+            names.add(&entity.name);
+        }
+        for relation in &schema.relations {
+            names.add(&relation.name);
+        }
+        let entities = schema.entities.iter().enumerate();
+        let entities = entities.map(|(at, entity)| {
+            let symbol = names.add(&entity.name);
+            (symbol, entity_type(&schema, names, at, entity))
+        });
+        let entities = table(entities.collect());
+        let relations = schema.relations.iter().enumerate();
+        let relations = relations.map(|(at, relation)| {
+            let symbol = names.add(&relation.name);
+            (symbol, relation_type(&schema, names, at, relation))
+        });
+        let relations = table(relations.collect());
+        let entity_attributes = schema.entities.iter().flat_map(|e| &e.attributes);
+        let relation_attributes = schema.relations.iter().flat_map(|r| &r.attributes);
+        let mut attributes = entity_attributes.chain(relation_attributes);
+        Self {
+            has_history: attributes.any(|a| a.history.is_some()),
+            name,
+            entities,
+            relations,
+            schema,
+        }
+    }
+
+    #[inline]
+    pub(crate) fn entity(&self, symbol: Symbol) -> Option<&EntityType> {
+        self.entities.get(symbol.0 as usize)?.as_ref()
+    }
+
+    #[inline]
+    pub(crate) fn relation(&self, symbol: Symbol) -> Option<&RelationType> {
+        self.relations.get(symbol.0 as usize)?.as_ref()
+    }
+
+    pub(crate) fn described(&self, entity: &EntityType) -> &Entity {
+        &self.schema.entities[entity.at]
+    }
+
+    pub(crate) fn described_relation(&self, relation: &RelationType) -> &Relation {
+        &self.schema.relations[relation.at]
+    }
+
+    /// What the schema says about an attribute of a node.
+    pub(crate) fn of_entity(&self, kind: Symbol, attribute: Symbol) -> Option<&Attribute> {
+        let entity = self.entity(kind)?;
+        let at = entity.attributes.place(attribute)?;
+        self.described(entity).attributes.get(at)
+    }
+
+    /// What the schema says about an attribute of an edge.
+    pub(crate) fn of_relation(&self, kind: Symbol, attribute: Symbol) -> Option<&Attribute> {
+        let relation = self.relation(kind)?;
+        let at = relation.attributes.place(attribute)?;
+        self.described_relation(relation).attributes.get(at)
+    }
+
+    /// Whether a type is another one, or inherits from it.
+    pub(crate) fn is_a(&self, kind: Symbol, wanted: Symbol) -> bool {
+        kind == wanted
+            || self
+                .entity(kind)
+                .is_some_and(|entity| entity.ancestors.contains(&wanted))
+    }
+}
+
+fn table<T>(items: Vec<(Symbol, T)>) -> Vec<Option<T>> {
+    let mut table: Vec<Option<T>> = Vec::new();
+    for (symbol, item) in items {
+        let at = symbol.0 as usize;
+        if table.len() <= at {
+            table.resize_with(at + 1, || None);
+        }
+        table[at] = Some(item);
+    }
+    table
+}
+
+fn entity_type(schema: &Schema, names: &mut Names, at: usize, entity: &Entity) -> EntityType {
+    let mut ancestors = vec![names.add(&entity.name)];
+    let mut here = entity.parent.as_deref();
+    while let Some(parent) = here.and_then(|name| schema.entity(name)) {
+        let symbol = names.add(&parent.name);
+        if ancestors.contains(&symbol) {
+            break;
+        }
+        ancestors.push(symbol);
+        here = parent.parent.as_deref();
+    }
+    let keys = entity.attributes.iter().filter(|a| a.key).map(|attribute| {
+        let declarer = ancestors.iter().rev().find(|ancestor| {
+            let entity = schema.entity(names.text(**ancestor));
+            entity.is_some_and(|e| e.attribute(&attribute.name).is_some_and(|a| a.key))
+        });
+        let declarer = declarer.copied().unwrap_or(ancestors[0]);
+        (attribute.name.as_str(), declarer)
+    });
+    let keys: Vec<_> = keys.collect();
+    let keys = keys
+        .into_iter()
+        .map(|(name, declarer)| (names.add(name), declarer))
+        .collect();
+    let mut ports = Vec::new();
+    for relation in &schema.relations {
+        for (number, port) in relation.ports.iter().enumerate().take(2) {
+            if (port.min > 0 || port.max.is_some()) && schema.is_a(&entity.name, &port.entity) {
+                ports.push(PortOf {
+                    relation: names.add(&relation.name),
+                    port: number,
+                    min: port.min as usize,
+                    max: port.max.map(|most| most as usize),
+                });
+            }
+        }
+    }
+    EntityType {
+        at,
+        ancestors,
+        attributes: Attributes::new(names, &entity.attributes),
+        keys,
+        ports,
+    }
+}
+
+fn relation_type(
+    schema: &Schema,
+    names: &mut Names,
+    at: usize,
+    relation: &Relation,
+) -> RelationType {
+    let port = |at: usize, names: &mut Names| {
+        let port = relation.ports.get(at)?;
+        schema.entity(&port.entity)?;
+        Some(names.add(&port.entity))
+    };
+    let ports = [port(0, names), port(1, names)];
+    let tree = relation.tree.as_ref().map(|tree| TreeOf {
+        child: tree.child,
+        pose: tree.pose.as_ref().map(|pose| match pose {
+            PoseOf::One(pose) => (names.add(pose), None),
+            PoseOf::Two(by, angles) => (names.add(by), Some(names.add(angles))),
+        }),
+    });
+    let rules = schema.rules.iter().enumerate();
+    let rules = rules.filter(|(_, rule)| rule.relation == relation.name);
+    let rules = rules
+        .map(|(at, rule)| (at, names.add(&rule.left.1), names.add(&rule.right.1)))
+        .collect();
+    RelationType {
+        at,
+        attributes: Attributes::new(names, &relation.attributes),
+        ports,
+        tree,
+        rules,
+    }
+}
