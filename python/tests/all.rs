@@ -1,9 +1,7 @@
 //! The tests in Python, which load the extension module of this crate.
 
-#[path = "../../deploy/tests/all/python.rs"]
-mod python;
-
 use rc_middleware::RunDirectory;
+use rc_test_support::python;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

@@ -2,10 +2,7 @@
 //!
 //! A program of its own, because cargo replaces the extension module that other tests load.
 
-#[allow(dead_code, reason = "each test program uses its own part")]
-#[path = "../../deploy/tests/all/python.rs"]
-mod python;
-
+use rc_test_support::python;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

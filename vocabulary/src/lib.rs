@@ -7,12 +7,14 @@
 //!
 //! - [`address`]: addresses of slots.
 //! - [`duration`]: durations as people write them.
+//! - [`foreign`]: decodes texts of other processes.
 //! - [`Kind`], [`Value`]: what a setting takes. Configurations, `.ddsl` files and command lines
 //!   convert what is written once, by [`Kind::convert`] or [`Kind::parse`].
 //! - [`Language`]: the programming languages of workers.
 //! - [`layout`]: the memory image of plain types.
 //! - [`member`]: members of slot arrays.
 //! - [`Middleware`]: the middlewares, what they can do, and their settings ([`Key`]).
+//! - [`ParameterStatus`], [`ParameterChange`]: parameters of a running component.
 //! - [`Primitive`]: booleans and numbers.
 //! - [`qos`]: rules that override the quality of service of topics.
 //! - [`Restart`]: when a component restarts.
@@ -21,12 +23,14 @@
 
 pub mod address;
 pub mod duration;
+pub mod foreign;
 mod key;
 mod kind;
 mod language;
 pub mod layout;
 pub mod member;
 mod middleware;
+mod parameter;
 mod primitive;
 pub mod qos;
 mod restart;
@@ -42,6 +46,7 @@ pub use kind::{Kind, ValueError};
 pub use language::Language;
 pub use layout::Layout;
 pub use middleware::{Capabilities, Middleware};
+pub use parameter::{ParameterChange, ParameterStatus};
 pub use primitive::{Class, Primitive};
 pub use restart::{Restart, RestartPolicy};
 pub use role::Role;

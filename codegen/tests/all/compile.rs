@@ -1,6 +1,6 @@
 //! Generated code compiles without a warning and equals the output of rustfmt.
 
-use crate::shared_builds::share_builds;
+use rc_test_support::share_builds;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

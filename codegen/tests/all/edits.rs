@@ -4,10 +4,10 @@
 mod model;
 
 use crate::folders::{changed, files, rcgen};
-use crate::shared_builds::share_builds;
 use model::{Model, Random, Spoiled};
 use rc_codegen::{FileLoader, Project, generation, stubs};
 use rc_diagnostics::SourceMap;
+use rc_test_support::share_builds;
 use std::fs;
 use std::path::Path;
 use std::process::Command;

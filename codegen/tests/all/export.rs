@@ -4,8 +4,9 @@
 #![allow(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 use crate::folders::{changed, files, rcgen};
-use crate::{idlc, python, workspace};
+use crate::{idlc, workspace};
 use expect_test::{expect, expect_file};
+use rc_test_support::python;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use tempfile::TempDir;

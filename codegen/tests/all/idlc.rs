@@ -1,7 +1,7 @@
 //! The compiler of Cyclone DDS from a Debian package.
 
-use crate::debian;
-use crate::python::skipped;
+use rc_test_support::debian;
+use rc_test_support::python::skipped;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

@@ -2,7 +2,6 @@
 
 mod compile;
 mod config;
-mod debian;
 mod edits;
 mod export;
 mod folders;
@@ -10,8 +9,6 @@ mod idlc;
 mod layout;
 mod mistakes;
 mod printing;
-#[path = "../../../deploy/tests/all/python.rs"]
-mod python;
 mod python_environment;
 mod python_worker;
 mod rcgen;
@@ -19,7 +16,6 @@ mod ros;
 mod ros_component;
 mod rosidl;
 mod shared;
-mod shared_builds;
 mod standard_types;
 mod start;
 mod stubs;

@@ -1,7 +1,7 @@
 //! Virtual environments of components in Python: made on request, and run only where they must be.
 
 use crate::folders::rcgen;
-use crate::python::skipped;
+use rc_test_support::python::skipped;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! Components in Python: generated files, and findings about their workers.
 
 use crate::folders::{changed, files, rcgen};
-use crate::python;
 use expect_test::{expect, expect_file};
+use rc_test_support::python;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -4,10 +4,11 @@
 #![allow(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 use crate::folders::{changed, files, rcgen};
-use crate::{python, rosidl, wire};
+use crate::{rosidl, wire};
 use expect_test::{expect, expect_file};
 use rc_codegen::{FileLoader, export, ros};
 use rc_diagnostics::SourceMap;
+use rc_test_support::python;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use tempfile::TempDir;

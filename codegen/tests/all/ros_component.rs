@@ -1,8 +1,8 @@
 //! `rcgen export FILE.cdsl --to ros2`: the package that `ros2 run` and launch files start.
 
 use crate::folders::rcgen;
-use crate::python;
 use expect_test::expect;
+use rc_test_support::python;
 use std::path::Path;
 use std::process::Command;
 use tempfile::TempDir;

@@ -1,11 +1,11 @@
 //! The table of the types of ROS 2 against their definitions.
 
 use crate::folders::rcgen;
-use crate::python;
 use rc_codegen::ros::definitions;
 use rc_codegen::{FileLoader, export};
 use rc_diagnostics::SourceMap;
 use rc_ros_types::{STANDARD, TypeDescription, Types};
+use rc_test_support::python;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

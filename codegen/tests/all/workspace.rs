@@ -1,6 +1,6 @@
 //! A workspace with the component that exchanges bytes with a Python program.
 
-use crate::shared_builds::share_builds;
+use rc_test_support::share_builds;
 use std::path::Path;
 use std::process::Command;
 

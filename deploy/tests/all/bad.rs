@@ -1,9 +1,9 @@
 //! Misbehaving programs, full disks and wrong use: the network tolerates them, or reports a remedy.
 
 use crate::bench::{self, Bench, await_end, codes, component, kill, text, well};
-use crate::python;
 use rc_deploy::process::Identity;
 use rc_deploy::{Component, ComponentState, Policy, Restart};
+use rc_test_support::python;
 use rustix::process::Signal;
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Stdio};

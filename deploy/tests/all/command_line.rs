@@ -1,7 +1,7 @@
 //! Help and man pages of both tools.
 
-use crate::network::site::Site;
-use crate::python::skipped;
+use rc_test_site::site::Site;
+use rc_test_support::python::skipped;
 use std::path::Path;
 use std::process::Command;
 

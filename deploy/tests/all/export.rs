@@ -1,6 +1,5 @@
 //! Exports: golden texts, and acceptance by the tools they are made for.
 
-use crate::python;
 use expect_test::expect_file;
 use k8s_openapi::api::apps::v1::Deployment;
 use k8s_openapi::api::batch::v1::Job;
@@ -8,6 +7,7 @@ use rc_codegen::FileLoader;
 use rc_deploy_export::{Engine, Export, export};
 use rc_deploy_network::{self as network, Profile};
 use rc_diagnostics::{Format, SourceMap, render};
+use rc_test_support::python;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;

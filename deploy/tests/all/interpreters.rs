@@ -1,7 +1,7 @@
 //! Interpreters of components in Python that are missing, too old or without `NumPy`: found before
 //! anything starts.
 
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};

@@ -4,8 +4,6 @@ mod bad;
 mod bench;
 mod command_line;
 mod commands;
-#[path = "../../../codegen/tests/all/debian.rs"]
-mod debian;
 mod descriptors;
 mod events;
 mod explain;
@@ -17,15 +15,12 @@ mod logs;
 mod network;
 mod printing;
 mod pty;
-mod python;
 mod realtime;
 mod remote;
 mod removed;
 mod restart;
 mod ros_names;
 mod secret;
-#[path = "../../../codegen/tests/all/shared_builds.rs"]
-mod shared_builds;
 mod start;
 mod stop;
 mod target_folder;

@@ -2,9 +2,9 @@
 //! does not permit are skipped.
 
 use crate::bench::{Bench, well};
-use crate::python;
 use rc_deploy::Component;
 use rc_deploy_client::status::table;
+use rc_test_support::python;
 use std::process::{Command, Output};
 
 /// The processors that a process may use, as the system lists them.

@@ -1,9 +1,9 @@
 //! The simulator on one host, the avoider and the pose monitor on another: two network namespaces
 //! with a cable between them, and a run directory each.
 
-use crate::python::skipped;
-use crate::site::{PATROL, Running, Site};
 use crate::{await_errors, await_well, computed, place};
+use rc_test_site::site::{PATROL, Running, Site};
+use rc_test_support::python::skipped;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 

@@ -1,6 +1,6 @@
 //! The unchanged `inner_model.ddsl` over DDS and over ROS 2.
 
-use crate::site::{Ran, Site};
+use rc_test_site::site::{Ran, Site};
 use std::path::Path;
 
 fn up(middleware: &str, site: &Site) -> Ran {

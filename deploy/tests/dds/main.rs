@@ -5,30 +5,6 @@
 //! The tests build them as a user does. They are a program of their own, so that no test with
 //! limits of time runs beside the compiler.
 
-#[allow(dead_code, reason = "each test program uses its own part")]
-#[path = "../all/network/site.rs"]
-mod site;
-
-#[allow(dead_code, reason = "each test program uses its own part")]
-#[path = "../all/python.rs"]
-mod python;
-
-#[allow(dead_code, reason = "each test program uses its own part")]
-#[path = "../all/network/tree.rs"]
-mod tree;
-
-#[path = "../all/network/racks.rs"]
-mod racks;
-
-#[path = "../all/network/tree_client.rs"]
-mod tree_client;
-
-#[path = "../all/network/foxglove.rs"]
-mod foxglove;
-
-#[path = "../all/network/recordings.rs"]
-mod recordings;
-
 mod hosts;
 mod inner_model;
 mod mixed;
@@ -39,8 +15,8 @@ mod remote;
 mod time;
 mod tools;
 
+use rc_test_site::site::{PATROL, Site};
 use serde_json::Value;
-use site::{PATROL, Site};
 use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;

@@ -2,9 +2,10 @@
 //! unchanged `patrol.ddsl` over ROS 2.
 
 use crate::patrol::{assert_unchanged, of_user};
-use crate::site::{PATROL, Ran, Site};
-use crate::{await_well, patrol::END, python, tools};
+use crate::{await_well, patrol::END, tools};
 use rc_record::bag::Info;
+use rc_test_site::site::{PATROL, Ran, Site};
+use rc_test_support::python;
 use std::path::Path;
 use std::process::Command;
 
@@ -169,7 +170,7 @@ fn the_patrol_runs_over_ros_2_and_its_files_do_not_change() {
     await_well(&site, "avoider");
     Site::until("poses come", || poses(&site, "monitor") > 20);
     tools::look(&site, "ros2");
-    crate::foxglove::look(&site, "the_patrol_runs_over_ros_2");
+    rc_test_site::foxglove::look(&site, "the_patrol_runs_over_ros_2");
     down(&site);
     assert_eq!(site.count_in_log("avoider", END), 0);
     assert_unchanged(&before, &COMPONENTS);

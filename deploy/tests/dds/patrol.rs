@@ -1,7 +1,8 @@
 //! `rcdeploy up --build --middleware dds` with the unchanged network of the README.
 
-use crate::site::{PATROL, Site};
-use crate::{await_errors, await_well, foxglove, place, rcdeploy, tools};
+use crate::{await_errors, await_well, place, rcdeploy, tools};
+use rc_test_site::foxglove;
+use rc_test_site::site::{PATROL, Site};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,9 +1,9 @@
 //! Programs of the tests in Python: slot arrays with a peer in Rust, a source of time, and exact
 //! recordings.
 
-use crate::python;
-use crate::racks::{self, RACK, Racks, json};
-use crate::site::{Ran, Running, Site};
+use rc_test_site::racks::{self, RACK, Racks, json};
+use rc_test_site::site::{Ran, Running, Site};
+use rc_test_support::python;
 use rustix::process::{Signal, kill_process};
 use serde_json::Value;
 use std::os::unix::net::UnixDatagram;

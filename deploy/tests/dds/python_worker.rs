@@ -1,8 +1,8 @@
 //! Components in Python, built and started as a user does it. The avoider in Python does what the
 //! one in Rust does, over every middleware. The detector finds what the camera draws.
 
-use crate::python;
-use crate::site::{PATROL, Site};
+use rc_test_site::site::{PATROL, Site};
+use rc_test_support::python;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;

@@ -2,9 +2,9 @@
 //! network namespaces with a cable between them.
 
 use crate::hosts::{Cable, cable, install, run};
-use crate::python::skipped;
-use crate::site::{PATROL, Site};
 use crate::{await_well, place, rcdeploy, tools};
+use rc_test_site::site::{PATROL, Site};
+use rc_test_support::python::skipped;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::fs;

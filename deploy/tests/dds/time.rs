@@ -1,7 +1,7 @@
 //! The patrol in simulated time over DDS.
 
-use crate::site::Site;
 use crate::{place, rcdeploy};
+use rc_test_site::site::Site;
 use rustix::process::{Pid, Signal, kill_process};
 
 const POSES: u32 = 60;

@@ -1,9 +1,9 @@
 //! The commands that look at a running patrol, record it and play it, over the middleware of the
 //! network.
 
-use crate::recordings::count;
-use crate::site::{Ran, Site};
 use rc_record::bag::Info;
+use rc_test_site::recordings::count;
+use rc_test_site::site::{Ran, Site};
 use serde_json::Value;
 use std::path::Path;
 

@@ -14,7 +14,7 @@
 
 use crate::markdown::{Block, Page, ROOT, book};
 use crate::session::Session;
-use crate::shared_builds::share_builds;
+use rc_test_support::share_builds;
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! ARCHITECTURE.md is true: a crate depends on no crate of a later layer, and `unsafe` is where the
-//! page lists it.
+//! ARCHITECTURE.md is true: a crate depends on no crate of a later layer, top-level folders depend in
+//! no circle, and `unsafe` is where the page lists it.
 
 use crate::markdown::ROOT;
 use serde_json::Value;
@@ -126,4 +126,47 @@ fn unsafe_is_where_the_page_lists_it() {
     for path in found {
         assert!(page.contains(&format!("`{path}`")), "{path} is not listed");
     }
+}
+
+#[test]
+fn top_level_folders_depend_in_no_circle() {
+    let crates = crates();
+    let top = |folder: &str| folder.split('/').next().unwrap_or_default().to_owned();
+    // For each folder the others that its crates depend on, each with one reason.
+    let mut edges = BTreeMap::<String, BTreeMap<String, String>>::new();
+    for (name, (folder, dependencies)) in &crates {
+        let own = top(folder);
+        for other in dependencies {
+            let Some((theirs, _)) = crates.get(other) else {
+                continue;
+            };
+            if top(theirs) != own {
+                let reason = format!("{name} depends on {other}");
+                let of = edges.entry(own.clone()).or_default();
+                of.entry(top(theirs)).or_insert(reason);
+            }
+        }
+    }
+    assert!(edges.len() > 10, "{edges:?}");
+    // Folders that depend on no other one are taken away until none is left.
+    loop {
+        let done = |folder: &String| !edges.contains_key(folder);
+        let free = edges.iter().find(|(_, others)| others.keys().all(done));
+        let Some(folder) = free.map(|(folder, _)| folder.clone()) else {
+            break;
+        };
+        edges.remove(&folder);
+    }
+    let mut circles = String::new();
+    for (folder, others) in &edges {
+        for (other, reason) in others {
+            if edges.contains_key(other) {
+                circles += &format!("{folder} -> {other}: {reason}\n");
+            }
+        }
+    }
+    assert!(
+        circles.is_empty(),
+        "folders in a circle, or above one:\n{circles}"
+    );
 }

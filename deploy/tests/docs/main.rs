@@ -7,5 +7,3 @@ mod links;
 mod markdown;
 mod reference;
 mod session;
-#[path = "../../../codegen/tests/all/shared_builds.rs"]
-mod shared_builds;

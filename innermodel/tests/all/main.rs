@@ -5,8 +5,6 @@ mod hostile;
 mod numbers;
 mod oracle;
 mod past;
-#[path = "../../../deploy/tests/all/python.rs"]
-mod python;
 mod threads;
 
 use innermodel::{Folders, InnerModel};

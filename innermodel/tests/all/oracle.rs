@@ -1,7 +1,8 @@
 //! Transforms equal those that scipy composes from the files.
 
-use crate::{python, scene};
+use crate::scene;
 use innermodel::{Error, Folders, InnerModel, Pose, Time, Transform, frames};
+use rc_test_support::python;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::PathBuf;

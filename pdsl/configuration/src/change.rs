@@ -2,7 +2,7 @@
 
 use crate::model::Value;
 use crate::values::SECRET;
-use rc_management::component::ParameterChange;
+use rc_vocabulary::ParameterChange;
 use serde_json::Value as Json;
 use std::fmt;
 

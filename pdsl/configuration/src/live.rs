@@ -11,7 +11,7 @@ use crate::rules;
 use crate::untyped_value::UntypedValue;
 use crate::values::{PathFolders, Values, path_from};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
-use rc_management::component::ParameterStatus;
+use rc_vocabulary::ParameterStatus;
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -3,9 +3,6 @@
 
 mod calls;
 mod other_end;
-#[allow(dead_code, reason = "the other program of tests uses more of it")]
-#[path = "../../../deploy/tests/all/python.rs"]
-mod python;
 mod topics;
 mod values;
 

@@ -1,7 +1,7 @@
 //! The component `every_type` as a process, and a network in which the test has endpoints of its
 //! own.
 
-use crate::{LIMIT, python};
+use crate::LIMIT;
 use rc_codegen::{FileLoader, Project, generate};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use rc_middleware::typed::Operation;
@@ -9,6 +9,7 @@ use rc_middleware::{
     Address, Backend, Endpoint, Environment, ExternalType, Qos, RunDirectory, Settings,
     TypeIdentity, WakeEvent,
 };
+use rc_test_support::python;
 use serde_json::Value;
 use std::fs::File;
 use std::io::{Read as _, Seek as _};

@@ -6,8 +6,8 @@
 //! [`AgentMessage::Ready`]. From then on both sides send whenever they have something to say. Both
 //! are the same program, so the protocol has no version.
 
-use crate::foreign;
 use crate::lines::LIMIT;
+use rc_vocabulary::foreign;
 use rustix::process::Signal;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;

@@ -1,7 +1,7 @@
 //! Events of a network.
 
-use crate::foreign;
 use crate::lines;
+use rc_vocabulary::foreign;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::borrow::Cow;
 use std::fmt;

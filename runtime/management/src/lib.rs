@@ -19,7 +19,6 @@ pub mod agent;
 mod client;
 pub mod component;
 pub mod event;
-mod foreign;
 pub mod lines;
 pub mod link;
 mod listener;

@@ -1,9 +1,9 @@
 //! Notifications between a component and the supervisor that started it.
 
 use crate::component::{ClockStatus, MachineStatus, State};
-use crate::foreign;
 use crate::rpc::{self, Call};
 use rc_lifecycle::LifecycleState;
+use rc_vocabulary::foreign;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;

@@ -1,10 +1,10 @@
 //! Description of a component's connections and their types, and the copies of messages that it
 //! makes for tools.
 
-use crate::foreign;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use rc_vocabulary::Role;
+use rc_vocabulary::foreign;
 use rc_vocabulary::qos::Qos;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;

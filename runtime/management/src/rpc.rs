@@ -3,9 +3,9 @@
 //! The messages of one direction are an enum. The name of a variant in snake case is the method;
 //! its fields are the parameters. A variant without fields has the parameters `{}` and accepts any.
 
-use crate::foreign;
 use crate::lines;
 use rc_diagnostics::foreign::clean;
+use rc_vocabulary::foreign;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};

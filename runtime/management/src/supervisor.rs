@@ -2,9 +2,9 @@
 
 use crate::component::{ClockStatus, MachineStatus};
 pub use crate::event::{Event, Severity};
-use crate::foreign;
 use crate::rpc::{self, Call, Error};
 use rc_lifecycle::{LifecycleState, Transition};
+use rc_vocabulary::foreign;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;

@@ -7,9 +7,6 @@
 
 mod tasks;
 
-#[path = "../../../codegen/tests/all/shared_builds.rs"]
-mod shared_builds;
-
 use crate::programs::{Failure, cargo, finish, output, target};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -133,7 +130,7 @@ impl Workspace {
         self.run(&words)?;
         let took = start.elapsed();
         if self.smoke && words[1] == "init" {
-            shared_builds::share_builds(&self.root, Path::new("features"));
+            rc_test_support::share_builds(&self.root, Path::new("features"));
             self.change("Cargo.toml", "members = [", "members = [\"features\", ")?;
         }
         Ok(took)

@@ -2,10 +2,6 @@
 //! its default settings. `bench rclpy` compares round trips with those of rclpy alone and counts
 //! images; `soak rclpy` publishes images while peers come and go.
 
-#[allow(dead_code, reason = "tests use the other parts")]
-#[path = "../../../deploy/tests/all/python.rs"]
-pub(crate) mod python;
-
 use crate::pair::{Network, quantile};
 use crate::programs::{Failure, Program, root};
 use crate::usage::own_memory;
@@ -13,6 +9,7 @@ use crate::variant::build_interop;
 use rc_deploy_network::Profile;
 use rc_management::Client;
 use rc_management::component::{Request, Status};
+use rc_test_support::python;
 use std::collections::BTreeMap;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};

@@ -1,10 +1,10 @@
 //! The libraries `mcap`, `mcap-ros2-support` and `rosbags` of Python read a recording with the same
 //! values, and we read theirs.
 
-use crate::python;
 use crate::types::{channel, interface, message, values};
 use rc_record::bag::{Decoder, Selection, each};
 use rc_record::{Limits, Stamp, Writer};
+use rc_test_support::python;
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
 use std::path::Path;

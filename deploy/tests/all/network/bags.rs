@@ -1,8 +1,8 @@
 //! `rcdeploy bag` and its kin, without a network.
 
 use crate::network::recorded::text;
-use crate::network::site::{Ran, Site};
 use rc_record::{Limits, Schema, Stamp, Writer};
+use rc_test_site::site::{Ran, Site};
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -2,8 +2,8 @@
 //! most once a second, and change nothing. The attacker uses the C functions of Cyclone DDS.
 
 use crate::network::dds::Domain;
-use crate::network::site::Site;
 use rc_ddsc::{Event, Listener, Participant, Qos, Reader, Writer};
+use rc_test_site::site::Site;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::sync::Mutex;
 use std::sync::mpsc::{Sender, channel};

@@ -1,12 +1,12 @@
 //! Calls of a slot of a component in the process of the test, which a command for each would make
 //! slow.
 
-use crate::network::site::Site;
 use rc_management::Client;
 use rc_management::component::Request;
 use rc_management::observation::{Called, Described};
 use rc_middleware::rpc::{self, ReplyKind, RequestId};
 use rc_middleware::{Reader, Writer};
+use rc_test_site::site::Site;
 use rc_values::description::Module;
 use rc_values::{Catalog, Interface, decode_from, encode, from_json};
 use serde_json::Value;

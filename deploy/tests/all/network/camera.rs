@@ -1,6 +1,6 @@
 //! Images of one camera to three subscribers.
 
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 
 const CAMERA: &str = include_str!("../../../../components/networks/camera.ddsl");
 

@@ -1,7 +1,7 @@
 //! Changes of a `.ddsl` while its network runs, full disks, and full shared memory.
 
-use crate::network::site::{PATROL, Site};
-use crate::python::skipped;
+use rc_test_site::site::{PATROL, Site};
+use rc_test_support::python::skipped;
 use rustix::process::{Signal, kill_process};
 use std::fs::File;
 use std::process::{Command, Stdio};

@@ -1,9 +1,9 @@
 //! Completion in real shells: commands, options, and the names of a network that runs.
 
-use crate::debian;
-use crate::network::site::Site;
 use crate::pty::{SETSID, Terminal};
-use crate::python::skipped;
+use rc_test_site::site::Site;
+use rc_test_support::debian;
+use rc_test_support::python::skipped;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

@@ -1,8 +1,8 @@
 //! Shared by tests of DDS and of ROS 2: the component `interop` in a domain, and programs beside
 //! it.
 
-use crate::network::site::{Running, Site};
-use crate::python;
+use rc_test_site::site::{Running, Site};
+use rc_test_support::python;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};

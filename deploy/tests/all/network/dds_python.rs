@@ -4,7 +4,7 @@
 
 use crate::network::dds::{Domain, ExternalProgram, python};
 use crate::network::interop_client::{InteropClient, PATIENCE};
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 use std::time::Instant;
 
 /// A message with every kind of member travels both ways. Nothing is lost, and the order is kept.

@@ -1,6 +1,6 @@
 //! Exact recordings: the patrol in simulated time lives again, and a run that differs is found.
 
-use crate::network::site::{Ran, Site};
+use rc_test_site::site::{Ran, Site};
 use std::path::{Path, PathBuf};
 
 /// How many poses a run has: twenty seconds of simulated time.

@@ -1,7 +1,7 @@
 //! `rcdeploy foxglove`: clients see and touch a network, and hostile ones stop nothing.
 
-use super::foxglove::{Tool, client, look, rcdeploy, serve};
-use super::site::{PATROL, Site};
+use rc_test_site::foxglove::{Tool, client, look, rcdeploy, serve};
+use rc_test_site::site::{PATROL, Site};
 use serde_json::{Value, json};
 
 fn patrol(name: &str) -> Site {

@@ -1,6 +1,6 @@
 //! A network with groups, and restarts.
 
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 use rustix::process::{Pid, Signal, kill_process};
 
 /// The patrol, in groups.

@@ -2,8 +2,8 @@
 //! file differs.
 
 use crate::network::recorded::{Tool, info, play};
-use crate::network::recordings::count;
-use crate::network::site::{PATROL, Ran, Site};
+use rc_test_site::recordings::count;
+use rc_test_site::site::{PATROL, Ran, Site};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::process::Command;

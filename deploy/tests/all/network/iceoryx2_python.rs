@@ -2,8 +2,8 @@
 //! `docs/shared-memory-wire.md`. The programs are in `middleware/iceoryx2/tests/stranger`, as
 //! examples for users.
 
-use crate::network::site::{Ran, Site};
-use crate::python;
+use rc_test_site::site::{Ran, Site};
+use rc_test_support::python;
 use serde_json::Value;
 use std::path::Path;
 use std::time::Instant;

@@ -1,6 +1,6 @@
 //! Two processes with the same tree of InnerModel, and one that comes late.
 
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 use serde_json::json;
 
 #[test]

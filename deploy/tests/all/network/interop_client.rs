@@ -1,12 +1,12 @@
 //! A client of the component `interop`, in the process of the test.
 
 use crate::network::dds::{Domain, Over};
-use crate::network::site::Site;
 use rc_middleware::typed::{Operation, TypedClient};
 use rc_middleware::{
     Address, Backend, CallError, Cdr, Endpoint, Environment, ExternalType, Qos, Reader, Settings,
     TypeIdentity, WakeEvent,
 };
+use rc_test_site::site::Site;
 use std::time::Duration;
 
 /// The generated description, for the types of its slots.

@@ -1,6 +1,6 @@
 //! The motor bus and the controller that moves a joint.
 
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 
 const JOINTS: &str = include_str!("../../../../components/networks/joints.ddsl");
 const MOTORS: &str = include_str!("../../../../components/motor_bus/etc/config.toml");

@@ -1,6 +1,6 @@
 //! What `check` says of whole networks.
 
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 use serde_json::Value;
 use std::fmt::Write as _;
 

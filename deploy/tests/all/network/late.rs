@@ -1,7 +1,7 @@
 //! Late subscribers get the last samples if both ends declare `durability transient_local` in their
 //! `.cdsl`: the simulator keeps its last hundred poses.
 
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 use serde_json::{Value, json};
 
 const KEPT: usize = 100;

@@ -1,7 +1,7 @@
 //! The picture of the live view in the documents: the screen of a real run.
 
-use crate::network::site::Site;
 use crate::pty::{SETSID, Terminal};
+use rc_test_site::site::Site;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! Members of slot arrays in a network: over three middlewares, and as tools see them.
 
-use crate::network::racks::{self, RACK, Racks, json};
-use crate::network::site::Site;
+use rc_test_site::racks::{self, RACK, Racks, json};
+use rc_test_site::site::Site;
 
 const RACKS: Racks = Racks {
     head: RACK,

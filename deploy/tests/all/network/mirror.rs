@@ -2,7 +2,7 @@
 
 use crate::network::caller::Caller;
 use crate::network::recorded::down;
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 use serde_json::{Value, json};
 
 const MIRROR: &str = include_str!("../../../../components/networks/mirror.ddsl");

@@ -1,6 +1,6 @@
 //! Tools look at the patrol, call its operations and send to its topics, and are no peers.
 
-use crate::network::site::{PATROL, Ran, Site};
+use rc_test_site::site::{PATROL, Ran, Site};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use std::process::{Child, Command, Stdio};
@@ -13,22 +13,20 @@ fn patrol(name: &str) -> Site {
     site
 }
 
-impl Site {
-    /// A command about the network of this site.
-    fn tool(&self, command: &str, args: &[&str]) -> Ran {
-        let mut all = vec![command, self.network.as_str()];
-        all.extend(args);
-        self.rcdeploy(&all, false)
-    }
+/// A command about the network of a site.
+fn tool(site: &Site, command: &str, args: &[&str]) -> Ran {
+    let mut all = vec![command, site.network.as_str()];
+    all.extend(args);
+    site.rcdeploy(&all, false)
+}
 
-    /// A command that goes on.
-    fn running_tool(&self, command: &str, args: &[&str]) -> RunningTool {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
-        child.arg(command).arg(&self.network).args(args);
-        self.place(&mut child);
-        child.stdout(Stdio::null()).stderr(Stdio::null());
-        RunningTool(child.spawn().expect("to start"))
-    }
+/// A command that goes on.
+fn running_tool(site: &Site, command: &str, args: &[&str]) -> RunningTool {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+    child.arg(command).arg(&site.network).args(args);
+    site.place(&mut child);
+    child.stdout(Stdio::null()).stderr(Stdio::null());
+    RunningTool(child.spawn().expect("to start"))
 }
 
 /// Dropping it kills the process.
@@ -49,7 +47,7 @@ pub(crate) fn json_of(ran: &Ran) -> Value {
 #[test]
 fn a_running_network_is_listed_shown_measured_and_called() {
     let site = patrol("observed");
-    let listed = json_of(&site.tool("list", &["--format", "json"]));
+    let listed = json_of(&tool(&site, "list", &["--format", "json"]));
     let topic = &listed["topics"][0];
     assert_eq!(topic["operation"], "newFullPose", "{listed}");
     assert_eq!(topic["publishers"][0]["component"], "simulator");
@@ -63,15 +61,19 @@ fn a_running_network_is_listed_shown_measured_and_called() {
     let services = listed["services"].as_array().expect("a list");
     assert_eq!(services.len(), 3, "{listed}");
 
-    let shown = site.tool("show", &["FullPoseEuler"]);
+    let shown = tool(&site, "show", &["FullPoseEuler"]);
     assert!(
         shown.stdout.contains("confidence: int32  (in %, 0 to 100)"),
         "{shown:?}"
     );
-    let shown = json_of(&site.tool("show", &["simulator.Laser", "--format", "json"]));
+    let shown = json_of(&tool(
+        &site,
+        "show",
+        &["simulator.Laser", "--format", "json"],
+    ));
     assert_eq!(shown["interface"], "RoboCompLaser::Laser", "{shown}");
 
-    let echoed = site.tool("echo", &["newFullPose", "--once"]);
+    let echoed = tool(&site, "echo", &["newFullPose", "--once"]);
     assert_eq!(echoed.code, 0, "{echoed:?}");
     // The time of sending, and the sender.
     let (head, value) = echoed.stdout.split_once('\n').expect("two lines");
@@ -83,7 +85,8 @@ fn a_running_network_is_listed_shown_measured_and_called() {
         value.starts_with("pose:\n  source: \"simulator\"\n  x: "),
         "{echoed:?}"
     );
-    let csv = site.tool(
+    let csv = tool(
+        &site,
         "echo",
         &["newFullPose", "--csv", "--field", "pose.x", "--count", "3"],
     );
@@ -102,7 +105,8 @@ fn a_running_network_is_listed_shown_measured_and_called() {
         (now - times[0]).abs() < 60.0 && (0.0..60.0).contains(&(times[0] - times[1])),
         "{row}"
     );
-    let calls = site.tool(
+    let calls = tool(
+        &site,
         "echo",
         &["getLaserData", "--format", "json", "--count", "2"],
     );
@@ -112,16 +116,24 @@ fn a_running_network_is_listed_shown_measured_and_called() {
     let caller = request["sender"].as_str().unwrap_or_default();
     assert!(caller.starts_with("avoider.Laser ["), "{calls:?}");
 
-    let hz = json_of(&site.tool("hz", &["newFullPose", "--lines", "1", "--format", "json"]));
+    let hz = json_of(&tool(
+        &site,
+        "hz",
+        &["newFullPose", "--lines", "1", "--format", "json"],
+    ));
     assert!(hz["rate_hz"].as_f64().is_some_and(|hz| hz > 0.0), "{hz}");
 
-    let called = json_of(&site.tool("call", &["getLaserConfData", "--format", "json"]));
+    let called = json_of(&tool(
+        &site,
+        "call",
+        &["getLaserConfData", "--format", "json"],
+    ));
     assert!(
         called["result"]["return"]["maxMeasures"].is_number(),
         "{called}"
     );
     assert_eq!(
-        site.tool("call", &["setSpeedBase", r#"{"adv": 1}"#]).code,
+        tool(&site, "call", &["setSpeedBase", r#"{"adv": 1}"#]).code,
         0
     );
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
@@ -136,28 +148,36 @@ fn wrong_names_and_values_are_refused_with_what_is_allowed() {
         assert!(ran.stderr.contains(text), "{ran:?}");
     };
     fails(
-        site.tool("echo", &["newFullPos", "--once"]),
+        tool(&site, "echo", &["newFullPos", "--once"]),
         "did you mean `simulator.FullPoseEstimationPub.newFullPose`?",
     );
     fails(
-        site.tool("call", &["getBasePos"]),
+        tool(&site, "call", &["getBasePos"]),
         "did you mean `simulator.DifferentialRobot.getBasePose`?",
     );
-    fails(site.tool("show", &["Lasr"]), "did you mean");
+    fails(tool(&site, "show", &["Lasr"]), "did you mean");
     fails(
-        site.tool("echo", &["newFullPose", "--once", "--field", "pose.xx"]),
+        tool(
+            &site,
+            "echo",
+            &["newFullPose", "--once", "--field", "pose.xx"],
+        ),
         "there is no member `xx`",
     );
     fails(
-        site.tool("send", &["newFullPose", r#"{"pose": {"confidence": 101}}"#]),
+        tool(
+            &site,
+            "send",
+            &["newFullPose", r#"{"pose": {"confidence": 101}}"#],
+        ),
         "`pose.confidence`: 101 is outside its range 0 to 100 %",
     );
     fails(
-        site.tool("call", &["setSpeedBase", r#"{"advance": 1}"#]),
+        tool(&site, "call", &["setSpeedBase", r#"{"advance": 1}"#]),
         "has no member `advance`",
     );
     fails(
-        site.tool("call", &["setSpeedBase", "{"]),
+        tool(&site, "call", &["setSpeedBase", "{"]),
         "the value is no JSON",
     );
     let gone = site.rcdeploy(&["echo", "no_such_network", "newFullPose"], false);
@@ -180,23 +200,23 @@ fn tools_are_no_peers_and_take_no_place() {
     let connected = [json!(1), json!(1), json!(1), json!(1)];
     Site::until("all are connected", || peers() == connected);
     let mut tools: Vec<RunningTool> = (0..4)
-        .map(|_| site.running_tool("echo", &["newFullPose"]))
+        .map(|_| running_tool(&site, "echo", &["newFullPose"]))
         .collect();
     Site::until("the places of tools are taken", || {
         // The fifth one may have come before one of the four.
         for tool in &mut tools {
             if tool.0.try_wait().expect("a child").is_some() {
-                *tool = site.running_tool("echo", &["newFullPose"]);
+                *tool = running_tool(&site, "echo", &["newFullPose"]);
             }
         }
-        let fifth = site.tool("echo", &["newFullPose", "--once", "--timeout", "1"]);
+        let fifth = tool(&site, "echo", &["newFullPose", "--once", "--timeout", "1"]);
         fifth.stderr.contains("4 tools observe it already")
     });
     assert_eq!(peers(), connected);
     let sent = json_of(&{
-        let ran = site.tool("send", &["newFullPose", r#"{"pose": {"x": 1}}"#]);
+        let ran = tool(&site, "send", &["newFullPose", r#"{"pose": {"x": 1}}"#]);
         assert_eq!(ran.code, 0, "{ran:?}");
-        site.tool("list", &["--format", "json"])
+        tool(&site, "list", &["--format", "json"])
     });
     assert!(
         sent["topics"][0]["publishers"][0]["rate_hz"]

@@ -1,8 +1,8 @@
 //! `rcdeploy params` with real components: changes, errors, saving.
 
-use crate::network::site::{PATROL, Ran, Site};
 use rc_codegen::FileLoader;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use rc_test_site::site::{PATROL, Ran, Site};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use std::fs;

@@ -2,11 +2,11 @@
 
 #![allow(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
-use crate::network::site::{Ran, Site};
 use rc_codegen::FileLoader;
 use rc_deploy_graph::{Graph, GraphFormat};
 use rc_deploy_network::{self as network, Network, Overrides, Profile};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use rc_test_site::site::{Ran, Site};
 use rustix::process::{Signal, kill_process};
 use std::path::Path;
 use std::process::Stdio;

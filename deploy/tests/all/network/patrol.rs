@@ -2,7 +2,7 @@
 //!
 //! The components are those of this repository, built by `cargo xtask test` before the tests run.
 
-use crate::network::site::{PATROL, Site};
+use rc_test_site::site::{PATROL, Site};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 

@@ -2,7 +2,7 @@
 
 use crate::network::house::control;
 use crate::network::observe::json_of;
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 use serde_json::{Value, json};
 use std::time::Duration;
 

@@ -1,6 +1,6 @@
 //! `--probe`, and notifications of a service manager.
 
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 use rustix::process::{Signal, kill_process};
 use std::os::unix::net::UnixDatagram;
 use std::time::Duration;

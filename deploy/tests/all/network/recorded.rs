@@ -1,11 +1,11 @@
 //! Recordings of networks: what is recorded, also by a recorder that is killed or has no disk, and
 //! components that run against yesterday.
 
-use crate::network::recordings::count;
-use crate::network::site::{Ran, Running, Site};
-use crate::python;
 use rc_record::bag::Info;
 use rc_record::{Limits, Schema, Stamp, Writer, keys};
+use rc_test_site::recordings::count;
+use rc_test_site::site::{Ran, Running, Site};
+use rc_test_support::python;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

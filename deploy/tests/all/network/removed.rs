@@ -1,6 +1,6 @@
 //! Networks of real components whose shared memory is removed, or whose peers do not come back.
 
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 use serde_json::Value;
 
 fn up(site: &Site) {

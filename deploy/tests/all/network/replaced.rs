@@ -1,6 +1,6 @@
 //! `rcdeploy up --build` whose own program is replaced by the build.
 
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;

@@ -1,6 +1,6 @@
 //! Unsaved changes of parameters survive restarts of their component.
 
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 use rustix::process::{Pid, Signal, kill_process};
 
 const JOINTS: &str = include_str!("../../../../components/networks/joints.ddsl");

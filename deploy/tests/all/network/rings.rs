@@ -1,9 +1,9 @@
 //! The ring of a recorder, in memory: a crash, an event, a signal and a request write it.
 
 use crate::network::recorded::{Tool, down, info, text, up};
-use crate::network::recordings::count;
-use crate::network::site::{PATROL, Site};
 use rc_record::bag::Info;
+use rc_test_site::recordings::count;
+use rc_test_site::site::{PATROL, Site};
 use rustix::process::{Pid, Signal, kill_process};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

@@ -1,11 +1,11 @@
 //! A C++ program on Fast DDS, the library of `rmw_fastrtps`: topics, and services in its mapping.
 //! The program is `middleware/ros2/tests/stranger/fast.cpp`, the component is `interop`.
 
-use crate::debian;
 use crate::network::dds::{Domain, ExternalProgram, Over};
 use crate::network::ros_python::interop_client;
-use crate::network::site::Site;
-use crate::python::{run, skipped};
+use rc_test_site::site::Site;
+use rc_test_support::debian;
+use rc_test_support::python::{run, skipped};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;

@@ -5,8 +5,8 @@
 
 use crate::network::dds::{Domain, ExternalProgram, Over, python};
 use crate::network::interop_client::{InteropClient, PATIENCE};
-use crate::network::site::{Running, Site};
 use rc_middleware::CallError;
+use rc_test_site::site::{Running, Site};
 use std::time::Instant;
 
 fn domain(name: &str, id: u32) -> Domain {

@@ -2,8 +2,8 @@
 //! The programs are in `middleware/ros2/tests/rclpy`.
 
 use crate::network::dds::{Domain, ExternalProgram, Over};
-use crate::network::site::Site;
-use crate::python;
+use rc_test_site::site::Site;
+use rc_test_support::python;
 use rustix::process::{Signal, kill_process};
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -4,8 +4,8 @@
 
 use crate::network::dds::{Domain, Over};
 use crate::network::ros_python::adding_at;
-use crate::network::site::{Ran, Site};
-use crate::python::skipped;
+use rc_test_site::site::{Ran, Site};
+use rc_test_support::python::skipped;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 

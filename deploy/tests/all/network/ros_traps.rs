@@ -4,7 +4,7 @@
 //! interface.
 
 use crate::network::dds::{COMPONENT, Domain, Over, python};
-use crate::network::site::Site;
+use rc_test_site::site::Site;
 use rustix::process::{Signal, kill_process};
 use std::time::{Duration, Instant};
 

@@ -1,7 +1,7 @@
 //! The states of a component in a running network: events from outside, status, pictures.
 
-use crate::network::site::{PATROL, Ran, Site};
 use crate::remote::SSH;
+use rc_test_site::site::{PATROL, Ran, Site};
 use serde_json::Value;
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;

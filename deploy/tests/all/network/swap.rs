@@ -2,10 +2,10 @@
 //! in several, the patrol gives the same trace from the same seed. `src/` is used in place, byte
 //! for byte.
 
-use crate::network::site::{PATROL, Site};
-use crate::shared_builds::share_builds;
 use rc_cdsl::model::Middleware;
 use rc_codegen::{FileLoader, Project, generation};
+use rc_test_site::site::{PATROL, Site};
+use rc_test_support::share_builds;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

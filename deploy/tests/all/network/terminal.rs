@@ -1,7 +1,7 @@
 //! `rcdeploy up` and `rcdeploy top` on a real terminal: screens, keys, and the restored terminal.
 
-use crate::network::site::Site;
 use crate::pty::{SETSID, Terminal};
+use rc_test_site::site::Site;
 use rustix::process::{Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;

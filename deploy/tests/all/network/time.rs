@@ -1,10 +1,10 @@
 //! Networks in simulated time: what is checked, the options of components, and the patrol in
 //! lockstep over shared memory.
 
-use crate::network::site::Site;
 use rc_codegen::FileLoader;
 use rc_deploy_network::{self as network, Network, Profile};
 use rc_diagnostics::{Format, SourceMap, render};
+use rc_test_site::site::Site;
 use rustix::process::{Pid, Signal, kill_process};
 use std::path::Path;
 

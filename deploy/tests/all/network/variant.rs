@@ -1,11 +1,11 @@
 //! A user's network on another middleware than its component was generated for.
 
-use crate::network::site::Site;
-use crate::shared_builds::share_builds;
 use rc_cdsl::model::Middleware;
 use rc_codegen::workspace::{self, Framework};
 use rc_codegen::{FileLoader, Project, generation};
 use rc_diagnostics::SourceMap;
+use rc_test_site::site::Site;
+use rc_test_support::share_builds;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

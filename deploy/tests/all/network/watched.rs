@@ -1,6 +1,6 @@
 //! Conditions of a running network are reported when they start and when they end.
 
-use crate::network::site::{PATROL, Site};
+use rc_test_site::site::{PATROL, Site};
 use serde_json::json;
 
 fn await_event(site: &Site, component: &str, code: &str, text: &str) {

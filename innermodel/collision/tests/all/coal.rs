@@ -1,8 +1,8 @@
 //! Distances equal those of coal.
 
-use crate::python;
 use innermodel::{InnerModel, Pose, Time};
 use innermodel_collision::Space;
+use rc_test_support::python;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::process::Command;

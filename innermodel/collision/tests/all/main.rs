@@ -2,8 +2,6 @@
 
 mod coal;
 mod hostile;
-#[path = "../../../../deploy/tests/all/python.rs"]
-mod python;
 mod rays;
 mod scenes;
 mod shapes;

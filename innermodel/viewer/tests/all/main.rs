@@ -1,13 +1,9 @@
 //! Tests of `rcview` and of the window.
 
-#[path = "../../../../codegen/tests/all/debian.rs"]
-mod debian;
 mod edited_files;
 mod editing;
 mod files;
 mod pointing;
-#[path = "../../../../deploy/tests/all/python.rs"]
-mod python;
 mod screen;
 mod whole;
 mod windows;

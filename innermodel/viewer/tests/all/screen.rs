@@ -1,6 +1,6 @@
 //! A display without a monitor: Xvfb of Debian.
 
-use crate::debian::provided;
+use rc_test_support::debian::provided;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};

@@ -62,7 +62,9 @@ impl Component for Worker {
 
 #[test]
 fn rclpy_manages_a_component_as_a_node_of_its_own() {
-    let Some(python) = crate::python::ros("rclpy_manages_a_component_as_a_node_of_its_own") else {
+    let Some(python) =
+        rc_test_support::python::ros("rclpy_manages_a_component_as_a_node_of_its_own")
+    else {
         return;
     };
     let network = format!("lifecycle_{}", std::process::id());

@@ -1,9 +1,6 @@
 //! All integration tests of the backend in one program, except those of a short lease, which other
 //! participants of the same process would let expire.
 
-#[path = "../../../../deploy/tests/all/python.rs"]
-mod python;
-
 mod attacker;
 mod clock;
 mod conformance;

@@ -344,7 +344,7 @@ fn a_component_receives_parameter_events() {
 #[test]
 fn a_node_on_cyclone_lists_describes_gets_and_sets_parameters() {
     let test = "a_node_on_cyclone_lists_describes_gets_and_sets_parameters";
-    let Some(python) = crate::python::interpreter("cyclonedds==11.0.1", test) else {
+    let Some(python) = rc_test_support::python::interpreter("cyclonedds==11.0.1", test) else {
         return;
     };
     let network = format!("rosparam_stranger_{}", std::process::id());

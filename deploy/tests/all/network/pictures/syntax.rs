@@ -3,9 +3,9 @@
 use super::fleet::fleet;
 use super::goldens::{NETWORKS, draw};
 use super::wrong::broken;
-use crate::debian;
-use crate::python::{run, skipped};
 use rc_deploy_graph::GraphFormat;
+use rc_test_support::debian;
+use rc_test_support::python::{run, skipped};
 use std::path::{Path, PathBuf};
 
 /// Writes the graphs of all networks, of an invalid and of a large one.

@@ -6,7 +6,7 @@ use arbtest::arbtest;
 use rc_configuration::model::Parameters;
 use rc_configuration::{Configuration, LiveParameters, SaveError};
 use rc_diagnostics::{SourceMap, render};
-use rc_management::component::ParameterStatus;
+use rc_vocabulary::ParameterStatus;
 use serde_json::{Value as Json, json};
 use std::collections::HashMap;
 use std::path::Path;

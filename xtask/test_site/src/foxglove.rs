@@ -1,7 +1,7 @@
 //! A client of `rcdeploy foxglove` that knows nothing but the protocol.
 
-use super::site::Site;
-use crate::python;
+use crate::site::{self, Site};
+use rc_test_support::python;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader};
@@ -11,7 +11,10 @@ use std::process::{Child, Command, Stdio};
 const PACKAGES: &str = include_str!("foxglove.txt");
 
 /// A running command. Dropping it ends it.
-pub(crate) struct Tool(pub(crate) Child);
+pub struct Tool(
+    /// Its process.
+    pub Child,
+);
 
 impl Drop for Tool {
     fn drop(&mut self) {
@@ -20,15 +23,16 @@ impl Drop for Tool {
     }
 }
 
-pub(crate) fn rcdeploy(site: &Site, args: &[&str]) -> Command {
+/// `rcdeploy ARGS…` in the environment of a site.
+pub fn rcdeploy(site: &Site, args: &[&str]) -> Command {
     Site::executable("rcfoxglove");
-    let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
+    let mut command = site.command(&site::rcdeploy());
     command.args(args);
     command
 }
 
 /// Serves the network of a site on a free port.
-pub(crate) fn serve(site: &Site, args: &[&str]) -> (Tool, u16) {
+pub fn serve(site: &Site, args: &[&str]) -> (Tool, u16) {
     let all = [&["foxglove", site.network.as_str(), "--port", "0"], args].concat();
     let mut command = rcdeploy(site, &all);
     let mut child = command.stdout(Stdio::piped()).spawn().expect("rcdeploy");
@@ -44,12 +48,12 @@ pub(crate) fn serve(site: &Site, args: &[&str]) -> (Tool, u16) {
 }
 
 /// Runs the client. `None` if it cannot run here.
-pub(crate) fn client(site: &Site, port: u16, what: &str, test: &str) -> Option<Value> {
+pub fn client(site: &Site, port: u16, what: &str, test: &str) -> Option<Value> {
     let python = python::packages("foxglove", PACKAGES, test)?;
-    let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/all/network/foxglove.py");
+    let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/foxglove.py");
     let mut command = site.command(python);
     command.arg(program).arg(port.to_string()).arg(what);
-    command.arg(env!("CARGO_BIN_EXE_rcdeploy"));
+    command.arg(site::rcdeploy());
     command.args(["restart", &site.network, "simulator"]);
     let ran = site.run(command);
     assert_eq!(ran.code, 0, "{ran:?}");
@@ -57,7 +61,7 @@ pub(crate) fn client(site: &Site, port: u16, what: &str, test: &str) -> Option<V
 }
 
 /// A client sees and touches a running patrol.
-pub(crate) fn look(site: &Site, test: &str) {
+pub fn look(site: &Site, test: &str) {
     let (mut tool, port) = serve(site, &[]);
     let pose =
         r#"{"pose": {"source": "sent", "x": 1500, "y": -250, "rz": 3.1415927, "confidence": 42}}"#;

@@ -9,8 +9,9 @@ use std::sync::{Mutex, PoisonError};
 /// those of their dependencies that are not installed, created once. `works` tries either.
 ///
 /// # Errors
+///
 /// Why there is neither.
-pub(crate) fn provided(
+pub fn provided(
     packages: &str,
     works: &dyn Fn(Option<&Path>) -> bool,
 ) -> Result<Option<PathBuf>, String> {
@@ -24,7 +25,7 @@ fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<PathBuf, St
     // One test at a time, because all use the same folder.
     static ONE: Mutex<()> = Mutex::new(());
     let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let folder = crate::folder()?;
     let name = packages.split(' ').next().unwrap_or(packages);
     let place = folder.join(name);
     if works(&place) {

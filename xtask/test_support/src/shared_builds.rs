@@ -6,7 +6,11 @@ use std::path::{Path, PathBuf};
 /// gets the same versions and profile, and the member `member` with all dependencies of the table
 /// of this workspace. With `--workspace`, cargo then chooses the same features. The member has a
 /// program only, so cargo compiles its dependencies only if they are needed elsewhere.
-pub(crate) fn share_builds(workspace: &Path, member: &Path) {
+///
+/// # Panics
+///
+/// A file of either workspace cannot be read or written.
+pub fn share_builds(workspace: &Path, member: &Path) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"))
         .ancestors()
         .find(|folder| folder.join("Cargo.lock").exists())

@@ -1,7 +1,7 @@
 //! RoboComp's interface `InnerModelManager` over the middleware of a component: each operation, and
 //! each code of an error.
 
-use super::site::Site;
+use crate::site::Site;
 use interfaces::robo_comp_inner_model_manager::inner_model_manager::{
     self as calls, InnerModelManagerClient,
 };
@@ -103,7 +103,7 @@ fn at(x: f32, y: f32, z: f32) -> Pose3D {
 impl Site {
     /// Calls each operation of a component that serves the house and refuses collisions, and gets
     /// each code of an error.
-    pub(crate) fn call_each_operation(&self, component: &str) {
+    pub fn call_each_operation(&self, component: &str) {
         let socket = self.directory().socket(component);
         let mut management = Client::connect(&socket, LIMIT).expect("its socket");
         let described: Described = management

@@ -1,21 +1,26 @@
 //! Two racks, whose members exchange messages over three middlewares.
 
-use super::site::{Ran, Site};
+use crate::site::{Ran, Site};
 use serde_json::Value;
 
 /// The rack in Rust.
-pub(crate) const RACK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/programs/rack/rack.cdsl");
+pub const RACK: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../deploy/tests/programs/rack/rack.cdsl"
+);
 
 /// The descriptions of two racks.
-pub(crate) struct Racks {
-    pub(crate) head: &'static str,
-    pub(crate) reader: &'static str,
+pub struct Racks {
+    /// The one that publishes.
+    pub head: &'static str,
+    /// The one that relays what it receives.
+    pub reader: &'static str,
     /// A domain of DDS and one of ROS 2 that no other test has.
-    pub(crate) domains: (u16, u16),
+    pub domains: (u16, u16),
 }
 
 /// The line that a tool prints.
-pub(crate) fn json(ran: &Ran) -> Value {
+pub fn json(ran: &Ran) -> Value {
     assert_eq!(ran.code, 0, "{ran:?}");
     let line = ran.stdout.lines().next().unwrap_or_default();
     serde_json::from_str(line).expect("JSON")
@@ -24,7 +29,7 @@ pub(crate) fn json(ran: &Ran) -> Value {
 impl Racks {
     /// A network of both. Everything that `reader` replies and publishes comes from `head`, with
     /// the names of members exchanged.
-    pub(crate) fn network(&self, site: &Site) -> String {
+    pub fn network(&self, site: &Site) -> String {
         let (dds, ros) = self.domains;
         let (head, reader) = (self.head, self.reader);
         let mut text = format!(
@@ -58,7 +63,7 @@ impl Racks {
 
 /// Checks the running network with its tools, ends it, and repeats the recordings of both.
 /// `rcdeploy` runs a command.
-pub(crate) fn check(site: &Site, rcdeploy: &dyn Fn(&[&str]) -> Ran) {
+pub fn check(site: &Site, rcdeploy: &dyn Fn(&[&str]) -> Ran) {
     let tool = |command: &str, args: &[&str]| {
         let all: Vec<&str> = [command, &site.network]
             .into_iter()

@@ -14,8 +14,7 @@ const LIMIT: Duration = Duration::from_mins(5);
 
 /// Returns an interpreter that has `package`, written as `NAME==VERSION`. Without Python, or
 /// without a way to the package, `test` is listed as skipped.
-#[allow(dead_code, reason = "some programs of tests need a list of packages")]
-pub(crate) fn interpreter(package: &'static str, test: &str) -> Option<&'static Path> {
+pub fn interpreter(package: &'static str, test: &str) -> Option<&'static Path> {
     let name = package.replace("==", "-");
     environment(&name, package, &[], || Ok("python3".into()), test)
 }
@@ -25,25 +24,20 @@ const ROS_JAZZY: &str = include_str!("ros_jazzy.txt");
 
 /// Returns an interpreter that has rclpy. Without Python 3.12, or without a way to the wheels,
 /// `test` is listed as skipped.
-#[allow(dead_code, reason = "some programs of tests need no ROS 2")]
-pub(crate) fn ros(test: &str) -> Option<&'static Path> {
+pub fn ros(test: &str) -> Option<&'static Path> {
     wheels("ros-jazzy", ROS_JAZZY, test)
 }
 
-/// The same for another list of packages, in the environment `name`.
-pub(crate) fn wheels(name: &str, requirements: &'static str, test: &str) -> Option<&'static Path> {
+/// Returns an interpreter of the environment `name`, which has the wheels of a list for Python 3.12,
+/// and no others. Without Python 3.12, or without a way to the wheels, `test` is listed as skipped.
+pub fn wheels(name: &str, requirements: &'static str, test: &str) -> Option<&'static Path> {
     // The lists are complete. Wheels of ROS 2 also depend on tools that no test needs.
     environment(name, requirements, &["--no-deps"], python_3_12, test)
 }
 
 /// Returns an interpreter that has the packages of a list, in the syntax of a file of pip. Without
 /// Python, or without a way to the packages, `test` is listed as skipped.
-#[allow(dead_code, reason = "some programs of tests need one package")]
-pub(crate) fn packages(
-    name: &str,
-    requirements: &'static str,
-    test: &str,
-) -> Option<&'static Path> {
+pub fn packages(name: &str, requirements: &'static str, test: &str) -> Option<&'static Path> {
     environment(name, requirements, &[], || Ok("python3".into()), test)
 }
 
@@ -85,8 +79,12 @@ fn python_3_12() -> Result<PathBuf, String> {
         .ok_or_else(|| "there is no Python 3.12 in the path and none of pyenv".to_owned())
 }
 
-/// Says that a test could not be run; `cargo xtask test` repeats it at its end.
-pub(crate) fn skipped(test: &str, reason: &str) {
+/// Lists a test that could not be run; `cargo xtask test` repeats the line at its end.
+///
+/// # Panics
+///
+/// The file that `cargo xtask test` names is not writable.
+pub fn skipped(test: &str, reason: &str) {
     let line = format!("skipped: {test}: {reason}\n");
     // Past the test harness, which keeps what successful tests print to itself.
     let _ = std::io::stderr().write_all(line.as_bytes());
@@ -100,16 +98,6 @@ pub(crate) fn skipped(test: &str, reason: &str) {
     }
 }
 
-/// The folder of environments: that of cargo for tests, and for other programs the same one.
-fn folder() -> Result<PathBuf, String> {
-    if let Some(folder) = option_env!("CARGO_TARGET_TMPDIR") {
-        return Ok(folder.into());
-    }
-    let own = std::env::current_exe().map_err(|error| error.to_string())?;
-    let target = own.ancestors().nth(2).ok_or("there is no target folder")?;
-    Ok(target.join("tmp"))
-}
-
 /// Makes an environment, or finds it complete. An installation that was killed begins anew.
 fn install(
     name: &str,
@@ -117,7 +105,7 @@ fn install(
     options: &[&str],
     base: impl FnOnce() -> Result<PathBuf, String>,
 ) -> Result<PathBuf, String> {
-    let folder = folder()?;
+    let folder = crate::folder()?;
     let failed = |what: &Path| {
         let what = what.display().to_string();
         move |error: std::io::Error| format!("{what}: {error}")
@@ -169,8 +157,12 @@ fn lock(path: &Path) -> Result<File, String> {
     }
 }
 
-/// Runs one step; an error says what it was and the last that it printed.
-pub(crate) fn run(program: &Path, args: &[impl AsRef<OsStr>]) -> Result<(), String> {
+/// Runs a program for at most five minutes.
+///
+/// # Errors
+///
+/// The command, and the last line that it printed to standard error.
+pub fn run(program: &Path, args: &[impl AsRef<OsStr>]) -> Result<(), String> {
     let words = args.iter().map(|arg| arg.as_ref().to_string_lossy());
     let words = words.collect::<Vec<_>>().join(" ");
     let what = format!("{} {words}", program.display());

@@ -10,42 +10,61 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The network of the README, unchanged.
-pub(crate) const PATROL: &str = include_str!("../../../../components/networks/patrol.ddsl");
+pub const PATROL: &str = include_str!("../../../components/networks/patrol.ddsl");
 /// The longest wait of a test.
 const LIMIT: Duration = Duration::from_secs(20);
 
+/// The folder of the programs of this test run, `target/debug`.
+fn profile() -> PathBuf {
+    let own = std::env::current_exe().expect("this program");
+    // Programs of tests are in `target/debug/deps`.
+    own.ancestors()
+        .nth(2)
+        .expect("the target folder")
+        .to_owned()
+}
+
+/// The program `rcdeploy` of this test run.
+pub fn rcdeploy() -> PathBuf {
+    Site::executable("rcdeploy")
+}
+
 /// The exit code and the output of a command.
 #[derive(Debug)]
-pub(crate) struct Ran {
-    pub(crate) code: i32,
-    pub(crate) stdout: String,
-    pub(crate) stderr: String,
+pub struct Ran {
+    /// The exit code; -1 after a signal.
+    pub code: i32,
+    /// Its standard output.
+    pub stdout: String,
+    /// Its standard error.
+    pub stderr: String,
 }
 
 /// A component started by hand. Dropping it kills the process.
-pub(crate) struct Running {
+pub struct Running {
     child: Child,
     log: PathBuf,
 }
 
 impl Running {
     /// Output of the process so far.
-    pub(crate) fn log(&self) -> String {
+    pub fn log(&self) -> String {
         std::fs::read_to_string(&self.log).expect("its log")
     }
 
-    pub(crate) fn pid(&self) -> Pid {
+    /// Its process.
+    pub fn pid(&self) -> Pid {
         Pid::from_child(&self.child)
     }
 
     /// Kills it.
-    pub(crate) fn kill(&mut self) {
+    pub fn kill(&mut self) {
         self.child.kill().expect("to kill");
         self.child.wait().expect("to reap");
     }
 
     /// Waits for its exit. Returns its exit code.
-    pub(crate) fn end(mut self) -> Option<i32> {
+    pub fn end(mut self) -> Option<i32> {
         let start = Instant::now();
         loop {
             if let Some(status) = self.child.try_wait().expect("a child") {
@@ -64,12 +83,14 @@ impl Drop for Running {
     }
 }
 
-pub(crate) struct Site {
+/// Network, run directory, logs and files of one test. Dropping it stops the network.
+pub struct Site {
     folder: tempfile::TempDir,
-    pub(crate) network: String,
+    /// The name of the network, which no other test has.
+    pub network: String,
     /// The command, with its first arguments, that runs all programs of this environment. Empty for
     /// none.
-    pub(crate) within: Vec<String>,
+    pub within: Vec<String>,
 }
 
 /// Stops a network that a failed test has left, and removes its files.
@@ -83,7 +104,8 @@ impl Drop for Site {
 }
 
 impl Site {
-    pub(crate) fn new(name: &str) -> Self {
+    /// An environment with the network of the README. Its network is named after `name`.
+    pub fn new(name: &str) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let site = Self {
             folder,
@@ -95,20 +117,22 @@ impl Site {
         site
     }
 
-    pub(crate) fn path(&self, name: &str) -> PathBuf {
+    /// A path in the folder of this environment.
+    pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    pub(crate) fn components() -> PathBuf {
+    /// The components of this repository.
+    pub fn components() -> PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("../components")
+            .join("../../components")
             .canonicalize()
             .expect("the components")
     }
 
     /// Writes the network's file, with paths into this repository and the network name of this
     /// test.
-    pub(crate) fn write_ddsl(&self, text: &str) {
+    pub fn write_ddsl(&self, text: &str) {
         let components = Self::components();
         let text = text
             .replace("Deployment patrol", &format!("Deployment {}", self.network))
@@ -118,17 +142,20 @@ impl Site {
         std::fs::write(networks.join("patrol.ddsl"), text).expect("to write");
     }
 
-    pub(crate) fn ddsl(&self) -> PathBuf {
+    /// The network's file.
+    pub fn ddsl(&self) -> PathBuf {
         self.path("networks/patrol.ddsl")
     }
 
-    pub(crate) fn write(&self, name: &str, text: &str) -> PathBuf {
+    /// Writes a file beside the network's. Returns its path.
+    pub fn write(&self, name: &str, text: &str) -> PathBuf {
         let path = self.path("networks").join(name);
         std::fs::write(&path, text).expect("to write");
         path
     }
 
-    pub(crate) fn copy_component(&self, name: &str) {
+    /// Copies the files of a component, without its folders, beside the network's file.
+    pub fn copy_component(&self, name: &str) {
         let target = self.path("networks").join(name);
         std::fs::create_dir_all(&target).expect("a folder");
         for entry in std::fs::read_dir(Self::components().join(name))
@@ -141,7 +168,8 @@ impl Site {
         }
     }
 
-    pub(crate) fn edit(&self, name: &str, change: impl FnOnce(String) -> String) {
+    /// Changes a file beside the network's.
+    pub fn edit(&self, name: &str, change: impl FnOnce(String) -> String) {
         let path = self.path("networks").join(name);
         let text = std::fs::read_to_string(&path).expect("to read");
         let changed = change(text.clone());
@@ -149,11 +177,9 @@ impl Site {
         std::fs::write(path, changed).expect("to write");
     }
 
-    pub(crate) fn executable(name: &str) -> PathBuf {
-        let target = Path::new(env!("CARGO_BIN_EXE_rcdeploy"))
-            .parent()
-            .expect("the target folder");
-        let path = target.join(name);
+    /// A program of this repository.
+    pub fn executable(name: &str) -> PathBuf {
+        let path = profile().join(name);
         assert!(
             path.exists(),
             "{} is missing: run the tests by `cargo xtask test`",
@@ -163,15 +189,13 @@ impl Site {
     }
 
     /// The target folder of this test run.
-    pub(crate) fn target() -> &'static Path {
-        Path::new(env!("CARGO_BIN_EXE_rcdeploy"))
-            .ancestors()
-            .nth(2)
-            .expect("the target folder")
+    pub fn target() -> PathBuf {
+        let folder = profile().parent().map(Path::to_owned);
+        folder.expect("the target folder")
     }
 
     /// Sets the folders of this test for a command.
-    pub(crate) fn place(&self, command: &mut Command) {
+    pub fn place(&self, command: &mut Command) {
         command
             .current_dir(self.path("networks"))
             .env("XDG_RUNTIME_DIR", self.path("run"))
@@ -181,7 +205,7 @@ impl Site {
     }
 
     /// A command that runs a program in this environment.
-    pub(crate) fn command(&self, program: &Path) -> Command {
+    pub fn command(&self, program: &Path) -> Command {
         let mut command = match self.within.split_first() {
             Some((first, rest)) => {
                 let mut command = Command::new(first);
@@ -195,7 +219,7 @@ impl Site {
     }
 
     /// Runs a program in this environment.
-    pub(crate) fn run(&self, mut command: Command) -> Ran {
+    pub fn run(&self, mut command: Command) -> Ran {
         self.place(&mut command);
         let output = command.output().expect("to run");
         Ran {
@@ -206,8 +230,8 @@ impl Site {
     }
 
     /// Runs rcdeploy. With `file`, appends the network's file to the arguments.
-    pub(crate) fn rcdeploy(&self, args: &[&str], file: bool) -> Ran {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+    pub fn rcdeploy(&self, args: &[&str], file: bool) -> Ran {
+        let mut command = Command::new(rcdeploy());
         command.args(args);
         if file {
             command.arg(self.ddsl());
@@ -216,29 +240,24 @@ impl Site {
     }
 
     /// Runs a component of this repository.
-    pub(crate) fn component(&self, name: &str, args: &[&str]) -> Ran {
+    pub fn component(&self, name: &str, args: &[&str]) -> Ran {
         let mut command = self.command(&Self::executable(name));
         command.args(args);
         self.run(command)
     }
 
     /// Starts a component of this repository by hand, and waits until it is ready.
-    pub(crate) fn start(&self, name: &str, args: &[&str]) -> Running {
+    pub fn start(&self, name: &str, args: &[&str]) -> Running {
         self.start_with(name, args, &[])
     }
 
     /// Like `start`, with environment variables.
-    pub(crate) fn start_with(
-        &self,
-        name: &str,
-        args: &[&str],
-        variables: &[(&str, &str)],
-    ) -> Running {
+    pub fn start_with(&self, name: &str, args: &[&str], variables: &[(&str, &str)]) -> Running {
         self.start_program(name, name, args, variables)
     }
 
     /// Like `start_with`, with a program that has another name than the component.
-    pub(crate) fn start_program(
+    pub fn start_program(
         &self,
         program: &str,
         name: &str,
@@ -267,13 +286,13 @@ impl Site {
 
     /// Starts a pose monitor that writes each pose to the file `trace`. It exits after `samples`
     /// poses, unless that is 0.
-    pub(crate) fn start_monitor(&self, trace: &str, samples: u32) -> Running {
+    pub fn start_monitor(&self, trace: &str, samples: u32) -> Running {
         let config = self.monitor(trace, samples);
         self.start("pose_monitor", &["--config", &config])
     }
 
     /// The configuration of such a pose monitor.
-    pub(crate) fn monitor(&self, trace: &str, samples: u32) -> String {
+    pub fn monitor(&self, trace: &str, samples: u32) -> String {
         let config = format!(
             "[component]\nperiod = \"50ms\"\n[parameters]\nmap = \"{}\"\nsvg = \"\"\ntrace = \"{}\"\nsamples = {samples}\n",
             Self::components().join("maps/house.map").display(),
@@ -282,19 +301,20 @@ impl Site {
         self.write("monitor.toml", &config).display().to_string()
     }
 
-    pub(crate) fn status(&self) -> Value {
+    /// The status of the network.
+    pub fn status(&self) -> Value {
         let ran = self.rcdeploy(&["status", "--format", "json", &self.network], false);
         assert_eq!(ran.code, 0, "{ran:?}");
         serde_json::from_str(&ran.stdout).expect("one JSON document")
     }
 
     /// Sends one request to the management of a component.
-    pub(crate) fn ask(&self, name: &str, method: &str) -> Value {
+    pub fn ask(&self, name: &str, method: &str) -> Value {
         self.tell(name, method, &Value::Null)
     }
 
     /// Sends one request with parameters to the management of a component.
-    pub(crate) fn tell(&self, name: &str, method: &str, params: &Value) -> Value {
+    pub fn tell(&self, name: &str, method: &str, params: &Value) -> Value {
         let mut stream = UnixStream::connect(self.directory().socket(name)).expect("its socket");
         stream.set_read_timeout(Some(LIMIT)).expect("a limit");
         let request = json!({ "jsonrpc": "2.0", "id": 1, "method": method, "params": params });
@@ -308,29 +328,31 @@ impl Site {
         serde_json::from_str::<Value>(&line).expect("JSON")["result"].clone()
     }
 
-    pub(crate) fn directory(&self) -> RunDirectory {
+    /// The run directory of the network.
+    pub fn directory(&self) -> RunDirectory {
         RunDirectory::below(&self.path("run/robocomp"), &self.network)
     }
 
-    pub(crate) fn await_in_log(&self, component: &str, text: &str) {
+    /// Waits until the log of a component has a text.
+    pub fn await_in_log(&self, component: &str, text: &str) {
         Self::until(&format!("`{text}` in the log of {component}"), || {
             self.count_in_log(component, text) > 0
         });
     }
 
     /// The number of occurrences of a text in the log of a component.
-    pub(crate) fn count_in_log(&self, component: &str, text: &str) -> usize {
+    pub fn count_in_log(&self, component: &str, text: &str) -> usize {
         self.log(component).matches(text).count()
     }
 
     /// The log of a component.
-    pub(crate) fn log(&self, component: &str) -> String {
+    pub fn log(&self, component: &str) -> String {
         let logs = self.path("state/robocomp").join(&self.network);
         std::fs::read_to_string(logs.join(format!("{component}.log"))).unwrap_or_default()
     }
 
     /// The events of a background supervisor about a component: codes and messages.
-    pub(crate) fn events(&self, component: &str) -> Vec<(String, String)> {
+    pub fn events(&self, component: &str) -> Vec<(String, String)> {
         let log = self.log("rcdeploy");
         let events = log
             .lines()
@@ -342,7 +364,7 @@ impl Site {
     }
 
     /// Waits until the condition holds for the status of a component.
-    pub(crate) fn await_component(&self, name: &str, so: impl Fn(&Value) -> bool) {
+    pub fn await_component(&self, name: &str, so: impl Fn(&Value) -> bool) {
         Self::until(&format!("the wanted status of {name}"), || {
             let status = self.status();
             let components = status["components"].as_array().cloned().unwrap_or_default();
@@ -351,17 +373,17 @@ impl Site {
     }
 
     /// Waits for the exit of a component.
-    pub(crate) fn await_end_of(&self, name: &str) {
+    pub fn await_end_of(&self, name: &str) {
         self.await_component(name, |c| c["state"] == "done");
     }
 
     /// Polls until the condition holds, with a limit. The pause is not part of what is tested.
-    pub(crate) fn until(what: &str, so: impl FnMut() -> bool) {
+    pub fn until(what: &str, so: impl FnMut() -> bool) {
         Self::until_within(LIMIT, what, so);
     }
 
     /// As `until`, with a limit for what takes long on a computer that does much else.
-    pub(crate) fn until_within(limit: Duration, what: &str, mut so: impl FnMut() -> bool) {
+    pub fn until_within(limit: Duration, what: &str, mut so: impl FnMut() -> bool) {
         let start = Instant::now();
         while !so() {
             assert!(start.elapsed() < limit, "waited {limit:?} for {what}");
@@ -375,11 +397,13 @@ impl Site {
         left
     }
 
-    pub(crate) fn await_nothing_left(&self) {
+    /// Waits until the network has left no file.
+    pub fn await_nothing_left(&self) {
         Self::until("the clean-up", || self.leftovers().is_empty());
     }
 
-    pub(crate) fn assert_nothing_left(&self) {
+    /// Checks that the network has left no file.
+    pub fn assert_nothing_left(&self) {
         assert_eq!(self.leftovers(), Vec::<PathBuf>::new());
     }
 }

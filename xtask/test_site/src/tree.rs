@@ -1,13 +1,13 @@
 //! A network of two processes that share one tree of InnerModel.
 
-use super::site::Site;
+use crate::site::Site;
 use serde_json::{Value, json};
 
-const NETWORK: &str = include_str!("../../../../components/networks/inner_model.ddsl");
+const NETWORK: &str = include_str!("../../../components/networks/inner_model.ddsl");
 
 impl Site {
     /// Calls an operation of a component.
-    pub(crate) fn call_tree(&self, operation: &str, arguments: &Value) -> Value {
+    pub fn call_tree(&self, operation: &str, arguments: &Value) -> Value {
         let arguments = arguments.to_string();
         let name = self.network.as_str();
         let ran = self.rcdeploy(
@@ -19,7 +19,7 @@ impl Site {
 
     /// Writes the network under the name of this site, over this middleware with its settings. The
     /// first process refuses collisions.
-    pub(crate) fn write_trees(&self, middleware: &str) {
+    pub fn write_trees(&self, middleware: &str) {
         let scene = Self::components().join("../innermodel/scenes/house.xml");
         let text = NETWORK
             .replace("Deployment inner_model", "Deployment patrol")
@@ -36,7 +36,7 @@ impl Site {
     }
 
     /// Changes the tree of each process, by both interfaces, and waits until the other one has it.
-    pub(crate) fn share_a_tree(&self) {
+    pub fn share_a_tree(&self) {
         // The copy has no file: all of its nodes come from the other one.
         Self::until("the copy has the bowl", || self.bowl("copy").is_some());
         self.set_bowl("world", 100.0);
@@ -58,7 +58,8 @@ impl Site {
         reply["result"]["return"]["x"].as_f64()
     }
 
-    pub(crate) fn set_bowl(&self, component: &str, x: f64) {
+    /// Moves the bowl in the tree of one process, and waits until both have it there.
+    pub fn set_bowl(&self, component: &str, x: f64) {
         let operation = format!("{component}.InnerModel.setPoseIn");
         let pose = json!({"x": x, "y": 900, "z": 0});
         self.call_tree(
@@ -68,7 +69,8 @@ impl Site {
         self.await_bowl(x);
     }
 
-    pub(crate) fn await_bowl(&self, x: f64) {
+    /// Waits until both trees have the bowl at this coordinate x of the root.
+    pub fn await_bowl(&self, x: f64) {
         for component in ["world", "copy"] {
             Self::until(&format!("the bowl of {component} is at {x}"), || {
                 let there = self.bowl(component);
