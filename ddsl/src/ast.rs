@@ -32,7 +32,7 @@ pub enum Decl {
     Component(Component),
     /// `Group NAME { … };`
     Group(Group),
-    /// `bind a.Laser -> b.Laser;`
+    /// `bind a.Laser -> b.Laser;` or `bind a.Laser -> b.Laser { convert; };`
     Bind(Bind),
     /// `external avoider.Laser at "robot/Laser";`
     External(External),
@@ -160,6 +160,8 @@ pub struct Bind {
     pub consumer: SlotPath,
     /// The slot that implements or publishes.
     pub provider: SlotPath,
+    /// Where `convert;` stands in its block.
+    pub convert: Option<Span>,
 }
 
 /// `external avoider.Laser, arm.Motor at "robot/Laser";`

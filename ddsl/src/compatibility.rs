@@ -1,5 +1,6 @@
 //! Compatibility of the endpoints of a connection: types, middleware and quality of service.
 
+use crate::conversion::Conversion;
 use crate::endpoint::{Endpoint, slot};
 use crate::model::{Deployment, Host, Setting};
 use crate::units;
@@ -50,19 +51,22 @@ impl<'a> CompatibilityChecker<'a> {
     }
 
     /// Whether two endpoints of one interface have equal types and units, the same middleware and
-    /// compatible quality of service. Reports errors at `span`.
+    /// compatible quality of service. Reports errors at the place of `line`. Returns what the
+    /// connection converts, and `None` after an error.
     pub(crate) fn check(
         &mut self,
-        span: Span,
+        line: units::Line<'_>,
         consumer: Endpoint,
         provider: Endpoint,
         found: &mut Diagnostics,
-    ) -> bool {
+    ) -> Option<Conversion> {
+        let span = line.span;
         let types = self.types(span, consumer, provider, found);
         // Units of equal types only: the members of others have no counterparts.
-        let units = types && self.units(span, consumer, provider, found);
+        let units = types.then(|| self.units(line, consumer, provider, found));
         let middleware = self.middleware(span, consumer, provider, found);
-        self.qos(span, consumer, provider, found) && types && units && middleware
+        let fits = self.qos(span, consumer, provider, found) && middleware;
+        units.flatten().filter(|_| fits)
     }
 
     fn types(
@@ -106,11 +110,11 @@ impl<'a> CompatibilityChecker<'a> {
 
     fn units(
         &self,
-        span: Span,
+        line: units::Line<'_>,
         consumer: Endpoint,
         provider: Endpoint,
         found: &mut Diagnostics,
-    ) -> bool {
+    ) -> Option<Conversion> {
         let names = [consumer, provider].map(|end| self.name(end));
         let end = |end: Endpoint, name| {
             let component = self.components.get(end.instance).copied().flatten()?;
@@ -123,10 +127,7 @@ impl<'a> CompatibilityChecker<'a> {
             })
         };
         let [ours, theirs] = [end(consumer, &names[0]), end(provider, &names[1])];
-        let (Some(ours), Some(theirs)) = (ours, theirs) else {
-            return false;
-        };
-        units::compare(span, ours, theirs, found)
+        units::compare(line, ours?, theirs?, found)
     }
 
     /// The names of the hosts of two endpoints if they differ.

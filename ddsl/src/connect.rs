@@ -2,17 +2,20 @@
 
 use crate::check::{describe_cycle, node_index, start_dependencies};
 use crate::compatibility::CompatibilityChecker;
+use crate::conversion::Conversion;
 use crate::endpoint::{Endpoint, slot};
 use crate::exports::{Exports, is_provider};
 use crate::graph::{cycles, shortest_path, strongly_connected_components};
 use crate::members::wrong_member;
-use crate::model::{Deployment, Instance, InstanceOrGroup, SlotPath};
+use crate::model::{Bind, Deployment, Instance, InstanceOrGroup, SlotPath};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Role, Slot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::Name;
 use rc_vocabulary::member;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+mod join;
 
 /// A connection between a consumer and a provider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -39,6 +42,8 @@ pub struct ConnectionDiagnostic {
 pub struct Network {
     /// Pairs of consumer and provider. A subscriber of several publishers has several connections.
     pub connections: Vec<Connection>,
+    /// What the consumers of connections with `convert;` convert.
+    pub conversions: BTreeMap<Connection, Conversion>,
     /// The external slots, each with the address that its declaration names.
     pub externals: BTreeMap<Endpoint, Option<Name>>,
     /// For each instance, the instances that must be ready before it: those of required slots that
@@ -62,6 +67,8 @@ pub fn connect(
         exports,
         compatibility: CompatibilityChecker::new(deployment, components),
         connections: Vec::new(),
+        conversions: BTreeMap::new(),
+        bound_by: Vec::new(),
         externals: BTreeMap::new(),
         diagnostics: Vec::new(),
         found,
@@ -69,6 +76,7 @@ pub fn connect(
     let mut bound = connector.connect_binds();
     connector.take_externals(&mut bound);
     connector.connect_implicitly(&bound);
+    connector.check_conversions();
     let mut network = connector.network();
     connector.check_requires_cycles(&network);
     connector.check_start_order(&network);
@@ -86,6 +94,9 @@ struct Connector<'a> {
     exports: Exports<'a>,
     compatibility: CompatibilityChecker<'a>,
     connections: Vec<Connection>,
+    conversions: BTreeMap<Connection, Conversion>,
+    /// The explicit connections, each with the location of its consumer.
+    bound_by: Vec<(Connection, Span)>,
     externals: BTreeMap<Endpoint, Option<Name>>,
     diagnostics: Vec<ConnectionDiagnostic>,
     found: Diagnostics,
@@ -117,18 +128,6 @@ impl<'a> Connector<'a> {
             diagnostic: diagnostic.clone(),
         });
         self.found.push(diagnostic);
-    }
-
-    /// Whether two endpoints of one interface are compatible. Reports errors if not.
-    fn agree(&mut self, span: Span, consumer: Endpoint, provider: Endpoint) -> bool {
-        let mut found = Diagnostics::new();
-        let agree = self
-            .compatibility
-            .check(span, consumer, provider, &mut found);
-        for diagnostic in found {
-            self.report(consumer, Some(provider), diagnostic);
-        }
-        agree
     }
 
     /// The full name of a slot.
@@ -222,9 +221,9 @@ impl<'a> Connector<'a> {
                 continue;
             }
             bound.entry(consumer).or_insert(bind.consumer.span);
-            if self.fits((&bind.consumer, named), consumer, provider) {
-                self.connections.push(Connection { consumer, provider });
-            }
+            let connection = Connection { consumer, provider };
+            self.bound_by.push((connection, bind.consumer.span));
+            self.connect_bind((bind, named), consumer, provider);
         }
         bound
     }
@@ -261,15 +260,17 @@ impl<'a> Connector<'a> {
         }
     }
 
-    /// Whether a bind joins a consumer to a provider of the same interface. Reports errors if not.
-    fn fits(
+    /// Connects the ends of a bind, if they are a consumer and a provider of one interface. Reports
+    /// errors if not.
+    fn connect_bind(
         &mut self,
-        written: (&SlotPath, &SlotPath),
+        (bind, named): (&Bind, &SlotPath),
         consumer: Endpoint,
         provider: Endpoint,
-    ) -> bool {
+    ) {
+        let written = (&bind.consumer, named);
         let (Some(one), Some(other)) = (self.slot(consumer), self.slot(provider)) else {
-            return false;
+            return;
         };
         let Some(wanted) = provider_of(one.role) else {
             let message = format!(
@@ -281,7 +282,7 @@ impl<'a> Connector<'a> {
                 .label(one.span, "declared here")
                 .help("write the slot that requires or subscribesTo left of `->`");
             self.report(consumer, Some(provider), error);
-            return false;
+            return;
         };
         if other.role != wanted {
             let message = format!(
@@ -294,7 +295,7 @@ impl<'a> Connector<'a> {
             let error = Diagnostic::error("wrong-direction", written.1.span, message);
             let error = error.label(other.span, "declared here");
             self.report(consumer, Some(provider), error);
-            return false;
+            return;
         }
         let (ours, theirs) = (self.interface(consumer), self.interface(provider));
         if ours != theirs {
@@ -308,9 +309,9 @@ impl<'a> Connector<'a> {
                 .label(one.span, "consumer")
                 .label(other.span, "provider");
             self.report(consumer, Some(provider), error);
-            return false;
+            return;
         }
-        self.agree(written.0.span, consumer, provider)
+        self.join(written.0.span, bind.convert, consumer, provider);
     }
 
     /// All slots of all components, as endpoints.
@@ -364,9 +365,7 @@ impl<'a> Connector<'a> {
                     read.extend(seen.iter().copied());
                     let span = self.instance(consumer).name.span;
                     for provider in seen {
-                        if self.agree(span, consumer, provider) {
-                            self.connections.push(Connection { consumer, provider });
-                        }
+                        self.join(span, None, consumer, provider);
                     }
                 }
             }
@@ -483,6 +482,7 @@ impl<'a> Connector<'a> {
         }
         Network {
             connections: std::mem::take(&mut self.connections),
+            conversions: std::mem::take(&mut self.conversions),
             externals: std::mem::take(&mut self.externals),
             required,
             diagnostics: std::mem::take(&mut self.diagnostics),

@@ -184,6 +184,8 @@ pub struct Bind {
     pub consumer: SlotPath,
     /// The slot that implements or publishes. `None` after an error.
     pub provider: Option<SlotPath>,
+    /// Where `convert;` stands: the consumer converts units that differ.
+    pub convert: Option<Span>,
 }
 
 /// A slot in `external avoider.Laser at "robot/Laser";`

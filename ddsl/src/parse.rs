@@ -56,6 +56,7 @@ const COMPONENT: [(&str, Rule); 19] = [
     ("time", Rule::own_time),
     ("record", Rule::record),
 ];
+const BIND: [(&str, Rule); 1] = [("convert", Rule::convert)];
 const NETWORK_RECORD: [(&str, Rule); 1] = [("ring", Rule::ring)];
 const RECORD: [(&str, Rule); 1] = [("exact", Rule::record_field)];
 const HOST: [(&str, Rule); 3] = [
@@ -114,18 +115,7 @@ fn decl(
         Rule::host => Decl::Host(host(r, pair)),
         Rule::component => Decl::Component(component(r, pair)),
         Rule::group => Decl::Group(group(r, pair)),
-        Rule::bind => {
-            let paths = pair.clone().into_inner();
-            let paths = paths.filter(|p| p.as_rule() == Rule::slot_path);
-            let mut paths = paths.filter_map(|p| slot_path(r, p));
-            let (consumer, provider) = (paths.next(), paths.next());
-            drop(paths);
-            r.texts(pair);
-            Decl::Bind(Bind {
-                consumer: consumer?,
-                provider: provider?,
-            })
-        }
+        Rule::bind => Decl::Bind(bind(r, pair)?),
         Rule::external => Decl::External(external(r, pair)),
         Rule::middleware => Decl::Middleware(middleware(r, pair)?),
         Rule::domain => {
@@ -144,6 +134,35 @@ fn decl(
             report_skipped(r, &pair, words, what);
             return None;
         }
+    })
+}
+
+fn bind(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Bind> {
+    let (mut paths, mut convert) = (Vec::new(), None);
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::slot_path => paths.extend(slot_path(r, part)),
+            Rule::semicolon => r.semicolon(&part),
+            Rule::bind_block => {
+                for part in part.into_inner() {
+                    match part.as_rule() {
+                        Rule::convert => {
+                            convert = convert.or(Some(r.first_word(&part).span));
+                            r.texts(part);
+                        }
+                        Rule::skipped => report_skipped(r, &part, &BIND, "`convert`"),
+                        _ => {}
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    let [consumer, provider] = <[SlotPath; 2]>::try_from(paths).ok()?;
+    Some(Bind {
+        consumer,
+        provider,
+        convert,
     })
 }
 
@@ -450,7 +469,7 @@ rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
     slot_path => "a slot such as `simulator.Laser`",
     time | duration => "a duration such as `5s`",
     field => "a field",
-    settings => "`{`",
+    settings | bind_block => "`{`",
     setting => "a setting such as `lease 500ms;`",
     parameter => "a parameter such as `speed 300;`",
     members => "members such as `lasers \"front\", \"back\";`",

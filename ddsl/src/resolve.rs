@@ -361,7 +361,12 @@ impl<'a> Resolver<'a> {
             let consumer = self.slot_path(&bind.consumer, group);
             let provider = self.slot_path(&bind.provider, group);
             if let Some(consumer) = consumer {
-                self.deployment.binds.push(Bind { consumer, provider });
+                let convert = bind.convert;
+                self.deployment.binds.push(Bind {
+                    consumer,
+                    provider,
+                    convert,
+                });
             }
         }
         for (group, tree) in std::mem::take(&mut self.externals) {

@@ -1,9 +1,10 @@
 //! Whether the two ends of a connection mean the same units. The wire and its hashes know no
 //! units, so ends whose types are equal can differ in them.
 
+use crate::conversion::{Conversion, NoPlan, effort, kind, plan};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::Library;
-use rc_idsl::model::{InterfaceId, Member, Type, TypeDeclKind, TypeId};
+use rc_idsl::model::{InterfaceId, Member, Primitive, Type, TypeDeclKind, TypeId};
 use rc_quantity::Unit;
 use std::collections::HashSet;
 
@@ -18,15 +19,37 @@ pub(crate) struct End<'a> {
     pub(crate) subscribes: bool,
 }
 
-/// Reports members of equal types whose units differ. Returns whether the units agree.
-pub(crate) fn compare(span: Span, consumer: End, provider: End, found: &mut Diagnostics) -> bool {
+/// The `bind` of a connection.
+#[derive(Clone, Copy)]
+pub(crate) struct Line<'a> {
+    /// The location of the connection.
+    pub(crate) span: Span,
+    /// `bind a.Laser -> b.Laser`
+    pub(crate) text: &'a str,
+    /// Where `convert;` stands.
+    pub(crate) convert: Option<Span>,
+}
+
+/// Reports members of equal types whose units differ. Returns what the connection converts, and
+/// `None` if the units do not agree.
+pub(crate) fn compare(
+    line: Line<'_>,
+    consumer: End,
+    provider: End,
+    found: &mut Diagnostics,
+) -> Option<Conversion> {
     let declared = |end: End| end.library.interface(end.interface).name.span;
+    let nothing = Conversion {
+        members: Vec::new(),
+        plan: rc_conversion::Plan::default(),
+    };
     if declared(consumer) == declared(provider) {
         // One declaration in one file.
-        return true;
+        warn_without_effect(line, found);
+        return Some(nothing);
     }
     let mut comparison = Comparison {
-        span,
+        line,
         consumer,
         provider,
         seen: HashSet::new(),
@@ -37,11 +60,42 @@ pub(crate) fn compare(span: Span, consumer: End, provider: End, found: &mut Diag
     for at in 0..operations(consumer).min(operations(provider)) {
         comparison.operation(at);
     }
-    comparison.agree
+    if !comparison.agree {
+        return None;
+    }
+    if line.convert.is_none() {
+        return Some(nothing);
+    }
+    match plan(consumer, provider) {
+        Ok(conversion) => {
+            if conversion.members.is_empty() {
+                warn_without_effect(line, found);
+            }
+            Some(conversion)
+        }
+        Err(NoPlan::TooLarge) => {
+            let message = format!(
+                "`{}` has an interface of too many members to convert",
+                consumer.name
+            );
+            let span = line.convert.unwrap_or(line.span);
+            let error = Diagnostic::error("not-convertible", span, message);
+            found.push(error.help("a plan has at most 8192 values in 32 levels: convert in a component, or divide the interface"));
+            None
+        }
+    }
+}
+
+/// Warns of a `convert;` that converts nothing.
+fn warn_without_effect(line: Line<'_>, found: &mut Diagnostics) {
+    if let Some(span) = line.convert {
+        let message = "`convert` has no effect: both ends have the same units";
+        found.push(Diagnostic::warning("nothing-to-convert", span, message).help("remove it"));
+    }
 }
 
 struct Comparison<'a, 'f> {
-    span: Span,
+    line: Line<'a>,
     consumer: End<'a>,
     provider: End<'a>,
     /// Types whose members are compared, by their number in the consumer's library.
@@ -116,7 +170,7 @@ impl<'a> Comparison<'a, '_> {
                     ours.name.text
                 );
                 self.report(
-                    Diagnostic::warning("unit-missing", self.span, message).help(format!(
+                    Diagnostic::warning("unit-missing", self.line.span, message).help(format!(
                         "if it is in {unit}, write `@unit(\"{unit}\")` in the other file, too"
                     )),
                     ours,
@@ -129,10 +183,25 @@ impl<'a> Comparison<'a, '_> {
         let help = match parsed {
             (Ok(one), Ok(other)) if one == other => return,
             (Ok(one), Ok(other)) => match other.conversion_to(&one) {
-                Some(conversion) => format!(
-                    "they mean the same quantity ({}; {there} {conversion} = {here}): let both import one file, and convert in a component",
-                    one.dimension()
-                ),
+                Some(conversion) => {
+                    let quantity = format!(
+                        "they mean the same quantity ({}; {there} {conversion} = {here})",
+                        one.dimension()
+                    );
+                    let numbers = numbers(self.consumer.library, &ours.ty);
+                    let Some(number) = numbers else {
+                        self.mismatch(path, (ours, here), (theirs, there), format!("{quantity}, but a unit converts numbers only: give units to the members of its structure"));
+                        return;
+                    };
+                    if self.line.convert.is_some() {
+                        return;
+                    }
+                    format!(
+                        "{quantity}: `{} {{ convert; }};` converts ({})",
+                        self.line.text,
+                        effort(&conversion, number)
+                    )
+                }
                 None => format!(
                     "{here} measures {}, {there} measures {}: connect a provider of the same quantity",
                     one.dimension(),
@@ -142,6 +211,17 @@ impl<'a> Comparison<'a, '_> {
             _ if here.trim() == there.trim() => return,
             _ => "units that are not in the table must be equal as texts".to_owned(),
         };
+        self.mismatch(path, (ours, here), (theirs, there), help);
+    }
+
+    /// Reports a member whose units differ.
+    fn mismatch(
+        &mut self,
+        path: &str,
+        (ours, here): (&Member, &str),
+        (theirs, there): (&Member, &str),
+        help: String,
+    ) {
         self.agree = false;
         let (wants, sends) = if self.consumer.subscribes {
             ("expects", "sends")
@@ -153,7 +233,7 @@ impl<'a> Comparison<'a, '_> {
             self.consumer.name, ours.name.text, self.provider.name
         );
         self.report(
-            Diagnostic::error("unit-mismatch", self.span, message).help(help),
+            Diagnostic::error("unit-mismatch", self.line.span, message).help(help),
             ours,
             theirs,
         );
@@ -164,5 +244,16 @@ impl<'a> Comparison<'a, '_> {
             .label(ours.name.span, "the consumer's declaration")
             .label(theirs.name.span, "the provider's declaration");
         self.found.push(diagnostic);
+    }
+}
+
+/// The numbers that the unit of a member is for: the member itself, or the elements of sequences,
+/// arrays and dictionaries. `None` if there are none.
+fn numbers(library: &Library, ty: &Type) -> Option<Primitive> {
+    match library.resolved(ty) {
+        Type::Primitive(number) => kind(*number).map(|_| *number),
+        Type::Sequence(element, _) | Type::Array(element, _) => numbers(library, element),
+        Type::Dictionary(_, value) => numbers(library, value),
+        Type::Named(_) | Type::String(_) => None,
     }
 }

@@ -73,11 +73,11 @@ pub enum SendError {
 
 /// A message arrived and could not be received.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("the middleware failed at `{address}`: {reason}")]
+#[error("a message at `{address}` cannot be received: {reason}")]
 pub struct ReceiveError {
     /// The address of the topic or of the server.
     pub address: String,
-    /// The reason that the middleware gives.
+    /// The reason that the middleware gives, or what cannot be converted.
     pub reason: String,
 }
 

@@ -92,6 +92,14 @@ pub fn open_request(reader: &mut Reader<'_>) -> Result<(RequestId, i32), DecodeE
     Ok((id, reader.get()?))
 }
 
+/// The operation of a request, and the byte where its parameters begin.
+pub fn request_values(envelope: &[u8], profile: Profile) -> Result<(i32, usize), DecodeError> {
+    let mut reader = Reader::new(envelope);
+    let (_, operation) = open_request(&mut reader)?;
+    open_body(&mut reader, profile);
+    Ok((operation, reader.position()))
+}
+
 /// The identity of a request, or of the request that a reply belongs to; `None` for too few bytes.
 pub fn request_id(envelope: &[u8]) -> Option<RequestId> {
     open_identity(&mut Reader::new(envelope)).ok()

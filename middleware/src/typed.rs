@@ -6,7 +6,7 @@ mod gate;
 mod publisher;
 mod request;
 
-pub use client::{TypedClient, expect_result};
+pub use client::{TypedClient, expect_result, reply_values};
 pub use gate::Gate;
 pub use publisher::TypedPublisher;
 pub use request::Request;

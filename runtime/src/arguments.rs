@@ -1,5 +1,6 @@
 //! The arguments of a component, as its command line gives them.
 
+use crate::converting::Conversions;
 use crate::description::Description;
 use crate::ros_arguments::given::RosArguments;
 use crate::slots::Listed;
@@ -34,6 +35,8 @@ pub(crate) struct Arguments {
     pub(crate) record: Option<PathBuf>,
     /// The members of slot arrays, as the network lists them.
     pub(crate) members: Listed,
+    /// What slots convert.
+    pub(crate) conversions: Conversions,
 }
 
 /// A policy for a topic by its name in ROS 2: `qos_overrides./scan.publisher.depth:=1` of its

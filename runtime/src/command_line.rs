@@ -8,6 +8,8 @@ use crate::ros_arguments::given::RosArguments;
 use crate::slots::Listed;
 use crate::time::ClockChoice;
 use lexopt::prelude::{Long, Short, ValueExt};
+use rc_conversion::Plan;
+use rc_management::component::Role;
 use rc_middleware::{Address, Settings};
 use rc_vocabulary::member;
 use std::collections::BTreeMap;
@@ -54,6 +56,7 @@ pub(crate) fn parse(
         active: false,
         record: None,
         members: Listed::new(),
+        conversions: BTreeMap::new(),
     };
     while let Some(arg) = parser.next()? {
         match arg {
@@ -68,6 +71,10 @@ pub(crate) fn parse(
             Long("members") => {
                 let (array, members) = members(description, &parser.value()?.string()?)?;
                 out.members.insert(array, members);
+            }
+            Long("convert") => {
+                let (slot, plan) = conversion(description, &parser.value()?.string()?)?;
+                out.conversions.insert(slot, plan);
             }
             Long("set-middleware") => setting(&parser.value()?.string()?, &mut out.settings)?,
             Long("clock") => out.clock = ClockChoice::parse(&parser.value()?.string()?)?,
@@ -141,6 +148,27 @@ fn binding(description: &Description, text: &str) -> Result<(String, Address), l
     };
     let slot = check_slot(description, slot)?;
     Ok((slot, Address::parse(address)?))
+}
+
+/// Parses `Laser=0i:f{1/1000}`.
+fn conversion(description: &Description, text: &str) -> Result<(String, Plan), lexopt::Error> {
+    let Some((slot, plan)) = text.split_once('=') else {
+        return Err("--convert takes SLOT=PLAN, as `rcdeploy plan --format json` prints it".into());
+    };
+    let slot = check_slot(description, slot)?;
+    let array = member::split(&slot).map_or(slot.as_str(), |(array, _)| array);
+    let mut slots = description.slots.iter();
+    let consumes = slots
+        .any(|own| own.name == array && matches!(own.role, Role::Requires | Role::SubscribesTo));
+    if !consumes {
+        let message = format!(
+            "--convert: `{slot}` sends values; the component that receives them converts them"
+        );
+        return Err(message.into());
+    }
+    let plan = plan.parse();
+    let plan = plan.map_err(|error| format!("--convert: `{slot}` has no plan: {error}"))?;
+    Ok((slot, plan))
 }
 
 /// Parses `lasers=front,back`. A list may be empty.
@@ -256,6 +284,7 @@ fn help(description: &Description) -> String {
          --name NAME           name of the component in its network (default: {name})\n  \
          --bind SLOT=ADDRESS   address of a slot (default: NETWORK/Interface)\n  \
          --members ARRAY=NAMES members of a slot array that the worker has to open, as in `--members lasers=front,back`\n  \
+         --convert SLOT=PLAN   units that a slot converts, as `bind … {{ convert; }};` has them\n  \
          --set PATH=VALUE      parameter for this run, as in `--set speed=300`\n  \
          --set-middleware MIDDLEWARE.KEY=VALUE\n                        \
          setting of [middleware.MIDDLEWARE], as in dds.domain=7; commas separate a list\n  \

@@ -166,6 +166,7 @@ impl ComponentInfo {
             refused: counters.refused,
             sent: status.sent(at),
             withheld: status.withheld(at),
+            converted: status.converted(at),
             lost: counters.lost,
             queue: status.queue(at),
         });

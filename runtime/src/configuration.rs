@@ -291,6 +291,7 @@ mod tests {
             .iter()
             .map(|(path, text)| ((*path).into(), (*text).into()));
         let arguments = Arguments {
+            conversions: BTreeMap::new(),
             network: "default".to_owned(),
             name: "reader".to_owned(),
             config,

@@ -14,6 +14,7 @@ mod component;
 mod component_info;
 mod configuration;
 mod context;
+mod converting;
 mod description;
 mod error;
 mod event_loop;

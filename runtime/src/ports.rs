@@ -1,6 +1,7 @@
 //! The connections of a component, opened in the order of its description.
 
 use crate::clock::SimulatedClock;
+use crate::converting::{ConversionCounts, Conversions, ConvertingClient, ConvertingSubscriber};
 use crate::description::Description;
 use crate::error::StartError;
 use crate::exact::mode::Exact;
@@ -51,6 +52,10 @@ pub struct Connections {
     sent: RefCell<Vec<(usize, Counter)>>,
     /// The counters of samples that were not published, each with the index of its slot.
     withheld: RefCell<Vec<(usize, Counter)>>,
+    /// What slots convert.
+    conversions: Conversions,
+    /// The counts of slots that convert, each with the index of its slot.
+    converted: RefCell<Vec<(usize, ConversionCounts)>>,
     /// Gate of all publishers.
     gate: Gate,
     /// The receive queues, each with the index of its slot.
@@ -104,6 +109,8 @@ impl Connections {
             settings: Settings::default(),
             sent: RefCell::default(),
             withheld: RefCell::default(),
+            conversions: Conversions::new(),
+            converted: RefCell::default(),
             gate: Gate::default(),
             queues: RefCell::default(),
             is_live: false,
@@ -135,6 +142,11 @@ impl Connections {
     /// The taps of the slots.
     pub(crate) fn taps(&self) -> &Taps {
         &self.taps
+    }
+
+    /// Converts the messages of slots that are opened from now on.
+    pub(crate) fn convert(&mut self, conversions: &Conversions) {
+        self.conversions.clone_from(conversions);
     }
 
     /// Opens publishers behind `gate` from now on.
@@ -261,6 +273,12 @@ impl Connections {
         } else {
             let open = self.slot(slot)?;
             let port = self.backend(&open)?.client(&call_endpoint(&open)?)?;
+            let port = match self.conversions.get(&*open.name) {
+                Some(plan) => {
+                    ConvertingClient::over(plan, open.slot.operations, &self.conversion(slot), port)
+                }
+                None => port,
+            };
             let port = match self.defaults.iter().find(|(of, _)| *of == open.described) {
                 Some((_, reply)) => Box::new(DefaultingClient {
                     port,
@@ -352,10 +370,20 @@ impl Connections {
             }
             Role::SubscribesTo => {
                 let operations = 0..slot.operations.len();
+                let plan = self.conversions.get(&*slot.name);
+                let plan = plan.map(|plan| (plan, self.conversion(at)));
                 let ports = operations.map(|operation| {
                     let endpoint = self.topic_endpoint(&slot, operation)?;
                     let port = self.backend(&slot)?.subscriber(&endpoint)?;
                     self.watch(at, port.queue());
+                    let port = match &plan {
+                        Some((plan, counts)) => {
+                            let (of, address) = (&slot.operations[operation], &endpoint.address);
+                            let address = address.to_string();
+                            ConvertingSubscriber::over(plan, operation, of, address, counts, port)
+                        }
+                        None => port,
+                    };
                     Ok(Receiver::Subscriber {
                         port: self.exact.subscriber(at, operation, port),
                         operation,
@@ -405,6 +433,18 @@ impl Connections {
     /// The counters of samples that were not published, each with the index of its slot.
     pub(crate) fn withheld(&self) -> Vec<(usize, Counter)> {
         self.withheld.borrow().clone()
+    }
+
+    /// The counts of slots that convert, each with the index of its slot.
+    pub(crate) fn converted(&self) -> Vec<(usize, ConversionCounts)> {
+        self.converted.borrow().clone()
+    }
+
+    /// New counts for a slot that converts.
+    fn conversion(&self, slot: usize) -> ConversionCounts {
+        let counts = ConversionCounts::default();
+        self.converted.borrow_mut().push((slot, counts.clone()));
+        counts
     }
 
     /// The receive queues, each with the index of its slot.

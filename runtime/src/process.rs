@@ -301,6 +301,7 @@ fn run_component<C: Component>(
     let mut ports = Connections::new(description, &environment, &slots, kind)?;
     ports.set_taps(management.taps());
     ports.set_defaults(defaults);
+    ports.convert(&arguments.conversions);
     if let Some(lifecycle) = &shared.lifecycle {
         ports.set_gate(lifecycle.gate());
     }
@@ -345,6 +346,7 @@ fn run_component<C: Component>(
         let mut status = shared.status();
         status.sent = ports.sent();
         status.withheld = ports.withheld();
+        status.converted = ports.converted();
         status.queues = ports.queues();
         status.extend_slots(slots.len());
     }

@@ -1,12 +1,13 @@
 //! The state, the counters and the times of a running component.
 
 use crate::clock::{Clock, Time};
+use crate::converting::ConversionCounts;
 use crate::lifecycle::Lifecycle;
 use crate::machine_record::MachineRecord;
 use crate::slots::OpenSlot;
 use hdrhistogram::Histogram;
 use rc_diagnostics::foreign;
-use rc_management::component::{ClockKind, QueueStatus, State, Timing};
+use rc_management::component::{ClockKind, ConvertedStatus, QueueStatus, State, Timing};
 use rc_management::link::{Overruns, TimeJump};
 use rc_middleware::{Counter, QueueGauge, WakeEvent};
 use std::collections::BTreeMap;
@@ -107,6 +108,8 @@ pub(crate) struct Status {
     pub(crate) sent: Vec<(usize, Counter)>,
     /// How many samples were not published because the component was not active, in the same form.
     pub(crate) withheld: Vec<(usize, Counter)>,
+    /// What slots have converted, each with the index of its slot.
+    pub(crate) converted: Vec<(usize, ConversionCounts)>,
     /// The receive queues, each with the index of its slot.
     pub(crate) queues: Vec<(usize, QueueGauge)>,
     /// Content of the next heartbeat.
@@ -255,6 +258,7 @@ impl Status {
             waiting_for: Vec::new(),
             sent: Vec::new(),
             withheld: Vec::new(),
+            converted: Vec::new(),
             queues: Vec::new(),
             delta: HeartbeatDelta::default(),
         }
@@ -273,6 +277,15 @@ impl Status {
     /// How many samples a slot has not published because the component was not active.
     pub(crate) fn withheld(&self, slot: usize) -> u64 {
         total(&self.withheld, slot)
+    }
+
+    /// What a slot has converted. `None` if it converts nothing.
+    pub(crate) fn converted(&self, slot: usize) -> Option<ConvertedStatus> {
+        let counts = self.converted.iter().find(|(at, _)| *at == slot);
+        counts.map(|(_, counts)| ConvertedStatus {
+            messages: counts.converted(),
+            bad_values: counts.refused(),
+        })
     }
 
     /// The use of the receive queues of a slot; `None` if its middleware has none.

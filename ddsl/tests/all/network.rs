@@ -26,7 +26,7 @@ fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Compo
     let mut interfaces = INTERFACES;
     let own = communications
         .strip_prefix('[')
-        .and_then(|rest| rest.split_once(']'));
+        .and_then(|rest| rest.rsplit_once(']'));
     let communications = match own {
         Some((laser, rest)) => {
             interfaces[0].1 = laser;
@@ -84,7 +84,12 @@ pub(crate) fn network(body: &str, described: &[(&str, &str)], expected: &Expect)
     };
     let connections = network.connections.iter();
     connections
-        .map(|c| format!("{} -> {}", name(c.consumer), name(c.provider)))
+        .map(|c| {
+            let conversion = network.conversions.get(c);
+            let converts = conversion.map(|made| format!(" converts {made} by {}", made.plan));
+            let converts = converts.unwrap_or_default();
+            format!("{} -> {}{converts}", name(c.consumer), name(c.provider))
+        })
         .collect()
 }
 

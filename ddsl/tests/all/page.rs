@@ -1,13 +1,24 @@
 //! docs/ddsl.md lists every diagnostic.
 
+use std::path::Path;
+
 const PAGE: &str = include_str!("../../../docs/ddsl.md");
 
 #[test]
 fn every_diagnostic_is_on_the_page() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src");
     let mut codes = Vec::new();
-    for entry in std::fs::read_dir(folder).expect("the sources").flatten() {
-        let text = std::fs::read_to_string(entry.path()).expect("a source");
+    let files = |folder: &Path| {
+        let entries = std::fs::read_dir(folder).expect("the sources").flatten();
+        entries.map(|entry| entry.path()).collect::<Vec<_>>()
+    };
+    let mut left = files(Path::new(folder));
+    while let Some(path) = left.pop() {
+        if path.is_dir() {
+            left.extend(files(&path));
+            continue;
+        }
+        let text = std::fs::read_to_string(path).expect("a source");
         for kind in ["error", "warning", "note"] {
             let call = format!("Diagnostic::{kind}(");
             let made = text.split(&call).skip(1);

@@ -1,7 +1,7 @@
 //! A picture as text for Graphviz.
 
 use crate::marks::{Level, Mark, Marks, marked};
-use crate::model::{Graph, connection_name, host_title, provider_and_consumer, sentence};
+use crate::model::{Graph, host_title, label, provider_and_consumer, sentence};
 use crate::outline::{Step, outline};
 use rc_deploy_network::topology::Kind;
 
@@ -44,7 +44,7 @@ pub(super) fn draw(graph: &Graph) -> String {
     for (number, connection) in graph.connections.iter().enumerate() {
         let (provider, consumer) = provider_and_consumer(connection);
         let mark = marks.connection(number);
-        let mut label = format!("{}\n{}", connection_name(connection), connection.middleware);
+        let mut text = label(connection);
         let mut tooltip = sentence(connection);
         let mut more = String::new();
         // Providers stand on the left. A call runs from right to left.
@@ -52,7 +52,7 @@ pub(super) fn draw(graph: &Graph) -> String {
             more += ", dir=back, arrowtail=vee";
         }
         if let Some(mark) = mark {
-            label += &format!("\n{}", mark.text());
+            text += &format!("\n{}", mark.text());
             mark.numbers
                 .iter()
                 .for_each(|n| tooltip += &format!("\n{}", marks.line(*n)));
@@ -63,7 +63,7 @@ pub(super) fn draw(graph: &Graph) -> String {
             "  c{} -> c{} [label={}, tooltip={}{more}];\n",
             provider.0,
             consumer.0,
-            quoted(&label),
+            quoted(&text),
             quoted(&tooltip)
         );
     }

@@ -1,7 +1,7 @@
 //! A picture as text for Mermaid.
 
 use crate::marks::{Level, Mark, Marks, marked};
-use crate::model::{Graph, connection_name, host_title};
+use crate::model::{Graph, host_title, label};
 use crate::outline::{Step, outline};
 use rc_deploy_network::topology::Kind;
 
@@ -36,9 +36,9 @@ pub(super) fn draw(graph: &Graph) -> String {
     }
     let mut styles = String::new();
     for (number, connection) in graph.connections.iter().enumerate() {
-        let mut label = format!("{}\n{}", connection_name(connection), connection.middleware);
+        let mut text = label(connection);
         if let Some(mark) = marks.connection(number) {
-            label += &format!("\n{}", mark.text());
+            text += &format!("\n{}", mark.text());
             let colour = match mark.level {
                 Level::Error => "#b00020",
                 Level::Warning => "#c25b00",
@@ -53,7 +53,7 @@ pub(super) fn draw(graph: &Graph) -> String {
         out += &format!(
             "  c{} {arrow}|{}| c{}\n",
             connection.from.at.0,
-            quoted(&label),
+            quoted(&text),
             connection.to.at.0
         );
     }

@@ -177,12 +177,27 @@ impl Graph {
 }
 
 /// The name of a connection: its slot, or both slots if they differ.
-pub(crate) fn connection_name(connection: &Connection) -> String {
+fn connection_name(connection: &Connection) -> String {
     if connection.from.slot == connection.to.slot {
         connection.from.slot.clone()
     } else {
         format!("{} → {}", connection.from.slot, connection.to.slot)
     }
+}
+
+/// How many conversions a label lists.
+const LISTED: usize = 3;
+
+/// The label of a connection: its name, its middleware, and what it converts.
+pub(crate) fn label(connection: &Connection) -> String {
+    let mut label = format!("{}\n{}", connection_name(connection), connection.middleware);
+    for member in connection.converts.iter().take(LISTED) {
+        label += &format!("\nconverts {member}");
+    }
+    if connection.converts.len() > LISTED {
+        label += &format!("\nconverts {} more", connection.converts.len() - LISTED);
+    }
+    label
 }
 
 /// A connection as a sentence.
@@ -200,8 +215,13 @@ pub(crate) fn sentence(connection: &Connection) -> String {
     };
     let address = connection.address.as_ref();
     let address = address.map_or("refused".to_owned(), |a| format!("at {a}"));
+    let converts = if connection.converts.is_empty() {
+        String::new()
+    } else {
+        format!(", converts {}", connection.converts.join("; "))
+    };
     format!(
-        "{} {verb} {}: {} over {}, {address}",
+        "{} {verb} {}: {} over {}, {address}{converts}",
         end(&connection.from),
         end(&connection.to),
         connection.interface,

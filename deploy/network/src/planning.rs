@@ -116,6 +116,12 @@ impl Network {
                     slot: index,
                 };
                 option("--bind", format!("{}={}", slot.name, addresses[&end]));
+                // All connections of a slot have one plan.
+                let conversions = &self.connections.conversions;
+                let own = conversions.iter().find(|(made, _)| made.consumer == end);
+                if let Some((_, conversion)) = own {
+                    option("--convert", format!("{}={}", slot.name, conversion.plan));
+                }
             }
             for (name, value) in self.clock_options(at) {
                 option(name, value);

@@ -332,7 +332,11 @@ impl Preview {
         // If a line is too long, addresses stand below.
         let beside = widths.iter().sum::<usize>() + 8 <= LINE;
         writeln!(f)?;
-        for row in std::iter::once(titles.map(str::to_owned)).chain(rows) {
+        let none: &[String] = &[];
+        let converts = self.connections.iter().map(|c| c.converts.as_slice());
+        let converts = std::iter::once(none).chain(converts);
+        let rows = std::iter::once(titles.map(str::to_owned)).chain(rows);
+        for (row, converts) in rows.zip(converts) {
             let [from, to, what, over, address] = row;
             let gap = if beside {
                 "  ".to_owned()
@@ -348,6 +352,9 @@ impl Preview {
                 "{}{gap}{address}",
                 if beside { &line } else { line.trim_end() }
             )?;
+            for member in converts {
+                writeln!(f, "    converts {member}")?;
+            }
         }
         Ok(())
     }

@@ -72,6 +72,9 @@ pub struct Connection {
     pub middleware: &'static str,
     /// Address. `None` if the connection is refused.
     pub address: Option<String>,
+    /// What its consumer converts: members with their units and factors.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub converts: Vec<String>,
 }
 
 impl Network {
@@ -167,6 +170,7 @@ impl Network {
                     kind: peer.kind,
                     middleware: peer.middleware,
                     address: Some(peer.address.clone()),
+                    converts: Vec::new(),
                 }
             };
             peer.consumers.iter().map(connection).collect::<Vec<_>>()
@@ -213,6 +217,13 @@ impl Network {
                         .contains(&pair)
                         .then(|| addresses.get(&pair.consumer).cloned())
                         .flatten(),
+                    converts: self
+                        .connections
+                        .conversions
+                        .get(&pair)
+                        .map_or_else(Vec::new, |conversion| {
+                            conversion.members.iter().map(ToString::to_string).collect()
+                        }),
                 };
                 Some((pair, connection))
             })

@@ -24,6 +24,7 @@ extern crate std;
 
 mod conversion;
 mod dimension;
+mod factor;
 mod parse;
 mod scale;
 mod table;
@@ -33,6 +34,7 @@ mod unit;
 
 pub use conversion::Conversion;
 pub use dimension::{Base, Dimension};
+pub use factor::Factor;
 pub use parse::{MAX_LENGTH, UnitError, UnitProblem};
 pub use scale::Scale;
 pub use table::{NamedUnit, UNITS, names};

@@ -1,6 +1,5 @@
 //! Exact factors: fractions, with a power of π for angles.
 
-use core::f64::consts::PI;
 use core::fmt;
 
 /// A positive factor: `numerator / denominator × π^pi`, in lowest terms.
@@ -78,25 +77,20 @@ impl Scale {
         (0..exponent.unsigned_abs()).try_fold(Self::ONE, |all, _| all.times(base))
     }
 
-    /// The product with a number. A fraction of whole numbers below 2^53 is rounded twice at most,
-    /// and not at all if the result and each number on the way have no rounding error.
-    #[must_use]
-    pub fn apply(self, value: f64) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "rounded to the nearest")]
-        let (numerator, denominator) = (self.numerator as f64, self.denominator as f64);
-        let mut value = match (self.numerator, self.denominator) {
-            (_, 1) => value * numerator,
-            (1, _) => value / denominator,
-            _ => value * numerator / denominator,
-        };
-        for _ in 0..self.pi.unsigned_abs() {
-            if self.pi > 0 {
-                value *= PI;
-            } else {
-                value /= PI;
-            }
-        }
-        value
+    /// The factor with these parts. `None` if a part of the fraction is 0.
+    pub(crate) fn reduced(numerator: u128, denominator: u128, pi: i8) -> Option<Self> {
+        let divisor = gcd(numerator, denominator);
+        (numerator > 0 && denominator > 0).then(|| Self {
+            numerator: numerator / divisor,
+            denominator: denominator / divisor,
+            pi,
+        })
+    }
+
+    /// Numerator and denominator.
+    #[expect(clippy::cast_precision_loss, reason = "rounded to the nearest")]
+    pub(crate) fn as_f64(self) -> (f64, f64) {
+        (self.numerator as f64, self.denominator as f64)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Texts of units, and conversions.
 
-use crate::{UNITS, Unit, UnitProblem, names};
+use crate::{Conversion, UNITS, Unit, UnitProblem, names};
 use std::format;
 use std::string::{String, ToString};
 use std::vec::Vec;
@@ -208,6 +208,69 @@ fn each_conversion_and_its_inverse_are_one() {
             assert!((value - 12.5).abs() < 1e-12 * 500.0, "{pair}: {value}");
         }
     }
+}
+
+#[test]
+fn integers_are_rounded_to_the_nearest() {
+    let cases = [
+        ("mm", "m", 1499, Some(1)),
+        ("mm", "m", 1500, Some(2)),
+        ("mm", "m", -1500, Some(-2)),
+        ("mm", "m", -1499, Some(-1)),
+        ("m", "mm", i128::MAX, None),
+        // Nanoseconds of today need more digits than an f64 has.
+        (
+            "ns",
+            "us",
+            1_790_000_000_123_456_789,
+            Some(1_790_000_000_123_457),
+        ),
+        ("°C", "K", 20, Some(293)),
+        ("°C", "°F", -40, Some(-40)),
+        ("rad", "deg", 1, Some(57)),
+        ("deg", "rad", -180, Some(-3)),
+    ];
+    for (from, to, value, expected) in cases {
+        let conversion = unit(from).conversion_to(&unit(to)).expect("a conversion");
+        assert_eq!(
+            conversion.apply_integer(value),
+            expected,
+            "{value} {from} in {to}"
+        );
+    }
+}
+
+#[test]
+fn the_code_of_a_conversion_is_read_again() {
+    let mut codes = 0;
+    for from in &UNITS {
+        for to in &UNITS {
+            if let Some(conversion) = from.unit.conversion_to(&to.unit) {
+                let code = std::format!("{}", conversion.code());
+                assert!(code.is_ascii(), "{code}");
+                assert_eq!(Conversion::from_code(&code), Some(conversion), "{code}");
+                codes += 1;
+            }
+        }
+    }
+    assert!(codes > 200, "{codes}");
+    for wrong in [
+        "", "0", "1/0", "1p", "1/2/3", "m", "1+", "1-/2", "1+1/0", "é", "1p200",
+    ] {
+        assert_eq!(Conversion::from_code(wrong), None, "{wrong}");
+    }
+}
+
+#[test]
+fn a_factor_counts_its_operations() {
+    let operations = |from, to| {
+        let conversion = unit(from).conversion_to(&unit(to)).expect("a conversion");
+        conversion.factor().operations()
+    };
+    assert_eq!(operations("m", "m"), 0);
+    assert_eq!(operations("mm", "m"), 1);
+    assert_eq!(operations("deg", "rad"), 2);
+    assert_eq!(operations("°C", "°F"), 3);
 }
 
 /// The table of docs/units.md.

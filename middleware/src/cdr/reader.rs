@@ -73,6 +73,11 @@ impl<'a> Reader<'a> {
         T::decode(self)
     }
 
+    /// The number of bytes that were read, or skipped.
+    pub fn position(&self) -> usize {
+        self.at
+    }
+
     /// The bytes that were not read yet.
     pub fn rest(&self) -> &'a [u8] {
         self.bytes.get(self.at..).unwrap_or_default()

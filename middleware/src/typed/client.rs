@@ -200,6 +200,32 @@ fn open(body: &[u8], header: Header, pending: PendingCall) -> Result<(i32, Reade
     }
 }
 
+/// The values that a reply to `operation` holds, 0 for a result or the hash of an exception, and the
+/// byte where they begin. `None` if nothing was executed.
+///
+/// # Errors
+/// The reply belongs to another operation, or its bytes are damaged.
+pub fn reply_values(
+    operation: &Operation,
+    profile: Profile,
+    header: Header,
+    body: &[u8],
+) -> Result<Option<(i32, usize)>, DecodeError> {
+    let mut reader = Reader::new(body);
+    let (_, ReplyKind::Case(case)) = rpc::open_reply(&mut reader, operation.id)? else {
+        return Ok(None);
+    };
+    if header.encoding == Encoding::Image {
+        return Ok(Some((case, BEHIND_ENVELOPE)));
+    }
+    if profile == Profile::Bare {
+        rpc::open_body(&mut reader, profile);
+        let case = open_ros_reply(&mut reader, operation.replies)?;
+        return Ok(Some((case, reader.position())));
+    }
+    Ok(Some((case, reader.position())))
+}
+
 /// Skips to the variant that a reply in [`Profile::Bare`] holds, and gives its case.
 fn open_ros_reply(reader: &mut Reader<'_>, replies: &[ReplyVariant]) -> Result<i32, DecodeError> {
     if replies.is_empty() {

@@ -350,12 +350,24 @@ pub struct SlotStatus {
     /// Samples that were not published because the component was not active.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub withheld: u64,
+    /// What it has converted, if the other end has other units.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub converted: Option<ConvertedStatus>,
     /// Samples that never arrived because newer ones took their place.
     pub lost: u64,
     /// Level of its receive queues; `None` if the middleware reserves their memory at the
     /// start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub queue: Option<QueueStatus>,
+}
+
+/// What a slot has converted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ConvertedStatus {
+    /// The messages that were converted.
+    pub messages: u64,
+    /// The messages that were refused: a value does not fit its type in the other unit.
+    pub bad_values: u64,
 }
 
 /// Whether a count is left out.

@@ -87,6 +87,7 @@ pub fn configured_by(
     file: Option<PathBuf>,
 ) -> Result<Configured, StartError> {
     let arguments = Arguments {
+        conversions: BTreeMap::new(),
         network: NETWORK.to_owned(),
         name: description.name.to_owned(),
         config: file,

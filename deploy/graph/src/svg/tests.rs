@@ -135,6 +135,7 @@ fn connections(u: &mut Unstructured<'_>, components: &[Component]) -> Result<Vec
                 kind,
                 middleware: u.choose(&["iceoryx2", "dds", "ros2"])?,
                 address: None,
+                converts: Vec::new(),
             });
         }
     }

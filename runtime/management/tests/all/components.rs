@@ -130,6 +130,7 @@ pub(crate) fn of_components(golden: &mut Golden) {
         refused: if role == Role::Implements { 3 } else { 0 },
         sent: 8,
         withheld: u64::from(role == Role::Publishes),
+        converted: None,
         lost: 9,
         queue: (role == Role::Implements).then_some(component::QueueStatus {
             bytes: 10,

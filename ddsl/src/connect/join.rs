@@ -1,0 +1,84 @@
+//! Connects two endpoints of one interface, and compares what the connections of a slot convert.
+
+use super::{Connection, Connector};
+use crate::endpoint::Endpoint;
+use crate::units::Line;
+use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use std::collections::HashMap;
+
+impl Connector<'_> {
+    /// Connects two endpoints of one interface if they are compatible. Reports errors if not.
+    /// `convert` is the location of `convert;`.
+    pub(super) fn join(
+        &mut self,
+        span: Span,
+        convert: Option<Span>,
+        consumer: Endpoint,
+        provider: Endpoint,
+    ) {
+        let mut found = Diagnostics::new();
+        let text = self.bind_line(consumer, provider);
+        let line = Line {
+            span,
+            text: &text,
+            convert,
+        };
+        let agreed = self
+            .compatibility
+            .check(line, consumer, provider, &mut found);
+        for diagnostic in found {
+            self.report(consumer, Some(provider), diagnostic);
+        }
+        if let Some(conversion) = agreed {
+            let connection = Connection { consumer, provider };
+            if !conversion.plan.is_empty() {
+                self.conversions.insert(connection, conversion);
+            }
+            self.connections.push(connection);
+        }
+    }
+
+    /// `bind a.Laser -> b.Laser`, as it stands beside the consumer.
+    fn bind_line(&self, consumer: Endpoint, provider: Endpoint) -> String {
+        format!(
+            "bind {} -> {}",
+            self.name_beside(consumer, consumer),
+            self.name_beside(consumer, provider)
+        )
+    }
+
+    /// Refuses subscribers whose publishers need different conversions: a slot has one plan for all
+    /// samples.
+    pub(super) fn check_conversions(&mut self) {
+        let mut first: HashMap<Endpoint, Connection> = HashMap::new();
+        for at in 0..self.connections.len() {
+            let connection = self.connections[at];
+            let one = *first.entry(connection.consumer).or_insert(connection);
+            let plan = |connection| self.conversions.get(connection).map(|c| &c.plan);
+            if plan(&one) == plan(&connection) {
+                continue;
+            }
+            let message = format!(
+                "`{}` receives other units from `{}` than from `{}`: a slot converts all its samples in the same way",
+                self.name(connection.consumer),
+                self.name(connection.provider),
+                self.name(one.provider)
+            );
+            let span = self.bind_span(connection);
+            let error = Diagnostic::error("different-conversions", span, message)
+                .label(self.bind_span(one), "the other publisher")
+                .help("subscribe with two slots, or let both publishers have the same units");
+            self.report(connection.consumer, Some(connection.provider), error);
+        }
+    }
+
+    /// The location of the bind of a connection, or of its consumer.
+    fn bind_span(&self, connection: Connection) -> Span {
+        let mut made = self.bound_by.iter();
+        let made = made.find(|(own, _)| *own == connection);
+        made.map_or_else(
+            || self.instance(connection.consumer).name.span,
+            |(_, span)| *span,
+        )
+    }
+}

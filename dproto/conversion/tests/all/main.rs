@@ -1,0 +1,4 @@
+//! Plans and programs.
+
+mod plans;
+mod programs;

@@ -1,0 +1,103 @@
+//! The texts of plans.
+
+use rc_conversion::{Item, LONGEST, Number, Part, Place, Plan};
+use rc_quantity::Unit;
+
+fn conversion(from: &str, to: &str) -> rc_quantity::Conversion {
+    let [from, to] = [from, to].map(|text| Unit::parse(text).expect("a unit"));
+    from.conversion_to(&to).expect("a conversion")
+}
+
+#[test]
+fn a_plan_is_printed_and_read_again() {
+    let items = vec![
+        Item::Text,
+        Item::Numbers(3, Number::F64, None),
+        Item::Sequence(vec![
+            Item::Numbers(1, Number::F32, Some(conversion("mm", "m"))),
+            Item::Array(2, vec![Item::Text, Item::Numbers(1, Number::U8, None)]),
+        ]),
+        Item::Bytes(12),
+        Item::Bounded {
+            bound: 16,
+            padding: 4,
+            stride: 24,
+            items: vec![Item::Numbers(1, Number::I16, Some(conversion("°C", "°F")))],
+        },
+    ];
+    let part = |operation, place| Part {
+        operation,
+        place,
+        items: items.clone(),
+    };
+    let plan = Plan {
+        parts: vec![
+            part(0, Place::Input),
+            part(0, Place::InputImage),
+            part(2, Place::Output),
+            part(2, Place::OutputImage),
+            part(2, Place::Exception(7)),
+        ],
+    };
+    let text = plan.to_string();
+    assert!(
+        text.starts_with("0i:s3d[f{1/1000}2(sB)]12x16<4,24:h{9/5+32}>,0I:s"),
+        "{text}"
+    );
+    assert_eq!(text.parse(), Ok(plan));
+}
+
+#[test]
+fn a_text_that_is_no_plan_is_refused_at_its_place() {
+    let deep = format!("0i:{}", "[".repeat(40));
+    let long = format!("0i:{}", "f".repeat(LONGEST));
+    let cases = [
+        ("", "expected a number at byte 0"),
+        ("0", "expected `i`, `I`, `o`, `O` or `e` at byte 1"),
+        ("0i", "expected `:` at byte 2"),
+        ("0i:0f", "expected a number above 0 at byte 4"),
+        (
+            "0i:f{mm}",
+            "expected a conversion such as `1/1000}` at byte 5",
+        ),
+        (
+            "0i:f{1",
+            "expected a conversion such as `1/1000}` at byte 5",
+        ),
+        ("0i:z", "expected a value at byte 3"),
+        ("0i:[f", "expected a value or `]` at byte 5"),
+        ("0i:2<4,0:f{2}>", "expected a stride above 0 at byte 8"),
+        ("0i:4294967296f", "expected a number below 2^32 at byte 3"),
+        ("0i:f]", "expected `,` or the end at byte 4"),
+        ("0i:f,", "expected a number at byte 5"),
+        (&deep, "expected at most 32 levels at byte 36"),
+        (&long, "expected at most 65536 bytes at byte 0"),
+    ];
+    for (text, expected) in cases {
+        let error = text.parse::<Plan>().expect_err(text);
+        assert_eq!(error.to_string(), expected, "{text}");
+    }
+}
+
+#[test]
+fn random_texts_do_not_panic() {
+    let mut random = fastrand::Rng::with_seed(38);
+    let letters: Vec<char> = "0123456789iIoOe:,[]()<>{}/p+-fdbBhHqQsxé "
+        .chars()
+        .collect();
+    let mut plans = 0;
+    for _ in 0..100_000 {
+        let mut text = String::from("0i:");
+        for _ in 0..random.usize(0..24) {
+            text.push(letters[random.usize(0..letters.len())]);
+        }
+        if let Ok(plan) = text.parse::<Plan>() {
+            assert_eq!(plan.to_string().parse(), Ok(plan.clone()), "{text}");
+            let mut bytes = [7; 64];
+            let program = plan.program(0, Place::Input).expect("a program");
+            let _ = program.run(&mut bytes, random.usize(0..80));
+            plans += 1;
+        }
+    }
+    assert!(plans > 1000, "{plans}");
+}

@@ -1,0 +1,189 @@
+//! Programs on bytes.
+
+use rc_conversion::{Fault, Place, Plan, Program};
+
+fn program(items: &str) -> Program {
+    let plan: Plan = format!("0i:{items}").parse().expect("a plan");
+    plan.program(0, Place::Input).expect("a program")
+}
+
+/// Bytes of a message, aligned as CDR has them.
+#[derive(Default)]
+struct Message(Vec<u8>);
+
+impl Message {
+    fn put<const N: usize>(mut self, number: [u8; N]) -> Self {
+        while !self.0.len().is_multiple_of(N) {
+            self.0.push(0);
+        }
+        self.0.extend(number);
+        self
+    }
+
+    fn u32(self, number: u32) -> Self {
+        self.put(number.to_le_bytes())
+    }
+
+    fn f32(self, number: f32) -> Self {
+        self.put(number.to_le_bytes())
+    }
+
+    fn f64(self, number: f64) -> Self {
+        self.put(number.to_le_bytes())
+    }
+
+    fn text(self, text: &str) -> Self {
+        let mut message = self.u32(u32::try_from(text.len()).expect("a length") + 1);
+        message.0.extend(text.bytes());
+        message.0.push(0);
+        message
+    }
+}
+
+#[track_caller]
+fn converts(items: &str, before: Message, after: &Message) {
+    let mut bytes = before.0;
+    let end = program(items).run(&mut bytes, 0);
+    assert_eq!(bytes, after.0);
+    assert_eq!(end, Ok(after.0.len()));
+}
+
+#[test]
+fn numbers_are_found_behind_texts_and_sequences() {
+    let message = |length: f64, single: f32| {
+        let begin = Message::default().text("base").f64(length);
+        let pairs = begin.u32(2).f32(single).text("a").f32(single).text("bcd");
+        // An empty sequence of doubles has no alignment.
+        pairs.u32(0).u32(1).f32(single)
+    };
+    converts(
+        "sd{1/1000}[f{1/1000}s][d][f{1/1000}]",
+        message(1500.0, 250.0),
+        &message(1.5, 0.25),
+    );
+}
+
+#[test]
+fn an_array_of_structures_is_a_loop() {
+    let message = |x: f32| {
+        let mut message = Message::default();
+        for _ in 0..3 {
+            message = message.put([7_u8]).f32(x);
+        }
+        message
+    };
+    converts("3(Bf{1000})", message(1.5), &message(1500.0));
+}
+
+#[test]
+fn unused_elements_of_an_image_keep_their_bytes() {
+    let message = |used: f64| {
+        let begin = Message::default().u32(2).f64(used).u32(9).put([0; 4]);
+        begin
+            .f64(used)
+            .u32(9)
+            .put([0; 4])
+            .f64(5e307)
+            .u32(9)
+            .put([0; 4])
+    };
+    converts("3<4,16:d{1000}8x>", message(0.5), &message(500.0));
+    // A length above the bound counts as the bound.
+    let full = |value: f32| Message::default().u32(9).f32(value).f32(value);
+    converts("2<0,4:f{2}>", full(1.0), &full(2.0));
+}
+
+#[test]
+fn integers_are_rounded_and_never_wrap() {
+    let mut bytes = 1499_i32.to_le_bytes();
+    assert_eq!(program("i{1/1000}").run(&mut bytes, 0), Ok(4));
+    assert_eq!(i32::from_le_bytes(bytes), 1);
+    let mut bytes = [200_u8, 100];
+    let expected = Err(Fault::Overflow(0));
+    assert_eq!(program("2B{2}").run(&mut bytes, 0), expected);
+    let mut bytes = (-3_i16).to_le_bytes();
+    assert_eq!(program("h{1000}").run(&mut bytes, 0), Ok(2));
+    assert_eq!(i16::from_le_bytes(bytes), -3000);
+    let mut bytes = 40_i16.to_le_bytes();
+    assert_eq!(program("h{1000}").run(&mut bytes, 0), expected);
+    let mut bytes = 0_u64.to_le_bytes();
+    assert_eq!(
+        program("Q{1-300}").run(&mut bytes, 0),
+        expected,
+        "no negative number"
+    );
+}
+
+#[test]
+fn nan_and_infinite_numbers_stay() {
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut bytes = value.to_le_bytes();
+        assert_eq!(program("f{1000}").run(&mut bytes, 0), Ok(4));
+        let after = f32::from_le_bytes(bytes);
+        assert_eq!(
+            (after.is_nan(), after.is_sign_negative()),
+            (value.is_nan(), value < 0.0)
+        );
+        assert_eq!(after.is_infinite(), value.is_infinite());
+    }
+    let mut bytes = [1e38_f32, 1.0].map(f32::to_le_bytes).concat();
+    assert_eq!(
+        program("2f{1000}").run(&mut bytes, 0),
+        Err(Fault::Overflow(0))
+    );
+}
+
+#[test]
+fn a_short_message_is_refused() {
+    let whole = Message::default()
+        .text("abc")
+        .f64(1.0)
+        .u32(2)
+        .f32(1.0)
+        .f32(2.0)
+        .0;
+    let program = program("sd{2}[f{2}]");
+    for length in 0..whole.len() {
+        let mut bytes = whole[..length].to_vec();
+        let refused = program.run(&mut bytes, 0);
+        assert!(
+            matches!(refused, Err(Fault::Truncated(_))),
+            "{length}: {refused:?}"
+        );
+    }
+    let mut hostile = u32::MAX.to_le_bytes().to_vec();
+    hostile.extend([0; 64]);
+    assert!(program.run(&mut hostile, 0).is_err());
+}
+
+/// The bulk loop and the step-by-step loop give the same bits.
+#[test]
+fn packed_and_mixed_sequences_give_the_same_bits() {
+    let mut random = fastrand::Rng::with_seed(7);
+    for code in ["1/1000", "1/180p1", "180/1p-1", "9/5-45967/100", "127/5000"] {
+        let numbers: Vec<f64> = (0..100).map(|_| random.f64() * 2e3 - 1e3).collect();
+        let conversion = rc_quantity::Conversion::from_code(code).expect("a conversion");
+        let mut packed = Message::default().u32(100);
+        let mut mixed = Message::default().u32(100);
+        for number in &numbers {
+            packed = packed.f64(*number);
+            mixed = mixed.f64(*number).u32(1);
+        }
+        let (mut packed, mut mixed) = (packed.0, mixed.0);
+        assert!(
+            program(&format!("[d{{{code}}}]"))
+                .run(&mut packed, 0)
+                .is_ok()
+        );
+        assert!(
+            program(&format!("[d{{{code}}}I]"))
+                .run(&mut mixed, 0)
+                .is_ok()
+        );
+        for (at, number) in numbers.iter().enumerate() {
+            let expected = conversion.apply(*number).to_le_bytes();
+            assert_eq!(packed[8 + 8 * at..][..8], expected);
+            assert_eq!(mixed[8 + 16 * at..][..8], expected);
+        }
+    }
+}

@@ -1,0 +1,394 @@
+//! Ports whose messages are converted, because the other end has other units (`--convert`). The
+//! middleware, recordings of the network and other subscribers see the values of the sender.
+
+use rc_conversion::{Fault, Place, Plan, Program};
+use rc_middleware::in_place::zerocopy::IntoBytes;
+use rc_middleware::request_body::{RequestBody, buffer};
+use rc_middleware::typed::{self, Operation};
+use rc_middleware::{
+    CallError, Client, DecodeError, EncodeError, Encoding, Header, KeptSample, Profile, QueueGauge,
+    ReceiveError, Subscriber, rpc,
+};
+use std::collections::BTreeMap;
+use std::os::fd::BorrowedFd;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+/// What each slot converts, by name.
+pub(crate) type Conversions = BTreeMap<String, Plan>;
+
+/// Counts the messages of a slot. One thread counts, others read.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ConversionCounts(Arc<(AtomicU64, AtomicU64)>);
+
+impl ConversionCounts {
+    /// Messages that were converted.
+    pub(crate) fn converted(&self) -> u64 {
+        self.0.0.load(Ordering::Relaxed)
+    }
+
+    /// Messages that were refused, because a value has no counterpart in the other unit.
+    pub(crate) fn refused(&self) -> u64 {
+        self.0.1.load(Ordering::Relaxed)
+    }
+
+    fn note<T>(&self, result: &Result<T, Fault>) {
+        let counter = if result.is_ok() { &self.0.0 } else { &self.0.1 };
+        counter.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// A copy of a message. It is aligned as a memory image has to be.
+#[derive(Default)]
+struct Copied {
+    words: Vec<u128>,
+    length: usize,
+}
+
+impl Copied {
+    fn fill(&mut self, body: &[u8]) -> &mut [u8] {
+        let words = body.len().div_ceil(size_of::<u128>());
+        if self.words.len() < words {
+            self.words.resize(words, 0);
+        }
+        self.length = body.len();
+        let bytes = &mut self.words.as_mut_bytes()[..body.len()];
+        bytes.copy_from_slice(body);
+        bytes
+    }
+
+    fn bytes(&self) -> &[u8] {
+        &self.words.as_bytes()[..self.length]
+    }
+}
+
+/// A sample that its handler may keep.
+impl KeptSample for Copied {
+    fn memory(&self) -> &[u8] {
+        self.bytes()
+    }
+}
+
+/// A subscriber of a topic in other units.
+pub(crate) struct ConvertingSubscriber {
+    port: Box<dyn Subscriber>,
+    programs: SampleProgram,
+    address: String,
+    copy: Copied,
+}
+
+struct SampleProgram {
+    type_hash: u64,
+    cdr: Option<Program>,
+    image: Option<Program>,
+    counts: ConversionCounts,
+}
+
+impl SampleProgram {
+    /// Converts a copy of a sample. A sample of another type stays as it is, and is refused later.
+    fn run(&self, header: Header, body: &[u8], copy: &mut Copied) -> Result<bool, Fault> {
+        let is_strange = header.type_hash != 0 && header.type_hash != self.type_hash;
+        let program = match header.encoding {
+            Encoding::Cdr => &self.cdr,
+            Encoding::Image => &self.image,
+        };
+        let Some(program) = program.as_ref().filter(|_| !is_strange) else {
+            return Ok(false);
+        };
+        let result = program.run(copy.fill(body), 0);
+        self.counts.note(&result);
+        result.map(|_| true)
+    }
+}
+
+impl ConvertingSubscriber {
+    /// A subscriber of an operation, which converts its samples if the plan does.
+    pub(crate) fn over(
+        plan: &Plan,
+        operation: usize,
+        of: &Operation,
+        address: String,
+        counts: &ConversionCounts,
+        port: Box<dyn Subscriber>,
+    ) -> Box<dyn Subscriber> {
+        let programs = SampleProgram {
+            type_hash: of.type_hash,
+            cdr: plan.program(operation, Place::Input),
+            image: plan.program(operation, Place::InputImage),
+            counts: counts.clone(),
+        };
+        if programs.cdr.is_none() && programs.image.is_none() {
+            return port;
+        }
+        Box::new(Self {
+            port,
+            programs,
+            address,
+            copy: Copied::default(),
+        })
+    }
+
+    fn outcome(
+        address: &str,
+        received: Result<bool, ReceiveError>,
+        fault: Option<Fault>,
+    ) -> Result<bool, ReceiveError> {
+        match fault {
+            None => received,
+            Some(fault) => Err(ReceiveError {
+                address: address.to_owned(),
+                reason: fault.to_string(),
+            }),
+        }
+    }
+}
+
+impl Subscriber for ConvertingSubscriber {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        self.port.descriptor()
+    }
+
+    fn acknowledge(&mut self, woken: bool) {
+        self.port.acknowledge(woken);
+    }
+
+    fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
+        let Self {
+            port,
+            programs,
+            address,
+            copy,
+        } = self;
+        let mut fault = None;
+        let received = port.receive(&mut |header, body| match programs.run(header, body, copy) {
+            Ok(true) => take(header, copy.bytes()),
+            Ok(false) => take(header, body),
+            Err(error) => fault = Some(error),
+        });
+        Self::outcome(address, received, fault)
+    }
+
+    fn can_keep(&self) -> bool {
+        self.port.can_keep()
+    }
+
+    fn receive_kept(
+        &mut self,
+        take: &mut dyn FnMut(Header, Box<dyn KeptSample>),
+    ) -> Result<bool, ReceiveError> {
+        let Self {
+            port,
+            programs,
+            address,
+            ..
+        } = self;
+        let mut fault = None;
+        let received = port.receive_kept(&mut |header, sample| {
+            let mut copy = Copied::default();
+            match programs.run(header, sample.memory(), &mut copy) {
+                Ok(true) => take(header, Box::new(copy)),
+                Ok(false) => take(header, sample),
+                Err(error) => fault = Some(error),
+            }
+        });
+        Self::outcome(address, received, fault)
+    }
+
+    fn peers(&self) -> usize {
+        self.port.peers()
+    }
+
+    fn queue(&self) -> Option<QueueGauge> {
+        self.port.queue()
+    }
+}
+
+/// A client of a server in other units.
+pub(crate) struct ConvertingClient {
+    port: Box<dyn Client>,
+    calls: Vec<CallPrograms>,
+    counts: ConversionCounts,
+    copy: Copied,
+}
+
+/// The programs for the calls of an operation.
+struct CallPrograms {
+    operation: &'static Operation,
+    request: Option<Program>,
+    result: Option<Program>,
+    image: Option<Program>,
+    /// The exceptions that are converted, by their hashes.
+    exceptions: Vec<(i32, Program)>,
+}
+
+impl ConvertingClient {
+    /// A client of these operations, some of which the plan converts.
+    pub(crate) fn over(
+        plan: &Plan,
+        operations: &'static [Operation],
+        counts: &ConversionCounts,
+        port: Box<dyn Client>,
+    ) -> Box<dyn Client> {
+        let calls = operations.iter().enumerate();
+        let calls = calls.map(|(at, operation)| {
+            let thrown = operation.replies.iter().filter(|reply| reply.case != 0);
+            let thrown = (0..).zip(thrown).filter_map(|(number, reply)| {
+                let program = plan.program(at, Place::Exception(number))?;
+                Some((reply.case, program))
+            });
+            CallPrograms {
+                operation,
+                request: plan.program(at, Place::Input),
+                result: plan.program(at, Place::Output),
+                image: plan.program(at, Place::OutputImage),
+                exceptions: thrown.collect(),
+            }
+        });
+        Box::new(Self {
+            port,
+            calls: calls.collect(),
+            counts: counts.clone(),
+            copy: Copied::default(),
+        })
+    }
+}
+
+impl CallPrograms {
+    /// The program for a reply.
+    fn reply(&self, case: i32, encoding: Encoding) -> Option<&Program> {
+        match (case, encoding) {
+            (0, Encoding::Cdr) => self.result.as_ref(),
+            (0, Encoding::Image) => self.image.as_ref(),
+            _ => {
+                let mut thrown = self.exceptions.iter();
+                thrown
+                    .find(|(own, _)| *own == case)
+                    .map(|(_, program)| program)
+            }
+        }
+    }
+
+    /// Converts a copy of a reply. A reply without values stays as it is.
+    fn convert_reply(
+        &self,
+        (header, profile): (Header, Profile),
+        body: &[u8],
+        counts: &ConversionCounts,
+        copy: &mut Copied,
+    ) -> Result<bool, CallError> {
+        let Some((case, at)) = typed::reply_values(self.operation, profile, header, body)? else {
+            return Ok(false);
+        };
+        let Some(program) = self.reply(case, header.encoding) else {
+            return Ok(false);
+        };
+        let result = program.run(copy.fill(body), at);
+        counts.note(&result);
+        match result {
+            Ok(_) => Ok(true),
+            Err(fault) => Err(DecodeError::Invalid(EncodeError::NoValue(fault.to_string())).into()),
+        }
+    }
+}
+
+/// The programs for a request, and where its parameters begin. `None` for an unknown operation.
+fn of_request<'c>(
+    calls: &'c [CallPrograms],
+    profile: Profile,
+    request: &dyn RequestBody,
+) -> Option<(&'c CallPrograms, usize)> {
+    let (id, at) = rpc::request_values(request.begin(), profile).ok()?;
+    let mut calls = calls.iter();
+    calls
+        .find(|call| call.operation.id == id)
+        .map(|call| (call, at))
+}
+
+/// The converted request. `None` if it stays as it is.
+fn converted_request(
+    (call, at): (&CallPrograms, usize),
+    request: &dyn RequestBody,
+    counts: &ConversionCounts,
+) -> Result<Option<Vec<u8>>, CallError> {
+    let Some(program) = &call.request else {
+        return Ok(None);
+    };
+    let mut bytes = buffer(request)?;
+    let result = program.run(&mut bytes, at);
+    counts.note(&result);
+    match result {
+        Ok(_) => Ok(Some(bytes)),
+        Err(fault) => Err(EncodeError::NoValue(fault.to_string()).into()),
+    }
+}
+
+impl Client for ConvertingClient {
+    fn guid(&self) -> [u8; 16] {
+        self.port.guid()
+    }
+
+    fn profile(&self) -> Profile {
+        self.port.profile()
+    }
+
+    fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
+        if let Some(found) = of_request(&self.calls, self.port.profile(), request)
+            && let Some(bytes) = converted_request(found, request, &self.counts)?
+        {
+            return self.port.send(header, &bytes);
+        }
+        self.port.send(header, request)
+    }
+
+    fn can_loan(&self) -> bool {
+        self.port.can_loan()
+    }
+
+    fn call(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        let Self {
+            port,
+            calls,
+            counts,
+            copy,
+        } = self;
+        let profile = port.profile();
+        let Some((call, at)) = of_request(calls, profile, request) else {
+            return port.call(header, request, limit, take);
+        };
+        let bytes = converted_request((call, at), request, counts)?;
+        let request: &dyn RequestBody = match &bytes {
+            Some(bytes) => bytes,
+            None => request,
+        };
+        let mut failure = None;
+        port.call(
+            header,
+            request,
+            limit,
+            &mut |header, body| match call.convert_reply((header, profile), body, counts, copy) {
+                Ok(true) => take(header, copy.bytes()),
+                Ok(false) => take(header, body),
+                Err(error) => failure = Some(error),
+            },
+        )?;
+        failure.map_or(Ok(()), Err)
+    }
+
+    fn peers(&self) -> usize {
+        self.port.peers()
+    }
+
+    fn queue(&self) -> Option<QueueGauge> {
+        self.port.queue()
+    }
+}
+
+#[cfg(test)]
+mod tests;
