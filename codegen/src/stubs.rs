@@ -253,6 +253,19 @@ fn signature(slot: &Slot, needed: &str, method: &Method, types: &Types, found: &
     );
 }
 
+/// The functions of a state that a worker may have, with their documentation.
+pub(crate) fn of_state(state: &view::machine::State) -> [(&'static str, String); 3] {
+    let path = &state.path;
+    [
+        ("entry", format!("Runs when `{path}` is entered.")),
+        ("exit", format!("Runs when `{path}` is left.")),
+        (
+            "during",
+            format!("Runs once a period while `{path}` is active, in place of `compute`."),
+        ),
+    ]
+}
+
 /// The functions of states that the worker does not have: their documentation and their signatures.
 fn hooks(view: &view::Component, code: &Code, worker: &str) -> Vec<(String, String)> {
     let blocks = code.blocks.iter();
@@ -261,16 +274,8 @@ fn hooks(view: &view::Component, code: &Code, worker: &str) -> Vec<(String, Stri
     let there: BTreeSet<&str> = methods.collect();
     let states = view.machine.iter().flat_map(|machine| &machine.states);
     let all = states.flat_map(|state| {
-        let path = &state.path;
-        [
-            ("entry", format!("Runs when `{path}` is entered.")),
-            ("exit", format!("Runs when `{path}` is left.")),
-            (
-                "during",
-                format!("Runs once a period while `{path}` is active, in place of `compute`."),
-            ),
-        ]
-        .map(|(kind, doc)| (doc, rust::machine::hook(kind, &state.name)))
+        let hooks = of_state(state).into_iter();
+        hooks.map(|(kind, doc)| (doc, rust::machine::hook(kind, &state.name)))
     });
     all.filter(|(_, name)| !there.contains(name.as_str()))
         .map(|(doc, name)| {

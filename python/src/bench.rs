@@ -11,7 +11,7 @@ use rc_host::{Operation, Program, Session, read, session, undecodable, write};
 use rc_middleware::typed::{HandlerError, Request};
 use rc_runtime::lifecycle::{Hook, Transition};
 use rc_runtime::testing::{self, FakeServer, FakeSubscriber, Fault, Parts, TestBed};
-use rc_runtime::{State, Time, WorkerError};
+use rc_runtime::{ComponentState, Time, WorkerError};
 use rc_values::{Struct, Value};
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -236,14 +236,14 @@ impl Bench {
     /// Sets the state by its word.
     fn set_state(&self, state: &str) -> PyResult<()> {
         let all = [
-            State::Starting,
-            State::Running,
-            State::Emergency,
-            State::Stopping,
+            ComponentState::Starting,
+            ComponentState::Running,
+            ComponentState::Emergency,
+            ComponentState::Stopping,
         ];
         let found = all.into_iter().find(|known| known.word() == state);
         let found = found.ok_or_else(|| {
-            let words = all.map(State::word).join(", ");
+            let words = all.map(ComponentState::word).join(", ");
             PyValueError::new_err(format!("there is no state `{state}`; there are {words}"))
         })?;
         self.bed.set_state(found);

@@ -53,6 +53,11 @@ impl Core {
         &self.name
     }
 
+    /// Whether this run repeats an exact recording, as `rcdeploy replay` does.
+    pub fn is_replay(&self) -> bool {
+        self.exact.replay().is_some()
+    }
+
     /// The network's name.
     pub fn network(&self) -> &str {
         &self.network

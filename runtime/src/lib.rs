@@ -63,7 +63,7 @@ pub use ports::{Connections, Ports};
 pub use process::{Embedded, embed, run, run_with};
 pub use rc_configuration::model::Value;
 pub use rc_configuration::{ParamChange, Values};
-pub use rc_management::component::{Role, State};
+pub use rc_management::component::{Role, State as ComponentState};
 pub use rc_middleware as middleware;
 pub use slot_array::SlotArray;
 pub use start::Start;

@@ -4,9 +4,9 @@ use super::component::{self, Component, WORKER, WORKER_MODULE};
 use super::component_interpreter::{self, InPath, Next};
 use super::handlers::Handler;
 use super::source::{self, Class, Code, Method};
-use super::{names, reply_order};
+use super::{machine, names, reply_order};
 use crate::project::Project;
-use crate::{requirements, view};
+use crate::{requirements, stubs, view};
 use rc_cdsl::model::Middleware;
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use std::ffi::OsStr;
@@ -20,6 +20,9 @@ pub struct Missing {
     line: usize,
     place: Span,
     handlers: Vec<(String, String)>,
+    /// The functions of states that the worker may have and has not: documentation and name.
+    hooks: Vec<(String, String)>,
+    package: String,
     /// The manifest, and the requirements that it lacks.
     manifest: PathBuf,
     requirements: Vec<String>,
@@ -52,8 +55,7 @@ pub fn of(
         return Ok((None, found));
     }
     reply_order::check(project, &view, folder, &mut found)?;
-    let component = component::of(&view);
-    let missing = compare(project, folder, &component, true, sources, &mut found)?;
+    let missing = compare(project, folder, &view, true, sources, &mut found)?;
     let mut all = Diagnostics::new();
     for mut finding in found {
         // What is missing can be printed all the same.
@@ -77,8 +79,7 @@ pub(crate) fn check(
         return Ok(());
     }
     reply_order::check(project, &view, folder, found)?;
-    let component = component::of(&view);
-    let missing = compare(project, folder, &component, false, sources, found)?;
+    let missing = compare(project, folder, &view, false, sources, found)?;
     found.extend(
         missing
             .map(|missing| missing.errors(project))
@@ -100,11 +101,13 @@ pub(crate) fn check(
 fn compare(
     project: &Project,
     folder: &Path,
-    component: &Component,
+    view: &view::Component,
     needed: bool,
     sources: &mut SourceMap,
     found: &mut Diagnostics,
 ) -> io::Result<Option<Missing>> {
+    let component = &component::of(view);
+    let machine = view.machine.as_ref();
     let place = project.component.name.span;
     let src = folder.join("src");
     let code = source::read(&src, place, needed, sources, found)?;
@@ -139,6 +142,11 @@ fn compare(
             signature(&hook, method, &code, component, sources, found);
         }
     }
+    let there = |name: &str| {
+        let mut all = line.iter().flat_map(|class| class.methods());
+        all.any(|method| method.name == name) || line.iter().any(|class| class.sets(name))
+    };
+    let hooks = machine.map_or(Vec::new(), |machine| hooks(machine, &there));
     stale(component, &line, &names, &handlers, &code, sources, found);
     let (lacking, _) = requirements::compare(&project.component, folder);
     Ok(Some(Missing {
@@ -146,6 +154,8 @@ fn compare(
         line: worker.end,
         place: code.place_of_class(worker, sources),
         handlers,
+        hooks,
+        package: component.package.clone(),
         manifest: folder.join("pyproject.toml"),
         requirements: lacking.into_iter().map(requirements::line).collect(),
         total: required.len(),
@@ -215,6 +225,15 @@ fn signature(
     let place = code.place(there, sources);
     let error = Diagnostic::error("handler-signature", place, message);
     found.push(error.help(format!("needed now: `{signature}`")));
+}
+
+/// The functions of states that the worker does not have: their documentation and their names.
+fn hooks(machine: &view::Machine, there: &dyn Fn(&str) -> bool) -> Vec<(String, String)> {
+    let all = machine.states.iter().flat_map(|state| {
+        let suffix = machine::suffix(&state.name);
+        stubs::of_state(state).map(|(kind, doc)| (doc, format!("{kind}_{suffix}")))
+    });
+    all.filter(|(_, name)| !there(name)).collect()
 }
 
 /// A signature without its line breaks.
@@ -289,6 +308,25 @@ impl Missing {
             }
         }
         text
+    }
+
+    /// The functions of states that the worker may have, as comments with the imports that they
+    /// need. Empty if there is no machine, or if the worker has all of them.
+    pub fn hooks(&self) -> String {
+        if self.hooks.is_empty() {
+            return String::new();
+        }
+        let package = &self.package;
+        let mut out = format!(
+            "# Of the class `{WORKER}`, each as you need it:\n\
+             # from {package}.context import Context\n\
+             # from {package}.machine import Event, State\n"
+        );
+        for (doc, name) in &self.hooks {
+            let signature = format!("def {name}(self, ctx: Context) -> None:");
+            out += &format!("#\n# {signature}\n#     \"\"\"{doc}\"\"\"\n");
+        }
+        out
     }
 
     fn errors(&self, project: &Project) -> Diagnostics {

@@ -340,7 +340,7 @@ fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
         "rc_runtime::network_time",
         "rc_runtime::middleware::{CallError, InPlace, SendError}",
         "rc_runtime::tracing",
-        "rc_runtime::{Embedded, ParamChange, State, WorkerError}",
+        "rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError}",
     ]
     .map(str::to_owned)
     .to_vec();

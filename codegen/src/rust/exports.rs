@@ -9,8 +9,9 @@ use rc_vocabulary::Role;
 use std::collections::BTreeSet;
 
 /// Names that every generated crate exports.
-const OWN: [&str; 10] = [
+const OWN: [&str; 11] = [
     "CallError",
+    "ComponentState",
     "Context",
     "Embedded",
     "InPlace",

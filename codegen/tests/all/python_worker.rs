@@ -152,6 +152,55 @@ fn a_worker_that_does_not_fit_is_reported() {
 }
 
 #[test]
+fn functions_of_states_are_printed_with_their_imports() {
+    let guard = Guard::new();
+    fs::write(
+        guard.path().join("m.scxml"),
+        "<scxml><state id='idle'><transition event='go' cond='isReady' target='off'/></state>
+        <final id='off'/></scxml>",
+    )
+    .expect("a chart");
+    guard.replace(
+        "guard.cdsl",
+        "language python",
+        "statemachine \"m.scxml\"; language python",
+    );
+    guard.replace(
+        WORKER,
+        "    def compute(",
+        "    def entry_idle(self, ctx: Context) -> None:\n        pass\n\n    def compute(",
+    );
+    let (code, said) = guard.run(&["stubs", "guard.cdsl"]);
+    assert_eq!(code, 0, "{said}");
+    expect![[r#"
+        # src/specific_worker.py:31: at the end of the class `SpecificWorker`
+
+            def is_ready(self, ctx: Context) -> bool:
+                raise NotImplementedError
+
+        # Of the class `SpecificWorker`, each as you need it:
+        # from guard.context import Context
+        # from guard.machine import Event, State
+        #
+        # def exit_idle(self, ctx: Context) -> None:
+        #     """Runs when `idle` is left."""
+        #
+        # def during_idle(self, ctx: Context) -> None:
+        #     """Runs once a period while `idle` is active, in place of `compute`."""
+        #
+        # def entry_off(self, ctx: Context) -> None:
+        #     """Runs when `off` is entered."""
+        #
+        # def exit_off(self, ctx: Context) -> None:
+        #     """Runs when `off` is left."""
+        #
+        # def during_off(self, ctx: Context) -> None:
+        #     """Runs once a period while `off` is active, in place of `compute`."""
+    "#]]
+    .assert_eq(&said);
+}
+
+#[test]
 fn a_generation_tells_workers_of_the_earlier_order_of_replies() {
     let guard = Guard::new();
     let interface = "generated/guard/interfaces/watch.py";

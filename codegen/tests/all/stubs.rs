@@ -432,6 +432,17 @@ fn the_functions_of_a_state_machine_are_handlers_too() {
             m.scxml:2:69: warning[no-way-in]: no transition leads to state `lost`
         "]],
     );
+    // Two kinds of states have two names. The name of earlier versions says which is which.
+    assert_eq!(rcgen(component.path(), &["c.cdsl"]).0, 0);
+    let root = component.text("generated/src/lib.rs");
+    let (_, old) = root.split_once("#[deprecated(").expect("the old name");
+    for name in [
+        "`ComponentState`",
+        "`machine::MachineState`",
+        "pub type State = ComponentState;",
+    ] {
+        assert!(old.contains(name), "{old}");
+    }
     let worker = component
         .text(WORKER)
         .replace("Worker, ", "StateMachine, Worker, ");

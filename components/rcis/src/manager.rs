@@ -19,11 +19,15 @@ use std::sync::Arc;
 struct Scene<'w> {
     world: &'w mut World,
     file: &'w Path,
+    refuses_collisions: bool,
 }
 
 fn refused(error: innermodel_simulation::Error) -> Refusal {
     match error {
         innermodel_simulation::Error::Tree(error) => Refusal::Tree(error),
+        collision @ innermodel_simulation::Error::Collision { .. } => {
+            Refusal::Collision(collision.to_string())
+        }
         other => Refusal::Kind(other.to_string()),
     }
 }
@@ -45,6 +49,9 @@ impl Tree for Scene<'_> {
         &mut self,
         make: impl Fn(&mut Edit) -> Result<(), Error>,
     ) -> Result<(), Refusal> {
+        if self.refuses_collisions {
+            return self.world.edit_apart(make).map_err(refused);
+        }
         self.change(make)
     }
 
@@ -83,6 +90,7 @@ impl SpecificWorker {
         Manager(Scene {
             world: &mut self.world,
             file: &self.scene,
+            refuses_collisions: self.refuses_collisions,
         })
     }
 }

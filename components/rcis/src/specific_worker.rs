@@ -34,6 +34,8 @@ pub struct SpecificWorker {
     /// Steps that were asked for and are not made yet.
     pub(crate) pending: u64,
     pub(crate) paused: bool,
+    /// Whether `InnerModelManager` puts no bodies into each other.
+    pub(crate) refuses_collisions: bool,
     /// What the user of the window wants.
     pub(crate) actions: Actions,
     /// The number of the period in which the last pose was published, in simulated time.
@@ -71,6 +73,7 @@ impl Worker for SpecificWorker {
             yaws: std::collections::HashMap::new(),
             pending: 0,
             paused: ctx.params.paused,
+            refuses_collisions: ctx.params.refuse_collisions,
             actions: ctx.viewer.actions(),
             published: None,
             logged: HashSet::new(),
@@ -110,6 +113,7 @@ impl Worker for SpecificWorker {
         if changes.iter().any(|change| change.path == "paused") {
             self.paused = ctx.params.paused;
         }
+        self.refuses_collisions = ctx.params.refuse_collisions;
         pace(ctx);
         Ok(())
     }

@@ -145,6 +145,10 @@ impl World {
                 base.corrected = base.corrected.after(&wheel);
             }
             let pose = moved(here.pose(), &motions);
+            if pose == here.pose() {
+                self.state.bases.insert(node, base);
+                return Ok(());
+            }
             if let Err(error) = self.change(|edit| edit.set_pose(node, pose)) {
                 // The base stays where it is, and the world goes on.
                 self.report(format!("`{}` cannot move: {error}", here.id()));

@@ -6,6 +6,9 @@ use crate::human;
 use crate::state::State;
 use crate::world::World;
 use innermodel::{Edit, Pose, Snapshot};
+use innermodel_collision::Space;
+use rc_diagnostics::foreign::clean;
+use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
@@ -44,6 +47,35 @@ impl World {
         self.jump(&before);
         self.follow();
         Ok(result)
+    }
+
+    /// [`World::edit`], unless bodies touch afterwards that did not touch before.
+    ///
+    /// # Errors
+    /// [`Error::Collision`] has the first two; then nothing is changed.
+    pub fn edit_apart<T>(
+        &mut self,
+        make: impl Fn(&mut Edit) -> Result<T, innermodel::Error>,
+    ) -> Result<T, Error> {
+        let trial = self.model.fork();
+        trial.change(self.state.time, &make)?;
+        let after = trial.snapshot();
+        self.follow();
+        let before = self.space.collisions().into_iter();
+        let before: BTreeSet<_> = before.map(|contact| (contact.a, contact.b)).collect();
+        let mut space = Space::clone(&self.space);
+        space.update(&after);
+        let new = space.collisions().into_iter().find(|contact| {
+            let (a, b) = (contact.a, contact.b);
+            !before.contains(&(a, b)) && !before.contains(&(b, a))
+        });
+        if let Some(contact) = new {
+            return Err(Error::Collision {
+                body: clean(after.node(contact.a)?.id()),
+                other: clean(after.node(contact.b)?.id()),
+            });
+        }
+        self.edit(make)
     }
 
     /// Puts a node to a place at once, whatever is in between. Odometry does not notice.

@@ -37,6 +37,14 @@ pub enum Error {
         /// The node.
         id: String,
     },
+    /// A change would let two bodies touch that do not touch now.
+    #[error("`{body}` would collide with `{other}`")]
+    Collision {
+        /// One body.
+        body: String,
+        /// The other one.
+        other: String,
+    },
     /// A push would make a body faster than 1 km/s.
     #[error("`{0}` would be faster than 1 km/s")]
     TooFast(String),

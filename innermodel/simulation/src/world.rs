@@ -2,6 +2,7 @@
 
 use crate::dynamics::Dynamics;
 use crate::error::Error;
+use crate::free_path::Pressed;
 use crate::human;
 use crate::imu_integrator::ImuIntegrator;
 use crate::pose2d::Pose2D;
@@ -47,6 +48,9 @@ pub struct World {
     pub(crate) state: State,
     pub(crate) sensors: BTreeMap<NodeId, Sensor>,
     pub(crate) dynamics: Option<Box<dyn Dynamics>>,
+    /// Motions that obstacles prevented in the last steps of bases. A change of the scene forgets
+    /// them.
+    pub(crate) pressed: BTreeMap<NodeId, Vec<Pressed>>,
     problems: Vec<String>,
 }
 
@@ -64,6 +68,7 @@ impl Clone for World {
             state: self.state.clone(),
             sensors: self.sensors.clone(),
             dynamics: self.dynamics.as_ref().map(|dynamics| dynamics.duplicate()),
+            pressed: self.pressed.clone(),
             problems: Vec::new(),
         }
     }
@@ -100,6 +105,7 @@ impl World {
             state: State::default(),
             sensors: BTreeMap::new(),
             dynamics: None,
+            pressed: BTreeMap::new(),
             problems: Vec::new(),
         };
         world.report_bodies();
@@ -199,6 +205,7 @@ impl World {
 
     /// Makes the state of devices that are new, and drops that of devices that are gone.
     pub(crate) fn find_devices(&mut self) {
+        self.pressed.clear();
         let tree = self.tree();
         let mut there: BTreeSet<NodeId> = BTreeSet::new();
         let mut problems: Vec<String> = Vec::new();

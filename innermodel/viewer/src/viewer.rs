@@ -39,6 +39,20 @@ impl fmt::Debug for Viewer {
     }
 }
 
+/// Whether the display of the environment takes connections.
+///
+/// # Errors
+/// There is no display, or it refuses the connection. One that does not reply within a second is no
+/// error.
+pub fn reach() -> Result<(), WindowError> {
+    let (tell, told) = sync_channel(1);
+    let started = thread::Builder::new()
+        .name("viewer".to_owned())
+        .spawn(move || drop(tell.try_send(window::reach())));
+    started.map_err(|error| WindowError::Connect(error.into()))?;
+    told.recv_timeout(PATIENCE).unwrap_or(Ok(()))
+}
+
 impl Viewer {
     /// A viewer that is switched off. `say` gets a line if there is no window, and for each node
     /// that the user picks.

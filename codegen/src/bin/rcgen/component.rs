@@ -77,8 +77,12 @@ fn print_python_stubs(
     let Some(missing) = missing else {
         return Err(Failure::Input);
     };
+    let hooks = missing.hooks();
     if !missing.is_empty() {
         print(&missing.text());
+        if !hooks.is_empty() {
+            print("\n");
+        }
     } else if common.format != Format::Json {
         tell(format_args!(
             "{}: nothing is missing; handlers: {}",
@@ -86,5 +90,6 @@ fn print_python_stubs(
             missing.total()
         ));
     }
+    print(&hooks);
     Ok(())
 }

@@ -7,9 +7,9 @@ use everything_generated::testing::{
     TopicSample,
 };
 use everything_generated::{
-    Annotated, Bare, Bounded, Box_, BoxAnswer, Broken, CallError, Context, Everything, FailsError,
-    FarAway, Move, MoveError, Numbers, SendError, State, StateMachine, TryError, VeryBroken,
-    Worker, WorkerError,
+    Annotated, Bare, Bounded, Box_, BoxAnswer, Broken, CallError, ComponentState, Context,
+    Everything, FailsError, FarAway, Move, MoveError, Numbers, SendError, StateMachine, TryError,
+    VeryBroken, Worker, WorkerError,
 };
 use std::cell::Cell;
 use std::rc::Rc;
@@ -250,7 +250,7 @@ fn handlers_and_hooks_take_the_context() -> Result<(), WorkerError> {
     worker.finalize(&mut test);
     assert_eq!(
         (test.name(), test.network(), test.state()),
-        ("everything", "test", State::Running)
+        ("everything", "test", ComponentState::Running)
     );
     Ok(())
 }
@@ -311,8 +311,11 @@ fn time_is_virtual() -> Result<(), WorkerError> {
         ]
     );
     assert_eq!(test.now(), Time::from_nanos(175_000_000));
-    assert_eq!((test.state(), worker.other.get()), (State::Emergency, 4));
-    test.set_state(State::Running);
+    assert_eq!(
+        (test.state(), worker.other.get()),
+        (ComponentState::Emergency, 4)
+    );
+    test.set_state(ComponentState::Running);
     // It stops itself in the first of many periods.
     test.run(&mut worker, Duration::from_secs(3600))?;
     assert_eq!(worker.log.last(), Some(&(175, "compute")));

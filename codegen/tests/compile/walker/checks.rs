@@ -207,13 +207,24 @@ fn started<W: Worker + StateMachine>(test: &mut TestContext) -> W {
     worker
 }
 
+/// Workers that were written for earlier versions compile; `expect` fails without the warning.
+#[expect(deprecated, reason = "the name of earlier versions")]
+fn earlier() -> walker_generated::State {
+    walker_generated::State::Running
+}
+
+#[test]
+fn the_state_of_the_component_has_a_name_of_its_own() {
+    assert_eq!(earlier(), walker_generated::ComponentState::Running);
+}
+
 const MOMENT: Duration = Duration::from_nanos(1);
 
 #[test]
 fn a_run_handles_the_events_that_wait_before_the_first_period() {
     for state in [
-        walker_generated::State::Running,
-        walker_generated::State::Emergency,
+        walker_generated::ComponentState::Running,
+        walker_generated::ComponentState::Emergency,
     ] {
         let mut test = TestContext::new();
         let mut worker: Tested = started(&mut test);

@@ -16,7 +16,7 @@ use rc_runtime::middleware::typed::{HandlerError, Request};
 use rc_runtime::testing::DefaultReply;
 use rc_runtime::testing::{self, Configured, Parts, TestBed};
 use rc_runtime::Embedded;
-use rc_runtime::{StartError, State, Time, Values, WorkerError};
+use rc_runtime::{ComponentState, StartError, Time, Values, WorkerError};
 use std::ops::{Deref, DerefMut};
 use std::time::Duration;
 
@@ -100,17 +100,21 @@ impl TestContext {
                 ctx: &mut self.context_,
             };
             match rc_runtime::machine::react(&mut joined) {
-                Err(WorkerError::Emergency(_)) => self.set_state(State::Emergency),
+                Err(WorkerError::Emergency(_)) => {
+                    self.set_state(ComponentState::Emergency)
+                }
                 other => other?,
             }
             if self.is_stopping() {
                 break;
             }
-            if self.state() == State::Emergency {
+            if self.state() == ComponentState::Emergency {
                 worker.emergency(self);
             } else {
                 match adapter::step(worker, &mut self.context_) {
-                    Err(WorkerError::Emergency(_)) => self.set_state(State::Emergency),
+                    Err(WorkerError::Emergency(_)) => {
+                        self.set_state(ComponentState::Emergency)
+                    }
                     other => other?,
                 }
             }
@@ -130,7 +134,7 @@ impl TestContext {
     }
 
     /// Sets what `ctx.state()` returns. It is `Running` otherwise.
-    pub fn set_state(&mut self, state: State) {
+    pub fn set_state(&mut self, state: ComponentState) {
         self.bed_.set_state(state);
     }
 

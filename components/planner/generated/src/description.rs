@@ -25,7 +25,7 @@ const SLOT_SIMULATION: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "planner",
-    model_hash: 0x573c723154168bd4,
+    model_hash: 0xbd765ebf599dd70c,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),

@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"planner","parameters":[{"name":"base","doc":["The robot: a base of the scene."],"kind":{"scalar":{"type":"string"}},"default":{"text":"base"}},{"name":"x","doc":["The goal, in mm of the root of the scene."],"kind":{"scalar":{"type":"double"}},"default":{"float":0.0}},{"name":"z","kind":{"scalar":{"type":"double"}},"default":{"float":1800.0}},{"name":"tolerance","doc":["Distance from the goal at which the robot has arrived, in mm."],"kind":{"scalar":{"type":"double"}},"default":{"float":150.0},"range":{"min":{"float":10.0},"max":{"float":10000.0}}},{"name":"speed","doc":["The speed of the motions that are tried, in mm/s."],"kind":{"scalar":{"type":"double"}},"default":{"float":500.0},"range":{"min":{"float":10.0},"max":{"float":5000.0}}},{"name":"turns","doc":["Number of turns that are tried in each of the two parts of a motion."],"kind":{"scalar":{"type":"int"}},"default":{"int":9},"range":{"min":{"int":3},"max":{"int":33}}},{"name":"part","doc":["Time of each part of a motion."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":1500000000},"range":{"min":{"duration":100000000},"max":{"duration":30000000000}}},{"name":"bound","doc":["Distance of the robot from the imagined one at which a plan is given up, in mm."],"kind":{"scalar":{"type":"double"}},"default":{"float":60.0},"range":{"min":{"float":1.0},"max":{"float":10000.0}}}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"planner","parameters":[{"name":"base","doc":["The robot: a base of the scene."],"kind":{"scalar":{"type":"string"}},"default":{"text":"base"}},{"name":"x","doc":["The goal, in mm of the root of the scene."],"kind":{"scalar":{"type":"double"}},"default":{"float":0.0}},{"name":"z","kind":{"scalar":{"type":"double"}},"default":{"float":1800.0}},{"name":"tolerance","doc":["Distance from the goal at which the robot has arrived, in mm."],"kind":{"scalar":{"type":"double"}},"default":{"float":150.0},"range":{"min":{"float":10.0},"max":{"float":10000.0}}},{"name":"speed","doc":["The speed of the motions that are tried, in mm/s."],"kind":{"scalar":{"type":"double"}},"default":{"float":500.0},"range":{"min":{"float":10.0},"max":{"float":5000.0}}},{"name":"turns","doc":["Number of turns that are tried in each of the two parts of a motion."],"kind":{"scalar":{"type":"int"}},"default":{"int":9},"range":{"min":{"int":3},"max":{"int":33}}},{"name":"trials","doc":["Number of motions that are tried in one period, each for one part. All others wait meanwhile."],"kind":{"scalar":{"type":"int"}},"default":{"int":5},"range":{"min":{"int":1},"max":{"int":1000}},"editable":true},{"name":"part","doc":["Time of each part of a motion."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":1500000000},"range":{"min":{"duration":100000000},"max":{"duration":30000000000}}},{"name":"bound","doc":["Distance of the robot from the imagined one at which a plan is given up, in mm."],"kind":{"scalar":{"type":"double"}},"default":{"float":60.0},"range":{"min":{"float":1.0},"max":{"float":10000.0}}}]}"###;
 
 /// The parameters `planner`.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +31,10 @@ pub struct Params {
     ///
     /// Allowed: an integer of 32 bits, from 3 to 33.
     pub turns: i32,
+    /// Number of motions that are tried in one period, each for one part. All others wait meanwhile.
+    ///
+    /// Allowed: an integer of 32 bits, from 1 to 1000.
+    pub trials: i32,
     /// Time of each part of a motion.
     ///
     /// Allowed: a duration such as "50ms", or a number of milliseconds, from 100ms to 30s.
@@ -51,6 +55,7 @@ impl Params {
             tolerance: values.float("tolerance"),
             speed: values.float("speed"),
             turns: values.int("turns") as i32,
+            trials: values.int("trials") as i32,
             part: values.duration("part"),
             bound: values.float("bound"),
         }

@@ -13,7 +13,7 @@ use crate::parameters::Params;
 use crate::types;
 use rc_runtime::middleware::{DecodeError, Reader};
 use rc_runtime::testing::{self, Configured, Parts, TestBed};
-use rc_runtime::{StartError, State, Time, Values, WorkerError};
+use rc_runtime::{ComponentState, StartError, Time, Values, WorkerError};
 use std::ops::{Deref, DerefMut};
 use std::time::Duration;
 
@@ -82,11 +82,13 @@ impl TestContext {
     ) -> Result<(), WorkerError> {
         let mut left = time;
         while !left.is_zero() && !self.is_stopping() {
-            if self.state() == State::Emergency {
+            if self.state() == ComponentState::Emergency {
                 worker.emergency(self);
             } else {
                 match worker.compute(self) {
-                    Err(WorkerError::Emergency(_)) => self.set_state(State::Emergency),
+                    Err(WorkerError::Emergency(_)) => {
+                        self.set_state(ComponentState::Emergency)
+                    }
                     other => other?,
                 }
             }
@@ -106,7 +108,7 @@ impl TestContext {
     }
 
     /// Sets what `ctx.state()` returns. It is `Running` otherwise.
-    pub fn set_state(&mut self, state: State) {
+    pub fn set_state(&mut self, state: ComponentState) {
         self.bed_.set_state(state);
     }
 

@@ -76,6 +76,9 @@ impl Context {
         values: &Values,
     ) -> Result<Self, StartError> {
         let params = Params::from_values(values);
+        if params.viewer && !core.is_replay() {
+            innermodel_viewer::reach().map_err(no_window)?;
+        }
         let tree = tree(&params).map_err(StartError::Configuration)?;
         let title = core.name().to_owned();
         let viewer = Viewer::new(
@@ -154,6 +157,15 @@ impl DerefMut for Context {
     fn deref_mut(&mut self) -> &mut Core {
         &mut self.core
     }
+}
+
+/// The parameter `viewer` asks for a window, and there is none.
+fn no_window(error: innermodel_viewer::WindowError) -> StartError {
+    StartError::Configuration(
+        format!(
+            "error: the parameter `viewer` is true: {error}\n  = help: set `viewer = false`, or the variable DISPLAY to a display that takes connections\n"
+        ),
+    )
 }
 
 /// Reads the tree. Without a file it is empty.

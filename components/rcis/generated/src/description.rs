@@ -265,7 +265,7 @@ const SLOT_POSE_TOPICS: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "rcis",
-    model_hash: 0xaf3e0400893c8d4a,
+    model_hash: 0xcff1d7ceeadebaab,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 10000000),
     parameters: Some(parameters::SCHEMA),

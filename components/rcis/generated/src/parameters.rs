@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"rcis","parameters":[{"name":"inner_model","doc":["The scene: an InnerModel file."],"kind":{"scalar":{"type":"path"}},"default":{"text":"house.xml"},"restart":true},{"name":"viewer","doc":["A window shows the scene."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false},"editable":true},{"name":"step","doc":["Simulated time that passes in one step."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":10000000},"range":{"min":{"duration":10000},"max":{"duration":1000000000}},"restart":true},{"name":"seed","doc":["Seed of the errors of sensors and actuators. Equal seeds give equal runs."],"kind":{"scalar":{"type":"long"}},"default":{"int":1},"restart":true},{"name":"rate","doc":["Simulated seconds per second. 0: as fast as possible."],"kind":{"scalar":{"type":"double"}},"default":{"float":1.0},"range":{"min":{"float":0.0},"max":{"float":1000.0}},"editable":true},{"name":"paused","doc":["The world is paused; the operation `step` makes steps."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false},"editable":true},{"name":"wait","doc":["Where the network takes its time from this component: each step waits until all followers have done the one before."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":true},"editable":true},{"name":"limit","doc":["How long a step waits before it reports the missing followers. It goes on waiting."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":5000000000},"editable":true},{"name":"physics","doc":["Forces move transforms with engine=\"bullet\" from the start; `setPhysics` switches them while it runs."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false},"restart":true},{"name":"pose_period","doc":["The time between two poses of a base that are published. 0s: one in each step."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":50000000},"editable":true},{"name":"most_worlds","doc":["The most snapshots, and the most clones."],"kind":{"scalar":{"type":"int"}},"default":{"int":32},"range":{"min":{"int":0},"max":{"int":1000}},"editable":true}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"rcis","parameters":[{"name":"inner_model","doc":["The scene: an InnerModel file."],"kind":{"scalar":{"type":"path"}},"default":{"text":"house.xml"},"restart":true},{"name":"viewer","doc":["A window shows the scene."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false},"editable":true},{"name":"step","doc":["Simulated time that passes in one step."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":10000000},"range":{"min":{"duration":10000},"max":{"duration":1000000000}},"restart":true},{"name":"seed","doc":["Seed of the errors of sensors and actuators. Equal seeds give equal runs."],"kind":{"scalar":{"type":"long"}},"default":{"int":1},"restart":true},{"name":"rate","doc":["Simulated seconds per second. 0: as fast as possible."],"kind":{"scalar":{"type":"double"}},"default":{"float":1.0},"range":{"min":{"float":0.0},"max":{"float":1000.0}},"editable":true},{"name":"paused","doc":["The world is paused; the operation `step` makes steps."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false},"editable":true},{"name":"wait","doc":["Where the network takes its time from this component: each step waits until all followers have done the one before."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":true},"editable":true},{"name":"limit","doc":["How long a step waits before it reports the missing followers. It goes on waiting."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":5000000000},"editable":true},{"name":"physics","doc":["Forces move transforms with engine=\"bullet\" from the start; `setPhysics` switches them while it runs."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false},"restart":true},{"name":"pose_period","doc":["The time between two poses of a base that are published. 0s: one in each step."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":50000000},"editable":true},{"name":"refuse_collisions","doc":["Requests of InnerModelManager with which bodies would touch that do not touch now are refused with Collision."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false},"editable":true},{"name":"most_worlds","doc":["The most snapshots, and the most clones."],"kind":{"scalar":{"type":"int"}},"default":{"int":32},"range":{"min":{"int":0},"max":{"int":1000}},"editable":true}]}"###;
 
 /// The parameters `rcis`.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +49,10 @@ pub struct Params {
     ///
     /// Allowed: a duration such as "50ms", or a number of milliseconds.
     pub pose_period: std::time::Duration,
+    /// Requests of InnerModelManager with which bodies would touch that do not touch now are refused with Collision.
+    ///
+    /// Allowed: `true` or `false`.
+    pub refuse_collisions: bool,
     /// The most snapshots, and the most clones.
     ///
     /// Allowed: an integer of 32 bits, from 0 to 1000.
@@ -69,6 +73,7 @@ impl Params {
             limit: values.duration("limit"),
             physics: values.bool("physics"),
             pose_period: values.duration("pose_period"),
+            refuse_collisions: values.bool("refuse_collisions"),
             most_worlds: values.int("most_worlds") as i32,
         }
     }

@@ -26,6 +26,7 @@ fn params() -> Params {
         limit: Duration::from_secs(5),
         physics: false,
         pose_period: Duration::from_millis(50),
+        refuse_collisions: false,
         most_worlds: 3,
     }
 }

@@ -1,11 +1,11 @@
 //! RoboComp's interface `InnerModelManager` of the simulated world.
 
-use crate::{house, member};
+use crate::{house, member, start};
 use rcis::SpecificWorker;
 use rcis_generated::interfaces::inner_model_manager as calls;
 use rcis_generated::{
     Context, Coord3D, ErrorType, InnerModelManager, JointType, Lasers, MeshType, Plane3D, Pose3D,
-    Simulation,
+    Simulation, Worker,
 };
 use std::fs;
 
@@ -38,6 +38,37 @@ fn board(py: f32) -> Plane3D {
         texture: "#ff0000".into(),
         ..Plane3D::default()
     }
+}
+
+#[test]
+fn bodies_are_not_put_into_each_other_if_that_is_refused() {
+    let scene = r#"<innerModel>
+        <plane id="wall" pz="1000" nz="1" size="4000,4000,20" collide="1"/>
+        <transform id="cup"><sphere id="ball" radius="100" collide="1"/></transform>
+        <transform id="below" tz="950"/>
+        </innerModel>"#;
+    let (mut worker, mut test) = start(scene);
+    let put = |worker: &mut SpecificWorker, ctx: &mut Context, z: f32| {
+        worker.set_pose(ctx, "root".into(), "cup".into(), at(0.0, 0.0, z))
+    };
+    // Without the parameter, all is possible; what touches may go on to touch.
+    let ctx: &mut Context = &mut test;
+    assert_eq!(put(&mut worker, ctx, 950.0), Ok(true));
+    ctx.params.refuse_collisions = true;
+    Worker::params_changed(&mut worker, ctx, &[]).expect("a change");
+    assert_eq!(put(&mut worker, ctx, 960.0), Ok(true));
+    assert_eq!(put(&mut worker, ctx, 0.0), Ok(true));
+    let refused = put(&mut worker, ctx, 950.0);
+    let Err(calls::SetPoseError::InnerModelManagerError(error)) = refused else {
+        panic!("{refused:?}");
+    };
+    assert_eq!(error.err, ErrorType::Collision);
+    assert_eq!(error.text, "`wall` would collide with `ball`");
+    let there = worker.get_pose_from_parent(ctx, "cup".into());
+    assert_eq!(there.expect("a pose").1.z, 0.0);
+    let moved = worker.move_node(ctx, "cup".into(), "below".into());
+    assert_eq!(code!(moved, MoveNodeError), ErrorType::Collision);
+    assert_eq!(put(&mut worker, ctx, 800.0), Ok(true));
 }
 
 const MESH: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";

@@ -48,8 +48,8 @@ fn the_planner_drives_around_obstacles_and_plans_anew_after_a_surprise() {
     assert_eq!(up.code, 0, "{up:?}");
     let start = place(&site);
 
-    // In the middle of a plan, somebody moves the robot.
-    call(&site, "step", r#"{"world": "", "count": 40}"#);
+    // In the middle of the first plan, which begins after 600 ms, somebody moves the robot.
+    call(&site, "step", r#"{"world": "", "count": 100}"#);
     Site::until_within(LIMIT, "the steps are made", || {
         call(&site, "getClock", r#"{"world": ""}"#)["pending"] == 0
     });

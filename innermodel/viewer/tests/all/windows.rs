@@ -392,7 +392,7 @@ fn a_file_is_edited_in_a_window() {
 }
 
 /// The option of a `.cdsl` and two parameters show the tree of a component, without code. Without a
-/// display, the component goes on.
+/// display, the component does not start.
 #[test]
 fn a_component_with_the_option_has_a_window() {
     let Some(screen) = screen("a_component_with_the_option_has_a_window") else {
@@ -430,16 +430,15 @@ fn a_component_with_the_option_has_a_window() {
     let window = until("the window", || user.window("shown_arm"));
     let black = user.pixels(window).map(|image| vec![0; image.len()]);
     user.changed(window, &black.unwrap_or_default());
-    until("the line in the log", || {
-        let text = std::fs::read_to_string(&log).expect("the log");
-        text.contains("cannot open a window").then_some(())
-    });
-    for component in [&mut shown, &mut hidden] {
-        assert_eq!(component.0.try_wait().expect("a child"), None);
-        let id = rustix::process::Pid::from_child(&component.0);
-        rustix::process::kill_process(id, rustix::process::Signal::TERM).expect("to end it");
-        component.end();
-    }
+    assert_eq!(hidden.end().code(), Some(1));
+    let text = std::fs::read_to_string(&log).expect("the log");
+    let reason = "error: the parameter `viewer` is true: cannot open a window: ";
+    assert!(text.contains(reason), "{text}");
+    assert!(text.contains("set `viewer = false`"), "{text}");
+    assert_eq!(shown.0.try_wait().expect("a child"), None);
+    let id = rustix::process::Pid::from_child(&shown.0);
+    rustix::process::kill_process(id, rustix::process::Signal::TERM).expect("to end it");
+    shown.end();
 }
 
 /// Changes a tree.

@@ -25,10 +25,14 @@ pub use parameters::Params;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;
-pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
+pub use rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError};
 pub use self::interfaces::*;
 pub use slots::Awake;
 pub use slots::Echo;
 pub use slots::Pictures;
 pub use slots::Sample;
 pub use types::*;
+
+#[doc(hidden)]
+#[deprecated(note = "the state of the component is `ComponentState`")]
+pub type State = ComponentState;

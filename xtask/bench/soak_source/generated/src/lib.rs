@@ -22,6 +22,10 @@ pub use context::Context;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;
-pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
+pub use rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError};
 pub use self::interfaces::*;
 pub use types::*;
+
+#[doc(hidden)]
+#[deprecated(note = "the state of the component is `ComponentState`")]
+pub type State = ComponentState;

@@ -27,7 +27,7 @@ pub use parameters::Params;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;
-pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
+pub use rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError};
 pub use rc_runtime::{Member, MemberError, SlotArray};
 pub use self::interfaces::*;
 pub use slots::DdsBatteries;
@@ -37,3 +37,7 @@ pub use slots::RosBatteries;
 pub use slots::RosTracks;
 pub use slots::Tracks;
 pub use types::*;
+
+#[doc(hidden)]
+#[deprecated(note = "the state of the component is `ComponentState`")]
+pub type State = ComponentState;
