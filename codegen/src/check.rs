@@ -16,8 +16,8 @@ use std::path::{Path, PathBuf};
 
 /// The endings of the files that are checked. Components come first, since they read what they are
 /// made of.
-const ENDINGS: [&str; 8] = [
-    "cdsl", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "xml", "toml",
+const ENDINGS: [&str; 9] = [
+    "cdsl", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "xml", "toml",
 ];
 
 /// Files to check: those of the command line as they are, and the description files of its folders,
@@ -122,7 +122,7 @@ pub fn file(
                 found.extend(configuration::check(sources, source, Some(&project)));
             }
         }
-        Some("idsl" | "pdsl" | "smdsl" | "scxml" | "toml") if was_read(path, sources) => {}
+        Some("idsl" | "pdsl" | "smdsl" | "scxml" | "gdsl" | "toml") if was_read(path, sources) => {}
         Some("idsl") => {
             let source = sources.add(path, rc_files::read(path)?);
             let mut session = Session::new(sources, loader);
@@ -143,6 +143,10 @@ pub fn file(
         Some("ddsl") => {
             let source = sources.add(path, rc_files::read(path)?);
             found.extend(rc_ddsl::load(sources, loader, source).1);
+        }
+        Some("gdsl") => {
+            let source = sources.add(path, rc_files::read(path)?);
+            found.extend(graph_language::load(sources, loader, source).1);
         }
         Some("xml") => {
             let source = sources.add(path, rc_files::read(path)?);
@@ -167,7 +171,7 @@ pub fn file(
         _ => {
             let source = sources.add(path, "");
             let message =
-                "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .xml and .toml";
+                "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .xml and .toml";
             found.push(Diagnostic::error(
                 "unknown-language",
                 Span::new(source, 0, 0),

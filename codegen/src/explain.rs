@@ -1,12 +1,13 @@
 //! A page for each diagnostic code. The texts are in `explain/`, one section for each code.
 
-const PAGES: [&str; 8] = [
+const PAGES: [&str; 9] = [
     include_str!("../explain/common.md"),
     include_str!("../explain/idsl.md"),
     include_str!("../explain/cdsl.md"),
     include_str!("../explain/pdsl.md"),
     include_str!("../explain/smdsl.md"),
     include_str!("../explain/ddsl.md"),
+    include_str!("../explain/gdsl.md"),
     include_str!("../explain/innermodel.md"),
     include_str!("../explain/rcgen.md"),
 ];

@@ -17,7 +17,7 @@ pub struct Language {
 }
 
 /// All description languages.
-pub const LANGUAGES: [Language; 5] = [
+pub const LANGUAGES: [Language; 6] = [
     Language {
         extension: "idsl",
         style: rc_idsl::STYLE,
@@ -42,6 +42,11 @@ pub const LANGUAGES: [Language; 5] = [
         extension: "ddsl",
         style: rc_ddsl::STYLE,
         parse: |sources, source| rc_ddsl::parse(sources, source).1,
+    },
+    Language {
+        extension: "gdsl",
+        style: graph_language::STYLE,
+        parse: |sources, source| graph_language::parse(sources, source).1,
     },
 ];
 

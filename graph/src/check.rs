@@ -71,7 +71,7 @@ fn check_ports(next: &Snapshot, types: &Types, node: NodeId) -> Result<(), Error
         return Ok(());
     };
     for port in &entity.ports {
-        let halves = [&place.out, &place.in_][port.port].all();
+        let halves = [place.out.all(), next.incoming(node)][port.port];
         let ours = halves.iter().filter(|half| half.relation == port.relation);
         let found = ours.count();
         if found < port.min || port.max.is_some_and(|most| found > most) {

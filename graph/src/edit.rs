@@ -1,7 +1,8 @@
 //! Changes, which become one new version together.
 
 use crate::element::{
-    Attributes, Edge, EdgeId, Element, Half, Halves, Id, NONE, Neighbours, Node, NodeId, Place,
+    Attributes, Edge, EdgeId, Element, Half, Halves, Id, Lists, NONE, Neighbours, Node, NodeId,
+    Place,
 };
 use crate::error::Error;
 use crate::names::{Named, Symbol};
@@ -126,6 +127,9 @@ impl Edit {
             generation: 0,
             kind,
             out: Halves::NO,
+        };
+        let mut lists = Lists {
+            generation: 0,
             in_: Halves::NO,
             of_type: Neighbours {
                 previous: NONE,
@@ -140,21 +144,23 @@ impl Edit {
                 return Err(Error::TooMany(MOST_ELEMENTS));
             }
             shape.places.push(place.clone());
+            shape.lists.push(lists);
             self.next.nodes.push(node);
             self.next.nodes.len() as u32 - 1
         } else {
             let here = self.place(free)?;
             place.generation = here.generation.wrapping_add(1);
-            let after = here.of_type.next;
             *here = place.clone();
-            self.shape().free_node = after;
+            lists.generation = place.generation;
+            let here = std::mem::replace(self.lists(free)?, lists);
+            self.shape().free_node = here.of_type.next;
             if let Some(slot) = self.next.nodes.get_mut(free as usize) {
                 *slot = node;
             }
             free
         };
         if first != NONE {
-            self.place(first)?.of_type.previous = at;
+            self.lists(first)?.of_type.previous = at;
         }
         let list = self.list(kind)?;
         list.first = at;
@@ -173,6 +179,11 @@ impl Edit {
     fn place(&mut self, at: u32) -> Result<&mut Place, Error> {
         let place = self.shape().places.get_mut(at as usize);
         place.ok_or(Error::Removed)
+    }
+
+    fn lists(&mut self, at: u32) -> Result<&mut Lists, Error> {
+        let lists = self.shape().lists.get_mut(at as usize);
+        lists.ok_or(Error::Removed)
     }
 
     /// The list of the nodes of a type.
@@ -246,7 +257,7 @@ impl Edit {
             relation,
         };
         self.place(from.place)?.out.push(half(to));
-        self.place(to.place)?.in_.push(half(from));
+        self.lists(to.place)?.in_.push(half(from));
         let shape = self.shape();
         shape.edge_ids.insert(id, at);
         shape.edge_count += 1;
@@ -278,7 +289,7 @@ impl Edit {
         let here = self.next.edge_of(edge)?;
         let (id, relation, from, to) = (here.id, here.relation, here.from, here.to);
         self.place(from)?.out.remove(edge.place);
-        self.place(to)?.in_.remove(edge.place);
+        self.lists(to)?.in_.remove(edge.place);
         let shape = self.shape();
         shape.edge_ids.remove(&id);
         shape.edge_count -= 1;
@@ -300,7 +311,7 @@ impl Edit {
     pub fn remove_node(&mut self, node: NodeId) -> Result<(), Error> {
         self.step()?;
         let place = self.next.place(node)?;
-        let halves = place.out.all().iter().chain(place.in_.all());
+        let halves = place.out.all().iter().chain(self.next.incoming(node));
         let edges: Vec<u32> = halves.map(|half| half.edge).collect();
         for edge in edges {
             // An edge from a node to itself is on both sides.
@@ -310,13 +321,14 @@ impl Edit {
         }
         self.unname(node)?;
         let place = self.next.place(node)?;
-        let (kind, list) = (place.kind, place.of_type);
+        let kind = place.kind;
+        let list = self.lists(node.place)?.of_type;
         match list.previous {
             NONE => self.list(kind)?.first = list.next,
-            before => self.place(before)?.of_type.next = list.next,
+            before => self.lists(before)?.of_type.next = list.next,
         }
         if list.next != NONE {
-            self.place(list.next)?.of_type.previous = list.previous;
+            self.lists(list.next)?.of_type.previous = list.previous;
         }
         self.list(kind)?.count -= 1;
         self.keyed.push(node.place);
@@ -332,7 +344,9 @@ impl Edit {
         let free = std::mem::replace(&mut shape.free_node, node.place);
         let place = self.place(node.place)?;
         place.generation = place.generation.wrapping_add(1);
-        place.of_type = Neighbours {
+        let lists = self.lists(node.place)?;
+        lists.generation = lists.generation.wrapping_add(1);
+        lists.of_type = Neighbours {
             previous: NONE,
             next: free,
         };
@@ -440,9 +454,9 @@ impl Edit {
             return Ok(());
         };
         let name = Arc::clone(name);
-        let list = self.next.place(node)?.of_name;
+        let list = self.lists(node.place)?.of_name;
         if list.next != NONE {
-            self.place(list.next)?.of_name.previous = list.previous;
+            self.lists(list.next)?.of_name.previous = list.previous;
         }
         if list.previous == NONE {
             let named = &mut self.shape().named;
@@ -451,21 +465,21 @@ impl Edit {
                 named.insert(name, list.next);
             }
         } else {
-            self.place(list.previous)?.of_name.next = list.next;
+            self.lists(list.previous)?.of_name.next = list.next;
         }
-        self.place(node.place)?.of_name = Neighbours::NO;
+        self.lists(node.place)?.of_name = Neighbours::NO;
         Ok(())
     }
 
     /// Puts a node into the list of a name.
     fn rename(&mut self, node: NodeId, name: &Arc<str>) -> Result<(), Error> {
         let first = self.next.shape.named.get(&**name);
-        self.place(node.place)?.of_name.next = first.unwrap_or(NONE);
+        self.lists(node.place)?.of_name.next = first.unwrap_or(NONE);
         let named = &mut self.shape().named;
         if let Some(first) = first {
             named.remove(&**name);
             named.insert(Arc::clone(name), node.place);
-            self.place(first)?.of_name.previous = node.place;
+            self.lists(first)?.of_name.previous = node.place;
         } else {
             named.insert(Arc::clone(name), node.place);
         }

@@ -158,13 +158,19 @@ impl Halves {
     }
 }
 
-/// A node among its neighbours: what a step of a traversal reads.
+/// A node among those behind it: what a step along edges reads.
 #[derive(Clone, Debug)]
 pub(crate) struct Place {
     /// Odd while the place is free.
     pub(crate) generation: u32,
     pub(crate) kind: Symbol,
     pub(crate) out: Halves,
+}
+
+/// The other lists that a node is in. Apart, since a step forward does not read them.
+#[derive(Clone, Debug)]
+pub(crate) struct Lists {
+    pub(crate) generation: u32,
     pub(crate) in_: Halves,
     /// Nodes of the same type. In a free place, `next` is the next free one.
     pub(crate) of_type: Neighbours,

@@ -1,7 +1,9 @@
 //! One version of the graph. It never changes, so its readers need no lock.
 
 use crate::Time;
-use crate::element::{Attributes, Edge, EdgeId, Element, Half, Id, NONE, Node, NodeId, Place};
+use crate::element::{
+    Attributes, Edge, EdgeId, Element, Half, Id, Lists, NONE, Node, NodeId, Place,
+};
 use crate::error::Error;
 use crate::names::{Named, Names, Symbol};
 use crate::types::Types;
@@ -22,6 +24,8 @@ pub struct Snapshot {
     pub(crate) shape: Arc<Shape>,
     pub(crate) types: Arc<Types>,
     pub(crate) tree: Arc<innermodel::Snapshot>,
+    /// Whether all frames are in one tree.
+    pub(crate) is_one_tree: bool,
 }
 
 /// All that a change of attributes leaves as it is.
@@ -29,6 +33,7 @@ pub struct Snapshot {
 pub(crate) struct Shape {
     /// Wide pages: a step of a traversal reads two of them and one at the bottom.
     pub(crate) places: Pages<Place, 5>,
+    pub(crate) lists: Pages<Lists, 5>,
     pub(crate) names: Names,
     pub(crate) node_ids: Ids<Id>,
     pub(crate) edge_ids: Ids<Id>,
@@ -65,6 +70,7 @@ impl Snapshot {
             edges: Pages::new(),
             shape: Arc::new(Shape {
                 places: Pages::new(),
+                lists: Pages::new(),
                 names,
                 node_ids: Ids::new(),
                 edge_ids: Ids::new(),
@@ -80,6 +86,7 @@ impl Snapshot {
             }),
             types,
             tree: innermodel::InnerModel::new().snapshot(),
+            is_one_tree: true,
         }
     }
 
@@ -213,7 +220,7 @@ impl Snapshot {
     pub fn named(&self, name: &str) -> impl Iterator<Item = NodeId> {
         let first = self.shape.named.get(name);
         std::iter::successors(first, |at| {
-            let place = self.shape.places.get(*at as usize)?;
+            let place = self.shape.lists.get(*at as usize)?;
             Some(place.of_name.next).filter(|next| *next != NONE)
         })
         .filter_map(|at| self.node_at(at))
@@ -238,7 +245,7 @@ impl Snapshot {
             .and_then(|kind| self.shape.of_type.get(kind.0 as usize));
         let first = list.map(|list| list.first).filter(|at| *at != NONE);
         std::iter::successors(first, |at| {
-            let place = self.shape.places.get(*at as usize)?;
+            let place = self.shape.lists.get(*at as usize)?;
             Some(place.of_type.next).filter(|next| *next != NONE)
         })
         .filter_map(|at| self.node_at(at))
@@ -298,7 +305,10 @@ impl Snapshot {
 
     #[inline]
     pub(crate) fn incoming(&self, node: NodeId) -> &[Half] {
-        self.place(node).map_or(&[], |place| place.in_.all())
+        match self.shape.lists.get(node.place as usize) {
+            Some(lists) if lists.generation == node.generation => lists.in_.all(),
+            _ => &[],
+        }
     }
 
     /// The edges from a node, of a relation or of all.
@@ -430,7 +440,8 @@ impl<'s> NodeRef<'s> {
 
     /// Edges to the node.
     pub fn in_edges(&self) -> impl Iterator<Item = EdgeRef<'s>> + use<'s> {
-        self.snapshot.edges_of(self.place.in_.all(), None)
+        let halves = self.snapshot.incoming(self.node);
+        self.snapshot.edges_of(halves, None)
     }
 }
 

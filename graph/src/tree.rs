@@ -23,7 +23,7 @@ impl Frame {
 /// The edge that holds a node in the tree of frames.
 pub(crate) fn held_by(next: &Snapshot, node: NodeId) -> Option<(&Half, TreeOf)> {
     let place = next.place(node).ok()?;
-    let halves = place.out.all().iter().chain(place.in_.all());
+    let halves = place.out.all().iter().chain(next.incoming(node));
     for half in halves {
         let tree = next.types.relation(half.relation).and_then(|r| r.tree);
         if let Some(tree) = tree
@@ -123,6 +123,7 @@ pub(crate) fn apply(edit: &mut Edit, model: &InnerModel, time: Time) -> Result<(
         Ok::<(), Error>(())
     })?;
     edit.next.tree = model.snapshot();
+    edit.next.is_one_tree = edit.next.tree.root().children().nth(1).is_none();
     Ok(())
 }
 
@@ -170,10 +171,7 @@ impl Snapshot {
     /// The nodes are in different trees.
     #[inline]
     pub fn between(&self, to: Frame, from: Frame) -> Result<Transform, Error> {
-        let top = self.tree.root();
-        let mut tops = top.children();
-        // With one tree, all frames are connected.
-        if tops.next().is_some() && tops.next().is_some() && !self.are_connected(to, from)? {
+        if !self.is_one_tree && !self.are_connected(to, from)? {
             return Err(Error::NotConnected);
         }
         Ok(self.tree.between(to.0, from.0)?)

@@ -68,6 +68,7 @@ fn every_code_has_a_page() {
         "pdsl",
         "smdsl",
         "ddsl",
+        "graph/language",
         "codegen",
         "deploy",
         "innermodel/language",

@@ -86,9 +86,9 @@ pub(crate) enum Command {
     },
     /// Checks description files and configurations; reports all findings at once.
     Check {
-        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl files, .xml files of InnerModel, .toml files
+        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl files, .xml files of InnerModel, .toml files
         /// that lie in a component's etc/, and folders with any of them.
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "xml", "toml"]))]
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "xml", "toml"]))]
         files: Vec<PathBuf>,
         /// Takes files as RoboComp does: an operation that returns a value may stand under
         /// subscribesTo, with a warning. Generating code for it is still refused.
@@ -100,7 +100,7 @@ pub(crate) enum Command {
     /// Formats description files. Comments stay; a file with a syntax error stays as it is.
     Fmt {
         /// Files, and folders that hold them (`target` and `generated` are left out).
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "xml"]))]
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "gdsl", "xml"]))]
         files: Vec<PathBuf>,
         /// Lists the files that are not formatted, fails with 1 if there is one, and writes
         /// nothing.

@@ -1,0 +1,397 @@
+//! Resolves the syntax tree into a schema.
+
+use crate::ast::{self, Item, Type};
+use crate::imports::Imports;
+use crate::members::{self, TYPES};
+use graph_schema::{Comparison, Entity, Kind, PoseOf, Query, Relation, Rule, Schema, Tree};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_syntax::{Loader, Name};
+use std::collections::HashMap;
+
+/// Loads one `.gdsl` text with its imports. `None` if nothing is readable. Use the schema only if
+/// no diagnostic is an error.
+pub fn load(
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    source: SourceId,
+) -> (Option<Schema>, Diagnostics) {
+    let mut imports = Imports::new(sources, loader);
+    imports.file(source);
+    let (domains, found) = (imports.domains, imports.found);
+    let Some(own) = domains.last() else {
+        return (None, found);
+    };
+    let schema = Schema {
+        name: own.name.text.clone(),
+        open: own.open,
+        ..Schema::default()
+    };
+    let mut resolver = Resolver {
+        schema,
+        found,
+        declared: HashMap::new(),
+    };
+    for domain in &domains {
+        resolver.declare(domain);
+    }
+    for domain in &domains {
+        resolver.inherit(domain);
+    }
+    for domain in &domains {
+        resolver.relations(domain);
+    }
+    for domain in &domains {
+        resolver.rest(domain);
+    }
+    (Some(resolver.schema), resolver.found)
+}
+
+struct Resolver {
+    schema: Schema,
+    found: Diagnostics,
+    /// Types, relations and queries by name.
+    declared: HashMap<String, Span>,
+}
+
+impl Resolver {
+    fn error(&mut self, code: &'static str, span: Span, message: String) {
+        self.found.push(Diagnostic::error(code, span, message));
+    }
+
+    /// Whether a name is new.
+    fn is_new(&mut self, name: &Name) -> bool {
+        if let Some(first) = self.declared.get(&name.text) {
+            let message = format!("`{}` is declared twice", name.text);
+            let diagnostic = Diagnostic::error("duplicate-name", name.span, message);
+            self.found
+                .push(diagnostic.label(*first, "first declared here"));
+            return false;
+        }
+        if TYPES.contains(&name.text.as_str()) {
+            let message = format!("`{}` is the name of a built-in type", name.text);
+            self.error("reserved-name", name.span, message);
+            return false;
+        }
+        self.declared.insert(name.text.clone(), name.span);
+        true
+    }
+
+    fn check_members(&mut self, members: &[ast::Member]) {
+        let mut seen: HashMap<&str, Span> = HashMap::new();
+        for member in members {
+            let first = *seen.entry(&member.name.text).or_insert(member.name.span);
+            if first != member.name.span {
+                let message = format!("`{}` is declared twice", member.name.text);
+                let diagnostic = Diagnostic::error("duplicate-member", member.name.span, message);
+                self.found
+                    .push(diagnostic.label(first, "first declared here"));
+            }
+        }
+    }
+
+    /// Declares entities with their own attributes.
+    fn declare(&mut self, domain: &ast::Domain) {
+        for item in &domain.items {
+            let Item::Entity(entity) = item else { continue };
+            if !self.is_new(&entity.name) {
+                continue;
+            }
+            self.check_members(&entity.members);
+            let mut attributes = Vec::new();
+            for member in &entity.members {
+                match members::kind(member, &mut self.found) {
+                    Some(kind) => {
+                        attributes.push(members::attribute(member, kind, &mut self.found));
+                    }
+                    None => self.unknown_type(member),
+                }
+            }
+            self.schema.entities.push(Entity {
+                name: entity.name.text.clone(),
+                domain: domain.name.text.clone(),
+                parent: None,
+                attributes,
+                doc: entity.doc.clone(),
+            });
+        }
+    }
+
+    fn unknown_type(&mut self, member: &ast::Member) {
+        if let Type::Named(name, _) = &member.kind {
+            let message = format!("unknown type `{}`", name.text);
+            let diagnostic = Diagnostic::error("unknown-type", name.span, message);
+            self.found.push(diagnostic.suggest(&name.text, TYPES));
+        }
+    }
+
+    fn unknown_entity(&mut self, name: &Name) {
+        let message = format!("unknown entity `{}`", name.text);
+        let known = self
+            .schema
+            .entities
+            .iter()
+            .map(|entity| entity.name.as_str());
+        let diagnostic = Diagnostic::error("unknown-entity", name.span, message);
+        self.found.push(diagnostic.suggest(&name.text, known));
+    }
+
+    /// Resolves parents, and gives entities the attributes of these.
+    fn inherit(&mut self, domain: &ast::Domain) {
+        for item in &domain.items {
+            let Item::Entity(entity) = item else { continue };
+            let Some(parent) = &entity.parent else {
+                continue;
+            };
+            if self.schema.entity(&parent.text).is_none() {
+                self.unknown_entity(parent);
+                continue;
+            }
+            if self.schema.is_a(&parent.text, &entity.name.text) {
+                let message = format!("`{}` inherits from itself", entity.name.text);
+                self.error("circular-entities", parent.span, message);
+                continue;
+            }
+            let own = self.schema.entities.iter_mut();
+            for own in own.filter(|own| own.name == entity.name.text) {
+                own.parent = Some(parent.text.clone());
+            }
+        }
+        for item in &domain.items {
+            let Item::Entity(entity) = item else { continue };
+            self.collect(entity);
+        }
+    }
+
+    /// Puts the attributes of all ancestors before those of an entity.
+    fn collect(&mut self, entity: &ast::Entity) {
+        let mut chain = Vec::new();
+        let mut here = self.schema.entity(&entity.name.text);
+        while let Some(ancestor) = here.and_then(|e| e.parent.as_deref()) {
+            if chain.len() > self.schema.entities.len() {
+                return;
+            }
+            here = self.schema.entity(ancestor);
+            chain.extend(here);
+        }
+        let mut inherited: Vec<graph_schema::Attribute> = Vec::new();
+        for ancestor in chain.iter().rev() {
+            for attribute in &ancestor.attributes {
+                if inherited.iter().all(|known| known.name != attribute.name) {
+                    inherited.push(attribute.clone());
+                }
+            }
+        }
+        let mut hidden = Vec::new();
+        for member in &entity.members {
+            if inherited.iter().any(|known| known.name == member.name.text) {
+                hidden.push(member.name.clone());
+            }
+        }
+        for name in hidden {
+            let message = format!(
+                "`{}` inherits an attribute `{}`",
+                entity.name.text, name.text
+            );
+            self.error("duplicate-member", name.span, message);
+        }
+        let own = self.schema.entities.iter_mut();
+        for own in own.filter(|own| own.name == entity.name.text) {
+            let kept = own.attributes.iter();
+            let kept = kept.filter(|a| inherited.iter().all(|known| known.name != a.name));
+            let kept: Vec<_> = kept.cloned().collect();
+            own.attributes = inherited.iter().cloned().chain(kept).collect();
+        }
+    }
+
+    fn relations(&mut self, domain: &ast::Domain) {
+        for item in &domain.items {
+            let Item::Relation(relation) = item else {
+                continue;
+            };
+            if !self.is_new(&relation.name) {
+                continue;
+            }
+            self.check_members(&relation.members);
+            let mut made = Relation {
+                name: relation.name.text.clone(),
+                domain: domain.name.text.clone(),
+                doc: relation.doc.clone(),
+                ..Relation::default()
+            };
+            for member in &relation.members {
+                if let Some(kind) = members::kind(member, &mut self.found) {
+                    let attribute = members::attribute(member, kind, &mut self.found);
+                    made.attributes.push(attribute);
+                } else if let Type::Named(name, _) = &member.kind {
+                    if self.schema.entity(&name.text).is_none() {
+                        self.unknown_entity(name);
+                    }
+                    let port = members::port(member, &name.text, &mut self.found);
+                    made.ports.push(port);
+                }
+            }
+            if made.ports.len() != 2 {
+                let message = format!(
+                    "expected two ports in `{}`, found {}",
+                    relation.name.text,
+                    made.ports.len()
+                );
+                let help = "make an entity of it, with a relation for each port";
+                let diagnostic = Diagnostic::error("wrong-ports", relation.name.span, message);
+                self.found.push(match made.ports.len() {
+                    3.. => diagnostic.help(help),
+                    _ => diagnostic.help("write `PORT ENTITY;` for each end"),
+                });
+            }
+            made.tree = relation.tree.as_ref().map(|tree| self.tree(&made, tree));
+            self.schema.relations.push(made);
+        }
+    }
+
+    fn tree(&mut self, relation: &Relation, tree: &ast::Tree) -> Tree {
+        let named = |name: &str| relation.ports.iter().position(|port| port.name == name);
+        let child = match &tree.of {
+            Some(of) => named(&of.text).unwrap_or_else(|| {
+                let message = format!("`{}` has no port `{}`", relation.name, of.text);
+                let ports = relation.ports.iter().map(|port| port.name.as_str());
+                let diagnostic = Diagnostic::error("unknown-port", of.span, message);
+                self.found.push(diagnostic.suggest(&of.text, ports));
+                0
+            }),
+            None => named("child").unwrap_or(0),
+        };
+        let pose = tree
+            .interpolated
+            .then(|| self.pose(relation, tree))
+            .flatten();
+        Tree {
+            child: child.min(1),
+            pose,
+        }
+    }
+
+    /// The attributes with the pose.
+    fn pose(&mut self, relation: &Relation, tree: &ast::Tree) -> Option<PoseOf> {
+        for name in &tree.pose {
+            let Some(attribute) = relation.attribute(&name.text) else {
+                let message = format!("`{}` has no attribute `{}`", relation.name, name.text);
+                let known = relation.attributes.iter().map(|a| a.name.as_str());
+                let diagnostic = Diagnostic::error("wrong-tree", name.span, message);
+                self.found.push(diagnostic.suggest(&name.text, known));
+                return None;
+            };
+            let length = if tree.pose.len() == 1 { 6 } else { 3 };
+            if !matches!(&attribute.kind, Kind::Floats(Some(n)) if *n == length) {
+                let found = attribute.kind.text();
+                let message = format!("`{}` is {found}, expected float[{length}]", name.text);
+                self.error("wrong-tree", name.span, message);
+                return None;
+            }
+        }
+        if let [by, angles] = tree.pose.as_slice() {
+            return Some(PoseOf::Two(by.text.clone(), angles.text.clone()));
+        }
+        let is_pose = |kind: &Kind| matches!(kind, Kind::Floats(Some(6)));
+        let own = relation.attributes.iter().find(|a| is_pose(&a.kind));
+        let named = tree.pose.first().map(|name| name.text.clone());
+        let name = named.or_else(|| own.map(|a| a.name.clone()));
+        if name.is_none() {
+            let message = format!("`{}` has no attribute of type `pose`", relation.name);
+            let diagnostic = Diagnostic::error("wrong-tree", tree.span, message);
+            let help = "add `pose pose;`, or name two attributes: `interpolated(by, angles)`";
+            self.found.push(diagnostic.help(help));
+        }
+        name.map(PoseOf::One)
+    }
+
+    fn rest(&mut self, domain: &ast::Domain) {
+        for item in &domain.items {
+            match item {
+                Item::Require(require) => {
+                    let rule = self.rule(require);
+                    self.schema.rules.extend(rule);
+                }
+                Item::Query(query) if self.is_new(&query.name) => {
+                    for (_, kind) in &query.parameters {
+                        let known = TYPES.contains(&kind.text.as_str());
+                        if !known && self.schema.entity(&kind.text).is_none() {
+                            self.unknown_entity(kind);
+                        }
+                    }
+                    let parameters = query.parameters.iter();
+                    self.schema.queries.push(Query {
+                        name: query.name.text.clone(),
+                        parameters: parameters
+                            .map(|(name, kind)| (name.text.clone(), kind.text.clone()))
+                            .collect(),
+                        text: query.text.text.clone(),
+                    });
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn rule(&mut self, require: &ast::Require) -> Option<Rule> {
+        let Some(relation) = self.schema.relation(&require.relation.text).cloned() else {
+            let message = format!("unknown relation `{}`", require.relation.text);
+            let known = self.schema.relations.iter().map(|r| r.name.as_str());
+            let diagnostic = Diagnostic::error("unknown-relation", require.relation.span, message);
+            self.found
+                .push(diagnostic.suggest(&require.relation.text, known));
+            return None;
+        };
+        let left = self.side(&relation, &require.left);
+        let right = self.side(&relation, &require.right);
+        let comparison = match require.comparison.text.as_str() {
+            "<" => Comparison::Less,
+            "<=" => Comparison::LessOrEqual,
+            ">" => Comparison::Greater,
+            ">=" => Comparison::GreaterOrEqual,
+            "==" => Comparison::Equal,
+            _ => Comparison::NotEqual,
+        };
+        Some(Rule {
+            relation: relation.name,
+            left: left?,
+            comparison,
+            right: right?,
+            message: require.message.text.clone(),
+        })
+    }
+
+    /// One side of a rule: a port, or the entity of a port, and a number of it.
+    fn side(
+        &mut self,
+        relation: &Relation,
+        (end, attribute): &(Name, Name),
+    ) -> Option<(usize, String)> {
+        let mut ports = relation.ports.iter();
+        let port = ports.position(|port| port.name == end.text || port.entity == end.text);
+        let Some(port) = port else {
+            let message = format!("`{}` has no port `{}`", relation.name, end.text);
+            let known = relation.ports.iter();
+            let known = known.flat_map(|port| [port.name.as_str(), port.entity.as_str()]);
+            let known: std::collections::BTreeSet<&str> = known.collect();
+            let diagnostic = Diagnostic::error("unknown-port", end.span, message);
+            self.found.push(diagnostic.suggest(&end.text, known));
+            return None;
+        };
+        let entity = self.schema.entity(&relation.ports[port].entity)?.clone();
+        match entity.attribute(&attribute.text).map(|a| &a.kind) {
+            Some(Kind::Int | Kind::Float) => Some((port, attribute.text.clone())),
+            Some(kind) => {
+                let message = format!("`{}` is {}, no number", attribute.text, kind.text());
+                self.error("wrong-type", attribute.span, message);
+                None
+            }
+            None => {
+                let message = format!("`{}` has no attribute `{}`", entity.name, attribute.text);
+                let known = entity.attributes.iter().map(|a| a.name.as_str());
+                let diagnostic = Diagnostic::error("unknown-attribute", attribute.span, message);
+                self.found.push(diagnostic.suggest(&attribute.text, known));
+                None
+            }
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Tests of GDSL: what a domain becomes, and what is wrong with one.
+
+#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+use expect_test::{Expect, expect};
+use graph_language::model::{Kind, PoseOf, Schema};
+use graph_language::{DOMAINS, STYLE, builtin, load};
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_syntax::MemoryLoader;
+
+fn loaded(text: &str) -> (Option<Schema>, String) {
+    let mut sources = SourceMap::new();
+    let source = sources.add("a.gdsl", text);
+    let loader = MemoryLoader::new([(
+        "rooms.gdsl",
+        "Domain rooms { entity Room { name string key; }; };",
+    )]);
+    let (schema, found) = load(&mut sources, &loader, source);
+    (schema, render(&sources, &found, Format::Short))
+}
+
+fn schema(text: &str) -> Schema {
+    let (schema, found) = loaded(text);
+    assert_eq!(found, "");
+    schema.expect("a schema")
+}
+
+/// A domain with these declarations, and its findings.
+fn check(items: &str, expected: &Expect) {
+    let (_, found) = loaded(&format!("Domain a\n{{\n{items}\n}};\n"));
+    expected.assert_eq(&found);
+}
+
+#[test]
+fn a_domain_becomes_a_schema() {
+    let schema = schema(
+        r#"import "geometry.gdsl";
+import "rooms.gdsl";
+Domain kitchen
+{
+    /// Something to handle.
+    entity Object { name string key; mass double unit "kg" 0: optional; colour {red, green} optional; };
+    entity Hose : Object { length float unit "mm" history 2s; };
+    entity Gripper { payload float unit "kg"; };
+    relation in { what Object; where Room 0:20;  tree; };
+    relation Grasp { by Gripper; what Object :1; since float; };
+    require Object.mass <= Gripper.payload of Grasp "heavier than the payload";
+    query people_in(room Room) "MATCH (p:Person)-[:in]->(r) WHERE r = $room RETURN p";
+};
+"#,
+    );
+    assert_eq!((schema.name.as_str(), schema.open), ("kitchen", false));
+    let hose = schema.entity("Hose").expect("a hose");
+    let names: Vec<&str> = hose.attributes.iter().map(|a| a.name.as_str()).collect();
+    assert_eq!(names, ["name", "mass", "colour", "length"]);
+    assert!(schema.is_a("Hose", "Object") && !schema.is_a("Object", "Hose"));
+    let object = schema.entity("Object").expect("an object");
+    assert_eq!(object.doc, ["Something to handle."]);
+    let mass = object.attribute("mass").expect("a mass");
+    assert_eq!(mass.range, Some((0.0, f64::INFINITY)));
+    assert_eq!((mass.unit.as_deref(), mass.optional), (Some("kg"), true));
+    let is_in = schema.relation("in").expect("a relation");
+    assert_eq!(is_in.tree.as_ref().map(|tree| tree.child), Some(0));
+    assert_eq!((is_in.ports[1].min, is_in.ports[1].max), (0, Some(20)));
+    let rt = schema.relation("RT").expect("a relation");
+    let tree = rt.tree.as_ref().expect("a tree");
+    assert_eq!(tree.child, 1);
+    assert_eq!(tree.pose, Some(PoseOf::One("pose".to_owned())));
+    assert_eq!(rt.attributes[0].kind, Kind::Floats(Some(6)));
+    assert_eq!((schema.rules[0].left.0, schema.rules[0].right.0), (1, 0));
+    assert_eq!(schema.queries[0].name, "people_in");
+}
+
+#[test]
+fn domains_of_this_crate_are_right() {
+    for (name, text) in DOMAINS {
+        let (_, found) = loaded(text);
+        assert_eq!(found, "", "{name}");
+        assert!(builtin(name).is_some());
+        let formatted = rc_syntax::format(text, STYLE);
+        if std::env::var_os("UPDATE_EXPECT").is_some() {
+            let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../domains");
+            std::fs::write(format!("{path}/{name}"), formatted).expect("a file");
+        } else {
+            assert_eq!(formatted, text, "{name} is not formatted");
+        }
+    }
+    let dsr = builtin("dsr.gdsl").expect("a schema");
+    assert!(dsr.open);
+}
+
+#[test]
+fn wrong_entities_are_findings() {
+    check(
+        "entity A { x int; x float; y strin; }; entity A { }; entity int { }; entity B : C { };",
+        &expect![[r#"
+            a.gdsl:3:19: error[duplicate-member]: `x` is declared twice; first declared here at a.gdsl:3:12
+            a.gdsl:3:30: error[unknown-type]: unknown type `strin` (did you mean `string`?)
+            a.gdsl:3:47: error[duplicate-name]: `A` is declared twice; first declared here at a.gdsl:3:8
+            a.gdsl:3:61: error[reserved-name]: `int` is the name of a built-in type
+            a.gdsl:3:81: error[unknown-entity]: unknown entity `C` (expected one of `A`, `B`)
+        "#]],
+    );
+    check(
+        "entity A : B { }; entity B : A { x int; }; entity C : B { x float; };",
+        &expect![[r#"
+            a.gdsl:3:30: error[circular-entities]: `B` inherits from itself
+            a.gdsl:3:59: error[duplicate-member]: `C` inherits an attribute `x`
+        "#]],
+    );
+    check(
+        r#"entity A { a string unit "m"; b int 5:1; c float key; d int unit "mm" unit "m"; e float[0]; f bool[]; g float unit "metre per banana"; };"#,
+        &expect![[r#"
+            a.gdsl:3:21: error[wrong-type]: `a` of type string cannot have a unit
+            a.gdsl:3:37: error[bad-range]: the range 5:1 is empty
+            a.gdsl:3:50: error[wrong-type]: `c` of type float cannot have the property `key`
+            a.gdsl:3:71: error[repeated-flag]: `d` has this property already; first given here at a.gdsl:3:61
+            a.gdsl:3:89: error[bad-length]: expected a length from 1 to 8192, found the number 0
+            a.gdsl:3:95: error[wrong-type]: there are no arrays of `bool` like this one (use `int[]`, `int[N]`, `float[]`, `float[N]` or `string[]`)
+            a.gdsl:3:116: warning[unknown-unit]: unknown unit `per` in `metre per banana`
+        "#]],
+    );
+}
+
+#[test]
+fn wrong_relations_are_findings() {
+    check(
+        "entity A { x int; s string; };
+relation one { a A; };
+relation three { a A; b A; c A; };
+relation far { a A; b Bb; };
+relation wood { a A; b A; tree of c; };
+relation RT { a A; b A; tree interpolated; };
+relation two { a A; b A; t float[3]; r float[2]; tree interpolated(t, r); };
+relation good { a A; b A; };
+require a.x <= b.s of good \"no\";
+require a.y <= c.x of good \"no\";
+require a.x <= b.x of goof \"no\";
+query q(a Aa) \"MATCH (a) RETURN a\";",
+        &expect![[r#"
+            a.gdsl:4:10: error[wrong-ports]: expected two ports in `one`, found 1 (write `PORT ENTITY;` for each end)
+            a.gdsl:5:10: error[wrong-ports]: expected two ports in `three`, found 3 (make an entity of it, with a relation for each port)
+            a.gdsl:6:23: error[unknown-entity]: unknown entity `Bb` (expected `A`)
+            a.gdsl:7:35: error[unknown-port]: `wood` has no port `c` (expected one of `a`, `b`)
+            a.gdsl:8:25: error[wrong-tree]: `RT` has no attribute of type `pose` (add `pose pose;`, or name two attributes: `interpolated(by, angles)`)
+            a.gdsl:9:71: error[wrong-tree]: `r` is float[2], expected float[3]
+            a.gdsl:11:18: error[wrong-type]: `s` is string, no number
+            a.gdsl:12:11: error[unknown-attribute]: `A` has no attribute `y` (expected one of `x`, `s`)
+            a.gdsl:12:16: error[unknown-port]: `good` has no port `c` (expected one of `A`, `a`, `b`)
+            a.gdsl:13:23: error[unknown-relation]: unknown relation `goof` (did you mean `good`?)
+            a.gdsl:14:11: error[unknown-entity]: unknown entity `Aa` (did you mean `A`?)
+        "#]],
+    );
+}
+
+#[test]
+fn syntax_errors_are_findings() {
+    check(
+        "entity A { x int\ny float; };\nentty B { };\nentity { };",
+        &expect![[r#"
+            a.gdsl:3:17: error[missing-semicolon]: expected `;`
+            a.gdsl:5:1: error[unknown-declaration]: expected a declaration of a domain, found `entty` (did you mean `entity`?)
+            a.gdsl:6:8: error[syntax-error]: expected a name, found `{`
+        "#]],
+    );
+    let (schema, found) = loaded("import \"nothing.gdsl\";\nDomain a { };");
+    assert!(schema.is_some());
+    expect![[r#"
+        a.gdsl:1:8: error[import-not-found]: cannot find `nothing.gdsl`; searched in memory (pass its folder with `-I DIR`, or move the file next to this one)
+    "#]].assert_eq(&found);
+    let (schema, found) = loaded("");
+    assert!(schema.is_none());
+    expect![[r#"
+        a.gdsl:1:1: error[empty-file]: expected `Domain NAME { … };`, found an empty file
+    "#]]
+    .assert_eq(&found);
+}
+
+#[test]
+fn a_file_is_formatted() {
+    let text = "Domain a{entity A{x int 0:5 unit \"m\";y {red,green};};relation r{a A;b A 0 :1;tree of a;};};";
+    let expected = expect![[r#"
+        Domain a
+        {
+            entity A
+            {
+                x int 0:5 unit "m";
+                y { red, green };
+            };
+            relation r
+            {
+                a A;
+                b A 0:1;
+                tree of a;
+            };
+        };
+    "#]];
+    expected.assert_eq(&rc_syntax::format(text, STYLE));
+    let once = rc_syntax::format(text, STYLE);
+    assert_eq!(rc_syntax::format(&once, STYLE), once);
+}
