@@ -1,7 +1,8 @@
 //! `cargo xtask`: the project's own commands. `test` is the whole test run, `install` installs the
-//! tools, `fuzz` searches for texts that harm a parser, `mutants` for code that no test checks.
+//! tools, `figures` writes the tables of BENCHMARKS.md, `fuzz` searches for texts that harm a parser, `mutants` for code that no test checks.
 //! Benchmarks and long tests are in `trials`, so that this program is built in a second.
 
+mod figures;
 mod install;
 mod mutants;
 mod report;
@@ -10,7 +11,7 @@ mod timings;
 
 use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Command, ExitCode, ExitStatus};
+use std::process::{Command, ExitCode, ExitStatus, Stdio};
 
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -21,10 +22,16 @@ fn main() -> ExitCode {
         ["uninstall", ref rest @ ..] => install::uninstall(rest),
         ["mutants", ref rest @ ..] => mutants::run(rest),
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
+        ["figures"] => figures::render(),
+        ["bench" | "soak" | "chaos" | "experiment", ref rest @ .., "--save"]
+            if !rest.contains(&"--smoke") =>
+        {
+            saved(&args[..args.len() - 1])
+        }
         ["bench" | "soak" | "chaos" | "deny" | "experiment", ..] => return trials(&args),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] [--with rcview | --with rcfoxglove] | uninstall [--root DIR] | bench … | soak … | chaos … | deny [--smoke] | experiment [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S] [--file GLOB]…"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] [--with rcview | --with rcfoxglove] | uninstall [--root DIR] | bench … | soak … | chaos … | experiment …, each with [--save] | figures | deny [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S] [--file GLOB]…"
             );
             return ExitCode::from(2);
         }
@@ -46,6 +53,19 @@ fn trials(args: &[&str]) -> ExitCode {
     let error = command.exec();
     eprintln!("xtask: error: cargo cannot be started: {error}");
     ExitCode::from(3)
+}
+
+/// Runs a benchmark or a long test, and saves the tables that it prints.
+fn saved(args: &[&str]) -> Result<(), String> {
+    let run = ["run", "--quiet", "--bin", "trials", "--"];
+    let machine = figures::machine();
+    let mut command = cargo_command(&[&run, args].concat(), &[]);
+    let child = command.stdout(Stdio::piped()).spawn();
+    let mut child = child.map_err(|e| format!("cargo cannot be started: {e}"))?;
+    let output = child.stdout.take().ok_or("no output")?;
+    let data = figures::follow(output, &machine)?;
+    outcome(args, child.wait())?;
+    figures::save(args, &data)
 }
 
 /// Reads random texts of every language for `seconds`. The clock seeds each run.
