@@ -109,8 +109,8 @@ pub trait Backend {
         Ok(false)
     }
 
-    /// Takes the reports about endpoints that do not match those of this component: one text each,
-    /// since the last call.
+    /// The reports about endpoints that do not match those of this component and are there: one
+    /// text each.
     fn mismatches(&self) -> Vec<String> {
         Vec::new()
     }

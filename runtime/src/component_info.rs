@@ -138,7 +138,7 @@ impl ComponentInfo {
                 .collect(),
             overruns: delta.overruns(&all, status.period),
             silent: delta.silences(&all),
-            mismatches: delta.mismatches(),
+            mismatches: status.mismatches.clone(),
             clock: Some(Box::new(clock(shared, &status)))
                 .filter(|clock| clock.kind != ClockKind::System),
             machine: status

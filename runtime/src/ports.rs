@@ -461,7 +461,7 @@ impl Connections {
         self.sent.borrow_mut().push((slot, counter.clone()));
     }
 
-    /// Peers that were discovered since the last call and do not fit.
+    /// Peers that are there and do not fit.
     pub(crate) fn mismatches(&self) -> Vec<String> {
         let all = self.backends.iter().map(|(_, backend)| backend);
         all.flat_map(|backend| backend.mismatches()).collect()

@@ -112,6 +112,8 @@ pub(crate) struct Status {
     pub(crate) converted: Vec<(usize, ConversionCounts)>,
     /// The receive queues, each with the index of its slot.
     pub(crate) queues: Vec<(usize, QueueGauge)>,
+    /// Peers that are there and do not fit; the log has all.
+    pub(crate) mismatches: Vec<String>,
     /// Content of the next heartbeat.
     pub(crate) delta: HeartbeatDelta,
 }
@@ -125,16 +127,21 @@ pub(crate) struct HeartbeatDelta {
     slowest: Option<(Activity, Duration)>,
     /// Topics that exceeded their deadline, by slot and operation, and how long they were silent.
     silent: BTreeMap<(usize, usize), Duration>,
-    /// Peers that do not fit; the log has all.
-    mismatches: Vec<String>,
-    /// How many more there were.
-    unlisted: usize,
     /// How time has jumped back.
     pub(crate) jumps: Vec<TimeJump>,
 }
 
 /// How many peers that do not fit a heartbeat reports.
 const MISMATCHES: usize = 16;
+
+/// The reports about peers that a heartbeat has. Names in them are of other programs.
+fn listed(reports: &[String]) -> Vec<String> {
+    let first = reports.iter().take(MISMATCHES);
+    let first = first.map(|report| foreign::clean(report));
+    let more = (reports.len() > MISMATCHES)
+        .then(|| "more endpoints do not fit; the log of the component names them".to_owned());
+    first.chain(more).collect()
+}
 
 /// How many jumps of time a heartbeat reports.
 const JUMPS: usize = 8;
@@ -148,26 +155,6 @@ pub(crate) enum Activity {
 }
 
 impl HeartbeatDelta {
-    /// Notes peers that do not fit. Names in these reports are of other programs.
-    pub(crate) fn mismatched(&mut self, reports: Vec<String>) {
-        for report in reports {
-            if self.mismatches.len() < MISMATCHES {
-                self.mismatches.push(foreign::clean(&report));
-            } else {
-                self.unlisted += 1;
-            }
-        }
-    }
-
-    /// The reports about peers that do not fit.
-    pub(crate) fn mismatches(&self) -> Vec<String> {
-        let more = (self.unlisted > 0).then(|| {
-            let count = self.unlisted;
-            format!("{count} more endpoints do not fit; the log of the component names them")
-        });
-        self.mismatches.iter().cloned().chain(more).collect()
-    }
-
     /// Counts a run that took longer than the period.
     pub(crate) fn overrun(&mut self, activity: Activity, took: Duration) {
         self.overruns += 1;
@@ -260,8 +247,14 @@ impl Status {
             withheld: Vec::new(),
             converted: Vec::new(),
             queues: Vec::new(),
+            mismatches: Vec::new(),
             delta: HeartbeatDelta::default(),
         }
+    }
+
+    /// Notes the reports about peers that are there and do not fit.
+    pub(crate) fn note_mismatches(&mut self, reports: &[String]) {
+        self.mismatches = listed(reports);
     }
 
     /// Counts for so many slots: the worker has opened members.
@@ -362,20 +355,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_heartbeat_lists_some_endpoints_that_do_not_fit_and_counts_the_rest() {
-        let mut delta = HeartbeatDelta::default();
-        assert!(delta.mismatches().is_empty());
-        for at in 0..1000 {
-            delta.mismatched(vec![format!("{at}\n{}", "x".repeat(9000))]);
-        }
-        let reports = delta.mismatches();
-        assert_eq!(reports.len(), MISMATCHES + 1);
-        assert!(
-            reports[..MISMATCHES]
-                .iter()
-                .all(|report| report.len() < 300)
-        );
-        assert!(reports[1].starts_with("1\\nxxx"), "{}", reports[1]);
-        assert!(reports[MISMATCHES].starts_with("984 more endpoints do not fit"));
+    fn a_heartbeat_lists_some_endpoints_that_do_not_fit() {
+        let report = |at: usize| format!("{at}\n{}", "x".repeat(9000));
+        let reports: Vec<String> = (0..1000).map(report).collect();
+        let listed = listed(&reports);
+        assert_eq!(listed.len(), MISMATCHES + 1);
+        assert!(listed.iter().all(|report| report.len() < 300));
+        assert!(listed[1].starts_with("1\\nxxx"), "{}", listed[1]);
+        assert!(listed[MISMATCHES].starts_with("more endpoints do not fit"));
+        // A number would be another condition at each change.
+        assert_eq!(super::listed(&reports[..500]), listed);
+        assert_eq!(super::listed(&reports[..MISMATCHES]).len(), MISMATCHES);
+        assert_eq!(super::listed(&[]), [""; 0]);
     }
 }

@@ -127,13 +127,18 @@ impl Custody {
         self.held.is_some_and(|held| held >= needed) && self.guard.as_ref().is_none_or(is_clean)
     }
 
+    /// Whether the guard has created all services.
+    pub(crate) fn holds_all(&self) -> bool {
+        self.held.is_some_and(|held| held >= self.services.len())
+    }
+
     /// Waits until the guard has created all services. Calls `beat` at least once in a `pause`.
     pub(crate) fn await_services(
         &mut self,
         pause: Duration,
         mut beat: impl FnMut() -> Result<(), Error>,
     ) -> Result<(), Error> {
-        while self.held.is_none_or(|held| held < self.services.len()) {
+        while !self.holds_all() {
             let Some(guard) = &mut self.guard else { break };
             let lives = guard.await_turn(pause);
             guard.check(Instant::now());

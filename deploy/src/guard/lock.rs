@@ -371,6 +371,12 @@ fn await_name(
     }
 }
 
+/// Listens at the abstract socket of a network if nobody does.
+pub(crate) fn free_name(network: &str) -> Option<Listener> {
+    let address = SocketAddr::from_abstract_name(supervisor::abstract_name(network)).ok()?;
+    Listener::of(UnixListener::bind_addr(&address).ok()?).ok()
+}
+
 /// Listens at the abstract socket of a network, or finds out who does.
 fn take_name(network: &str) -> io::Result<Name> {
     let address = SocketAddr::from_abstract_name(supervisor::abstract_name(network))?;

@@ -12,8 +12,9 @@
 use crate::log::reporter::Reporter;
 use rc_deploy_client::log_parts::{Header, beside, older};
 use rc_deploy_client::{DirectoryWatch, logs};
+use rc_files::{Disk, DiskChange};
 use rc_management::event::{Event, Severity};
-use rustix::fs::{FlockOperation, flock, statvfs};
+use rustix::fs::{FlockOperation, flock};
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::os::fd::OwnedFd;
@@ -37,7 +38,7 @@ pub(crate) struct Rotation {
     watch: DirectoryWatch,
     due: Option<Instant>,
     waited: u32,
-    is_full: bool,
+    disk: Disk,
 }
 
 impl Rotation {
@@ -49,7 +50,7 @@ impl Rotation {
             watch: DirectoryWatch::new(directory)?,
             due: None,
             waited: 0,
-            is_full: false,
+            disk: Disk::with(limit, limit.saturating_mul(4)),
         })
     }
 
@@ -87,10 +88,11 @@ impl Rotation {
         self.due.get_or_insert_with(|| Instant::now() + PAUSE);
     }
 
-    /// Rotates the longest log if a check is due and the log is too long.
-    pub(crate) fn check(&mut self, now: Instant, report: &Reporter) {
+    /// Rotates the longest log if a check is due and the log is too long. Returns a change of the
+    /// disk.
+    pub(crate) fn check(&mut self, now: Instant, report: &Reporter) -> Option<DiskChange> {
         if self.due.is_none_or(|due| now < due) {
-            return;
+            return None;
         }
         self.due = None;
         let length = |log: &PathBuf| std::fs::metadata(log).map_or(0, |file| file.len());
@@ -99,14 +101,14 @@ impl Rotation {
         long.retain(|(length, _)| *length > self.limit);
         long.sort_unstable();
         let Some((_, log)) = long.last() else {
-            return self.check_disk(report);
+            return self.check_disk();
         };
         let insist = self.waited >= PATIENCE;
         let rotated = rotate(log, self.limit, insist);
         self.waited += 1;
         self.due = Some(now + SOON);
         match rotated {
-            Ok(RotationResult::Busy) => return,
+            Ok(RotationResult::Busy) => return None,
             Ok(RotationResult::Done) => {}
             Ok(RotationResult::Emptied(error)) | Err(error) => {
                 let text = format!("{} is emptied without a copy: {error}", log.display());
@@ -114,31 +116,18 @@ impl Rotation {
             }
         }
         self.waited = 0;
-        self.check_disk(report);
+        self.check_disk()
     }
 
-    /// Reports a full disk, and removes the older parts of logs then.
-    pub(crate) fn check_disk(&mut self, report: &Reporter) {
-        let Ok(system) = statvfs(&self.directory) else {
-            return;
-        };
-        let free = system.f_bavail.saturating_mul(system.f_frsize);
-        let directory = self.directory.display();
-        if free < self.limit && !self.is_full {
-            self.is_full = true;
+    /// Looks at the room of the disk. Removes the older parts of logs when it becomes full.
+    pub(crate) fn check_disk(&mut self) -> Option<DiskChange> {
+        let change = self.disk.look(Disk::free(&self.directory).ok()?)?;
+        if matches!(change, DiskChange::Full { .. }) {
             for log in &self.logs {
                 let _ = std::fs::remove_file(older(log));
             }
-            let text = format!(
-                "the disk of {directory} is full: {} KiB are free. Older parts of logs are removed; components whose output cannot be written decide themselves what that means",
-                free >> 10
-            );
-            report.event(Event::network(Severity::Error, "disk-full", text));
-        } else if free >= 4 * self.limit && self.is_full {
-            self.is_full = false;
-            let text = format!("the disk of {directory} has room again: {} MiB", free >> 20);
-            report.event(Event::network(Severity::Info, "disk-free", text));
         }
+        Some(change)
     }
 }
 

@@ -5,6 +5,7 @@ pub(crate) mod descriptors;
 pub mod identity;
 pub(crate) mod launch;
 pub mod machine;
+pub(crate) mod memory;
 pub(crate) mod orphans;
 pub(crate) mod own_program;
 pub(crate) mod realtime;

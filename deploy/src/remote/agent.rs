@@ -2,6 +2,8 @@
 //! standard streams are the connection. When the connection ends, the agent ends all components.
 
 use super::SupervisorMessage;
+use super::agent_health::Health;
+use super::agent_renewal::{Renewal, Start};
 use super::copies;
 use super::log_tail::LogTail;
 use super::socket_proxy::{ProxyConnections, ROOM as CALLER_ROOM, Received};
@@ -14,7 +16,7 @@ use crate::process::descriptors;
 use crate::process::launch::LocalProcess;
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
-use rc_deploy_client::error::{Error, ErrorContext, advice, print_error};
+use rc_deploy_client::error::{Error, ErrorContext, print_error};
 use rc_deploy_client::names::check_name;
 use rc_deploy_client::{DirectoryWatch, logs};
 use rc_deploy_network::plan::Component;
@@ -57,8 +59,8 @@ enum Ending {
 }
 
 /// A process and its run.
-struct Running {
-    process: LocalProcess,
+pub(super) struct Running {
+    pub(super) process: LocalProcess,
     run: String,
 }
 
@@ -66,19 +68,19 @@ pub(super) struct Agent {
     network: String,
     /// The folder of the copies.
     root: PathBuf,
-    custody: Custody,
+    pub(super) custody: Custody,
     signals: Signals,
-    logs: PathBuf,
+    pub(super) logs: PathBuf,
     watch: DirectoryWatch,
     /// When to read the logs after a write.
     look: Option<Instant>,
     printed: BTreeMap<String, LogTail>,
-    running: BTreeMap<String, Running>,
+    pub(super) running: BTreeMap<String, Running>,
     /// The components that have ended and how many orphans were killed, until they may start again.
     ended: BTreeMap<String, (Exit, usize)>,
     sweeps: OrphanSweeps,
-    /// Whether the run directory is missing, which was told.
-    is_lost: bool,
+    pub(super) health: Health,
+    pub(super) renewal: Renewal,
     connections: ProxyConnections,
     input: OwnedFd,
     lines: Lines,
@@ -94,6 +96,7 @@ impl Agent {
         root: PathBuf,
         lock: Lock,
         services: &str,
+        memory_pause: Duration,
         input: BufReader<TimedStream>,
         mut output: TimedStream,
     ) -> Result<Self, Error> {
@@ -127,7 +130,8 @@ impl Agent {
             running: BTreeMap::new(),
             ended: BTreeMap::new(),
             sweeps: OrphanSweeps::default(),
-            is_lost: false,
+            health: Health::new(memory_pause),
+            renewal: Renewal::default(),
             connections: ProxyConnections::default(),
             // The supervisor waits for the answer, so the buffer is empty.
             input: input.into_inner().0,
@@ -149,12 +153,16 @@ impl Agent {
             if now >= self.beat {
                 self.send(&AgentMessage::Heartbeat);
                 self.beat = now + BEAT;
-                self.restore_files();
+                self.look_around();
             }
+            self.measure(now);
             if self.look.is_some_and(|at| now >= at) {
                 self.read_logs();
             }
             self.report_ends();
+            if let Err(error) = self.renew(cleanup) {
+                break Ending::Alone(error.to_string());
+            }
             self.custody.check(now);
             self.save();
             if let Err(why) = self.write() {
@@ -175,23 +183,6 @@ impl Agent {
             }
         };
         self.end(&ending, cleanup);
-    }
-
-    /// Makes the run directory again if it was removed.
-    fn restore_files(&mut self) {
-        let note = match self.custody.restore() {
-            Ok(false) => {
-                self.is_lost = false;
-                return;
-            }
-            Ok(true) => "the run directory there was removed, and is made again".to_owned(),
-            Err(_) if self.is_lost => return,
-            Err(error) => {
-                self.is_lost = true;
-                format!("the run directory there was removed, and cannot be made again: {error}")
-            }
-        };
-        self.send(&AgentMessage::Note(note));
     }
 
     fn wait(&mut self) -> Vec<Source> {
@@ -235,6 +226,7 @@ impl Agent {
             Some(silence),
             self.look,
             self.sweeps.deadline(),
+            Some(self.health.deadline()),
             self.custody.deadline(),
         ];
         let next = times.into_iter().flatten().min().unwrap_or(silence);
@@ -263,24 +255,15 @@ impl Agent {
             Source::Signals => return Some(Ending::Alone("a signal ended this agent".to_owned())),
             Source::Output => {}
             Source::Guard => match self.custody.guard_ended() {
-                Some(
-                    GuardChange::NotStarted(text)
-                    | GuardChange::Restarted(text)
-                    | GuardChange::Lost(text),
-                ) => {
+                Some(GuardChange::NotStarted(text) | GuardChange::Restarted(text)) => {
                     self.send(&AgentMessage::Note(text));
                 }
+                Some(GuardChange::Lost(text)) => self.trouble("guard-lost", text),
                 None => {}
             },
             Source::GuardLink => {
                 self.custody.turn();
-                let missing = self.custody.take_missing();
-                if !missing.is_empty() {
-                    self.send(&AgentMessage::Note(format!(
-                        "shared memory of the network was removed there ({}, …); a component that starts there does not find those that run: restart all of this host",
-                        missing.join(", ")
-                    )));
-                }
+                self.check_memory();
             }
             Source::Logs => {
                 self.watch.drain();
@@ -317,22 +300,24 @@ impl Agent {
                     component,
                     run,
                     greeting,
-                }) => self.start(&component, run, greeting.as_deref()),
+                }) => self.start(Start {
+                    component,
+                    run,
+                    greeting,
+                }),
                 Some(SupervisorMessage::LinkLine { name, line }) => {
                     self.running
                         .get(&name)
                         .inspect(|running| running.process.send_line(&line));
                 }
-                Some(SupervisorMessage::Stop(name)) => {
-                    self.running
-                        .get(&name)
-                        .inspect(|running| running.process.terminate());
-                }
-                Some(SupervisorMessage::Kill(name)) => {
-                    self.running
-                        .get(&name)
-                        .inspect(|running| running.process.kill());
-                }
+                Some(SupervisorMessage::Stop(name)) => match self.running.get(&name) {
+                    Some(running) => running.process.terminate(),
+                    None => self.cancel(&name),
+                },
+                Some(SupervisorMessage::Kill(name)) => match self.running.get(&name) {
+                    Some(running) => running.process.kill(),
+                    None => self.cancel(&name),
+                },
                 Some(SupervisorMessage::Connect { wire, name }) => {
                     let path = self.custody.directory().socket(&process_name(&name));
                     if self.connections.call(wire, &path).is_err() {
@@ -356,12 +341,15 @@ impl Agent {
         ended.then(|| Ending::Alone("the connection has ended".to_owned()))
     }
 
-    fn start(&mut self, component: &Component, run: String, greeting: Option<&str>) {
+    /// Starts a component.
+    pub(super) fn start_now(&mut self, start: &Start) {
+        let component = &*start.component;
         let name = component.name.clone();
-        match self.launch(component, &run, greeting) {
+        match self.launch(component, &start.run, start.greeting.as_deref()) {
             Ok(process) => {
                 let registered = process.registered(component);
                 let pid = process.pid();
+                let run = start.run.clone();
                 self.running.insert(name.clone(), Running { process, run });
                 self.custody.started(registered);
                 self.send(&AgentMessage::Started { name, pid });
@@ -393,18 +381,6 @@ impl Agent {
         }
         let log = self.printed[&component.name].path();
         LocalProcess::start(component, run, greeting, log, self.custody.mark())
-    }
-
-    /// Writes the process registry. Reports if it could not be written: it is needed only if all of
-    /// rcdeploy is killed.
-    fn save(&mut self) {
-        if let Err(error) = self.custody.save() {
-            let text = format!(
-                "cannot write to the run directory: {error}{}",
-                advice(&error)
-            );
-            self.send(&AgentMessage::Note(text));
-        }
     }
 
     fn read_link(&mut self, name: &str) {
@@ -453,8 +429,9 @@ impl Agent {
                 self.send(&AgentMessage::Note(text));
             }
         }
-        let may_start =
-            |name: &&String| !self.sweeps.hold_back(name) && self.custody.lets_start(name);
+        // While the services are created anew, starts wait here.
+        let is_clean = |name: &str| self.renewal.ends() || self.custody.lets_start(name);
+        let may_start = |name: &&String| !self.sweeps.hold_back(name) && is_clean(name);
         let names: Vec<String> = self.ended.keys().filter(may_start).cloned().collect();
         for name in names {
             if let Some((exit, left)) = self.ended.remove(&name) {

@@ -61,6 +61,7 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
         name,
         files,
         services,
+        memory_pause_ms,
     }) = serde_json::from_str(&first)
     else {
         let message = "only `rcdeploy up` of this very version starts `agent`, over ssh";
@@ -75,7 +76,8 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
         Recovered::Nothing => None,
     };
     let directory = lock.directory().clone();
-    let agent = Agent::new(&name, root.clone(), lock, &services, input, output);
+    let pause = Duration::from_millis(memory_pause_ms);
+    let agent = Agent::new(&name, root.clone(), lock, &services, pause, input, output);
     // Nothing was started yet. The first error is reported.
     let mut agent = agent.inspect_err(|_| drop(directory.remove()))?;
     agent.send(&AgentMessage::Ready { root, recovered });

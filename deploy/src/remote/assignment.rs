@@ -6,13 +6,16 @@ use rc_deploy_client::logs;
 use rc_deploy_network::plan::{self, Plan};
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::time::Duration;
 
 /// The other machines of a plan, and the index of its machine for each component that runs on one
 /// of them. Hosts with the same address and the same user are one machine. `services` are those
-/// that each host has to hold open.
+/// that each host has to hold open; `memory_pause` passes between two readings of the memory of
+/// its components.
 pub(crate) fn assign(
     plan: &Plan,
     services: &BTreeMap<String, String>,
+    memory_pause: Duration,
     log_directory: &Path,
 ) -> (Vec<Host>, Vec<Option<usize>>) {
     let mut hosts: Vec<plan::Host> = Vec::new();
@@ -37,6 +40,7 @@ pub(crate) fn assign(
             network: plan.network.clone(),
             files,
             services: services.get(&host.name).cloned(),
+            memory_pause,
         };
         let log = logs::file(
             log_directory,

@@ -13,6 +13,7 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver};
+use std::time::Duration;
 
 /// How many lines a login may print before the script starts.
 const GREETING: usize = 1000;
@@ -25,6 +26,8 @@ pub(crate) struct Setup {
     pub(crate) files: Vec<PathBuf>,
     /// The services that the guard there holds, as JSON.
     pub(crate) services: Option<String>,
+    /// The pause between two readings of the memory of a component.
+    pub(crate) memory_pause: Duration,
 }
 
 /// An agent that is ready.
@@ -109,6 +112,7 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
         name: setup.network.clone(),
         files: files.clone(),
         services: setup.services.clone().unwrap_or_else(|| "[]".to_owned()),
+        memory_pause_ms: u64::try_from(setup.memory_pause.as_millis()).unwrap_or(u64::MAX),
     };
     out.write_all(&lines::encode(&message)).map_err(lost)?;
     loop {

@@ -9,6 +9,8 @@
 //! copies its own program to the other machine.
 
 mod agent;
+mod agent_health;
+mod agent_renewal;
 mod agent_setup;
 mod assignment;
 mod connection;

@@ -159,6 +159,12 @@ impl Commands {
         jobs.any(|job| job.members.contains(&i))
     }
 
+    /// Whether a command of the supervisor itself is in progress for one of these units.
+    pub(crate) fn has_own(&self, members: &BTreeSet<usize>) -> bool {
+        let mut own = self.jobs.iter().filter(|job| job.request.is_own());
+        own.any(|job| !job.members.is_disjoint(members))
+    }
+
     /// The next deadline.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         self.jobs.iter().map(|job| job.deadline).min()

@@ -20,6 +20,9 @@ use std::time::Instant;
 /// How many bytes of events may wait for a client; later events wait in the journal.
 const MAX_EVENT_OUTPUT: usize = 64 << 10;
 
+/// The client that stands for the supervisor itself.
+const OWN: u64 = u64::MAX;
+
 /// The number of the next event for a client, if it follows events.
 type NextEvent = Option<u64>;
 
@@ -39,10 +42,15 @@ impl ClientRequest {
     /// A request of the supervisor itself, which nobody waits for.
     pub(super) fn own(request: Request) -> Self {
         Self {
-            client: u64::MAX,
+            client: OWN,
             id: None,
             request,
         }
+    }
+
+    /// Whether it is a request of the supervisor itself.
+    pub(super) fn is_own(&self) -> bool {
+        self.client == OWN
     }
 }
 
@@ -75,6 +83,11 @@ impl Control {
             server.add(listener);
         }
         Ok(Self(server))
+    }
+
+    /// Serves clients of another listener, too.
+    pub(crate) fn add(&mut self, listener: Listener) {
+        self.0.add(listener);
     }
 
     /// Listens at its path again if the socket there was removed. Returns whether it was.

@@ -22,6 +22,15 @@ const END: Duration = Duration::from_secs(45);
 /// The pause between two looks whether it has ended.
 const LOOK: Duration = Duration::from_millis(10);
 
+/// A change of the recorder that is reported.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum RecorderChange {
+    /// It has ended, or cannot be started. The text says why.
+    Ended(String),
+    /// It has begun well again.
+    Back,
+}
+
 /// The flight recorder of a network.
 #[derive(Debug)]
 pub(super) struct FlightRecorder {
@@ -57,13 +66,23 @@ impl FlightRecorder {
 
     /// When to check it.
     pub(super) fn deadline(&self) -> Option<Instant> {
-        self.due
+        self.due.or_else(|| self.settles())
     }
 
-    /// Starts it if that is due, and finds out whether it has ended. Returns what went wrong.
-    pub(super) fn check(&mut self, now: Instant, mark: &Mark) -> Option<String> {
+    /// When its earlier end is over.
+    fn settles(&self) -> Option<Instant> {
+        let started = self.started.filter(|_| self.has_ended);
+        started.map(|started| started + SETTLED)
+    }
+
+    /// Starts it if that is due, and finds out whether it has ended, or has begun well.
+    pub(super) fn check(&mut self, now: Instant, mark: &Mark) -> Option<RecorderChange> {
         if let Some(child) = &mut self.child {
-            let status = child.try_wait().ok()??;
+            let Some(status) = child.try_wait().ok()? else {
+                let is_back = self.settles().is_some_and(|at| now >= at);
+                self.has_ended &= !is_back;
+                return is_back.then_some(RecorderChange::Back);
+            };
             self.child = None;
             let log = self.log();
             return self.ended(now, || {
@@ -90,13 +109,14 @@ impl FlightRecorder {
     }
 
     /// Lets it start again after a pause. What is wrong is said once, until it has begun well.
-    fn ended(&mut self, now: Instant, text: impl FnOnce() -> String) -> Option<String> {
+    fn ended(&mut self, now: Instant, text: impl FnOnce() -> String) -> Option<RecorderChange> {
         self.due = Some(now + PAUSE);
         let started = self.started.take();
         if started.is_some_and(|started| now.duration_since(started) >= SETTLED) {
             self.has_ended = false;
         }
-        (!std::mem::replace(&mut self.has_ended, true)).then(text)
+        let is_new = !std::mem::replace(&mut self.has_ended, true);
+        is_new.then(|| RecorderChange::Ended(text()))
     }
 
     fn log(&self) -> PathBuf {
@@ -213,7 +233,7 @@ mod tests {
     }
 
     /// Checks it until it has ended.
-    fn ended(recorder: &mut FlightRecorder, now: Instant) -> Option<String> {
+    fn ended(recorder: &mut FlightRecorder, now: Instant) -> Option<RecorderChange> {
         let limit = Instant::now() + Duration::from_mins(1);
         while recorder.child.is_some() {
             assert!(Instant::now() < limit, "it does not end");
@@ -231,15 +251,13 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let mut recorder = running(folder.path(), "false", &[]);
         let now = Instant::now();
-        let text = ended(&mut recorder, now).expect("a message");
+        let told = ended(&mut recorder, now).expect("a message");
         let log = folder.path().join("rcdeploy-ring.log");
-        assert_eq!(
-            text,
-            format!(
-                "the recorder of the ring ended (exit status: 1); see {}",
-                log.display()
-            )
+        let text = format!(
+            "the recorder of the ring ended (exit status: 1); see {}",
+            log.display()
         );
+        assert_eq!(told, RecorderChange::Ended(text));
         assert_eq!(recorder.deadline(), Some(now + PAUSE));
         for (ran, is_said) in [(SETTLED / 2, false), (SETTLED, true), (LOOK, false)] {
             let started = Instant::now();
@@ -247,6 +265,23 @@ mod tests {
             let text = recorder.ended(started + ran, || "ended".to_owned());
             assert_eq!(text.is_some(), is_said, "{ran:?}");
         }
+    }
+
+    #[test]
+    fn the_end_of_a_recorder_is_over_when_it_has_begun_well() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut recorder = running(folder.path(), "sleep", &["600"]);
+        let started = recorder.started.expect("it runs");
+        let mark = Mark::none();
+        assert_eq!(recorder.check(started + SETTLED, &mark), None);
+        recorder.has_ended = true;
+        assert_eq!(recorder.deadline(), Some(started + SETTLED));
+        assert_eq!(recorder.check(started + SETTLED / 2, &mark), None);
+        let back = recorder.check(started + SETTLED, &mark);
+        assert_eq!(back, Some(RecorderChange::Back));
+        assert_eq!(recorder.check(started + SETTLED, &mark), None);
+        assert_eq!(recorder.deadline(), None);
+        recorder.end_within(LOOK, LOOK);
     }
 
     #[test]
@@ -263,7 +298,10 @@ mod tests {
         let early = due.checked_sub(LOOK).expect("a time");
         assert_eq!(recorder.check(early, &Mark::none()), None);
         assert_eq!(recorder.deadline(), Some(due));
-        let text = recorder.check(due, &Mark::none()).expect("a message");
+        let told = recorder.check(due, &Mark::none());
+        let Some(RecorderChange::Ended(text)) = told else {
+            panic!("{told:?}")
+        };
         let start = "the recorder of the ring cannot be started: ";
         assert!(text.starts_with(start), "{text}");
         assert_eq!(recorder.deadline(), Some(due + PAUSE));

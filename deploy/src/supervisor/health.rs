@@ -3,22 +3,22 @@
 //! The component detects them and sends them in its heartbeats. A condition ends when no heartbeat
 //! of the last five seconds had it, so that a condition that comes and goes is one event.
 
-use crate::supervisor::memory_growth::Growth;
+use crate::supervisor::memory_growth::{Growing, Growth};
 use rc_deploy_network::plan::Component;
 use rc_management::component::{ClockStatus, MachineStatus};
 use rc_management::event::Severity;
 use rc_management::link::Heartbeat;
 use rc_management::supervisor::Trouble;
 use std::collections::BTreeMap;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, SystemTime};
 
 /// How many heartbeats in a row without a condition end it.
 const CALM: u32 = 10;
 /// The loop of a component turns more often than this, unless a handler or `compute()` takes
 /// longer. It notices overruns and silences at its turns.
 const TURN_LIMIT_MS: u64 = 500;
-/// How many mismatching peers are kept for `status`.
-const MISMATCHES: usize = 8;
+/// How many mismatching peers are conditions; the runtime lists 16 and that there are more.
+const MISMATCHES: usize = 32;
 
 /// Severity, code and message of an event.
 pub(crate) type HealthEvent = (Severity, &'static str, String);
@@ -87,13 +87,7 @@ impl HealthMonitor {
         for (slot, peers) in heartbeat.peers {
             self.peers(slot, peers > 0, &mut happened);
         }
-        for text in heartbeat.mismatches {
-            let kept = self.troubles.keys().filter(|(code, _)| *code == "mismatch");
-            if kept.count() < MISMATCHES {
-                self.begin("mismatch", &text, &text);
-            }
-            happened.push((Severity::Error, "mismatch", text));
-        }
+        self.mismatches(heartbeat.mismatches, &mut happened);
         happened
     }
 
@@ -115,6 +109,24 @@ impl HealthMonitor {
         }
         self.overrun = CALM;
         self.begin("overrun", "", &text);
+    }
+
+    /// The peers that are there and do not fit.
+    fn mismatches(&mut self, mut present: Vec<String>, happened: &mut Vec<HealthEvent>) {
+        present.truncate(MISMATCHES);
+        let known = self.troubles.keys().filter(|(code, _)| *code == "mismatch");
+        let known: Vec<String> = known.map(|(_, text)| text.clone()).collect();
+        for text in known.iter().filter(|text| !present.contains(text)) {
+            self.over("mismatch", text);
+            let text = format!("no longer so: {text}");
+            happened.push((Severity::Info, "mismatch-over", text));
+        }
+        for text in present {
+            self.begin("mismatch", &text, &text);
+            if !known.contains(&text) {
+                happened.push((Severity::Error, "mismatch", text));
+            }
+        }
     }
 
     /// The conditions of the network's time.
@@ -225,16 +237,31 @@ impl HealthMonitor {
         self.peers.insert(slot, there);
     }
 
-    /// Notes a condition that lasts until the process ends.
-    pub(crate) fn until_the_end(&mut self, code: &'static str, text: &str) {
+    /// Notes a condition that ends with [`Self::ended`], or with the process.
+    pub(crate) fn begun(&mut self, code: &'static str, text: &str) {
         self.begin(code, "", text);
+    }
+
+    /// Ends a condition. Returns whether there was one.
+    pub(crate) fn ended(&mut self, code: &'static str) -> bool {
+        self.troubles.remove(&(code, String::new())).is_some()
     }
 
     /// Takes the resident memory of the process in bytes, `pause` after the last reading.
     pub(crate) fn memory(&mut self, bytes: u64, pause: Duration) -> Option<HealthEvent> {
-        let text = self.growth.sample(bytes, pause)?;
-        self.begin("memory-growth", "", &text);
-        Some((Severity::Warning, "memory-growth", text))
+        match self.growth.sample(bytes, pause)? {
+            Growing::Grows(text) => {
+                let is_new = !self
+                    .troubles
+                    .contains_key(&("memory-growth", String::new()));
+                self.begin("memory-growth", "", &text);
+                is_new.then_some((Severity::Warning, "memory-growth", text))
+            }
+            Growing::Steady => self.ended("memory-growth").then(|| {
+                let text = "its memory no longer grows steadily".to_owned();
+                (Severity::Info, "memory-steady", text)
+            }),
+        }
     }
 
     fn begin(&mut self, code: &'static str, about: &str, text: &str) {
@@ -265,43 +292,6 @@ fn end_of(calm: &mut u32) -> bool {
     let before = *calm;
     *calm = before.saturating_sub(1);
     before == 1
-}
-
-/// When to read the memory of processes.
-#[derive(Debug)]
-pub(crate) struct MemoryRounds {
-    pub(crate) pause: Duration,
-    due: Instant,
-}
-
-impl MemoryRounds {
-    pub(crate) fn new(pause: Duration) -> Self {
-        Self {
-            pause,
-            due: Instant::now() + pause,
-        }
-    }
-
-    pub(crate) fn deadline(&self) -> Instant {
-        self.due
-    }
-
-    /// Whether it is time.
-    pub(crate) fn is_due(&mut self, now: Instant) -> bool {
-        let is_due = now >= self.due;
-        if is_due {
-            self.due = now + self.pause;
-        }
-        is_due
-    }
-}
-
-/// The resident memory of a process in bytes: `VmRSS` of `/proc/PID/status`.
-pub(crate) fn resident(pid: i32) -> Option<u64> {
-    let text = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-    let kib: u64 = line.trim().strip_suffix("kB")?.trim_end().parse().ok()?;
-    Some(kib * 1024)
 }
 
 #[cfg(test)]
@@ -512,20 +502,33 @@ mod tests {
     }
 
     #[test]
+    fn a_mismatch_holds_while_heartbeats_have_it() {
+        let mut watch = HealthMonitor::default();
+        let unlike = |texts: &[&str]| Heartbeat {
+            mismatches: texts.iter().map(|&text| text.to_owned()).collect(),
+            ..Heartbeat::default()
+        };
+        assert_eq!(codes(&watch.heartbeat(unlike(&["a"]))), ["mismatch"]);
+        assert_eq!(codes(&watch.heartbeat(unlike(&["a"]))), [""; 0]);
+        let happened = watch.heartbeat(unlike(&["b"]));
+        assert_eq!(codes(&happened), ["mismatch-over", "mismatch"]);
+        assert_eq!(happened[0].2, "no longer so: a");
+        let troubles = watch.troubles();
+        assert_eq!((troubles.len(), troubles[0].message.as_str()), (1, "b"));
+        assert_eq!(codes(&watch.heartbeat(unlike(&[]))), ["mismatch-over"]);
+        assert_eq!(watch.troubles(), []);
+    }
+
+    #[test]
     fn only_some_mismatches_are_kept() {
         let mut watch = HealthMonitor::default();
-        let topics: Vec<String> = (0..MISMATCHES).map(|at| format!("t{at}")).collect();
-        let topics: Vec<&str> = topics.iter().map(String::as_str).collect();
-        watch.heartbeat(silent(&topics));
         let unlike = Heartbeat {
             mismatches: (0..MISMATCHES + 2).map(|at| format!("m{at}")).collect(),
-            ..silent(&topics)
+            ..Heartbeat::default()
         };
         let happened = watch.heartbeat(unlike);
-        assert_eq!(codes(&happened), ["mismatch"; MISMATCHES + 2]);
-        let kept = watch.troubles().into_iter();
-        let kept = kept.filter(|trouble| trouble.code == "mismatch");
-        assert_eq!(kept.count(), MISMATCHES);
+        assert_eq!(codes(&happened), ["mismatch"; MISMATCHES]);
+        assert_eq!(watch.troubles().len(), MISMATCHES);
     }
 
     #[test]
@@ -551,31 +554,16 @@ mod tests {
     fn growing_memory_is_a_condition() {
         let mut watch = HealthMonitor::default();
         let pause = Duration::from_secs(30);
-        let mut readings = (100..200).filter_map(|mib: u64| watch.memory(mib << 20, pause));
-        let (severity, code, text) = readings.next().expect("it grows");
-        assert_eq!((severity, code), (Severity::Warning, "memory-growth"));
-        drop(readings);
+        let mut grow = |mib: u64| watch.memory(mib << 20, pause);
+        let begun: Vec<_> = (100..400).filter_map(&mut grow).collect();
+        assert_eq!(codes(&begun), ["memory-growth"], "once, however long");
+        assert_eq!(begun[0].0, Severity::Warning);
         let troubles = watch.troubles();
-        assert_eq!(troubles[0].message, text);
-        assert_eq!(watch.memory(0, pause), None);
-    }
-
-    #[test]
-    fn memory_is_read_after_each_pause() {
-        let pause = Duration::from_secs(30);
-        let mut rounds = MemoryRounds::new(pause);
-        let due = rounds.deadline();
-        assert!(due > Instant::now());
-        assert!(!rounds.is_due(Instant::now()));
-        assert!(rounds.is_due(due));
-        assert_eq!(rounds.deadline(), due + pause);
-    }
-
-    #[test]
-    fn the_memory_of_a_process_is_in_bytes() {
-        let own = std::process::id().try_into().expect("a pid");
-        let bytes = resident(own).expect("it runs");
-        assert!((1 << 20..1 << 34).contains(&bytes), "{bytes}");
-        assert_eq!(resident(-1), None);
+        assert_eq!(troubles[0].code, "memory-growth");
+        assert_ne!(troubles[0].message, begun[0].2, "the latest figures");
+        let mut stay = |_| watch.memory(400 << 20, pause);
+        let over: Vec<_> = (0..1000).filter_map(&mut stay).collect();
+        assert_eq!(codes(&over), ["memory-steady"]);
+        assert_eq!(watch.troubles(), []);
     }
 }

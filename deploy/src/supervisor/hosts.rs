@@ -8,8 +8,17 @@ use rc_management::agent::{AgentMessage, Exit};
 use rc_management::event::Severity;
 use rc_management::lines::Line;
 use std::fs::OpenOptions;
-use std::io::Write;
+use std::io::{self, Write};
+use std::path::Path;
 use std::time::Instant;
+
+/// The conditions that agents tell: their codes, those of their ends, and how severe they are.
+const CONDITIONS: [(&str, &str, Severity); 4] = [
+    ("directory-lost", "directory-back", Severity::Error),
+    ("disk-full", "disk-free", Severity::Error),
+    ("guard-lost", "guard-back", Severity::Error),
+    ("not-written", "written", Severity::Warning),
+];
 
 impl Supervisor<'_> {
     /// Whether the machine of a unit is connected. Nothing starts before all machines were
@@ -56,11 +65,30 @@ impl Supervisor<'_> {
         let name = &self.hosts[h].plan.name;
         let text = format!("host {name}: {text}");
         match code {
-            "host-lost" | "host-unreachable" => drop(self.troubles.begin("host-lost", name, &text)),
+            "host-lost" | "host-unreachable" => {
+                // Its other conditions are unknown until its next agent tells them.
+                self.troubles.forget_all_but("host-lost", name);
+                self.troubles.begin("host-lost", name, &text);
+            }
             "host-back" => drop(self.troubles.end("host-lost", name)),
             _ => {}
         }
         self.network_event(severity, code, text);
+    }
+
+    /// Takes a condition of a machine that begins or ends. An agent that tells another one is not
+    /// of this version.
+    fn host_condition(&mut self, h: usize, code: &str, text: &str, begins: bool) {
+        let Some(&(begin, end, severity)) = CONDITIONS.iter().find(|known| known.0 == code) else {
+            return;
+        };
+        let name = self.hosts[h].plan.name.clone();
+        let text = format!("host {name}: {text}");
+        if begins {
+            self.trouble_of(&name, severity, begin, &text);
+        } else {
+            self.no_trouble_of(&name, begin, end, &text);
+        }
     }
 
     pub(super) fn take_host_event(&mut self, h: usize, events: HostEvent) {
@@ -123,6 +151,7 @@ impl Supervisor<'_> {
             Severity::Error
         };
         self.host_event(h, severity, "host-lost", why);
+        self.renewal.forget(h);
         for i in self.units_on(h) {
             let exit = Exit::without_status("its host was lost".to_owned());
             self.remote_process_ended(i, exit);
@@ -132,15 +161,17 @@ impl Supervisor<'_> {
     /// Makes the management socket of a remote component available here.
     fn proxy_socket(&mut self, h: usize, name: &str) {
         let path = self.custody.directory().socket(&process_name(name));
-        if let Err(error) = self.hosts[h].listen(name, &path) {
-            let text = format!("cannot listen at {}: {error}", path.display());
-            self.network_event(Severity::Warning, "not-written", text);
-        }
+        let listens = self.hosts[h].listen(name, &path);
+        self.note_written(&path, listens);
     }
 
     fn remote_process_ended(&mut self, i: usize, exit: Exit) {
         if let Some(h) = self.host_of[i] {
-            self.hosts[h].close(self.units[i].name());
+            let name = self.units[i].name().to_owned();
+            self.hosts[h].close(&name);
+            let path = self.custody.directory().socket(&process_name(&name));
+            let text = format!("{} is not needed any more", path.display());
+            self.no_trouble_of(&path.to_string_lossy(), "not-written", "written", &text);
         }
         if let Some(process) = self.units[i].remote_process() {
             process.ended(exit);
@@ -191,6 +222,16 @@ impl Supervisor<'_> {
                     self.remote_process_ended(i, exit);
                 }
             }
+            AgentMessage::Memory { name, bytes } => {
+                if let Some(i) = on(&name) {
+                    self.units[i].note_memory(bytes, self.rounds.pause, self.report);
+                }
+            }
+            AgentMessage::Trouble { code, text } => self.host_condition(h, &code, &text, true),
+            AgentMessage::TroubleOver { code, text } => {
+                self.host_condition(h, &code, &text, false);
+            }
+            AgentMessage::MemoryLost(files) => self.memory_lost_on(h, &files),
             AgentMessage::Note(text) => self.host_event(h, Severity::Warning, "host-note", &text),
             AgentMessage::Finished { left } if left > 0 => {
                 let text = format!("killed {left} orphaned processes of components");
@@ -208,16 +249,25 @@ impl Supervisor<'_> {
     }
 
     /// Appends the output of a remote component to its log here.
-    fn print(&self, i: usize, text: &str) {
-        let log = &self.units[i].log;
-        let file = OpenOptions::new().create(true).append(true).open(log);
-        if let Err(error) = file.and_then(|mut file| file.write_all(text.as_bytes())) {
-            let text = format!(
-                "cannot write to {}: {error}{}",
-                log.display(),
-                advice(&error)
-            );
-            self.network_event(Severity::Warning, "not-written", text);
+    fn print(&mut self, i: usize, text: &str) {
+        let log = self.units[i].log.clone();
+        let file = OpenOptions::new().create(true).append(true).open(&log);
+        let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
+        self.note_written(&log, written);
+    }
+
+    /// Reports when a file of a remote component here cannot be written, and when it can again.
+    fn note_written(&mut self, path: &Path, written: io::Result<()>) {
+        let (about, shown) = (path.to_string_lossy(), path.display());
+        match written {
+            Ok(()) => {
+                let text = format!("wrote to {shown}");
+                self.no_trouble_of(&about, "not-written", "written", &text);
+            }
+            Err(error) => {
+                let text = format!("cannot write to {shown}: {error}{}", advice(&error));
+                self.trouble_of(&about, Severity::Warning, "not-written", &text);
+            }
         }
     }
 }

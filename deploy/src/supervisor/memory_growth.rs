@@ -7,8 +7,9 @@
 //! The memory grows steadily if each quarter of such a time has a higher minimum than the one
 //! before, by at least a tenth of the whole gain; if the gain is at least 8 MiB and a tenth of the
 //! initial memory; and if the last quarter stays above everything before that time. So a single
-//! step (a loaded map), a cycle (a cache), or memory that flattens out is no growth. Growth is
-//! reported again when the memory has doubled since.
+//! step (a loaded map), a cycle (a cache), or memory that flattens out is no growth. Growth goes on
+//! while the memory rises, also by less than that, and ends when it has not risen for a quarter of
+//! such a time.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -19,16 +20,26 @@ const WARM_UP: u32 = 4;
 const LENGTH: usize = 20;
 /// How many readings of the process are one of these, in the shorter and in the longer time.
 const STRIDES: [u32; 2] = [2, 30];
-/// The least growth in bytes.
+/// The least growth in bytes, and the least rise with which growth goes on.
 const LEAST: u64 = 8 << 20;
+const LEAST_RISE: u64 = 1 << 20;
 
 /// The memory of one run of a process.
 #[derive(Debug)]
 pub(crate) struct Growth {
     seen: u32,
     series: [Series; 2],
-    /// The memory at the last report.
-    reported: Option<u64>,
+    /// Whether the last reading belonged to growth.
+    grows: bool,
+}
+
+/// What a reading shows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Growing {
+    /// The memory grows steadily. The text says how.
+    Grows(String),
+    /// It grew, and does no longer.
+    Steady,
 }
 
 impl Default for Growth {
@@ -36,26 +47,26 @@ impl Default for Growth {
         Self {
             seen: 0,
             series: STRIDES.map(Series::new),
-            reported: None,
+            grows: false,
         }
     }
 }
 
 impl Growth {
-    /// Takes a reading in bytes, `pause` after the last one. Returns a message if it shows
-    /// unreported growth.
-    pub(crate) fn sample(&mut self, bytes: u64, pause: Duration) -> Option<String> {
+    /// Takes a reading in bytes, `pause` after the last one. Returns what is new: growth with its
+    /// present figures, or its end.
+    pub(crate) fn sample(&mut self, bytes: u64, pause: Duration) -> Option<Growing> {
         self.seen = self.seen.saturating_add(1);
         if self.seen <= WARM_UP {
             return None;
         }
-        let mut grown = None;
+        let mut text = None;
         for series in &mut self.series {
             if series.push(bytes)
-                && let Some((from, to)) = series.growth()
+                && let Some((from, to)) = series.rise().filter(|_| series.grows())
             {
                 let time = pause * series.stride * LENGTH as u32;
-                grown = Some(format!(
+                text = Some(format!(
                     "its memory grows steadily: from {} to {} MiB within {}",
                     from >> 20,
                     to >> 20,
@@ -63,12 +74,12 @@ impl Growth {
                 ));
             }
         }
-        let news = self.reported.is_none_or(|reported| bytes / 2 >= reported);
-        if grown.is_some() && news {
-            self.reported = Some(bytes);
-            return grown;
+        let grew = self.grows;
+        self.grows = self.series.iter().any(Series::grows);
+        match text {
+            Some(text) => Some(Growing::Grows(text)),
+            None => (grew && !self.grows).then_some(Growing::Steady),
         }
-        None
     }
 }
 
@@ -88,6 +99,8 @@ struct Series {
     kept: VecDeque<(u64, u64)>,
     /// The most that there ever was before those that are kept.
     most: u64,
+    /// How many more values without a rise end the growth; 0 if there is none.
+    lasting: usize,
 }
 
 impl Series {
@@ -98,6 +111,7 @@ impl Series {
             range: (u64::MAX, 0),
             kept: VecDeque::new(),
             most: 0,
+            lasting: 0,
         }
     }
 
@@ -114,11 +128,22 @@ impl Series {
         }
         self.kept.push_back(self.range);
         (self.taken, self.range) = (0, (u64::MAX, 0));
+        let rise = self.rise();
+        let enough = |(first, last): (u64, u64)| last - first >= LEAST.max(first / 10);
+        self.lasting = match rise {
+            Some(rise) if self.lasting > 0 || enough(rise) => LENGTH / 4,
+            _ => self.lasting.saturating_sub(1),
+        };
         true
     }
 
-    /// The first and the last value, if the memory has grown steadily.
-    fn growth(&self) -> Option<(u64, u64)> {
+    /// Whether the memory grows steadily, or did within the last quarter.
+    fn grows(&self) -> bool {
+        self.lasting > 0
+    }
+
+    /// The first and the last value, if the memory has risen steadily.
+    fn rise(&self) -> Option<(u64, u64)> {
         if self.kept.len() < LENGTH {
             return None;
         }
@@ -131,8 +156,7 @@ impl Series {
         let gained = last.saturating_sub(first);
         let step = |at: usize| quarter(at + 1).saturating_sub(quarter(at));
         let steady = (0..3).all(|at| step(at) >= gained / 10);
-        let enough = gained >= LEAST.max(first / 10) && last > self.most;
-        (steady && enough).then_some((first, last))
+        (steady && gained >= LEAST_RISE && last > self.most).then_some((first, last))
     }
 }
 
@@ -140,23 +164,32 @@ impl Series {
 mod tests {
     use super::*;
 
-    /// The readings at which growth is reported, of a process with so many MiB at each.
+    /// The readings at which growth begins and ends, of a process with so many MiB at each.
     fn reported(readings: impl IntoIterator<Item = u64>) -> Vec<usize> {
         let mut growth = Growth::default();
         let pause = Duration::from_secs(30);
+        let mut grows = false;
+        let mut changes = |bytes| {
+            let now = growth.sample(bytes, pause)?;
+            let before = std::mem::replace(&mut grows, now != Growing::Steady);
+            (before != grows).then_some(())
+        };
         let readings = readings.into_iter().enumerate();
         readings
-            .filter_map(|(at, mib)| growth.sample(mib << 20, pause).map(|_| at))
+            .filter_map(|(at, mib)| changes(mib << 20).map(|()| at))
             .collect()
     }
 
     #[test]
-    fn a_leak_is_reported_once_and_after_each_doubling() {
+    fn a_leak_is_reported_until_it_ends() {
         // 100 MiB, and one more at each reading.
-        let leak = reported((0..300).map(|at| 100 + at));
-        assert_eq!(leak[0], 43, "{leak:?}");
-        assert_eq!(leak.len(), 2, "{leak:?}");
-        assert!((100 + leak[1]) >= 2 * (100 + leak[0]), "{leak:?}");
+        let leak = |end: u64| reported((0..3000).map(|at| 100 + at.min(end)));
+        assert_eq!(leak(3000), [43]);
+        let ended = leak(300);
+        assert_eq!((ended[0], ended.len()), (43, 2), "{ended:?}");
+        assert!((300..400).contains(&ended[1]), "{ended:?}");
+        let back = reported((0..1000).map(|at| if at < 300 { 100 + at } else { 50 }));
+        assert!((300..350).contains(&back[1]), "{back:?}");
     }
 
     #[test]
@@ -222,7 +255,10 @@ mod tests {
             let mut growth = Growth::default();
             let pause = Duration::from_millis(pause);
             let mut all = (100..200).filter_map(|mib: u64| growth.sample(mib << 20, pause));
-            all.next().expect("it grows")
+            match all.next() {
+                Some(Growing::Grows(text)) => text,
+                other => panic!("{other:?}"),
+            }
         };
         let text = "its memory grows steadily: from 104 to 134 MiB within";
         assert_eq!(message(30_000), format!("{text} 20 minutes"));

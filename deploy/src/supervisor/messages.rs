@@ -29,7 +29,7 @@ impl Unit {
     pub(super) fn report_closed_link(&mut self, report: &Reporter) {
         if self.handle().is_some_and(|handle| !handle.is_linked()) && !self.is_asked_to_stop() {
             let text = "closed its standard input, which is the link to its supervisor; it is no longer watched";
-            self.health.until_the_end("link-closed", text);
+            self.health.begun("link-closed", text);
             self.event(report, Severity::Warning, "link-closed", text);
         }
     }
@@ -136,7 +136,7 @@ impl Unit {
         if self.garbage == 0 {
             let fault = clean(fault);
             let text = format!("sent {fault} to its supervisor; further faults are not reported");
-            self.health.until_the_end("garbage", &text);
+            self.health.begun("garbage", &text);
             self.event(report, Severity::Warning, "garbage", text);
         }
         self.garbage = self.garbage.saturating_add(size);

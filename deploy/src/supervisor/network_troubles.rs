@@ -4,8 +4,10 @@
 //! and a cleaner of temporary files. A network whose socket is gone could neither be stopped nor
 //! seen by a second `up`, so the supervisor looks every second and makes what is missing again.
 
+use crate::guard::lock;
 use crate::supervisor::supervise::Supervisor;
 use rc_deploy_client::error::advice;
+use rc_files::DiskChange;
 use rc_management::event::{Event, Severity};
 use rc_management::supervisor::Trouble;
 use std::collections::BTreeMap;
@@ -37,6 +39,17 @@ impl NetworkTroubles {
         self.0.remove(&(code, about.to_owned())).is_some()
     }
 
+    /// Whether a condition holds.
+    pub(super) fn holds(&self, code: &'static str, about: &str) -> bool {
+        self.0.contains_key(&(code, about.to_owned()))
+    }
+
+    /// Drops the conditions of a part of which nothing is known any more, but for `code`.
+    pub(super) fn forget_all_but(&mut self, code: &'static str, about: &str) {
+        self.0
+            .retain(|(known, part), _| part != about || *known == code);
+    }
+
     /// The present conditions.
     pub(super) fn list(&self) -> Vec<Trouble> {
         let troubles = self.0.iter();
@@ -53,15 +66,68 @@ impl NetworkTroubles {
 impl Supervisor<'_> {
     /// Reports a condition of the network when it starts.
     pub(super) fn trouble(&mut self, severity: Severity, code: &'static str, text: &str) {
-        if self.troubles.begin(code, "", text) {
-            self.report.event(Event::network(severity, code, text));
-        }
+        self.trouble_of("", severity, code, text);
     }
 
     /// Reports that a condition has ended, if there was one.
     pub(super) fn no_trouble(&mut self, code: &'static str, end: &'static str, text: &str) {
-        if self.troubles.end(code, "") {
+        self.no_trouble_of("", code, end, text);
+    }
+
+    /// Reports a condition of `about`, a part of the network, when it starts.
+    pub(super) fn trouble_of(
+        &mut self,
+        about: &str,
+        severity: Severity,
+        code: &'static str,
+        text: &str,
+    ) {
+        if self.troubles.begin(code, about, text) {
+            self.report.event(Event::network(severity, code, text));
+        }
+    }
+
+    /// Reports that a condition of a part has ended, if there was one.
+    pub(super) fn no_trouble_of(
+        &mut self,
+        about: &str,
+        code: &'static str,
+        end: &'static str,
+        text: &str,
+    ) {
+        if self.troubles.end(code, about) {
             self.network_event(Severity::Info, end, text);
+        }
+    }
+
+    /// Reports that the disk of the logs has become full, or has room again.
+    pub(super) fn disk_changed(&mut self, change: Option<DiskChange>) {
+        let directory = self.rotation.directory().display();
+        match change {
+            Some(DiskChange::Full { free }) => {
+                let text = format!(
+                    "the disk of {directory} is full: {} KiB are free. Older parts of logs are removed; components whose output cannot be written decide themselves what that means",
+                    free >> 10
+                );
+                self.trouble(Severity::Error, "disk-full", &text);
+            }
+            Some(DiskChange::Free { free }) => {
+                let text = format!("the disk of {directory} has room again: {} MiB", free >> 20);
+                self.no_trouble("disk-full", "disk-free", &text);
+            }
+            None => {}
+        }
+    }
+
+    /// Takes the abstract socket of the network, by which an `up` in another environment sees it,
+    /// as soon as nobody else has it.
+    pub(super) fn look_for_name(&mut self) {
+        if self.troubles.holds("unseen", "")
+            && let Some(listener) = lock::free_name(&self.plan.network)
+        {
+            self.control.add(listener);
+            let text = "took its abstract socket: an `up` in another environment sees it";
+            self.no_trouble("unseen", "seen", text);
         }
     }
 

@@ -1,9 +1,10 @@
-//! The restart of a network whose shared memory was removed.
+//! A network whose shared memory was removed: a logout does that (`RemoveIPC` of systemd), and
+//! everything that empties `/dev/shm`.
 //!
-//! Names in `/dev/shm` vanish while processes use what they name: `RemoveIPC=` of logind.conf removes
-//! them at the logout of the user. Components that run go on with each other, and a component that
-//! starts finds none of them, for ever. No name can be given back, so all components of this machine
-//! end in order, what is left is removed, a new guard creates the services, and they start in order.
+//! Components that run still reach each other, because they have it mapped, but one that starts
+//! finds nothing, for ever. No name can be given back, so all components of that machine end in
+//! order, what is left is removed, a new guard creates the services, and they start in order. On
+//! another machine, its agent does the part between the end and the start.
 
 use crate::supervisor::control::ClientRequest;
 use crate::supervisor::supervise::{StopReason, Supervisor};
@@ -12,6 +13,21 @@ use rc_management::event::Severity;
 use rc_management::supervisor::{Request, Verb};
 use std::collections::BTreeSet;
 
+/// The machines whose components restart with new shared memory. `None` is this one.
+#[derive(Debug, Default)]
+pub(super) struct Renewal {
+    /// The components of this machine end, and then the services are created.
+    is_due: bool,
+    restarting: BTreeSet<Option<usize>>,
+}
+
+impl Renewal {
+    /// Forgets a machine that is lost.
+    pub(super) fn forget(&mut self, h: usize) {
+        self.restarting.remove(&Some(h));
+    }
+}
+
 impl Supervisor<'_> {
     /// Restarts all components of this machine if its guard misses files of their services.
     pub(super) fn check_memory(&mut self) {
@@ -19,19 +35,28 @@ impl Supervisor<'_> {
         if missing.is_empty() || self.ending.is_some() {
             return;
         }
-        let text = format!(
-            "shared memory of the network was removed ({}, …; a logout does that, see `loginctl enable-linger` and RemoveIPC in logind.conf): \
-             a component that starts would not find those that run, so all restart in order",
-            missing.join(", ")
-        );
-        self.trouble(Severity::Error, "memory-lost", &text);
-        self.is_renewed = true;
+        self.renewal.is_due = true;
         self.custody.hold_starts();
-        let restarts = |i: &usize| {
-            let unit = &self.units[*i];
-            self.host_of[*i].is_none() && !unit.is_gone()
-        };
-        let members: BTreeSet<usize> = (0..self.units.len()).filter(restarts).collect();
+        self.restart_all_of(None, &missing.join(", "));
+    }
+
+    /// Restarts all components of a machine whose agent misses these files.
+    pub(super) fn memory_lost_on(&mut self, h: usize, files: &str) {
+        if self.ending.is_none() {
+            self.restart_all_of(Some(h), files);
+        }
+    }
+
+    fn restart_all_of(&mut self, place: Option<usize>, files: &str) {
+        let text = format!(
+            "shared memory of the network was removed ({files}, …; a logout does that, see `loginctl enable-linger` and RemoveIPC in logind.conf): \
+             a component that starts would not find those that run, so all restart in order"
+        );
+        let (about, text) = self.of_place(place, &text);
+        self.trouble_of(&about, Severity::Error, "memory-lost", &text);
+        self.renewal.restarting.insert(place);
+        let mut members = self.units_at(place);
+        members.retain(|&i| !self.units[i].is_gone());
         let names = members.iter().map(|&i| self.units[i].name().to_owned());
         let request = ClientRequest::own(Request::Restart {
             names: names.collect(),
@@ -40,14 +65,30 @@ impl Supervisor<'_> {
         self.commands.take(request, Verb::Restart, members, units);
     }
 
+    /// The name of a machine as the subject of a condition, and a text about it.
+    fn of_place(&self, place: Option<usize>, text: &str) -> (String, String) {
+        match place {
+            None => (String::new(), text.to_owned()),
+            Some(h) => {
+                let name = self.hosts[h].plan.name.clone();
+                let text = format!("host {name}: {text}");
+                (name, text)
+            }
+        }
+    }
+
+    fn units_at(&self, place: Option<usize>) -> BTreeSet<usize> {
+        let all = 0..self.units.len();
+        all.filter(|&i| self.host_of[i] == place).collect()
+    }
+
     /// Creates the services anew once no component of this machine runs.
     pub(super) fn renew(&mut self, cleanup: &dyn Fn()) {
-        let here = self.units.iter().zip(&self.host_of);
-        let mut here = here.filter(|(_, host)| host.is_none());
-        if !self.is_renewed || here.any(|(unit, _)| unit.is_alive()) {
+        let mut here = self.units_at(None).into_iter();
+        if !self.renewal.is_due || here.any(|i| self.units[i].is_alive()) {
             return;
         }
-        self.is_renewed = false;
+        self.renewal.is_due = false;
         if self.ending.is_some() {
             return;
         }
@@ -55,7 +96,7 @@ impl Supervisor<'_> {
             recorder.renew();
         }
         match self.custody.begin_anew(cleanup) {
-            Ok(()) => self.is_restarting = true,
+            Ok(()) => self.no_trouble("guard-lost", "guard-back", "a new guard runs"),
             Err(error) => {
                 let text = error.to_string();
                 self.stop(StopReason::Failed(text), "it has no guard");
@@ -63,13 +104,19 @@ impl Supervisor<'_> {
         }
     }
 
-    /// Notes that all components are ready again.
+    /// Notes that all components of a machine are ready again.
     pub(super) fn note_renewed(&mut self) {
-        let lets_work = |unit: &Unit| unit.is_gone() || unit.lets_others_work();
-        if self.is_restarting && self.units.iter().all(lets_work) {
-            self.is_restarting = false;
-            let text = "all components have restarted with new shared memory";
-            self.no_trouble("memory-lost", "memory-back", text);
+        for place in self.renewal.restarting.clone() {
+            let members = self.units_at(place);
+            let lets_work = |unit: &Unit| unit.is_gone() || unit.lets_others_work();
+            if !self.commands.has_own(&members)
+                && members.iter().all(|&i| lets_work(&self.units[i]))
+            {
+                self.renewal.restarting.remove(&place);
+                let text = "all components have restarted with new shared memory";
+                let (about, text) = self.of_place(place, text);
+                self.no_trouble_of(&about, "memory-lost", "memory-back", &text);
+            }
         }
     }
 }

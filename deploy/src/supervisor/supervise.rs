@@ -8,16 +8,17 @@ use crate::log::relay::Relay;
 use crate::log::reporter::Reporter;
 use crate::log::rotation::{self, Rotation};
 use crate::process::adopted::AdoptedProcesses;
+use crate::process::memory::MemoryRounds;
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
 use crate::remote::{self, Host, HostSource};
 use crate::supervisor::commands::Commands;
 use crate::supervisor::control::Control;
 use crate::supervisor::detach::Launcher;
-use crate::supervisor::flight_recorder::FlightRecorder;
-use crate::supervisor::health::MemoryRounds;
+use crate::supervisor::flight_recorder::{FlightRecorder, RecorderChange};
 use crate::supervisor::network_troubles::NetworkTroubles;
 use crate::supervisor::options::{Options, Outcome};
+use crate::supervisor::renewal::Renewal;
 use crate::supervisor::start_order::{configured_first, in_order_of_start};
 use crate::supervisor::unit::{Overdue, Unit, until};
 use rc_deploy_client::digest;
@@ -79,9 +80,7 @@ pub(crate) struct Supervisor<'p> {
     /// The conditions of the network as a whole, and when its files are looked at.
     pub(super) troubles: NetworkTroubles,
     pub(super) look: Instant,
-    /// The components end because their shared memory was removed; they start with a new one.
-    pub(super) is_renewed: bool,
-    pub(super) is_restarting: bool,
+    pub(super) renewal: Renewal,
     pub(super) control: Control,
     pub(super) commands: Commands,
     /// When a component may start that waits for the starts of others, or for the next turn.
@@ -109,7 +108,9 @@ impl<'p> Supervisor<'p> {
         report: &'p Reporter,
     ) -> Result<Self, Error> {
         let by_name = lock.take_socket();
+        let mut troubles = NetworkTroubles::default();
         if let Some(text) = lock.take_unseen() {
+            troubles.begin("unseen", "", &text);
             report.event(Event::network(Severity::Warning, "unseen", text));
         }
         let log_directory = logs::open_directory(&plan.network)?;
@@ -120,7 +121,9 @@ impl<'p> Supervisor<'p> {
             .iter()
             .map(|c| Unit::new(c.clone(), logs::file(&log_directory, &c.name)))
             .collect();
-        let (hosts, host_of) = remote::assign(plan, &options.services, &log_directory);
+        let memory_pause = options.memory_pause.unwrap_or(MEMORY_PAUSE);
+        let (hosts, host_of) =
+            remote::assign(plan, &options.services, memory_pause, &log_directory);
         for (unit, host) in units.iter_mut().zip(&host_of) {
             unit.outbox = host.map(|host| hosts[host].outbox.clone());
         }
@@ -167,16 +170,15 @@ impl<'p> Supervisor<'p> {
             hosts,
             host_of,
             custody,
-            troubles: NetworkTroubles::default(),
+            troubles,
             look: Instant::now() + LOOK,
-            is_renewed: false,
-            is_restarting: false,
+            renewal: Renewal::default(),
             control,
             next_start: None,
             signals,
             relay,
             rotation,
-            rounds: MemoryRounds::new(options.memory_pause.unwrap_or(MEMORY_PAUSE)),
+            rounds: MemoryRounds::new(memory_pause),
             launcher: None,
             is_up: false,
             sweeps: OrphanSweeps::default(),
@@ -431,16 +433,26 @@ impl<'p> Supervisor<'p> {
             self.look = now + LOOK;
             self.restore_files();
             self.restore_logs();
+            self.look_for_name();
             self.note_adopted();
         }
-        self.rotation.check(now, self.report);
+        let disk = self.rotation.check(now, self.report);
+        self.disk_changed(disk);
         let mark = self.custody.mark();
         let recorder = self.recorder.as_mut();
-        if let Some(text) = recorder.and_then(|recorder| recorder.check(now, mark)) {
-            self.network_event(Severity::Warning, "recorder-ended", text);
+        match recorder.and_then(|recorder| recorder.check(now, mark)) {
+            Some(RecorderChange::Ended(text)) => {
+                self.trouble(Severity::Warning, "recorder-ended", &text);
+            }
+            Some(RecorderChange::Back) => {
+                let text = "the recorder of the ring runs again";
+                self.no_trouble("recorder-ended", "recorder-back", text);
+            }
+            None => {}
         }
         if self.rounds.is_due(now) {
-            self.rotation.check_disk(self.report);
+            let disk = self.rotation.check_disk();
+            self.disk_changed(disk);
             let pause = self.rounds.pause;
             for unit in &mut self.units {
                 unit.measure(pause, self.report);

@@ -4,9 +4,10 @@ use crate::guard::process_registry::RegisteredProcess;
 use crate::log::reporter::Reporter;
 use crate::process::identity::Mark;
 use crate::process::launch::LocalProcess;
+use crate::process::memory::resident;
 use crate::remote::{self, Outbox, RemoteProcess};
 use crate::supervisor::followers::without_followers;
-use crate::supervisor::health::{self, HealthMonitor};
+use crate::supervisor::health::HealthMonitor;
 use crate::supervisor::lifecycle_control::LifecycleControl;
 use crate::supervisor::parameter_changes::Changes;
 use crate::supervisor::process_handle::ProcessHandle;
@@ -364,12 +365,18 @@ impl Unit {
 
     /// Reads the memory of the process, `pause` after the last reading.
     pub(crate) fn measure(&mut self, pause: Duration, report: &Reporter) {
-        // The memory of another machine cannot be looked at from here.
+        // The agent of another machine tells the memory there.
         let Some(ProcessHandle::Local(process)) = self.handle() else {
             return;
         };
+        if let Some(bytes) = resident(process.pid()) {
+            self.note_memory(bytes, pause, report);
+        }
+    }
+
+    /// Takes the resident memory of the process in bytes, `pause` after the last reading.
+    pub(crate) fn note_memory(&mut self, bytes: u64, pause: Duration, report: &Reporter) {
         if self.ready
-            && let Some(bytes) = health::resident(process.pid())
             && let Some((severity, code, text)) = self.health.memory(bytes, pause)
         {
             self.event(report, severity, code, text);

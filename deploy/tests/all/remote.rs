@@ -269,6 +269,41 @@ fn a_killed_agent_leaves_nothing_and_is_replaced() {
     away.assert_nothing_left();
 }
 
+/// The components of the host end in order, the services are created anew, and they start.
+#[test]
+fn a_host_heals_whose_shared_memory_was_removed() {
+    let away = Away::new();
+    let bench = &away.bench;
+    let mut up = away.start(vec![
+        on_robot(well("far")),
+        on_robot(component("farther", "well", &["far"])),
+        well("near"),
+    ]);
+    up.await_event("up", None);
+    let cleanups = bench.cleanups();
+    fs::write(bench.path("away/run/missing"), "").expect("written");
+    let lost = up.await_event("memory-lost", None);
+    assert!(lost.starts_with("host robot: shared memory"), "{lost}");
+    let back = up.await_event("memory-back", None);
+    assert!(back.starts_with("host robot: all components"), "{back}");
+    assert_eq!(bench.status().troubles, []);
+    assert_eq!(bench.cleanups(), cleanups + 1);
+    let journal = bench.journal();
+    let starts = |name: &str| {
+        let wanted = format!("{name} start");
+        journal.iter().filter(|entry| **entry == wanted).count()
+    };
+    let counts = ["far", "farther", "near"].map(starts);
+    assert_eq!(counts, [2, 2, 1], "{journal:?}");
+    let last = |entry: &str| journal.iter().rposition(|one| one == entry);
+    let order = ["farther end", "far end", "far start", "far ready", "farther start"].map(last);
+    assert!(order.is_sorted(), "{journal:?}");
+    up.signal(Signal::INT);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    away.assert_nothing_left();
+}
+
 #[test]
 fn a_silent_host_is_lost() {
     let away = Away::new();

@@ -3,8 +3,12 @@
 use crate::bench::{Bench, Up, await_end, codes, component, text, well};
 use crate::pty::{SETSID, Terminal};
 use rc_deploy::process::Identity;
+use rc_management::supervisor::abstract_name;
+use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType};
+use rustix::net::{bind, connect, listen, socket_with};
 use rustix::process::Signal;
 use serde_json::Value;
+use std::os::fd::OwnedFd;
 use std::path::Path;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
@@ -86,6 +90,56 @@ fn until(what: &str, mut is_so: impl FnMut() -> bool) {
     while !is_so() {
         assert!(Instant::now() < limit, "never: {what}");
         std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// A process that does not accept connections has the abstract socket of the network for a while.
+#[test]
+fn a_network_takes_its_abstract_socket_when_it_is_free() {
+    let bench = Bench::new();
+    let stranger = Stranger::at(&bench.network);
+    let mut up = bench.start_well();
+    let told = up.await_event("unseen", None);
+    assert!(told.contains("abstract socket"), "{told}");
+    let held = |code: &str| {
+        let troubles = bench.status().troubles;
+        troubles.iter().any(|trouble| trouble.code == code)
+    };
+    assert!(held("unseen"));
+    drop(stranger);
+    up.await_event("seen", None);
+    assert!(!held("unseen"));
+    let mut second = bench.driver(&["up", &bench.write(vec![well("a")]), "--json"]);
+    second.env("XDG_RUNTIME_DIR", bench.path("elsewhere"));
+    std::fs::create_dir(bench.path("elsewhere")).expect("a folder");
+    is_refused(second, up.identity());
+    stop(&bench, up);
+    bench.assert_nothing_left();
+}
+
+/// A full queue of connections at the abstract socket of a network.
+#[expect(dead_code, reason = "the sockets are open until it is dropped")]
+struct Stranger(Vec<OwnedFd>);
+
+impl Stranger {
+    fn at(network: &str) -> Self {
+        let socket = |flags| {
+            let socket = socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None);
+            socket.expect("a socket")
+        };
+        let address = SocketAddrUnix::new_abstract_name(&abstract_name(network));
+        let address = address.expect("an address");
+        let listener = socket(SocketFlags::CLOEXEC);
+        bind(&listener, &address).expect("a free name");
+        listen(&listener, 0).expect("to listen");
+        let mut all = vec![listener];
+        loop {
+            let caller = socket(SocketFlags::CLOEXEC | SocketFlags::NONBLOCK);
+            if connect(&caller, &address).is_err() {
+                return Self(all);
+            }
+            all.push(caller);
+        }
     }
 }
 

@@ -3,15 +3,16 @@
 //! Its clean-up writes a line to the file `RC_TEST_CLEANED`. A thread panics as soon as the file
 //! `RC_TEST_PANIC` exists. Its guard holds half of its services only when the file `RC_TEST_HOLD`
 //! exists, and has cleaned up only when the file `RC_TEST_CLEAN` exists. It creates
-//! the file `RC_TEST_LATE` again and again, which the clean-up removes.
+//! the file `RC_TEST_LATE` again and again, which the clean-up removes. It misses shared memory when
+//! the file `missing` is in the folder of the run directories, and removes that file.
 
 use rc_deploy::{Format, GuardCommand, HoldProgress, HoldTask, Options, Plan, Service, Verb};
 use rc_management::lifecycle::Transition;
 use std::fs::File;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
-use std::sync::mpsc::Receiver;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 fn cleanup() {
@@ -55,7 +56,21 @@ fn hold(_: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgress)) {
     }
     let permit = std::env::var_os("RC_TEST_HOLD").map(PathBuf::from);
     let clean = std::env::var_os("RC_TEST_CLEAN").map(PathBuf::from);
-    for (count, task) in tasks.iter().enumerate() {
+    let missing = std::env::var_os("XDG_RUNTIME_DIR").map(|run| Path::new(&run).join("missing"));
+    let mut count = 0;
+    loop {
+        let task = match tasks.recv_timeout(Duration::from_millis(20)) {
+            Ok(task) => task,
+            Err(RecvTimeoutError::Timeout) => {
+                let missing = missing.as_ref();
+                if missing.is_some_and(|file| std::fs::remove_file(file).is_ok()) {
+                    report(HoldProgress::Missing(vec!["/dev/shm/a".into()]));
+                }
+                continue;
+            }
+            Err(RecvTimeoutError::Disconnected) => return,
+        };
+        count += 1;
         if let HoldTask::CleanUp { deaths } = task {
             while clean.as_ref().is_some_and(|file| !file.exists()) {
                 std::thread::sleep(Duration::from_millis(20));
@@ -64,7 +79,7 @@ fn hold(_: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgress)) {
             report(HoldProgress::Cleaned(deaths));
             continue;
         }
-        while count >= 5 && permit.as_ref().is_some_and(|file| !file.exists()) {
+        while count > 5 && permit.as_ref().is_some_and(|file| !file.exists()) {
             std::thread::sleep(Duration::from_millis(5));
         }
         report(HoldProgress::Held);

@@ -157,9 +157,9 @@ impl Session {
         self.opener.wait_for_remote(state, found);
     }
 
-    /// Takes the reports about mismatched endpoints.
+    /// The reports about mismatched endpoints that are there.
     pub fn mismatches(&self) -> Vec<String> {
-        self.discovered.mismatches.take()
+        self.discovered.mismatches()
     }
 
     /// Waits until all samples have arrived, at most `limit`.

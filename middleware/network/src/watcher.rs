@@ -122,6 +122,15 @@ impl Discovered {
         }
     }
 
+    /// The reports about endpoints that do not match those of this component and are there.
+    pub(crate) fn mismatches(&self) -> Vec<String> {
+        let own = lock(&self.own);
+        let open: Vec<_> = own.iter().filter_map(|(own, _)| own.upgrade()).collect();
+        drop(own);
+        self.mismatches
+            .list(|topic| open.iter().any(|own| own.state().topic() == topic))
+    }
+
     /// Reports an endpoint that the library does not match because its type has another name.
     fn compare_type_names(
         &self,
@@ -141,7 +150,7 @@ impl Discovered {
             return;
         }
         let (theirs, who) = (clean(&end.type_name), crate::hex(&end.guid));
-        self.mismatches.error(format!(
+        self.mismatches.error(&end.guid, topic, format!(
             "`{topic}` is {type_name} here and {theirs} to the endpoint {who}; the two exchange nothing"
         ));
     }
@@ -309,13 +318,13 @@ impl Watcher {
         };
         let mut endpoints = lock(self.discovered.endpoints(kind));
         // What cannot be read now is read at the next announcement.
-        let _ = discovery.take(|end, guid| match end {
-            Some(end) => {
+        let _ = discovery.take(|end, guid| {
+            if let Some(end) = end {
                 self.compare(&end, kind);
                 endpoints.insert(guid, end);
-            }
-            None => {
+            } else {
                 endpoints.remove(&guid);
+                self.discovered.mismatches.forget(&guid);
             }
         });
     }
@@ -344,7 +353,8 @@ impl Watcher {
                 && own.state().should_report(&end.guid)
             {
                 let service = (self.discovered.service)(own.state().topic());
-                self.discovered.mismatches.second_server(service, rival);
+                let mismatches = &self.discovered.mismatches;
+                mismatches.second_server(&end.topic, &end.guid, service, rival);
             }
         }
     }
@@ -382,7 +392,8 @@ impl Watcher {
             && endpoint.state().should_report(&peer.guid)
         {
             let identity = &endpoint.state().identity;
-            self.discovered.mismatches.types_differ(identity, info);
+            let mismatches = &self.discovered.mismatches;
+            mismatches.types_differ(identity, &peer.guid, info);
         }
     }
 

@@ -28,6 +28,8 @@ pub enum SupervisorMessage<C> {
         files: Vec<File>,
         /// The shared-memory services that the guard keeps open, as JSON.
         services: String,
+        /// The pause between two readings of the memory of a component, in milliseconds.
+        memory_pause_ms: u64,
     },
     /// Start a process.
     Start {
@@ -146,6 +148,35 @@ pub enum AgentMessage {
         /// How many orphans of it the agent killed.
         left: usize,
     },
+    /// The resident memory of a component that is ready, in bytes.
+    Memory {
+        /// The component.
+        name: String,
+        /// Its memory.
+        bytes: u64,
+    },
+    /// A condition of the machine holds, from now on. The codes are those of events.
+    Trouble {
+        /// Which one.
+        #[serde(deserialize_with = "foreign::text")]
+        code: String,
+        /// What is so, for people.
+        #[serde(deserialize_with = "foreign::lines")]
+        text: String,
+    },
+    /// This condition has ended.
+    #[serde(rename = "over")]
+    TroubleOver {
+        /// Which one.
+        #[serde(deserialize_with = "foreign::text")]
+        code: String,
+        /// What is so now.
+        #[serde(deserialize_with = "foreign::lines")]
+        text: String,
+    },
+    /// These files of the shared memory were removed: all components of this machine have to end
+    /// before one starts.
+    MemoryLost(#[serde(deserialize_with = "foreign::lines")] String),
     /// A message of the agent, for people.
     Note(#[serde(deserialize_with = "foreign::lines")] String),
     /// The agent lives.

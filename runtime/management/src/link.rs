@@ -105,7 +105,7 @@ pub struct Heartbeat {
     #[serde(default)]
     #[serde(deserialize_with = "foreign::keys")]
     pub silent: BTreeMap<String, u64>,
-    /// Peers that were discovered since the last heartbeat and do not fit.
+    /// Peers that are there and do not fit.
     #[serde(default)]
     #[serde(deserialize_with = "foreign::texts")]
     pub mismatches: Vec<String>,

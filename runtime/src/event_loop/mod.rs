@@ -530,7 +530,7 @@ impl<'a> EventLoop<'a> {
         for (slot, peers) in status.slots.iter_mut().zip(counts) {
             slot.peers = peers;
         }
-        status.delta.mismatched(mismatches);
+        status.note_mismatches(&mismatches);
     }
 
     /// Counts the peers of each slot, and begins the deadline of topics that have a publisher.

@@ -1,7 +1,10 @@
-//! Reads and replaces users' files without blocking on pipes and without partial writes.
+//! Reads and replaces users' files without blocking on pipes and without partial writes, and
+//! knows when a disk is full.
 
+mod disk;
 mod output;
 
+pub use disk::{Disk, DiskChange};
 pub use output::write;
 use rustix::fs::{FlockOperation, Gid, OFlags, Uid, fchown, flock};
 use std::fs::{self, File, OpenOptions, Permissions};

@@ -1,10 +1,11 @@
 //! What a supervisor makes of the events of its machines.
 
-use super::net::{Net, on};
+use super::net::{Net, after, on};
 use super::{component, exit};
 use crate::remote::{AgentReady, HostEvent, SupervisorMessage};
 use crate::supervisor::supervise::StopReason;
 use rc_management::agent::AgentMessage;
+use rc_management::link::ComponentMessage;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -118,6 +119,133 @@ fn machines_are_left_at_the_end() {
     assert_eq!(net.hosts[0].outbox.take(), [SupervisorMessage::Farewell]);
     let mut net = Net::new(vec![on("g", component("a"))]);
     assert!(net.leave_hosts());
+}
+
+#[test]
+fn conditions_of_machines_hold_until_they_end() {
+    let mut net = Net::up(vec![on("g", component("a")), on("h", component("b"))]);
+    let full = |text: &str| AgentMessage::Trouble {
+        code: "disk-full".to_owned(),
+        text: text.to_owned(),
+    };
+    let free = || AgentMessage::TroubleOver {
+        code: "disk-full".to_owned(),
+        text: "free".to_owned(),
+    };
+    let held = |net: &Net| -> Vec<(String, String)> {
+        let troubles = net.troubles.list().into_iter();
+        troubles.map(|one| (one.code, one.message)).collect()
+    };
+    let holds = |host: &str, text: &str| {
+        let text = format!("host {host}: {text}");
+        ("disk-full".to_owned(), text)
+    };
+    net.take_agent_message(1, free());
+    assert_eq!(net.events(), [""; 0], "nothing has begun");
+    net.take_agent_message(0, full("one"));
+    net.take_agent_message(1, full("two"));
+    net.take_agent_message(1, full("three"));
+    let begun = ["!! - disk-full: host g: one", "!! - disk-full: host h: two"];
+    assert_eq!(net.events(), begun);
+    assert_eq!(held(&net), [holds("g", "one"), holds("h", "three")]);
+    net.take_agent_message(0, free());
+    assert_eq!(net.events(), ["- disk-free: host g: free"]);
+    assert_eq!(held(&net), [holds("h", "three")]);
+    // An agent of another kind chooses no codes.
+    let strange = AgentMessage::Trouble {
+        code: "dance".to_owned(),
+        text: "x".to_owned(),
+    };
+    net.take_agent_message(0, strange);
+    assert_eq!(net.events(), [""; 0]);
+    // Nobody knows what is so on a machine that is lost.
+    net.take_host_event(1, HostEvent::Lost("silence".to_owned()));
+    let lost = ("host-lost".to_owned(), "host h: silence".to_owned());
+    assert_eq!(held(&net), [lost]);
+}
+
+#[test]
+fn the_components_of_a_machine_restart_when_its_shared_memory_was_removed() {
+    let a = on("g", component("a"));
+    let mut net = Net::up(vec![a, after("a", component("b")), component("c")]);
+    assert_eq!(net.host_of, [Some(0), Some(1), Some(1)]);
+    net.take_agent_message(1, AgentMessage::MemoryLost("x".to_owned()));
+    net.note_renewed();
+    let events = net.events();
+    let text = "!! - memory-lost: host h: shared memory of the network was removed (x, …";
+    assert_eq!(events, [text]);
+    net.turn();
+    net.note_renewed();
+    // Only those of the machine.
+    assert_eq!(net.asked(), ["b", "c"]);
+    net.end(1, exit(0));
+    net.turn();
+    assert_eq!(net.alive(), ["a", "c"], "one starts when all have ended");
+    net.end(2, exit(0));
+    net.turn();
+    net.note_renewed();
+    assert_eq!(net.alive(), ["a", "b", "c"]);
+    assert_eq!(net.troubles.list().len(), 1);
+    net.say(1, &ComponentMessage::Ready);
+    net.turn();
+    net.note_renewed();
+    assert_eq!(net.troubles.list().len(), 1);
+    net.events();
+    net.say(2, &ComponentMessage::Ready);
+    net.turn();
+    net.note_renewed();
+    let text = "- memory-back: host h: all components have restarted with new shared memory";
+    assert_eq!(net.events().last().map(String::as_str), Some(text));
+    assert_eq!(net.troubles.list(), []);
+}
+
+#[test]
+fn the_memory_of_a_component_elsewhere_is_judged_here() {
+    let mut net = Net::up(vec![component("a")]);
+    let codes = |net: &mut Net, mib: &mut dyn Iterator<Item = u64>| -> Vec<String> {
+        for mib in mib {
+            let name = "a".to_owned();
+            let bytes = mib << 20;
+            net.take_agent_message(0, AgentMessage::Memory { name, bytes });
+        }
+        let events = net.events().into_iter();
+        let codes = events.map(|event| event.split(':').next().unwrap_or_default().to_owned());
+        codes.collect()
+    };
+    let grown = codes(&mut net, &mut (100..200));
+    assert_eq!(grown, ["! a memory-growth"]);
+    assert_eq!(net.units[0].status().troubles[0].code, "memory-growth");
+    let steady = codes(&mut net, &mut std::iter::repeat_n(200, 1000));
+    assert_eq!(steady, ["a memory-steady"]);
+    assert_eq!(net.units[0].status().troubles, []);
+}
+
+#[test]
+fn a_log_that_cannot_be_written_is_reported_until_it_can() {
+    let mut net = Net::up(vec![component("a")]);
+    let printed = || AgentMessage::Printed {
+        name: "a".to_owned(),
+        text: "hello\n".to_owned(),
+    };
+    let log = net.units[0].log.clone();
+    std::fs::remove_file(&log).expect("a log");
+    std::fs::create_dir(&log).expect("a folder");
+    net.take_agent_message(0, printed());
+    net.take_agent_message(0, printed());
+    let events = net.events();
+    assert_eq!(events.len(), 1, "{events:?}");
+    assert!(
+        events[0].starts_with("! - not-written: cannot write to "),
+        "{events:?}"
+    );
+    assert_eq!(net.troubles.list().len(), 1);
+    std::fs::remove_dir(&log).expect("a folder");
+    net.take_agent_message(0, printed());
+    assert_eq!(
+        net.events(),
+        [format!("- written: wrote to {}", log.display())]
+    );
+    assert_eq!(net.troubles.list(), []);
 }
 
 #[test]

@@ -192,6 +192,7 @@ fn of_agents(golden: &mut Golden) {
                 executable: true,
             }],
             services: text("[]"),
+            memory_pause_ms: 30_000,
         },
         SupervisorMessage::Start {
             component: Box::new(json!({"name": "lidar"})),
@@ -251,6 +252,19 @@ fn of_agents(golden: &mut Golden) {
             },
             left: 0,
         },
+        AgentMessage::Memory {
+            name: name(),
+            bytes: 5 << 20,
+        },
+        AgentMessage::Trouble {
+            code: text("disk-full"),
+            text: text("it is full"),
+        },
+        AgentMessage::TroubleOver {
+            code: text("disk-full"),
+            text: text("it has room"),
+        },
+        AgentMessage::MemoryLost(text("/dev/shm/a")),
         AgentMessage::Note(text("the clock jumped")),
         AgentMessage::Heartbeat,
         AgentMessage::Finished { left: 1 },

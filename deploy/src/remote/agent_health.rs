@@ -1,0 +1,134 @@
+//! What an agent tells about its machine: conditions when they begin and end, and the memory of
+//! components. The supervisor holds the conditions, and judges the memory.
+
+use super::agent::Agent;
+use crate::log::rotation;
+use crate::process::memory::{MemoryRounds, resident};
+use rc_deploy_client::error::advice;
+use rc_files::{Disk, DiskChange};
+use rc_management::agent::AgentMessage;
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+/// The longest pause between two readings of the memory.
+const LONGEST_PAUSE: Duration = Duration::from_hours(1);
+
+/// What was told of this machine.
+pub(super) struct Health {
+    /// The conditions that hold.
+    told: BTreeSet<&'static str>,
+    disk: Disk,
+    rounds: MemoryRounds,
+}
+
+impl Health {
+    /// Nothing was told yet. The memory is read after each `pause`.
+    pub(super) fn new(pause: Duration) -> Self {
+        Self {
+            told: BTreeSet::new(),
+            disk: Disk::with(rotation::LIMIT, rotation::LIMIT * 4),
+            rounds: MemoryRounds::new(pause.min(LONGEST_PAUSE)),
+        }
+    }
+
+    pub(super) fn deadline(&self) -> Instant {
+        self.rounds.deadline()
+    }
+}
+
+impl Agent {
+    /// Tells that a condition holds, when it begins.
+    pub(super) fn trouble(&mut self, code: &'static str, text: String) {
+        if self.health.told.insert(code) {
+            let code = code.to_owned();
+            self.send(&AgentMessage::Trouble { code, text });
+        }
+    }
+
+    /// Tells that a condition has ended, if there was one.
+    pub(super) fn no_trouble(&mut self, code: &'static str, text: &str) {
+        if self.health.told.remove(code) {
+            self.send(&AgentMessage::TroubleOver {
+                code: code.to_owned(),
+                text: text.to_owned(),
+            });
+        }
+    }
+
+    /// Looks at what may have changed in the last second.
+    pub(super) fn look_around(&mut self) {
+        self.restore_files();
+        let free = Disk::free(&self.logs);
+        match free.ok().and_then(|free| self.health.disk.look(free)) {
+            Some(DiskChange::Full { free }) => {
+                let text = format!(
+                    "the disk of {} is full: {} KiB are free; components whose output cannot be written decide themselves what that means",
+                    self.logs.display(),
+                    free >> 10
+                );
+                self.trouble("disk-full", text);
+            }
+            Some(DiskChange::Free { free }) => {
+                let text = format!(
+                    "the disk of {} has room again: {} MiB",
+                    self.logs.display(),
+                    free >> 20
+                );
+                self.no_trouble("disk-full", &text);
+            }
+            None => {}
+        }
+    }
+
+    /// Tells the memory of the components when that is due.
+    pub(super) fn measure(&mut self, now: Instant) {
+        if !self.health.rounds.is_due(now) {
+            return;
+        }
+        let running = self.running.iter();
+        let read = running.filter_map(|(name, running)| {
+            let bytes = resident(running.process.pid())?;
+            Some(AgentMessage::Memory {
+                name: name.clone(),
+                bytes,
+            })
+        });
+        for message in read.collect::<Vec<_>>() {
+            self.send(&message);
+        }
+    }
+
+    /// Makes the run directory again if it was removed.
+    fn restore_files(&mut self) {
+        match self.custody.restore() {
+            Ok(is_new) => {
+                self.no_trouble("directory-lost", "the run directory is there again");
+                if is_new {
+                    let note = "the run directory there was removed, and is made again";
+                    self.send(&AgentMessage::Note(note.to_owned()));
+                }
+            }
+            Err(error) => {
+                let text = format!(
+                    "the run directory there was removed, and cannot be made again: {error}"
+                );
+                self.trouble("directory-lost", text);
+            }
+        }
+    }
+
+    /// Writes the process registry. It is needed only if all of rcdeploy is killed.
+    pub(super) fn save(&mut self) {
+        match self.custody.save() {
+            Ok(false) => {}
+            Ok(true) => self.no_trouble("not-written", "wrote to the run directory"),
+            Err(error) => {
+                let text = format!(
+                    "cannot write to the run directory: {error}{}",
+                    advice(&error)
+                );
+                self.trouble("not-written", text);
+            }
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! A host whose shared memory was removed: its components end in order, as its supervisor asks, a
+//! new guard creates the services, and then they start.
+
+use super::agent::Agent;
+use rc_deploy_client::error::Error;
+use rc_deploy_network::plan::Component;
+use rc_management::agent::{AgentMessage, Exit};
+
+/// How far the renewal of the services is, and what waits for it.
+#[derive(Default)]
+pub(super) struct Renewal {
+    step: Step,
+    /// The components that start when their services are created.
+    waiting: Vec<Start>,
+}
+
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+enum Step {
+    #[default]
+    None,
+    /// The components end.
+    Ends,
+    /// A new guard creates the services.
+    Creates,
+}
+
+/// A component that its supervisor has started.
+pub(super) struct Start {
+    pub(super) component: Box<Component>,
+    pub(super) run: String,
+    pub(super) greeting: Option<String>,
+}
+
+impl Renewal {
+    /// Whether components end because of it: they leave nothing to clean up for.
+    pub(super) fn ends(&self) -> bool {
+        self.step == Step::Ends
+    }
+}
+
+impl Agent {
+    /// Lets nothing start, and tells the supervisor, if the guard misses files of its services.
+    pub(super) fn check_memory(&mut self) {
+        let missing = self.custody.take_missing();
+        if missing.is_empty() || self.renewal.step == Step::Ends {
+            return;
+        }
+        self.renewal.step = Step::Ends;
+        self.custody.hold_starts();
+        let files = missing.join(", ");
+        self.send(&AgentMessage::MemoryLost(files));
+    }
+
+    /// Starts a component, now or when its services are created anew.
+    pub(super) fn start(&mut self, start: Start) {
+        if self.renewal.step == Step::None {
+            self.start_now(&start);
+        } else {
+            self.renewal.waiting.push(start);
+        }
+    }
+
+    /// Forgets a component that waits for its start, if there is one.
+    pub(super) fn cancel(&mut self, name: &str) {
+        let waiting = &mut self.renewal.waiting;
+        let Some(at) = waiting.iter().position(|one| one.component.name == name) else {
+            return;
+        };
+        waiting.remove(at);
+        let exit = Exit {
+            success: true,
+            signal: None,
+            text: "stopped before it was started".to_owned(),
+        };
+        let name = name.to_owned();
+        self.send(&AgentMessage::Ended {
+            name,
+            exit,
+            left: 0,
+        });
+    }
+
+    /// Creates the services anew once no component runs, and starts those that wait for them.
+    pub(super) fn renew(&mut self, cleanup: &dyn Fn()) -> Result<(), Error> {
+        if self.renewal.step == Step::Ends && self.running.is_empty() {
+            self.custody.begin_anew(cleanup)?;
+            self.renewal.step = Step::Creates;
+            self.no_trouble("guard-lost", "a new guard runs");
+        }
+        if self.renewal.step == Step::Creates {
+            let waiting = std::mem::take(&mut self.renewal.waiting);
+            for start in waiting {
+                if self.custody.lets_start(&start.component.name) {
+                    self.start_now(&start);
+                } else {
+                    self.renewal.waiting.push(start);
+                }
+            }
+            if self.renewal.waiting.is_empty() && self.custody.holds_all() {
+                self.renewal.step = Step::None;
+            }
+        }
+        Ok(())
+    }
+}
