@@ -108,7 +108,6 @@ fn run(command: Command) -> Result<u8, Failure> {
                 view: screen
                     .then_some(|network, covers| Box::new(SideView::start(network, covers))),
                 supervisor,
-                adopts: true,
                 guard: None,
                 log_limit: Some(log_limit << 20),
                 memory_pause: None,

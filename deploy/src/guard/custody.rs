@@ -17,8 +17,6 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// The name of adopted processes in the registry; no component has it.
-const ADOPTED: &str = "(adopted)";
 /// How many guards may fail in a row.
 const GUARD_STARTS: u32 = 5;
 /// A guard that lived this long does not count as a failure.
@@ -261,25 +259,6 @@ impl Custody {
             if let Some(guard) = &mut self.guard {
                 guard.clean_up(self.deaths);
             }
-        }
-    }
-
-    /// Registers a process that this one has adopted: it has no component any more.
-    pub(crate) fn adopted(&mut self, process: Identity) {
-        self.started(RegisteredProcess {
-            name: ADOPTED.to_owned(),
-            process,
-            stop_ms: 0,
-        });
-    }
-
-    /// Removes an adopted process that has ended.
-    pub(crate) fn adopted_ended(&mut self, process: Identity) {
-        let components = &mut self.registry.components;
-        components.retain(|one| one.name != ADOPTED || one.process != process);
-        self.unwritten = true;
-        if let Some(guard) = &mut self.guard {
-            guard.ended(process.pid);
         }
     }
 

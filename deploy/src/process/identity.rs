@@ -1,5 +1,6 @@
 //! Processes of the kernel: identity, life, signals, and the mark of a network.
 
+use crate::process::tag::Tag;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process_group, pidfd_open, pidfd_send_signal};
 use rustix::time::{ClockId, clock_gettime};
@@ -121,7 +122,8 @@ pub(crate) fn first_readable<'d>(
 /// Marks the processes of one run of a network: the network, the pid of its supervisor, and when
 /// that started.
 ///
-/// A process that leaves the process group of its component keeps the mark in its environment.
+/// A process that leaves the process group of its component keeps the mark in its environment, and
+/// one that removes its environment keeps its [`Tag`].
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Mark(String);
 
@@ -166,13 +168,7 @@ impl Mark {
         if *self == Self::none() {
             return killed;
         }
-        let wanted = ProcessMarks {
-            mark: format!("{MARK}={}", self.0),
-            runs: runs.map(|runs| {
-                let entry = |(at, run): (usize, &String)| (format!("{COMPONENT}={run}"), at);
-                runs.iter().enumerate().map(entry).collect()
-            }),
-        };
+        let wanted = ProcessMarks::new(self, runs);
         let mut patience = EXEC_LIMIT;
         // A process may have forked during the search.
         for _ in 0..5 {
@@ -187,8 +183,10 @@ impl Mark {
                 break;
             }
             for (process, run) in &found {
-                killed.push(*run);
-                signal(process, Signal::KILL);
+                // A process of another user stays.
+                if pidfd_send_signal(process, Signal::KILL).is_ok() {
+                    killed.push(*run);
+                }
             }
             let deadline = Instant::now() + Duration::from_millis(500);
             for (process, _) in &found {
@@ -200,25 +198,52 @@ impl Mark {
     }
 }
 
-/// The entries of the environment by which processes are found.
+/// By what processes are found.
 struct ProcessMarks {
-    mark: String,
-    /// The entry of each run, and its index; `None`: any.
-    runs: Option<HashMap<String, usize>>,
+    /// The entry of the environment.
+    entry: String,
+    mark: Mark,
+    /// The runs that are wanted; `None`: any.
+    runs: Option<Runs>,
+}
+
+/// The index of each run, by its entry of the environment and by its tag.
+struct Runs {
+    entries: HashMap<String, usize>,
+    tags: HashMap<Tag, usize>,
 }
 
 impl ProcessMarks {
-    /// The index of the run to which a process with this environment belongs.
-    fn run_of(&self, environment: &[u8]) -> Option<usize> {
-        let mut entries = environment.split(|&byte| byte == 0);
-        if !entries.any(|entry| entry == self.mark.as_bytes()) {
-            return None;
-        }
-        let Some(runs) = &self.runs else {
-            return Some(0);
+    fn new(mark: &Mark, runs: Option<&[String]>) -> Self {
+        let index = |runs: &[String]| {
+            let entry = |(at, run): (usize, &String)| (format!("{COMPONENT}={run}"), at);
+            let tag = |(at, run): (usize, &String)| Some((Tag::of(mark, run)?, at));
+            Runs {
+                entries: runs.iter().enumerate().map(entry).collect(),
+                tags: runs.iter().enumerate().filter_map(tag).collect(),
+            }
         };
-        let mut entries = environment.split(|&byte| byte == 0);
-        entries.find_map(|entry| runs.get(std::str::from_utf8(entry).ok()?).copied())
+        Self {
+            entry: format!("{MARK}={}", mark.0),
+            mark: mark.clone(),
+            runs: runs.map(index),
+        }
+    }
+
+    /// The index of the run to which a process with this environment and this tag belongs. The tag
+    /// decides where the environment does not name a run.
+    fn run_of(&self, environment: &[u8], tag: Option<Tag>) -> Option<usize> {
+        let entries = || environment.split(|&byte| byte == 0);
+        let is_marked = entries().any(|entry| entry == self.entry.as_bytes());
+        let Some(runs) = &self.runs else {
+            let is_tagged = tag.is_some_and(|tag| tag.is_of(&self.mark));
+            return (is_marked || is_tagged).then_some(0);
+        };
+        let start = format!("{COMPONENT}=");
+        match entries().find(|entry| entry.starts_with(start.as_bytes())) {
+            Some(run) if is_marked => runs.entries.get(std::str::from_utf8(run).ok()?).copied(),
+            _ => runs.tags.get(&tag?).copied(),
+        }
     }
 }
 
@@ -255,8 +280,12 @@ fn bearers(wanted: &ProcessMarks) -> Option<Vec<(OwnedFd, usize)>> {
                 None => {}
             }
         }
-        let Some(environment) = seen else { continue };
-        match wanted.run_of(&environment) {
+        let tag = Tag::of_process(pid);
+        // It has ended, or belongs to another user.
+        if seen.is_none() && tag.is_none() {
+            continue;
+        }
+        match wanted.run_of(&seen.unwrap_or_default(), tag) {
             None => unsettled |= is_copy && is_before_exec(pid),
             Some(run) if Identity::of(pid).is_some() => found.push((descriptor, run)),
             Some(_) => {}
@@ -372,6 +401,46 @@ mod tests {
         assert_eq!(knows_environment(&stat(0x20_8040, 0)), None);
         let ended = stat(0x40_0000, 0).replace(") S", ") Z");
         assert_eq!(knows_environment(&ended), None);
+    }
+
+    #[test]
+    fn the_environment_decides_before_the_tag() {
+        let mark = Mark::new("marks-test", Identity::own().expect("this process runs"));
+        let other = Mark::new("others", Identity::own().expect("this process runs"));
+        let runs = ["a/1".to_owned(), "b/1".to_owned()];
+        let (all, some) = (
+            ProcessMarks::new(&mark, None),
+            ProcessMarks::new(&mark, Some(&runs)),
+        );
+        let marked = |run: &str| format!("X=1\0{MARK}={}\0{COMPONENT}={run}\0", mark.value());
+        let tag = |run: &str| Tag::of(&mark, run);
+        for (environment, tag, whole, part) in [
+            (marked("b/1"), None, Some(0), Some(1)),
+            (marked("b/1"), tag("a/1"), Some(0), Some(1)),
+            (marked("c/1"), tag("a/1"), Some(0), None),
+            (String::new(), tag("b/1"), Some(0), Some(1)),
+            (String::new(), tag("c/1"), Some(0), None),
+            (
+                format!("{MARK}={}\0", mark.value()),
+                tag("b/1"),
+                Some(0),
+                Some(1),
+            ),
+            (format!("{COMPONENT}=b/1\0"), None, None, None),
+            (String::new(), Tag::of(&other, "b/1"), None, None),
+            (String::new(), None, None, None),
+        ] {
+            assert_eq!(
+                all.run_of(environment.as_bytes(), tag),
+                whole,
+                "{environment}"
+            );
+            assert_eq!(
+                some.run_of(environment.as_bytes(), tag),
+                part,
+                "{environment}"
+            );
+        }
     }
 
     #[test]

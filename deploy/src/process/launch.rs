@@ -4,6 +4,7 @@ use crate::guard::process_registry::RegisteredProcess;
 use crate::process::descriptors;
 use crate::process::identity::{self, COMPONENT, Identity, MARK, Mark, kill_group};
 use crate::process::realtime;
+use crate::process::tag::Tag;
 use rc_deploy_client::error::with_owner;
 use rc_deploy_client::logs;
 use rc_deploy_network::plan::Component;
@@ -98,7 +99,11 @@ impl LocalProcess {
         if component.exact {
             command.arg("--record").arg(exact_recording(log));
         }
-        let mut child = realtime::spawn(&mut command, &component.cpu, component.priority)?;
+        let mut spawn = || realtime::spawn(&mut command, &component.cpu, component.priority);
+        let mut child = match Tag::of(mark, run) {
+            Some(tag) => tag.give(spawn),
+            None => spawn(),
+        }?;
         // The command holds the component's end of the link.
         drop(command);
         let pid = Pid::from_child(&child);

@@ -1,6 +1,5 @@
 //! The processes of this machine: identity, start, signals, end.
 
-pub(crate) mod adopted;
 pub(crate) mod descriptors;
 pub mod identity;
 pub(crate) mod launch;
@@ -10,5 +9,6 @@ pub(crate) mod orphans;
 pub(crate) mod own_program;
 pub(crate) mod realtime;
 pub(crate) mod signals;
+pub(crate) mod tag;
 
 pub use identity::Identity;

@@ -1,7 +1,7 @@
 //! Kills the orphans of components before they restart.
 //!
 //! A separate thread searches, because it reads the environment of all processes: one that hangs in
-//! the kernel may block the reader. One search serves all components that ended before it began.
+//! the kernel may block the reader. docs/decisions/orphans.md says how orphans are found. One search serves all components that ended before it began.
 
 use crate::process::identity::Mark;
 use std::thread::JoinHandle;

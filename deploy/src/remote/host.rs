@@ -251,14 +251,6 @@ impl Host {
         ssh::destination(&self.plan)
     }
 
-    /// The process of ssh.
-    pub(crate) fn pid(&self) -> Option<i32> {
-        match &self.link {
-            Link::SettingUp(ssh, _) | Link::There(ssh, _) => i32::try_from(ssh.child.id()).ok(),
-            Link::None(_) | Link::Over => None,
-        }
-    }
-
     /// Whether it is connected.
     pub(crate) fn is_there(&self) -> bool {
         matches!(self.link, Link::There(..)) && self.leaves.is_none()

@@ -1,13 +1,9 @@
 //! What follows when a component ends, or does not start: events, its restart policy, and the end
 //! of the network.
 
-use crate::remote::Host;
-use crate::supervisor::flight_recorder::FlightRecorder;
 use crate::supervisor::restart::Next;
 use crate::supervisor::supervise::{StopReason, Supervisor};
-use crate::supervisor::unit::Unit;
 use rc_management::event::{Event, Severity};
-use std::collections::BTreeSet;
 use std::time::Duration;
 
 impl Supervisor<'_> {
@@ -91,30 +87,6 @@ impl Supervisor<'_> {
             Next::Nothing
         };
         self.follow_up(i, next, failed && (goes_on || !asked));
-    }
-
-    /// The processes that this one has started.
-    pub(super) fn own_children(&self) -> BTreeSet<i32> {
-        let units = self.units.iter().filter_map(Unit::local_pid);
-        let hosts = self.hosts.iter().filter_map(Host::pid);
-        let recorder = self.recorder.as_ref().and_then(FlightRecorder::pid);
-        let others = self.custody.guard().into_iter().chain(recorder);
-        units.chain(hosts).chain(others).collect()
-    }
-
-    /// Tells the guard of adopted processes, so that it kills them if this process is killed.
-    pub(super) fn note_adopted(&mut self) {
-        let own = self.own_children();
-        let Some(adopted) = &mut self.adopted else {
-            return;
-        };
-        let (new, ended) = adopted.look(&own);
-        for process in new {
-            self.custody.adopted(process);
-        }
-        for process in ended {
-            self.custody.adopted_ended(process);
-        }
     }
 
     /// Reports how many orphaned processes of a component were killed.

@@ -166,11 +166,6 @@ impl FlightRecorder {
         }
     }
 
-    /// Its process, if it runs.
-    pub(super) fn pid(&self) -> Option<i32> {
-        i32::try_from(self.child.as_ref()?.id()).ok()
-    }
-
     /// The bytes of the files that it has written.
     fn written(&self) -> u64 {
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten();

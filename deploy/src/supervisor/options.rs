@@ -25,9 +25,6 @@ pub struct Options {
     /// This is the background process of [`detach`](fn@crate::supervisor::detach::detach): it
     /// leaves the session of the terminal, and reports on standard output when the network is up.
     pub supervisor: bool,
-    /// This process has no other children than those of the supervisor: it adopts the orphans of
-    /// components, and kills them at the end.
-    pub adopts: bool,
     /// The limit of a log in bytes before rotation. Default: 16 MiB.
     pub log_limit: Option<u64>,
     /// How often the memory of components is read. Default: twice a minute.

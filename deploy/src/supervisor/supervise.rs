@@ -7,7 +7,6 @@ use crate::guard::lock::Lock;
 use crate::log::relay::Relay;
 use crate::log::reporter::Reporter;
 use crate::log::rotation::{self, Rotation};
-use crate::process::adopted::AdoptedProcesses;
 use crate::process::memory::MemoryRounds;
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
@@ -92,7 +91,6 @@ pub(crate) struct Supervisor<'p> {
     pub(super) launcher: Option<Launcher>,
     pub(super) is_up: bool,
     pub(super) sweeps: OrphanSweeps,
-    pub(super) adopted: Option<AdoptedProcesses>,
     pub(super) recorder: Option<FlightRecorder>,
     /// Units that failed after they were ready.
     pub(super) failed: Vec<String>,
@@ -157,7 +155,6 @@ impl<'p> Supervisor<'p> {
         let socket = custody.directory().socket(supervisor::SOCKET);
         let control =
             Control::listen(&socket, by_name).context(format!("listen at {}", socket.display()))?;
-        let adopted = options.adopts.then(AdoptedProcesses::begin).flatten();
         custody.start_guard()?;
         Ok(Self {
             plan,
@@ -182,7 +179,6 @@ impl<'p> Supervisor<'p> {
             launcher: None,
             is_up: false,
             sweeps: OrphanSweeps::default(),
-            adopted,
             recorder: plan
                 .ring
                 .map(|ring| FlightRecorder::new(&plan.network, ring, &log_directory)),
@@ -434,7 +430,6 @@ impl<'p> Supervisor<'p> {
             self.restore_files();
             self.restore_logs();
             self.look_for_name();
-            self.note_adopted();
         }
         let disk = self.rotation.check(now, self.report);
         self.disk_changed(disk);
@@ -504,11 +499,7 @@ impl<'p> Supervisor<'p> {
         if let Some(relay) = &mut self.relay {
             relay.finish(self.report);
         }
-        let own = self.own_children();
-        let adopted = self.adopted.as_mut();
-        let adopted = adopted.map_or(0, |adopted| adopted.kill(&own));
         let (left, removed, lock) = self.custody.finish(cleanup);
-        let left = left + adopted;
         let event = |severity, code, text| self.report.event(Event::network(severity, code, text));
         if left > 0 {
             let text = format!("killed {left} orphaned processes of components");

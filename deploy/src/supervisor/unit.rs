@@ -254,14 +254,6 @@ impl Unit {
         }
     }
 
-    /// The process on this machine, while it runs.
-    pub(crate) fn local_pid(&self) -> Option<i32> {
-        match self.handle()? {
-            ProcessHandle::Local(process) => Some(process.pid()),
-            ProcessHandle::Remote(_) => None,
-        }
-    }
-
     /// Becomes readable when the process ends.
     pub(crate) fn process(&self) -> Option<&OwnedFd> {
         self.handle().and_then(ProcessHandle::descriptor)

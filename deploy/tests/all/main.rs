@@ -13,6 +13,7 @@ mod killed;
 mod lifecycle;
 mod logs;
 mod network;
+mod orphans;
 mod printing;
 mod pty;
 mod realtime;

@@ -2,6 +2,7 @@
 //! runs its command on this machine, with the folders of the other host.
 
 use crate::bench::{Bench, Up, await_end, codes, component, kill, well};
+use crate::orphans::{forsaken, forsaking};
 use rc_deploy::process::Identity;
 use rc_deploy::{Component, ComponentState, ComponentStatus, Host, Policy, Restart};
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
@@ -188,6 +189,24 @@ fn remote_children_are_killed_before_their_component_restarts() {
     away.assert_nothing_left();
 }
 
+#[test]
+fn a_forsaken_process_of_another_host_ends_with_its_component() {
+    let away = Away::new();
+    let bench = &away.bench;
+    let mut up = away.start(vec![on_robot(forsaking("far"))]);
+    up.await_event("up", None);
+    let child = forsaken(bench, "far");
+    kill(bench.processes("far start")[0]);
+    let told = up.await_event("left-over", Some("far"));
+    assert_eq!(told, "killed 1 orphaned processes");
+    up.await_event("ready", Some("far"));
+    assert!(!child.is_alive());
+    up.signal(Signal::TERM);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    away.assert_nothing_left();
+}
+
 /// Components of a lost host restart as their policies say. All others continue.
 #[test]
 fn a_lost_host_is_reconnected() {
@@ -296,7 +315,14 @@ fn a_host_heals_whose_shared_memory_was_removed() {
     let counts = ["far", "farther", "near"].map(starts);
     assert_eq!(counts, [2, 2, 1], "{journal:?}");
     let last = |entry: &str| journal.iter().rposition(|one| one == entry);
-    let order = ["farther end", "far end", "far start", "far ready", "farther start"].map(last);
+    let order = [
+        "farther end",
+        "far end",
+        "far start",
+        "far ready",
+        "farther start",
+    ]
+    .map(last);
     assert!(order.is_sorted(), "{journal:?}");
     up.signal(Signal::INT);
     let (code, events) = up.end();

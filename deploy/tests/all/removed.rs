@@ -1,6 +1,6 @@
 //! Networks whose files are removed while they run, or that are looked for in another environment.
 
-use crate::bench::{Bench, Up, await_end, codes, component, text, well};
+use crate::bench::{Bench, Up, await_end, text, well};
 use crate::pty::{SETSID, Terminal};
 use rc_deploy::process::Identity;
 use rc_management::supervisor::abstract_name;
@@ -98,9 +98,10 @@ fn until(what: &str, mut is_so: impl FnMut() -> bool) {
 fn a_network_takes_its_abstract_socket_when_it_is_free() {
     let bench = Bench::new();
     let stranger = Stranger::at(&bench.network);
-    let mut up = bench.start_well();
+    let mut up = bench.start(vec![well("a")]);
     let told = up.await_event("unseen", None);
     assert!(told.contains("abstract socket"), "{told}");
+    up.await_event("up", None);
     let held = |code: &str| {
         let troubles = bench.status().troubles;
         troubles.iter().any(|trouble| trouble.code == code)
@@ -189,45 +190,6 @@ fn stop(bench: &Bench, up: Up) {
     let down = bench.command("down", &[]);
     assert!(down.status.success(), "{down:?}");
     assert_eq!(up.end().0, Some(0));
-}
-
-/// The process that a component has left in a session of its own, without an environment.
-fn forsaken(bench: &Bench) -> Identity {
-    let children = bench.processes("a child");
-    assert_eq!(children.len(), 1);
-    children[0]
-}
-
-#[test]
-fn a_child_without_a_mark_ends_with_its_network() {
-    let bench = Bench::new();
-    let components = vec![component("a", "forsaken", &[])];
-    let mut up = bench.start_with(components, &["--adopts"]);
-    up.await_event("up", None);
-    let child = forsaken(&bench);
-    let down = bench.command("down", &[]);
-    assert!(down.status.success(), "{down:?}");
-    let (code, events) = up.end();
-    assert_eq!(code, Some(0), "{events:#?}");
-    assert!(!child.is_alive(), "{events:#?}");
-    assert!(codes(&events, "a").iter().all(|code| code != "killed"));
-    bench.assert_nothing_left();
-}
-
-#[test]
-fn a_child_without_a_mark_ends_with_its_killed_supervisor() {
-    let bench = Bench::new();
-    let components = vec![component("a", "forsaken", &[])];
-    let mut up = bench.start_with(components, &["--adopts"]);
-    up.await_event("up", None);
-    let child = forsaken(&bench);
-    let registry = bench.run_directory().join("components.json");
-    until("the child is registered", || {
-        let text = std::fs::read_to_string(&registry).unwrap_or_default();
-        text.contains(&format!("\"pid\":{}", child.pid))
-    });
-    up.kill();
-    await_end(&[child]);
 }
 
 /// Ctrl-Z does not stop a supervisor, and a hang-up does not end one that `nohup` has started.

@@ -128,7 +128,6 @@ fn up(arguments: &[String]) -> ExitCode {
             Box::new(rc_deploy_terminal::SideView::start(network, covers))
         }),
         supervisor: has("--supervisor"),
-        adopts: has("--adopts"),
         log_limit: has("--small-logs").then_some(256 * 1024),
         memory_pause: has("--hasty").then_some(Duration::from_millis(20)),
         guard: if has("--no-guard") {
