@@ -33,6 +33,8 @@ pub(crate) struct Arguments {
     pub(crate) active: bool,
     /// The file of an exact recording.
     pub(crate) record: Option<PathBuf>,
+    /// The bytes of its disk that stay free; `None`: the usual part.
+    pub(crate) keep_free: Option<u64>,
     /// The members of slot arrays, as the network lists them.
     pub(crate) members: Listed,
     /// What slots convert.

@@ -55,6 +55,7 @@ pub(crate) fn parse(
         followers: Vec::new(),
         active: false,
         record: None,
+        keep_free: None,
         members: Listed::new(),
         conversions: BTreeMap::new(),
     };
@@ -94,6 +95,7 @@ pub(crate) fn parse(
                 .into());
             }
             Long("record") => out.record = Some(parser.value()?.into()),
+            Long("keep-free") => out.keep_free = Some(mebibytes(&parser.value()?.string()?)?),
             Long("replay") => replay = true,
             Long("check") => check = true,
             Long("probe") => probe = true,
@@ -105,6 +107,9 @@ pub(crate) fn parse(
     }
     if let Some(ros) = ros {
         ros_arguments::read(description, ros, &mut out)?;
+    }
+    if out.keep_free.is_some() && out.record.is_none() {
+        return Err("--keep-free goes with --record".into());
     }
     if wait.is_some() && !probe {
         return Err("--wait goes with --probe".into());
@@ -118,6 +123,14 @@ pub(crate) fn parse(
     } else {
         Task::Run(out)
     })
+}
+
+/// Parses a number of MiB, in bytes.
+fn mebibytes(text: &str) -> Result<u64, lexopt::Error> {
+    let mib: Option<u64> = text.parse().ok();
+    let bytes = mib.and_then(|mib| mib.checked_mul(1 << 20));
+    let wrong = || format!("--keep-free takes a whole number of MiB, not `{text}`");
+    Ok(bytes.ok_or_else(wrong)?)
 }
 
 fn seconds(text: &str) -> Result<Duration, lexopt::Error> {
@@ -293,6 +306,8 @@ fn help(description: &Description) -> String {
          --followers NAMES     with --clock source: the components that a tick waits for, in their order, with commas\n  \
          --log LEVEL           error, warn, info, debug or trace (default: info)\n  \
          --record FILE         write an exact recording of this run (MCAP), which `rcdeploy replay` repeats\n  \
+         --keep-free MIB       with --record: how much of the disk stays free; the recording ends before (default: a twentieth\n                        \
+         of the disk, at most 2048)\n  \
          --replay              repeat the exact recording that `rcdeploy replay` writes to standard input\n  \
          --check               check the configuration and exit\n  \
          --probe               ask the running component of this --network and --name: exit code 0 if it is ready,\n                        \

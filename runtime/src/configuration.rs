@@ -304,6 +304,7 @@ mod tests {
             followers: Vec::new(),
             active: false,
             record: None,
+            keep_free: None,
             members: BTreeMap::default(),
         };
         load(&READER, &arguments).expect("a configuration").values()

@@ -29,6 +29,7 @@ use crate::status::{NetworkTime, Shared};
 use crate::testing::defaults::DefaultReply;
 use crate::time::protocol::turn_of;
 use crate::time::{ClockChoice, ends};
+use rc_files::Disk;
 use rc_management::component::ClockKind;
 use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
@@ -410,7 +411,10 @@ fn record(
         return Err(StartError::Usage(message.to_owned()));
     }
     let what = format!("the recording {}", path.display());
-    let recorder = File::create(path).and_then(|file| Recorder::begin(file, began, shared.clone()));
+    let floor = arguments.keep_free;
+    let disk = Disk::new(floor.unwrap_or_else(|| Disk::usual_floor(path)));
+    let recorder = File::create(path);
+    let recorder = recorder.and_then(|file| Recorder::begin(file, disk, began, shared.clone()));
     let recorder = recorder.map_err(|e| StartError::cannot_create(&what, &e))?;
     Ok(Exact::Record(Rc::new(recorder)))
 }

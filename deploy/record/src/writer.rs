@@ -13,9 +13,10 @@ use crate::qos;
 use crate::reader::files::{NUMBER, PART, RECORDING, REPEATED, REPEATED_FILES};
 use crate::schema::Schema;
 use part::Part;
+use rc_files::Disk;
 use rc_mcap::read::LONGEST;
 use rc_mcap::{Stamp, system_time};
-use rustix::fs::{fstat, fstatvfs, statvfs};
+use rustix::fs::fstat;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -43,21 +44,11 @@ pub struct Limits {
     pub keep_free: u64,
 }
 
-/// The most bytes that stay free by themselves.
-const USUAL_FLOOR: u64 = 2 << 30;
-
 impl Limits {
     /// The bytes of the disk of a new file that stay free, unless others are named: a twentieth of
     /// the disk, at most 2 GiB.
     pub fn usual_floor(path: &Path) -> u64 {
-        let folder = path
-            .parent()
-            .filter(|folder| !folder.as_os_str().is_empty());
-        let disk = statvfs(folder.unwrap_or(Path::new(".")));
-        // What cannot be asked is not full.
-        disk.map_or(0, |disk| {
-            (disk.f_blocks.saturating_mul(disk.f_frsize) / 20).min(USUAL_FLOOR)
-        })
+        Disk::usual_floor(path)
     }
 
     fn splits(self) -> bool {
@@ -253,13 +244,8 @@ impl Writer {
     /// part can make room.
     fn look_at_disk(&mut self) -> Result<(), RecordError> {
         self.check_file()?;
-        let free = |part: &Part| {
-            let found = fstatvfs(&part.file);
-            // What cannot be asked is not full.
-            found.map_or(u64::MAX, |disk| disk.f_bavail.saturating_mul(disk.f_frsize))
-        };
         while let Some(part) = &self.part
-            && free(part) < self.limits.keep_free
+            && Disk::free_of(&part.file) < self.limits.keep_free
         {
             if self.oldest == self.number {
                 let kib = self.limits.keep_free >> 10;

@@ -380,6 +380,9 @@ impl Agent {
                 .map_err(|e| cannot(&format!("make {}", component.directory.display()), e))?;
         }
         let log = self.printed[&component.name].path();
+        if component.exact {
+            self.health.records_beside(log);
+        }
         LocalProcess::start(component, run, greeting, log, self.custody.mark())
     }
 

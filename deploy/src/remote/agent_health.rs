@@ -8,6 +8,7 @@ use rc_deploy_client::error::advice;
 use rc_files::{Disk, DiskChange};
 use rc_management::agent::AgentMessage;
 use std::collections::BTreeSet;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// The longest pause between two readings of the memory.
@@ -18,6 +19,8 @@ pub(super) struct Health {
     /// The conditions that hold.
     told: BTreeSet<&'static str>,
     disk: Disk,
+    /// The same disk for exact recordings, if there are some.
+    recordings: Option<Disk>,
     rounds: MemoryRounds,
 }
 
@@ -27,8 +30,15 @@ impl Health {
         Self {
             told: BTreeSet::new(),
             disk: Disk::with(rotation::LIMIT, rotation::LIMIT * 4),
+            recordings: None,
             rounds: MemoryRounds::new(pause.min(LONGEST_PAUSE)),
         }
+    }
+
+    /// Notes that exact recordings lie beside this log.
+    pub(super) fn records_beside(&mut self, log: &Path) {
+        let disk = || Disk::new(Disk::usual_floor(log));
+        self.recordings.get_or_insert_with(disk);
     }
 
     pub(super) fn deadline(&self) -> Instant {
@@ -58,8 +68,11 @@ impl Agent {
     /// Looks at what may have changed in the last second.
     pub(super) fn look_around(&mut self) {
         self.restore_files();
-        let free = Disk::free(&self.logs);
-        match free.ok().and_then(|free| self.health.disk.look(free)) {
+        let Ok(free) = Disk::free(&self.logs) else {
+            return;
+        };
+        self.look_at_recordings(free);
+        match self.health.disk.look(free) {
             Some(DiskChange::Full { free }) => {
                 let text = format!(
                     "the disk of {} is full: {} KiB are free; components whose output cannot be written decide themselves what that means",
@@ -75,6 +88,29 @@ impl Agent {
                     free >> 20
                 );
                 self.no_trouble("disk-full", &text);
+            }
+            None => {}
+        }
+    }
+
+    /// Tells when exact recordings end because of their disk.
+    fn look_at_recordings(&mut self, free: u64) {
+        let disk = self.health.recordings.as_mut();
+        let change = disk.and_then(|disk| Some((disk.look(free)?, disk.floor() >> 20)));
+        let shown = self.logs.display();
+        match change {
+            Some((DiskChange::Full { .. }, kept)) => {
+                let text = format!(
+                    "the disk of {shown} has less than {kept} MiB free, which recordings keep free: exact recordings end"
+                );
+                self.trouble("recordings-stopped", text);
+            }
+            Some((DiskChange::Free { free }, _)) => {
+                let text = format!(
+                    "the disk of {shown} has room for recordings again: {} MiB; an exact one begins with the next start of its component",
+                    free >> 20
+                );
+                self.no_trouble("recordings-stopped", &text);
             }
             None => {}
         }

@@ -13,11 +13,12 @@ use std::path::Path;
 use std::time::Instant;
 
 /// The conditions that agents tell: their codes, those of their ends, and how severe they are.
-const CONDITIONS: [(&str, &str, Severity); 4] = [
+const CONDITIONS: [(&str, &str, Severity); 5] = [
     ("directory-lost", "directory-back", Severity::Error),
     ("disk-full", "disk-free", Severity::Error),
     ("guard-lost", "guard-back", Severity::Error),
     ("not-written", "written", Severity::Warning),
+    ("recordings-stopped", "recordings-free", Severity::Warning),
 ];
 
 impl Supervisor<'_> {

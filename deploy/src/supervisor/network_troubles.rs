@@ -7,7 +7,7 @@
 use crate::guard::lock;
 use crate::supervisor::supervise::Supervisor;
 use rc_deploy_client::error::advice;
-use rc_files::DiskChange;
+use rc_files::{Disk, DiskChange};
 use rc_management::event::{Event, Severity};
 use rc_management::supervisor::Trouble;
 use std::collections::BTreeMap;
@@ -114,6 +114,32 @@ impl Supervisor<'_> {
             Some(DiskChange::Free { free }) => {
                 let text = format!("the disk of {directory} has room again: {} MiB", free >> 20);
                 self.no_trouble("disk-full", "disk-free", &text);
+            }
+            None => {}
+        }
+    }
+
+    /// Looks whether the recordings beside the logs end because their disk becomes full.
+    pub(super) fn look_at_recordings(&mut self) {
+        let directory = self.rotation.directory();
+        let Some((disk, free)) = self.recordings.as_mut().zip(Disk::free(directory).ok()) else {
+            return;
+        };
+        let shown = directory.display();
+        match disk.look(free) {
+            Some(DiskChange::Full { .. }) => {
+                let text = format!(
+                    "the disk of {shown} has less than {} MiB free, which recordings keep free: exact recordings end, and the ring is not written",
+                    disk.floor() >> 20
+                );
+                self.trouble(Severity::Warning, "recordings-stopped", &text);
+            }
+            Some(DiskChange::Free { free }) => {
+                let text = format!(
+                    "the disk of {shown} has room for recordings again: {} MiB; an exact one begins with the next start of its component",
+                    free >> 20
+                );
+                self.no_trouble("recordings-stopped", "recordings-free", &text);
             }
             None => {}
         }

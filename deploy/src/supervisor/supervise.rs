@@ -24,6 +24,7 @@ use rc_deploy_client::digest;
 use rc_deploy_client::error::{Error, ErrorContext};
 use rc_deploy_client::logs;
 use rc_deploy_network::plan::Plan;
+use rc_files::Disk;
 use rc_management::event::{Event, Severity};
 use rc_management::{ServerSource, supervisor};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -87,6 +88,8 @@ pub(crate) struct Supervisor<'p> {
     pub(super) signals: Signals,
     pub(super) relay: Option<Relay>,
     pub(super) rotation: Rotation,
+    /// The disk of the recordings beside the logs, if there are some.
+    pub(super) recordings: Option<Disk>,
     pub(super) rounds: MemoryRounds,
     pub(super) launcher: Option<Launcher>,
     pub(super) is_up: bool,
@@ -144,6 +147,8 @@ impl<'p> Supervisor<'p> {
         let logs = logs.chain([guard_log.clone(), supervisor_log, ring_log]);
         let logs = logs.collect();
         let rotation = Rotation::new(&log_directory, logs, limit).context("watch the logs")?;
+        let records = plan.ring.is_some() || plan.components.iter().any(|c| c.exact);
+        let recordings = records.then(|| Disk::new(Disk::usual_floor(&guard_log)));
         let signals = Signals::new().context("listen to signals")?;
         let guard_command = match &options.guard {
             Some(command) => command.clone(),
@@ -175,6 +180,7 @@ impl<'p> Supervisor<'p> {
             signals,
             relay,
             rotation,
+            recordings,
             rounds: MemoryRounds::new(memory_pause),
             launcher: None,
             is_up: false,
@@ -429,6 +435,7 @@ impl<'p> Supervisor<'p> {
             self.look = now + LOOK;
             self.restore_files();
             self.restore_logs();
+            self.look_at_recordings();
             self.look_for_name();
         }
         let disk = self.rotation.check(now, self.report);

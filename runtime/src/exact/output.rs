@@ -1,6 +1,7 @@
 //! The thread that writes an exact recording. Neither a slow nor a full disk delays the worker:
-//! then the recording ends, and the log says so.
+//! then the recording ends, and the log says so. It ends before the disk is full.
 
+use rc_files::{Disk, DiskChange};
 use std::io::{self, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -64,11 +65,13 @@ impl Queue {
 }
 
 impl Output {
-    /// Writes into `file`, at most `longest` bytes; `close` writes what belongs at the end of a
-    /// recording that has become too long.
+    /// Writes into `file`, at most `longest` bytes, while `disk` is not full, of which so many bytes
+    /// are `free`. `close` writes what belongs at the end of a recording that ends early.
     pub(super) fn begin(
         mut file: impl Write + Send + 'static,
         longest: u64,
+        mut disk: Disk,
+        free: impl Fn() -> u64 + Send + 'static,
         close: fn(&mut Vec<u8>),
     ) -> io::Result<Self> {
         let queue = Arc::new(Queue::default());
@@ -77,16 +80,30 @@ impl Output {
         let thread = thread.spawn(move || {
             let mut written = 0;
             while let Some(bytes) = taken.take() {
-                written += bytes.len() as u64;
-                let mut result = file.write_all(&bytes);
-                if result.is_ok() && written >= longest {
+                let is_full = matches!(disk.look(free()), Some(DiskChange::Full { .. }));
+                let mut result = Ok(());
+                if !is_full {
+                    written += bytes.len() as u64;
+                    result = file.write_all(&bytes);
+                }
+                if result.is_ok() && (is_full || written >= longest) {
                     let mut end = Vec::new();
                     close(&mut end);
-                    result = file.write_all(&end);
-                    tracing::error!(
-                        "the exact recording ends: it has {} MiB, which is the limit",
-                        longest >> 20
-                    );
+                    // Nothing has begun on a disk that was full before.
+                    if written > 0 {
+                        result = file.write_all(&end);
+                    }
+                    if is_full {
+                        let kept = disk.floor() >> 20;
+                        tracing::error!(
+                            "the exact recording ends: its disk has less than {kept} MiB free, which are kept (--keep-free)"
+                        );
+                    } else {
+                        let limit = longest >> 20;
+                        tracing::error!(
+                            "the exact recording ends: it has {limit} MiB, which is the limit"
+                        );
+                    }
                     taken.end();
                 }
                 if let Err(error) = result {
@@ -146,7 +163,9 @@ impl Drop for Output {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::VecDeque;
     use std::sync::mpsc::{Sender, channel};
+    use std::time::Instant;
 
     /// Only a fault lets it pass.
     const LIMIT: Duration = Duration::from_mins(1);
@@ -172,7 +191,8 @@ mod tests {
     #[test]
     fn a_few_bytes_are_written_although_no_more_follow() {
         let (told, written) = channel();
-        let output = Output::begin(Told(told), LONGEST, close).expect("a thread");
+        let output = Output::begin(Told(told), LONGEST, Disk::new(0), || 0, close);
+        let output = output.expect("a thread");
         assert!(output.push(|out| out.extend(b"turn")));
         assert_eq!(written.recv_timeout(LIMIT).expect("to be written"), b"turn");
         assert!(output.push(|out| out.extend(b"last")));
@@ -183,7 +203,9 @@ mod tests {
     #[test]
     fn a_recording_has_a_limit_and_an_end() {
         let (told, written) = channel();
-        let output = Output::begin(Told(told), 2 * BLOCK as u64, close).expect("a thread");
+        let longest = 2 * BLOCK as u64;
+        let output = Output::begin(Told(told), longest, Disk::new(0), || 0, close);
+        let output = output.expect("a thread");
         let mut pushed = 0;
         while output.push(|out| out.extend([7; 1024])) {
             pushed += 1;
@@ -194,5 +216,41 @@ mod tests {
         let all: Vec<u8> = written.into_iter().flatten().collect();
         assert!(all.len() > 2 * BLOCK);
         assert_eq!(all.last(), Some(&b'.'));
+    }
+
+    /// What is written while so many bytes are free at one look after the other.
+    fn written_with(free: &[u64]) -> Vec<u8> {
+        let (told, written) = channel();
+        let looks = Mutex::new(free.iter().copied().collect::<VecDeque<u64>>());
+        let free = move || {
+            let mut looks = looks.lock().expect("no panic");
+            looks
+                .pop_front()
+                .expect("it looks no more once it has ended")
+        };
+        let output = Output::begin(Told(told), LONGEST, Disk::new(100), free, close);
+        let output = output.expect("a thread");
+        let begun = Instant::now();
+        while output.push(|out| out.resize(out.len() + BLOCK, 7)) {
+            assert!(begun.elapsed() < LIMIT, "it does not end");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        drop(output);
+        written.into_iter().flatten().collect()
+    }
+
+    #[test]
+    fn a_recording_ends_before_its_disk_is_full() {
+        let all = written_with(&[500, 100, 99]);
+        assert!(all.len() > 2 * BLOCK);
+        assert_eq!(
+            all.iter().position(|byte| *byte == b'.'),
+            Some(all.len() - 1)
+        );
+        assert_eq!(
+            written_with(&[99]),
+            b"",
+            "an empty file replaces no recording"
+        );
     }
 }

@@ -8,6 +8,7 @@ use super::output::{LONGEST, Output};
 use super::start::Start;
 use crate::status::Shared;
 use crate::worker_error::WorkerError;
+use rc_files::Disk;
 use rc_management::component::State;
 use rc_mcap::{Stamp, system_time, write};
 use rc_middleware::Writer;
@@ -52,8 +53,13 @@ struct Turns {
 }
 
 impl Recorder {
-    /// Begins a recording in `file`.
-    pub(crate) fn begin(file: File, start: &Start, shared: Arc<Shared>) -> io::Result<Self> {
+    /// Begins a recording in `file`, which ends before its disk is full.
+    pub(crate) fn begin(
+        file: File,
+        disk: Disk,
+        start: &Start,
+        shared: Arc<Shared>,
+    ) -> io::Result<Self> {
         let mut begin = Vec::new();
         let topic = format!("/{}/{}/exact", start.network, start.name);
         let metadata = [
@@ -72,7 +78,9 @@ impl Recorder {
             DEFINITION.as_bytes(),
         );
         write::channel(&mut begin, CHANNEL, SCHEMA, &topic, "cdr", metadata);
-        let output = Output::begin(file, LONGEST, close)?;
+        let asked = file.try_clone()?;
+        let free = move || Disk::free_of(&asked);
+        let output = Output::begin(file, LONGEST, disk, free, close)?;
         output.push(|out| out.extend(begin));
         let recorder = Self {
             shared,

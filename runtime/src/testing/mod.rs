@@ -100,6 +100,7 @@ pub fn configured_by(
         followers: Vec::new(),
         active: false,
         record: None,
+        keep_free: None,
         members: Listed::new(),
     };
     let loaded = configuration::load(description, &arguments)?;

@@ -4,6 +4,7 @@ use super::net::{Net, after, on};
 use super::{component, exit};
 use crate::remote::{AgentReady, HostEvent, SupervisorMessage};
 use crate::supervisor::supervise::StopReason;
+use rc_files::Disk;
 use rc_management::agent::AgentMessage;
 use rc_management::link::ComponentMessage;
 use std::path::PathBuf;
@@ -218,6 +219,28 @@ fn the_memory_of_a_component_elsewhere_is_judged_here() {
     let steady = codes(&mut net, &mut std::iter::repeat_n(200, 1000));
     assert_eq!(steady, ["a memory-steady"]);
     assert_eq!(net.units[0].status().troubles, []);
+}
+
+#[test]
+fn a_disk_without_room_for_recordings_is_a_condition() {
+    let mut net = Net::up(vec![component("a")]);
+    net.look_at_recordings();
+    assert_eq!(net.events(), [""; 0], "nothing is recorded");
+    net.recordings = Some(Disk::new(u64::MAX));
+    net.look_at_recordings();
+    net.look_at_recordings();
+    let events = net.events();
+    assert_eq!(events.len(), 1, "{events:?}");
+    let begin = "! - recordings-stopped: the disk of ";
+    assert!(events[0].starts_with(begin), "{events:?}");
+    assert_eq!(net.troubles.list()[0].code, "recordings-stopped");
+    let mut disk = Disk::new(1);
+    disk.look(0);
+    net.recordings = Some(disk);
+    net.look_at_recordings();
+    let events = net.events();
+    assert!(events[0].starts_with("- recordings-free: "), "{events:?}");
+    assert_eq!(net.troubles.list(), []);
 }
 
 #[test]
