@@ -8,8 +8,13 @@ use rc_values::ValueError;
 #[non_exhaustive]
 pub enum Error {
     /// No component of the network replies.
-    #[error("no component of network {0} runs")]
-    NotRunning(String),
+    #[error("no component of network {network} runs{help}")]
+    NotRunning {
+        /// The network.
+        network: String,
+        /// The nearest network that runs, or all of them.
+        help: String,
+    },
     /// There is nothing of this name.
     #[error("{network} has no {what} `{name}`{help}")]
     Unknown {

@@ -159,7 +159,7 @@ impl Network {
         silent.sort();
         components.sort_by(|a, b| a.name.cmp(&b.name));
         if components.is_empty() && silent.is_empty() {
-            return Err(Error::NotRunning(network.to_owned()));
+            return Err(not_running(network));
         }
         Ok(Self {
             name: network.to_owned(),
@@ -383,4 +383,20 @@ fn component(directory: &RunDirectory, name: &str, hosts: &BTreeMap<String, Stri
         status,
         catalog: Arc::new(catalog),
     }))
+}
+
+/// The error about a network that does not run, with those that do.
+fn not_running(network: &str) -> Error {
+    let mut known = connection::networks();
+    known.extend(by_hand::networks());
+    known.retain(|known| known != network);
+    let help = match rc_diagnostics::nearest(network, known.iter().map(String::as_str)) {
+        Some(near) => format!("; did you mean `{near}`?"),
+        None if known.is_empty() => String::new(),
+        None => format!("; these networks run: {}", known.join(", ")),
+    };
+    Error::NotRunning {
+        network: network.to_owned(),
+        help,
+    }
 }

@@ -361,6 +361,17 @@ fn one(
     Ok(text)
 }
 
+/// The value that a recording holds: the only structure of a topic is its message.
+fn message(decoded: &Decoded) -> &Value {
+    match &decoded.value {
+        Value::Struct(_, members) if decoded.kind == "sample" => match members.as_slice() {
+            [only @ Value::Struct(..)] => only,
+            _ => &decoded.value,
+        },
+        value => value,
+    }
+}
+
 /// A line of CSV; the first one names the columns, as in the tables of a recording.
 fn csv(
     echo: &Echo,
@@ -370,7 +381,7 @@ fn csv(
 ) -> Result<String, Failure> {
     let mut values = chosen(echo, &decoded.value)?;
     if values.is_empty() {
-        values.push((String::new(), decoded.value.clone()));
+        values.push((String::new(), message(decoded).clone()));
     }
     let mut header = String::new();
     let columns = columns.get_or_insert_with(|| {

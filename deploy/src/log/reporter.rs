@@ -6,6 +6,7 @@
 
 use crate::log::journal::Journal;
 use rc_deploy_client::Format;
+use rc_deploy_client::error::without_codes;
 use rc_management::event::{Event, Severity};
 use rustix::process::getpgrp;
 use rustix::termios::{LocalModes, tcgetattr, tcgetpgrp};
@@ -102,11 +103,8 @@ impl Reporter {
     }
 
     /// Writes one event.
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "an event is reported once, at the place where it is made"
-    )]
-    pub(crate) fn event(&self, event: Event) {
+    pub(crate) fn event(&self, mut event: Event) {
+        event.message = without_codes(&event.message);
         self.journal.borrow_mut().add(&event);
         let usual = event.severity == Severity::Info && event.component.is_some();
         if usual && self.covered.load(Ordering::Relaxed) {

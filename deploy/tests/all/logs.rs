@@ -103,19 +103,19 @@ fn endless_output_does_not_exceed_the_limit_of_a_log() {
     bench.assert_nothing_left();
 }
 
-/// A command for which the folder of logs is a small disk. `None` if the system does not allow
-/// that.
-fn on_small_disk(bench: &Bench, arguments: &[&str]) -> Option<Command> {
+/// A command in a user namespace in which a script has run before. `None` if the system does not
+/// allow that.
+fn within(bench: &Bench, script: &str, arguments: &[&str]) -> Option<Command> {
     let state = bench.path("state");
     std::fs::create_dir_all(&state).expect("a folder");
-    let mount = "mount -t tmpfs -o size=4m tmpfs \"$XDG_STATE_HOME\" && exec \"$@\"";
+    let script = format!("{script} && exec \"$@\"");
     let within = [
         "--user",
         "--map-root-user",
         "--mount",
         "sh",
         "-c",
-        mount,
+        &script,
         "sh",
     ];
     let mut probe = Command::new("unshare");
@@ -135,12 +135,41 @@ fn on_small_disk(bench: &Bench, arguments: &[&str]) -> Option<Command> {
     })
 }
 
+/// A user has a limited number of instances of inotify.
+#[test]
+fn logs_are_followed_without_inotify() {
+    let bench = Bench::new();
+    let mut up = bench.start(vec![component("a", "murmur", &[])]);
+    up.await_event("up", None);
+    let none = "echo 0 > /proc/sys/user/max_inotify_instances";
+    let follow = ["logs", &bench.network, "a", "--follow"];
+    let Some(mut follow) = within(&bench, none, &follow) else {
+        return bench::skipped(
+            "logs_are_followed_without_inotify",
+            "unshare limits no instances of inotify",
+        );
+    };
+    let mut follow = follow.stdout(Stdio::piped()).spawn().expect("it runs");
+    let out = BufReader::new(follow.stdout.take().expect("a pipe"));
+    // It begins with the last ten lines.
+    let lines: Vec<String> = out.lines().map_while(Result::ok).take(30).collect();
+    assert_eq!(lines.len(), 30, "{lines:?}");
+    let numbers: Vec<u64> = lines.iter().filter_map(|line| number(line)).collect();
+    assert!(numbers.is_sorted_by(|a, b| a + 1 == *b), "{numbers:?}");
+    follow.kill().expect("it runs");
+    follow.wait().expect("it ended");
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
 #[test]
 fn a_full_disk_is_reported_and_stops_no_component() {
     let bench = Bench::new();
     let plan = bench.write(vec![well("a"), component("filler", "ballast", &[])]);
     let flags = ["up", &plan, "--json", "--small-logs", "--hasty"];
-    let Some(mut command) = on_small_disk(&bench, &flags) else {
+    let disk = "mount -t tmpfs -o size=4m tmpfs \"$XDG_STATE_HOME\"";
+    let Some(mut command) = within(&bench, disk, &flags) else {
         bench::skipped(
             "a_full_disk_is_reported_and_stops_no_component",
             "unshare gives no disk of one's own",
@@ -164,6 +193,11 @@ fn a_full_disk_is_reported_and_stops_no_component() {
     };
     let message = until("disk-full");
     assert!(message.contains("robocomp"), "{message}");
+    let is_full = || {
+        let troubles = bench.status().troubles;
+        troubles.iter().any(|trouble| trouble.code == "disk-full")
+    };
+    assert!(is_full());
     let restart = bench.command("restart", &["a"]);
     let said = text(&restart.stdout);
     assert!(said.contains(r#""done":["a"]"#), "{restart:?}");
@@ -176,6 +210,7 @@ fn a_full_disk_is_reported_and_stops_no_component() {
     );
     assert!(bench.command("stop", &["filler"]).status.success());
     until("disk-free");
+    assert!(!is_full());
     assert!(bench.command("down", &[]).status.success());
     until("down");
     assert!(up.wait().expect("it ended").success());

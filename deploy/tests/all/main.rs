@@ -14,6 +14,7 @@ mod lifecycle;
 mod logs;
 mod network;
 mod orphans;
+mod ownership;
 mod printing;
 mod pty;
 mod realtime;

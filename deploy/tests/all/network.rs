@@ -1,6 +1,7 @@
 //! Complete networks of the components of this repository.
 
 mod bags;
+mod by_hand;
 mod bytes;
 mod caller;
 mod camera;
@@ -28,6 +29,7 @@ mod partial;
 mod patrol;
 mod pictures;
 mod plan;
+mod played;
 mod probe;
 mod recorded;
 mod removed;

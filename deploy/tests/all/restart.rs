@@ -252,6 +252,38 @@ fn a_component_restarts_once_the_guard_has_cleaned_up_after_it() {
     bench.assert_nothing_left();
 }
 
+/// Its deadline passes while its start is held back.
+#[test]
+fn a_restart_that_is_late_does_not_say_that_it_is_done() {
+    let bench = Bench::new();
+    let permit = bench.path("permit");
+    let short = Duration::from_millis(100);
+    let components = ["a", "b"].map(|name| Component {
+        ready: short,
+        stop: short,
+        ..well(name)
+    });
+    let mut up = bench.start_in(
+        components.to_vec(),
+        &[],
+        &[("RC_TEST_CLEAN", permit.to_str().expect("a path"))],
+    );
+    up.await_event("up", None);
+    let restart = bench.command("restart", &["a"]);
+    let result: serde_json::Value = serde_json::from_slice(&restart.stdout).expect("a result");
+    assert_eq!(result["done"], serde_json::json!([]), "{result}");
+    assert_eq!(result["failed"][0]["name"], "a", "{result}");
+    assert_eq!(
+        result["failed"][0]["reason"], "is not started yet",
+        "{result}"
+    );
+    std::fs::write(&permit, "").expect("written");
+    up.await_event("ready", Some("a"));
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
 #[test]
 fn a_component_does_not_wait_for_a_stopped_guard() {
     let bench = Bench::new();

@@ -359,6 +359,17 @@ fn main() -> ExitCode {
             program.live(Some(0), false, None);
             let _ = std::fs::remove_file(ballast);
         }
+        // Prints a numbered line ten times a second.
+        "murmur" => {
+            program.ready();
+            for line in 0_u64.. {
+                println!("line {line} of many");
+                program.live(Some(0), false, Some(100));
+                if program.noted("stop") + program.noted("orphan") > 0 {
+                    break;
+                }
+            }
+        }
         // MILLISECONDS: how long it prints, as fast as it can.
         "chatter" => {
             program.ready();

@@ -91,6 +91,11 @@ fn a_running_network_is_listed_shown_measured_and_called() {
         &["newFullPose", "--csv", "--field", "pose.x", "--count", "3"],
     );
     assert_eq!(csv.stdout.lines().count(), 4, "{csv:?}");
+    // Whole messages have the columns of a recording's tables.
+    let whole = tool(&site, "echo", &["newFullPose", "--csv", "--count", "1"]);
+    let header = whole.stdout.lines().next().unwrap_or_default();
+    let columns = "log_time_s,publish_time_s,source,x,y,z,";
+    assert!(header.starts_with(columns), "{whole:?}");
     // The clock is the one of a recording's tables.
     let expected = "log_time_s,publish_time_s,pose.x\n";
     assert!(csv.stdout.starts_with(expected), "{csv:?}");
@@ -136,6 +141,12 @@ fn a_running_network_is_listed_shown_measured_and_called() {
         tool(&site, "call", &["setSpeedBase", r#"{"adv": 1}"#]).code,
         0
     );
+    // An address is no name of a network.
+    let called = site.rcdeploy(&["call", "Laser/getLaserData", "{}"], false);
+    assert_eq!(called.code, 0, "{called:?}");
+    let elsewhere = site.rcdeploy(&["list", "elsewhere"], false);
+    let told = format!("; these networks run: {}", site.network);
+    assert!(elsewhere.stderr.contains(&told), "{elsewhere:?}");
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
 }

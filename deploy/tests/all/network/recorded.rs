@@ -18,7 +18,7 @@ const PACKAGES: &str = include_str!("../../../record/tests/all/packages.txt");
 pub(crate) struct Tool(pub(crate) Child);
 
 impl Tool {
-    fn start(site: &Site, args: &[&str]) -> Self {
+    pub(crate) fn start(site: &Site, args: &[&str]) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
         command.args(args);
         site.place(&mut command);
@@ -72,7 +72,7 @@ fn slot(site: &Site, component: &str, slot: usize) -> Value {
 }
 
 /// The samples that a slot has handled, and those that it has lost.
-fn received(site: &Site, component: &str) -> u64 {
+pub(crate) fn received(site: &Site, component: &str) -> u64 {
     let slot = slot(site, component, 0);
     let number = |value: &Value| value.as_u64().unwrap_or_default();
     number(&slot["handlers"]["count"]) + number(&slot["lost"])
