@@ -1,6 +1,7 @@
 //! The command line of `rcdeploy`, a module for each command that has much to do.
 //! [`TOOL`] lists the exit codes.
 
+mod again;
 mod arguments;
 mod bag;
 mod call;

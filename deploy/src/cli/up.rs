@@ -1,6 +1,9 @@
 //! `rcdeploy up`, with the processes that it starts: the guard, and the agents of other machines.
 
+use super::TOOL;
+use super::again::in_background;
 use super::arguments::Input;
+use super::command::Cli;
 use super::description::{generate_stale, load};
 use super::output::{Failure, print_line, system};
 use crate::Options;
@@ -62,23 +65,8 @@ pub(super) fn up(
     check_sockets(&directory, names.chain(["rcdeploy"]))?;
     if detach {
         let mut command = Process::new(own_program().map_err(|e| system(&e))?);
-        command
-            .arg("up")
-            .arg(&input.file)
-            .args(["--supervisor", "--format", "json"]);
-        command.args(["--profile", input.profile.word()]);
-        if let Some(bytes) = options.log_limit {
-            command.args(["--log-limit", &(bytes >> 20).to_string()]);
-        }
-        if let Some(middleware) = input.middleware {
-            command.args(["--middleware", middleware.word()]);
-        }
-        input.set.iter().for_each(|set| {
-            command.arg("--set").arg(set);
-        });
-        input.include.iter().for_each(|dir| {
-            command.arg("-I").arg(dir);
-        });
+        let words = in_background(TOOL.command::<Cli>(), std::env::args_os());
+        command.args(words.map_err(|e| system(&e))?);
         let outcome = crate::detach(&plan, command);
         if let Some(message) = outcome.message() {
             return Err(Failure(outcome.exit_code(), message));
