@@ -33,7 +33,9 @@ pub struct Terminal {
 impl Terminal {
     /// Starts a command in a terminal of this size. The command runs a program by [`SETSID`], which
     /// gets the terminal as its controlling one.
-    pub fn start(mut command: Command, (columns, lines): (u16, u16)) -> Self {
+    #[expect(clippy::needless_pass_by_value, reason = "a command is started once")]
+    pub fn start(command: Command, (columns, lines): (u16, u16)) -> Self {
+        let mut command = hanging_up(&command);
         let user = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC);
         let user = user.expect("a terminal");
         grantpt(&user)
@@ -110,7 +112,8 @@ impl Terminal {
 
     /// Closes the terminal and waits for the exit of the command.
     pub fn hang_up(mut self) {
-        let other = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("another terminal");
+        let other = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC);
+        let other = other.expect("another terminal");
         drop(std::mem::replace(&mut self.user, other));
         let start = Instant::now();
         while self.child.try_wait().expect("a child").is_none() {
@@ -154,6 +157,23 @@ impl Drop for Terminal {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// A command that a hang-up ends, although a run of all tests under `nohup` ignores it.
+fn hanging_up(command: &Command) -> Command {
+    let mut within = Command::new("env");
+    within.arg("--default-signal=HUP");
+    within.arg(command.get_program()).args(command.get_args());
+    for (name, value) in command.get_envs() {
+        match value {
+            Some(value) => within.env(name, value),
+            None => within.env_remove(name),
+        };
+    }
+    if let Some(folder) = command.get_current_dir() {
+        within.current_dir(folder);
+    }
+    within
 }
 
 fn size(columns: u16, lines: u16) -> Winsize {
