@@ -55,7 +55,7 @@ impl Framework {
         Ok(Self::Path(path))
     }
 
-    /// The same for a workspace in `root`, which is absolute: a path that both share with
+    /// The source for a workspace in `root`, which is absolute: a path that both share with
     /// every user of the workspace is relative. That is one inside the workspace, or in the
     /// same git repository.
     #[must_use]

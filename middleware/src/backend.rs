@@ -193,8 +193,7 @@ pub trait Subscriber {
         false
     }
 
-    /// The same as [`Subscriber::receive`] where [`Subscriber::can_keep`], but `take` gets the
-    /// sample itself. It may keep up to [`KEPT_SAMPLES`] of them; with more, receiving fails.
+    /// Hands the next sample itself to `take`, where [`Subscriber::can_keep`]. It may keep up to [`KEPT_SAMPLES`] of them; with more, receiving fails.
     fn receive_kept(
         &mut self,
         take: &mut dyn FnMut(Header, Box<dyn KeptSample>),

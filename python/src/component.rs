@@ -2,7 +2,7 @@
 
 use crate::alive::Alive;
 use crate::errors;
-use crate::from_python::Misfit;
+use crate::from_python::ConversionError;
 use crate::link::Link;
 use crate::memory::Memory;
 use crate::parameters;
@@ -161,7 +161,7 @@ impl PythonComponent {
         })
     }
 
-    /// The same in a state that an emergency does not change: only a fatal error has a consequence.
+    /// Runs a hook in a state that an emergency does not change: only a fatal error has a consequence.
     fn quiet_hook(&mut self, name: &str) {
         match self.hook(name) {
             Ok(()) => {}
@@ -302,13 +302,13 @@ impl PythonComponent {
                 let (ty, has_result) = (&operation.reply, operation.has_result);
                 match self.types.reply(ty, has_result, result.bind(py)) {
                     Ok(value) => Answer::Reply(0, value),
-                    Err(misfit) => failed(wrong_result(operation, &misfit)),
+                    Err(error) => failed(wrong_result(operation, &error)),
                 }
             }
             Ok(_) => Answer::None,
             Err(error) => match self.thrown(py, operation, &error) {
                 Some(Ok((case, value))) => Answer::Reply(case, value),
-                Some(Err(misfit)) => failed(misfit.to_string()),
+                Some(Err(error)) => failed(error.to_string()),
                 None => {
                     let text = errors::one_line(py, &error);
                     note_failure(py, &error);
@@ -324,7 +324,7 @@ impl PythonComponent {
         py: Python<'_>,
         operation: &Operation,
         error: &PyErr,
-    ) -> Option<Result<(i32, Value), Misfit>> {
+    ) -> Option<Result<(i32, Value), ConversionError>> {
         let value = error.value(py);
         let thrown = operation.throws.iter().find(|thrown| {
             let class = self.types.class(&thrown.ty.name);
@@ -340,14 +340,14 @@ fn no_topic() -> HandlerError {
 }
 
 /// Error of a result that is no reply.
-fn wrong_result(operation: &Operation, misfit: &Misfit) -> String {
+fn wrong_result(operation: &Operation, error: &ConversionError) -> String {
     let parts = operation.reply.members.len();
     let what = if parts == 1 {
         "its result"
     } else {
         "the tuple that it returned"
     };
-    format!("{what}: {misfit}")
+    format!("{what}: {error}")
 }
 
 /// Outcome of a request at a handler.

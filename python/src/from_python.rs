@@ -18,13 +18,13 @@ const SHOWN: usize = 40;
 
 /// An object that does not fit its type.
 #[derive(Debug)]
-pub(crate) struct Misfit {
+pub(crate) struct ConversionError {
     /// The member, as in `pose.points[3].x`; empty for the whole value.
     path: String,
     reason: String,
 }
 
-impl Misfit {
+impl ConversionError {
     fn new(reason: impl Into<String>) -> Self {
         Self {
             path: String::new(),
@@ -52,13 +52,13 @@ impl Misfit {
     }
 }
 
-impl From<PyErr> for Misfit {
+impl From<PyErr> for ConversionError {
     fn from(error: PyErr) -> Self {
         Self::new(error.to_string())
     }
 }
 
-impl fmt::Display for Misfit {
+impl fmt::Display for ConversionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.path.is_empty() {
             f.write_str(&self.reason)
@@ -92,10 +92,10 @@ impl Types {
         &self,
         ty: &Arc<Struct>,
         arguments: &Bound<'_, PyTuple>,
-    ) -> Result<Value, Misfit> {
+    ) -> Result<Value, ConversionError> {
         if arguments.len() != ty.members.len() {
             let (wanted, given) = (ty.members.len(), arguments.len());
-            return Err(Misfit::new(format!(
+            return Err(ConversionError::new(format!(
                 "it takes {wanted} arguments, {given} were given"
             )));
         }
@@ -109,16 +109,16 @@ impl Types {
         ty: &Arc<Struct>,
         has_result: bool,
         object: &Bound<'_, PyAny>,
-    ) -> Result<Value, Misfit> {
+    ) -> Result<Value, ConversionError> {
         match ty.members.as_slice() {
             [] if object.is_none() => self.members(ty, std::iter::empty()),
-            [] => Err(Misfit::expected("None", object)),
+            [] => Err(ConversionError::expected("None", object)),
             [member] => {
                 let value = self.member(member, object);
                 // The name of a returned value is no name that its worker knows.
-                let value = value.map_err(|misfit| match member.name.as_str() {
-                    "return" => misfit,
-                    name => misfit.in_member(name),
+                let value = value.map_err(|error| match member.name.as_str() {
+                    "return" => error,
+                    name => error.in_member(name),
                 })?;
                 Ok(Value::Struct(Arc::clone(ty), vec![value]))
             }
@@ -131,7 +131,7 @@ impl Types {
                         names.pop();
                         names.insert(0, "result");
                     }
-                    Misfit::expected(format!("a tuple of {}", names.join(", ")), object)
+                    ConversionError::expected(format!("a tuple of {}", names.join(", ")), object)
                 })?;
                 let mut parts: Vec<_> = parts.iter().map(Ok).collect();
                 if has_result {
@@ -147,10 +147,10 @@ impl Types {
         &self,
         ty: &Arc<Struct>,
         object: &Bound<'_, PyAny>,
-    ) -> Result<Value, Misfit> {
+    ) -> Result<Value, ConversionError> {
         let class = self.class(&ty.name)?;
         if !object.is_instance(class.python.bind(object.py()))? {
-            return Err(Misfit::expected(format!("`{}`", ty.name), object));
+            return Err(ConversionError::expected(format!("`{}`", ty.name), object));
         }
         let parts = class.attributes.iter();
         self.members(ty, parts.map(|name| object.getattr(name.bind(object.py()))))
@@ -160,12 +160,12 @@ impl Types {
         &self,
         ty: &Arc<Struct>,
         objects: impl Iterator<Item = PyResult<Bound<'py, PyAny>>>,
-    ) -> Result<Value, Misfit> {
+    ) -> Result<Value, ConversionError> {
         let mut values = Vec::with_capacity(ty.members.len());
         for (member, object) in ty.members.iter().zip(objects) {
-            let object = object.map_err(Misfit::from);
+            let object = object.map_err(ConversionError::from);
             let value = object.and_then(|object| self.member(member, &object));
-            values.push(value.map_err(|misfit| misfit.in_member(&member.name))?);
+            values.push(value.map_err(|error| error.in_member(&member.name))?);
         }
         Ok(Value::Struct(Arc::clone(ty), values))
     }
@@ -174,12 +174,12 @@ impl Types {
         &self,
         member: &Member,
         object: &Bound<'_, PyAny>,
-    ) -> Result<Value, Misfit> {
+    ) -> Result<Value, ConversionError> {
         if object.is_none() {
             return if member.optional {
                 Ok(Value::Missing)
             } else {
-                Err(Misfit::expected(&member.ty, object))
+                Err(ConversionError::expected(&member.ty, object))
             };
         }
         let value = self.value(&member.ty, object)?;
@@ -187,7 +187,7 @@ impl Types {
         Ok(value)
     }
 
-    fn value(&self, ty: &Type, object: &Bound<'_, PyAny>) -> Result<Value, Misfit> {
+    fn value(&self, ty: &Type, object: &Bound<'_, PyAny>) -> Result<Value, ConversionError> {
         match ty {
             Type::Primitive(primitive) => self.number(*primitive, object),
             Type::Text { bound } => text(*bound, object),
@@ -196,7 +196,7 @@ impl Types {
                 let value = self.elements(ty, element, object, most)?;
                 let (length, most) = (count(&value), bound.map_or(usize::MAX, |b| b as usize));
                 if length > most {
-                    return Err(Misfit::new(format!(
+                    return Err(ConversionError::new(format!(
                         "it has {length} elements, its type allows {most}"
                     )));
                 }
@@ -206,23 +206,23 @@ impl Types {
                 let value = self.elements(ty, element, object, Some(*length as usize))?;
                 if count(&value) != *length as usize {
                     let has = count(&value);
-                    return Err(Misfit::new(format!(
+                    return Err(ConversionError::new(format!(
                         "it has {has} elements, its type has {length}"
                     )));
                 }
                 Ok(value)
             }
             Type::Map { key, value } => {
-                let wrong = || Misfit::expected("a dict", object);
+                let wrong = || ConversionError::expected("a dict", object);
                 let dict = object.cast::<PyDict>().map_err(|_| wrong())?;
                 let mut pairs = Vec::with_capacity(dict.len());
                 // A snapshot: a conversion runs code of the user, which may change the dict.
                 for pair in dict.items() {
                     let pair = pair.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>();
                     let (name, item) = pair.map_err(|_| wrong())?;
-                    let place = |misfit: Misfit| misfit.in_element(shown(&name));
+                    let place = |error: ConversionError| error.in_element(shown(&name));
                     let key = self.value(key, &name).map_err(place)?;
-                    let place = |misfit: Misfit| misfit.in_element(key.plain());
+                    let place = |error: ConversionError| error.in_element(key.plain());
                     let item = self.value(value, &item).map_err(place)?;
                     pairs.push((key, item));
                 }
@@ -238,7 +238,7 @@ impl Types {
                     _ => {
                         let names: Vec<&str> = of.values.iter().map(|(n, _)| n.as_str()).collect();
                         let what = format!("`{}` ({})", of.name, names.join(", "));
-                        Err(Misfit::expected(what, object))
+                        Err(ConversionError::expected(what, object))
                     }
                 }
             }
@@ -246,31 +246,31 @@ impl Types {
         }
     }
 
-    fn number(&self, primitive: Primitive, object: &Bound<'_, PyAny>) -> Result<Value, Misfit> {
+    fn number(&self, primitive: Primitive, object: &Bound<'_, PyAny>) -> Result<Value, ConversionError> {
         let word = primitive.word();
         let is_bool = object.is_instance_of::<PyBool>()
             || object.is_instance(self.numpy_bool.bind(object.py()))?;
         match primitive {
             Primitive::Bool if is_bool => Ok(Value::Bool(object.is_truthy()?)),
-            _ if is_bool || primitive == Primitive::Bool => Err(Misfit::expected(word, object)),
+            _ if is_bool || primitive == Primitive::Bool => Err(ConversionError::expected(word, object)),
             Primitive::F32 | Primitive::F64 => {
                 if object.is_instance_of::<PyString>()
                     || object.is_instance(self.numpy_complex.bind(object.py()))?
                     || is_masked(object)?
                 {
-                    return Err(Misfit::expected(word, object));
+                    return Err(ConversionError::expected(word, object));
                 }
                 let number: f64 = object.extract().map_err(|error: PyErr| {
                     if error.is_instance_of::<PyOverflowError>(object.py()) {
                         outside(shown(object), primitive)
                     } else {
-                        Misfit::expected(word, object)
+                        ConversionError::expected(word, object)
                     }
                 })?;
                 float(primitive, number)
             }
             _ if object.is_instance_of::<PyFloat>() || is_masked(object)? => {
-                Err(Misfit::expected(word, object))
+                Err(ConversionError::expected(word, object))
             }
             _ => {
                 let number = object.extract::<i128>();
@@ -284,7 +284,7 @@ impl Types {
                         };
                         return Err(outside(text, primitive));
                     }
-                    Err(_) => return Err(Misfit::expected(word, object)),
+                    Err(_) => return Err(ConversionError::expected(word, object)),
                 };
                 integer(primitive, number)
             }
@@ -300,8 +300,8 @@ impl Types {
         element: &Type,
         object: &Bound<'_, PyAny>,
         most: Option<usize>,
-    ) -> Result<Value, Misfit> {
-        let wrong = || Misfit::expected(ty, object);
+    ) -> Result<Value, ConversionError> {
+        let wrong = || ConversionError::expected(ty, object);
         if object.is_instance_of::<PyString>() || object.is_instance_of::<PyDict>() {
             return Err(wrong());
         }
@@ -316,7 +316,7 @@ impl Types {
             _ => most.unwrap_or(MOST_OF_ITERATOR),
         };
         let check = |at: usize| {
-            let more = || Misfit::new(format!("it has more than {most} elements"));
+            let more = || ConversionError::new(format!("it has more than {most} elements"));
             (at < most).then_some(()).ok_or_else(more)
         };
         check(length.unwrap_or(0).saturating_sub(1))?;
@@ -324,9 +324,9 @@ impl Types {
             let mut numbers = Numbers::empty(*primitive);
             for (at, item) in object.try_iter().map_err(|_| wrong())?.enumerate() {
                 check(at)?;
-                let number = item.map_err(Misfit::from);
+                let number = item.map_err(ConversionError::from);
                 let number = number.and_then(|item| self.number(*primitive, &item));
-                let number = number.map_err(|misfit| misfit.in_element(at))?;
+                let number = number.map_err(|error| error.in_element(at))?;
                 numbers.push(&number);
             }
             return Ok(Value::Numbers(numbers));
@@ -334,20 +334,20 @@ impl Types {
         let mut items = Vec::new();
         for (at, item) in object.try_iter().map_err(|_| wrong())?.enumerate() {
             check(at)?;
-            let item = item.map_err(Misfit::from);
+            let item = item.map_err(ConversionError::from);
             let item = item.and_then(|item| self.value(element, &item));
-            items.push(item.map_err(|misfit| misfit.in_element(at))?);
+            items.push(item.map_err(|error| error.in_element(at))?);
         }
         Ok(Value::Sequence(items))
     }
 }
 
-fn check_range(member: &Member, value: &Value) -> Result<(), Misfit> {
+fn check_range(member: &Member, value: &Value) -> Result<(), ConversionError> {
     match (member.range, value.number()) {
         (Some(range), Some(number)) if !range.contains(number) => {
             let unit = member.unit.as_deref().unwrap_or_default();
             let blank = if unit.is_empty() { "" } else { " " };
-            Err(Misfit::new(format!(
+            Err(ConversionError::new(format!(
                 "{number} is outside its range {range}{blank}{unit}"
             )))
         }
@@ -363,17 +363,17 @@ fn count(value: &Value) -> usize {
     }
 }
 
-fn text(bound: Option<u32>, object: &Bound<'_, PyAny>) -> Result<Value, Misfit> {
-    let wrong = || Misfit::expected("str", object);
+fn text(bound: Option<u32>, object: &Bound<'_, PyAny>) -> Result<Value, ConversionError> {
+    let wrong = || ConversionError::expected("str", object);
     let text = object.cast::<PyString>().map_err(|_| wrong())?;
     let text = text.to_str().map_err(|_| {
-        Misfit::new("the text has a surrogate (U+D800 to U+DFFF), which UTF-8 cannot hold")
+        ConversionError::new("the text has a surrogate (U+D800 to U+DFFF), which UTF-8 cannot hold")
     })?;
     if text.contains('\0') {
-        return Err(Misfit::new("a string holds a zero byte"));
+        return Err(ConversionError::new("a string holds a zero byte"));
     }
     match bound {
-        Some(bound) if text.len() > bound as usize => Err(Misfit::new(format!(
+        Some(bound) if text.len() > bound as usize => Err(ConversionError::new(format!(
             "it has {} bytes, its type allows {bound}",
             text.len()
         ))),
@@ -381,18 +381,18 @@ fn text(bound: Option<u32>, object: &Bound<'_, PyAny>) -> Result<Value, Misfit> 
     }
 }
 
-fn outside(number: impl fmt::Display, primitive: Primitive) -> Misfit {
+fn outside(number: impl fmt::Display, primitive: Primitive) -> ConversionError {
     let allowed = match primitive.limits() {
         Some((min, max)) => format!(", {min} to {max}"),
         None => String::new(),
     };
-    Misfit::new(format!(
+    ConversionError::new(format!(
         "{number} is outside of {}{allowed}",
         primitive.word()
     ))
 }
 
-fn integer(primitive: Primitive, number: i128) -> Result<Value, Misfit> {
+fn integer(primitive: Primitive, number: i128) -> Result<Value, ConversionError> {
     match primitive.limits() {
         Some((min, max)) if (min..=max).contains(&number) => {
             Ok(match u64::try_from(number) {
@@ -405,7 +405,7 @@ fn integer(primitive: Primitive, number: i128) -> Result<Value, Misfit> {
     }
 }
 
-fn float(primitive: Primitive, number: f64) -> Result<Value, Misfit> {
+fn float(primitive: Primitive, number: f64) -> Result<Value, ConversionError> {
     if primitive == Primitive::F64 {
         return Ok(Value::F64(number));
     }
@@ -417,17 +417,17 @@ fn float(primitive: Primitive, number: f64) -> Result<Value, Misfit> {
 }
 
 /// Copies the numbers of a buffer. `None` for what is no buffer of numbers.
-fn of_buffer(primitive: Primitive, object: &Bound<'_, PyAny>) -> Result<Option<Numbers>, Misfit> {
+fn of_buffer(primitive: Primitive, object: &Bound<'_, PyAny>) -> Result<Option<Numbers>, ConversionError> {
     let Ok(buffer) = PyUntypedBuffer::get(object) else {
         return Ok(None);
     };
     let py = object.py();
     // A conversion of NumPy drops the imaginary part, and what a mask hides has any value.
     if buffer.format().to_bytes().contains(&b'Z') {
-        return Err(Misfit::new("its numbers are complex; take `.real`"));
+        return Err(ConversionError::new("its numbers are complex; take `.real`"));
     }
     if is_masked(object)? {
-        return Err(Misfit::new(
+        return Err(ConversionError::new(
             "a mask hides some of its numbers; `.filled(VALUE)` gives them a value",
         ));
     }
@@ -446,11 +446,11 @@ fn of_buffer(primitive: Primitive, object: &Bound<'_, PyAny>) -> Result<Option<N
     same!(I8 i8, U8 u8, I16 i16, U16 u16, I32 i32, U32 u32, I64 i64, U64 u64, F32 f32, F64 f64);
     // Another type of numbers: each one is converted.
     let mut numbers = Numbers::empty(primitive);
-    let mut convert = |found: &mut dyn Iterator<Item = Result<Value, Misfit>>| {
+    let mut convert = |found: &mut dyn Iterator<Item = Result<Value, ConversionError>>| {
         for (at, number) in found.enumerate() {
-            numbers.push(&number.map_err(|misfit| misfit.in_element(at))?);
+            numbers.push(&number.map_err(|error| error.in_element(at))?);
         }
-        Ok::<_, Misfit>(())
+        Ok::<_, ConversionError>(())
     };
     let is_float = matches!(primitive, Primitive::F32 | Primitive::F64);
     macro_rules! integers {

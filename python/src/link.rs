@@ -2,7 +2,7 @@
 
 use crate::bench::{Here, take_failure};
 use crate::errors;
-use crate::from_python::Misfit;
+use crate::from_python::ConversionError;
 use crate::member::Member;
 use crate::memory::Memory;
 use crate::session;
@@ -145,7 +145,7 @@ impl Link {
     ) -> PyResult<()> {
         let described = self.operation(slot, operation)?;
         let sample = self.types.arguments(&described.request, arguments);
-        let sample = sample.map_err(|misfit| misplaced(py, "InvalidSample", described, &misfit))?;
+        let sample = sample.map_err(|error| misplaced(py, "InvalidSample", described, &error))?;
         let sent = self.act(py, || link::publish(slot, operation, &sample))?;
         sent.map_err(|error| errors::of_sending(py, &error))
     }
@@ -383,13 +383,13 @@ impl Link {
         arguments: &Bound<'_, PyTuple>,
     ) -> PyResult<Value> {
         let request = self.types.arguments(&operation.request, arguments);
-        request.map_err(|misfit| misplaced(py, "InvalidArgument", operation, &misfit))
+        request.map_err(|error| misplaced(py, "InvalidArgument", operation, &error))
     }
 }
 
 /// The exception for an argument that does not fit.
-fn misplaced(py: Python<'_>, class: &str, operation: &Operation, misfit: &Misfit) -> PyErr {
-    errors::raise(py, class, &format!("{}(): {misfit}", operation.name))
+fn misplaced(py: Python<'_>, class: &str, operation: &Operation, error: &ConversionError) -> PyErr {
+    errors::raise(py, class, &format!("{}(): {error}", operation.name))
 }
 
 pub(crate) fn nanoseconds(time: Duration) -> u64 {

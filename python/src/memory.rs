@@ -40,7 +40,7 @@ impl<T: FromBytes + IntoBytes + Send + 'static> Number for T {}
 /// Owner of the bytes.
 enum Backing {
     Owned(#[expect(dead_code, reason = "it owns the memory")] Aligned),
-    /// The same, for the loan of a test: it counts the loans of a topic.
+    /// The memory of a test's loan: it counts the loans of a topic.
     Counted(
         #[expect(dead_code, reason = "it owns the memory")] Aligned,
         #[expect(dead_code, reason = "it counts the loan")] Arc<()>,
@@ -53,7 +53,8 @@ enum Backing {
         #[expect(dead_code, reason = "it owns the memory")] Box<dyn KeptSample>,
         #[expect(dead_code, reason = "it counts the sample")] KeptCount,
     ),
-    Taken,
+    /// The memory was sent or given away.
+    Empty,
 }
 
 // SAFETY: `start` is the address of the memory that `backing` owns. It is read and written only
@@ -157,7 +158,7 @@ impl Memory {
         Ok(read(bytes))
     }
 
-    /// The same for writing.
+    /// Calls `write` with the bytes.
     pub(crate) fn write<T>(
         &self,
         at: usize,
@@ -175,7 +176,7 @@ impl Memory {
     }
 
     fn check(&self, backing: &Backing, at: usize, length: usize) -> PyResult<()> {
-        if matches!(backing, Backing::Taken) || self.discarded.load(Ordering::Acquire) {
+        if matches!(backing, Backing::Empty) || self.discarded.load(Ordering::Acquire) {
             return Err(gone());
         }
         match at.checked_add(length) {
@@ -189,7 +190,7 @@ impl Memory {
     pub(crate) fn take(&self) -> PyResult<Option<Box<dyn LoanedSample>>> {
         let mut backing = self.backing.lock().unwrap_or_else(PoisonError::into_inner);
         match &*backing {
-            Backing::Taken => return Err(gone()),
+            Backing::Empty => return Err(gone()),
             _ if self.discarded.load(Ordering::Acquire) => return Err(gone()),
             _ if self.exports.load(Ordering::Acquire) > 0 => {
                 return Err(PyBufferError::new_err(
@@ -208,7 +209,7 @@ impl Memory {
             }
             Backing::Lent(_) => {}
         }
-        match std::mem::replace(&mut *backing, Backing::Taken) {
+        match std::mem::replace(&mut *backing, Backing::Empty) {
             Backing::Lent(mut lent) => Ok(lent.take()),
             _ => Ok(None),
         }
@@ -220,7 +221,7 @@ impl Memory {
         let mut backing = self.backing.lock().unwrap_or_else(PoisonError::into_inner);
         self.discarded.store(true, Ordering::Release);
         if self.exports.load(Ordering::Acquire) == 0 {
-            *backing = Backing::Taken;
+            *backing = Backing::Empty;
         }
     }
 
@@ -228,7 +229,7 @@ impl Memory {
     pub(crate) fn end(&self) {
         let mut backing = self.backing.lock().unwrap_or_else(PoisonError::into_inner);
         if self.exports.load(Ordering::Acquire) == 0 {
-            *backing = Backing::Taken;
+            *backing = Backing::Empty;
         }
     }
 }
@@ -300,7 +301,7 @@ impl Memory {
         let mut backing = self.backing.lock().unwrap_or_else(PoisonError::into_inner);
         let was_last = self.exports.fetch_sub(1, Ordering::AcqRel) == 1;
         if was_last && self.discarded.load(Ordering::Acquire) {
-            *backing = Backing::Taken;
+            *backing = Backing::Empty;
         }
     }
 }

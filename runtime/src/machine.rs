@@ -6,7 +6,7 @@
 use crate::clock::Time;
 use crate::context::Core;
 use crate::fired_event::FiredEvent;
-use crate::machine_record::{MachineRecord, Taken};
+use crate::machine_record::{MachineRecord, TakenTransition};
 use crate::worker_error::WorkerError;
 pub use rc_machine::{Action, Chart, Condition, Kind, NONE, Range, State, Transition, Trigger};
 use rc_machine::{Failed, Host, Interpreter, Session};
@@ -502,7 +502,7 @@ impl<H: Hooks> Host for Steps<'_, H> {
         let event = self.event;
         let chart = self.hooks.parts().session.chart();
         let transition = chart.transition(number);
-        let taken = Taken {
+        let taken = TakenTransition {
             transition: number,
             event,
             took,
@@ -531,7 +531,7 @@ impl<H: Hooks> Host for Steps<'_, H> {
 }
 
 /// Notes the active states, and a transition that was taken, for the status.
-fn record<H: Hooks>(hooks: &mut H, taken: Option<Taken>) {
+fn record<H: Hooks>(hooks: &mut H, taken: Option<TakenTransition>) {
     let shared = Arc::clone(&hooks.core().shared);
     let parts = hooks.parts();
     let (external, session) = (parts.external, &parts.session);

@@ -15,12 +15,12 @@ pub(crate) struct MachineRecord {
     /// The events that may be fired from outside.
     external: &'static [u16],
     states: Vec<u16>,
-    taken: VecDeque<Taken>,
+    taken: VecDeque<TakenTransition>,
 }
 
 /// A transition that was taken.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Taken {
+pub(crate) struct TakenTransition {
     pub(crate) transition: u16,
     pub(crate) event: u16,
     pub(crate) took: Duration,
@@ -39,7 +39,7 @@ impl MachineRecord {
     }
 
     /// Notes the active states, and a transition that was taken.
-    pub(crate) fn update(&mut self, session: &Session, taken: Option<Taken>) {
+    pub(crate) fn update(&mut self, session: &Session, taken: Option<TakenTransition>) {
         // The component's own state shows the end.
         let chart = self.chart;
         let states = || {

@@ -21,7 +21,7 @@ pub(crate) struct ToolMessage {
 enum MessageState {
     Waits,
     /// The worker has begun, or the client waits no more.
-    Taken,
+    Begun,
     Handled(Result<Vec<u8>, String>),
 }
 
@@ -54,7 +54,7 @@ impl ToolMessage {
     pub(crate) fn begin(&self) -> bool {
         let mut state = self.state();
         let waits = matches!(*state, MessageState::Waits) && Instant::now() < self.deadline;
-        *state = MessageState::Taken;
+        *state = MessageState::Begun;
         waits
     }
 
@@ -67,7 +67,7 @@ impl ToolMessage {
     /// The result, if there is one or the time has passed.
     pub(crate) fn result(&self, now: Instant) -> Option<Result<Vec<u8>, Error>> {
         let mut state = self.state();
-        match std::mem::replace(&mut *state, MessageState::Taken) {
+        match std::mem::replace(&mut *state, MessageState::Begun) {
             MessageState::Handled(result) => {
                 Some(result.map_err(|reason| Error::new(Error::WORKER_REFUSES, reason)))
             }

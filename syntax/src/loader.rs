@@ -67,7 +67,7 @@ pub trait Loader {
     fn find(&self, from: &Path, wanted: &str, extension: &str)
     -> Result<ImportedFile, ImportError>;
 
-    /// The same path for all paths that lead to the file at `path`.
+    /// One path for all paths that lead to the file at `path`.
     fn identity(&self, path: &Path) -> PathBuf {
         path.to_path_buf()
     }

@@ -25,8 +25,8 @@ pub enum Next {
     IsBuilt,
 }
 
-/// What a launcher takes.
-enum Taken {
+/// The interpreter that a launcher selects.
+enum Selected {
     /// `.venv` of the component.
     Own(PathBuf),
     /// The active virtual environment.
@@ -35,7 +35,7 @@ enum Taken {
     InPath,
 }
 
-impl Taken {
+impl Selected {
     /// In the order of the launcher.
     fn by(folder: &Path) -> Self {
         let own = folder.join(interpreter::OWN_ENVIRONMENT);
@@ -80,8 +80,8 @@ pub fn check(
             "unset it: `unset PYTHONHOME`".to_owned(),
         ))
     };
-    let (environment, help_old, help_numpy) = match Taken::by(project.code()) {
-        Taken::InPath => {
+    let (environment, help_old, help_numpy) = match Selected::by(project.code()) {
+        Selected::InPath => {
             let makes = project.component.python.is_some_and(|python| python.venv);
             if makes && next == Next::IsBuilt {
                 return None;
@@ -102,13 +102,13 @@ pub fn check(
                 }
             };
         }
-        Taken::Active(environment) => {
+        Selected::Active(environment) => {
             let program = environment.join(interpreter::PROGRAM);
             let install = format!("`{} -m pip install numpy`", program.display());
             let other = "deactivate this environment, or activate another one".to_owned();
             (environment, other, format!("{install} installs it"))
         }
-        Taken::Own(environment) => {
+        Selected::Own(environment) => {
             let anew = format!("delete this environment; {make} makes a new one");
             (environment, anew, format!("{make} installs it"))
         }

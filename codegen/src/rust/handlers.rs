@@ -35,7 +35,7 @@ pub(crate) struct Handler {
     result_name: String,
     /// The signature in the user's file, without its brace.
     pub(crate) user_signature: String,
-    /// The same on lines as rustfmt breaks them, with its brace.
+    /// That signature on lines as rustfmt breaks them, with its brace.
     user_head: String,
     /// Unused parameters of an unwritten handler, in tuples of one line each.
     unused: Vec<Vec<String>>,

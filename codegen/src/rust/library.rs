@@ -109,7 +109,7 @@ struct Operation<'a> {
     inputs: Vec<Member<'a>>,
     /// Members of the reply, in the order of the wire.
     replies: Vec<Member<'a>>,
-    /// The same variables in the order of the returned tuple, whose first is the value of the
+    /// Their variables in the order of the returned tuple, whose first is the value of the
     /// operation.
     returned: Vec<String>,
     result: String,

@@ -77,7 +77,7 @@ fn one_component_adds_its_modules_and_removes_none() {
     assert_eq!(modules(&robot), ["base", "scan"]);
     succeeds(&robot, &[&b]);
     assert_eq!(modules(&robot), ["base", "grip", "scan"]);
-    // The same from the component's folder.
+    // A path from the component's folder has the same effect.
     let (_, _, err) = rcgen(&robot.join("components/b"), &["b.cdsl", "--check"]);
     assert_eq!(err, "");
     std::fs::remove_dir_all(robot.join("components/a")).expect("a folder");

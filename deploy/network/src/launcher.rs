@@ -318,7 +318,7 @@ mod tests {
         run_in(path, &[])
     }
 
-    /// The same with variables.
+    /// [`run`] with variables.
     fn run_in(path: &Path, variables: &[(&str, &Path)]) -> (Option<i32>, String, String) {
         // The shell reads it: another thread of the tests may just have a copy of an open file.
         let output = std::process::Command::new("/bin/sh")

@@ -66,7 +66,7 @@ pub(crate) struct Lock {
 
 /// Who has the abstract socket of a network.
 enum Name {
-    Taken(Listener),
+    Acquired(Listener),
     Supervisor(i32),
     /// The guard of a supervisor that has ended.
     Guard,
@@ -341,7 +341,7 @@ fn await_name(
     let mut stopped = None;
     loop {
         match take_name(network).context("take the abstract socket of the network")? {
-            Name::Taken(socket) => return Ok((Some(socket), None)),
+            Name::Acquired(socket) => return Ok((Some(socket), None)),
             Name::Supervisor(pid) => {
                 let network = network.to_owned();
                 return Err(Error::AlreadyUp { network, pid });
@@ -381,7 +381,7 @@ pub(crate) fn free_name(network: &str) -> Option<Listener> {
 fn take_name(network: &str) -> io::Result<Name> {
     let address = SocketAddr::from_abstract_name(supervisor::abstract_name(network))?;
     match UnixListener::bind_addr(&address) {
-        Ok(socket) => return Ok(Name::Taken(Listener::of(socket)?)),
+        Ok(socket) => return Ok(Name::Acquired(Listener::of(socket)?)),
         Err(error) if error.kind() == ErrorKind::AddrInUse => {}
         Err(error) => return Err(error),
     }

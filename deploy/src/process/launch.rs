@@ -175,7 +175,7 @@ impl LocalProcess {
     }
 
     /// Reads the rest of the link after the process has ended.
-    pub(crate) fn last_words(&mut self) -> Vec<Line> {
+    pub(crate) fn remaining_lines(&mut self) -> Vec<Line> {
         let mut words = Vec::new();
         for _ in 0..LAST_READS {
             words.extend(self.read_link());

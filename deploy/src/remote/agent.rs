@@ -410,7 +410,7 @@ impl Agent {
         let Some(Running { mut process, run }) = self.running.remove(name) else {
             return;
         };
-        let words = process.last_words();
+        let words = process.remaining_lines();
         self.forward_lines(name, words);
         let exit = process.reap();
         self.custody.ended(name, true);

@@ -66,9 +66,9 @@ impl ProcessHandle {
     }
 
     /// Last lines of a process that has ended.
-    pub(crate) fn last_words(&mut self) -> Vec<Line> {
+    pub(crate) fn remaining_lines(&mut self) -> Vec<Line> {
         match self {
-            Self::Local(process) => process.last_words(),
+            Self::Local(process) => process.remaining_lines(),
             Self::Remote(_) => Vec::new(),
         }
     }

@@ -401,7 +401,7 @@ impl Unit {
         let Phase::Alive(running) = &mut self.phase else {
             return None;
         };
-        for line in running.handle.last_words() {
+        for line in running.handle.remaining_lines() {
             self.handle_line(line, report);
         }
         let Phase::Alive(running) = &mut self.phase else {

@@ -62,7 +62,7 @@ impl Eyes {
         self.found_with(args, active.as_slice())
     }
 
-    /// The same with these variables of Python.
+    /// The findings with these variables of Python.
     fn found_with(&self, args: &[&str], variables: &[(&str, &Path)]) -> Vec<String> {
         let mut rcdeploy = self.site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
         rcdeploy.args(args).arg(&self.ddsl);

@@ -77,7 +77,7 @@ fn files(folder: &Path, all: &mut BTreeMap<PathBuf, Vec<u8>>) {
     }
 }
 
-/// The same of several components.
+/// The files of several components.
 pub(crate) fn of_user(components: &[&str]) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();
     for name in components {

@@ -195,7 +195,7 @@ fn agrees<T: Cdr + Default>(catalog: &Catalog, name: &str) {
     .budget_ms(150);
 }
 
-/// The same for the memory image.
+/// Memory images of random values are read and written as the generated code does it.
 fn agrees_in_place<T: InPlace>(catalog: &Catalog, name: &str) {
     let ty = structure(catalog, name);
     let size = ty.layout.expect("an image").size;

@@ -32,7 +32,7 @@ fn start(file: &str) -> (SpecificWorker, TestContext) {
     start_at(file, 0)
 }
 
-/// The same for a component that starts after some seconds: instances have different names or
+/// [`start`] of a component some seconds later: instances have different names or
 /// times.
 fn start_at(file: &str, seconds: u64) -> (SpecificWorker, TestContext) {
     let mut test = TestContext::new(params(file));

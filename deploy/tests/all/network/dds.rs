@@ -99,7 +99,7 @@ impl Domain {
             .start_program(self.over.program(), COMPONENT, &args, &local)
     }
 
-    /// The same as `start`, with environment variables.
+    /// `start` with environment variables.
     pub(crate) fn start_with(&self, settings: &[&str], variables: &[(&str, &str)]) -> Running {
         let args = self.args(settings);
         let args: Vec<&str> = args.iter().map(|arg| &**arg).collect();
@@ -112,7 +112,7 @@ impl Domain {
         self.external_with(python, program, args, "")
     }
 
-    /// The same, with further configuration of Cyclone DDS.
+    /// `external` with further configuration of Cyclone DDS.
     pub(crate) fn external_with(
         &self,
         python: &Path,

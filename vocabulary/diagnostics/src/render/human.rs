@@ -8,7 +8,7 @@ use annotate_snippets::{AnnotationKind, Element, Group, Level, Origin, Renderer,
 /// bytes.
 const EXCERPT: usize = 4 << 10;
 
-/// The same within one line, which the renderer lays out as a whole.
+/// The largest part of one line, which the renderer lays out as a whole.
 const LONG_LINE: usize = 400;
 
 /// How much of a longer line stands before and after the annotations, in bytes.

@@ -7,7 +7,7 @@
 use super::ground::{CLOCK, Ground, NETWORK, Text};
 use super::hostile::{self, Hostile};
 use super::supervised::{Supervisor, kill_one, pid};
-use super::trouble::{Aftermath, NO_DESCRIPTOR, Troubles};
+use super::trouble::{Consequence, NO_DESCRIPTOR, Troubles};
 use super::{Dice, Tally, mounts};
 use crate::figure::{Figure, table};
 use crate::pair::quantile;
@@ -224,7 +224,7 @@ struct Network<'g> {
     /// Started components, with the start in milliseconds of the day.
     starting: BTreeMap<String, (i64, Instant)>,
     /// The trouble that is there, or was a moment ago.
-    after: Aftermath,
+    after: Consequence,
 }
 
 impl<'g> Network<'g> {
@@ -250,7 +250,7 @@ impl<'g> Network<'g> {
             is_up: false,
             guarded: Instant::now(),
             starting: BTreeMap::new(),
-            after: Aftermath::Nothing,
+            after: Consequence::Nothing,
         })
     }
 
@@ -302,7 +302,7 @@ impl<'g> Network<'g> {
             "ready" => {
                 if let Some((start, _)) = self.starting.remove(name)
                     && self.is_up
-                    && self.after == Aftermath::Nothing
+                    && self.after == Consequence::Nothing
                 {
                     const DAY: i64 = 24 * 60 * 60 * 1000;
                     let took = (milliseconds(text("time"))? - start).rem_euclid(DAY);
@@ -318,7 +318,7 @@ impl<'g> Network<'g> {
             "exited" if message.contains("SIGKILL") => {
                 self.starting.remove(name);
             }
-            "exited" | "start-failed" | "not-ready" if self.after == Aftermath::Failures => {
+            "exited" | "start-failed" | "not-ready" if self.after == Consequence::Failures => {
                 self.starting.remove(name);
                 seen.troubles.fell();
             }
@@ -350,11 +350,11 @@ impl<'g> Network<'g> {
         self.look_at_clients(&names, seen);
         if dice.falls(TROUBLED) {
             self.after = seen.troubles.make(self.ground, dice)?;
-            if self.after != Aftermath::Nothing {
+            if self.after != Consequence::Nothing {
                 self.await_all(seen)?;
                 // The thread that reads events may be behind.
                 self.listen_for(BEAT, seen)?;
-                self.after = Aftermath::Nothing;
+                self.after = Consequence::Nothing;
             }
         }
         let name = &names[dice.below(names.len())];

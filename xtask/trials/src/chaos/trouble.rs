@@ -43,9 +43,9 @@ enum Kind {
     Clock,
 }
 
-/// Aftermath of a trouble, until all components are ready.
+/// What a trouble causes until all components are ready.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Aftermath {
+pub(super) enum Consequence {
     Nothing,
     /// Times of events do not measure: the clock was set, or the disk was slow.
     WrongTimes,
@@ -80,15 +80,15 @@ pub(super) struct Troubles {
 impl Troubles {
     /// Makes one trouble, and waits until it is over. Only the clock of the system stays as it was
     /// set, until it is set again.
-    pub(super) fn make(&mut self, ground: &Ground, dice: &mut Dice) -> Result<Aftermath, Failure> {
+    pub(super) fn make(&mut self, ground: &Ground, dice: &mut Dice) -> Result<Consequence, Failure> {
         let status = ground.status("rcdeploy").unwrap_or_default();
         let (supervisor, guard) = (process(&status["pid"]), process(&status["guard"]));
         let at = dice.below(KINDS.len());
         let (kind, time) = (KINDS[at].0, dice.time(LONGEST));
         let (Some(supervisor), Some(guard)) = (supervisor, guard) else {
-            return Ok(Aftermath::Nothing);
+            return Ok(Consequence::Nothing);
         };
-        let mut aftermath = Aftermath::Nothing;
+        let mut consequence = Consequence::Nothing;
         match (kind, mounts::logs()) {
             (Kind::MassKill, _) => self.killed += kill(ground, &status, 50, dice),
             (Kind::StoppedSupervisor, _) => stop(supervisor, time)?,
@@ -96,14 +96,14 @@ impl Troubles {
             (Kind::NoDescriptor, _) => without_descriptors(supervisor, time)?,
             (Kind::FullMemory, Some(_)) => {
                 full(Path::new(MEMORY), time)?;
-                aftermath = Aftermath::Failures;
+                consequence = Consequence::Failures;
             }
             (Kind::FullDisk, Some(logs)) => full(logs, time)?,
             // The memory and the disk of others.
-            (Kind::FullMemory | Kind::FullDisk, None) => return Ok(Aftermath::Nothing),
+            (Kind::FullMemory | Kind::FullDisk, None) => return Ok(Consequence::Nothing),
             (Kind::SlowDisk | Kind::SystemClock, _) => {
                 let Some(shim) = ground.shim() else {
-                    return Ok(Aftermath::Nothing);
+                    return Ok(Consequence::Nothing);
                 };
                 if kind == Kind::SystemClock {
                     shim.set_clock(dice.below(2 * FAR) as i64 - FAR as i64)?;
@@ -114,12 +114,12 @@ impl Troubles {
                 self.killed_meanwhile += kill(ground, &status, 20, dice);
                 std::thread::sleep(time);
                 shim.slow_disk(Duration::ZERO)?;
-                aftermath = Aftermath::WrongTimes;
+                consequence = Consequence::WrongTimes;
             }
             (Kind::Clock, _) => jump(ground, &status, time),
         }
         self.made[at] += 1;
-        Ok(aftermath)
+        Ok(consequence)
     }
 
     /// Notes that a component has failed because of a trouble.
