@@ -246,13 +246,19 @@ impl Types {
         }
     }
 
-    fn number(&self, primitive: Primitive, object: &Bound<'_, PyAny>) -> Result<Value, ConversionError> {
+    fn number(
+        &self,
+        primitive: Primitive,
+        object: &Bound<'_, PyAny>,
+    ) -> Result<Value, ConversionError> {
         let word = primitive.word();
         let is_bool = object.is_instance_of::<PyBool>()
             || object.is_instance(self.numpy_bool.bind(object.py()))?;
         match primitive {
             Primitive::Bool if is_bool => Ok(Value::Bool(object.is_truthy()?)),
-            _ if is_bool || primitive == Primitive::Bool => Err(ConversionError::expected(word, object)),
+            _ if is_bool || primitive == Primitive::Bool => {
+                Err(ConversionError::expected(word, object))
+            }
             Primitive::F32 | Primitive::F64 => {
                 if object.is_instance_of::<PyString>()
                     || object.is_instance(self.numpy_complex.bind(object.py()))?
@@ -417,14 +423,19 @@ fn float(primitive: Primitive, number: f64) -> Result<Value, ConversionError> {
 }
 
 /// Copies the numbers of a buffer. `None` for what is no buffer of numbers.
-fn of_buffer(primitive: Primitive, object: &Bound<'_, PyAny>) -> Result<Option<Numbers>, ConversionError> {
+fn of_buffer(
+    primitive: Primitive,
+    object: &Bound<'_, PyAny>,
+) -> Result<Option<Numbers>, ConversionError> {
     let Ok(buffer) = PyUntypedBuffer::get(object) else {
         return Ok(None);
     };
     let py = object.py();
     // A conversion of NumPy drops the imaginary part, and what a mask hides has any value.
     if buffer.format().to_bytes().contains(&b'Z') {
-        return Err(ConversionError::new("its numbers are complex; take `.real`"));
+        return Err(ConversionError::new(
+            "its numbers are complex; take `.real`",
+        ));
     }
     if is_masked(object)? {
         return Err(ConversionError::new(

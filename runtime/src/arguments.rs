@@ -2,18 +2,17 @@
 
 use crate::converting::Conversions;
 use crate::description::Description;
-use crate::ros_arguments::given::RosArguments;
 use crate::slots::Listed;
 use crate::time::ClockChoice;
-use rc_management::component::Role;
+use rc_middleware::linked::{GivenArguments, NodeName};
 use rc_middleware::{Address, Settings};
 use rc_vocabulary::member;
-use rc_vocabulary::qos::Policy;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Arguments of a component that runs.
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(crate) struct Arguments {
     pub(crate) network: String,
     pub(crate) name: String,
@@ -23,8 +22,8 @@ pub(crate) struct Arguments {
     pub(crate) settings: Settings,
     /// Parameters of this run (`--set`), each with its text.
     pub(crate) parameters: Vec<(String, String)>,
-    /// Arguments after `--ros-args`.
-    pub(crate) ros: RosArguments,
+    /// Arguments in the style of a middleware, with its name.
+    pub(crate) node: Option<(&'static str, Arc<dyn GivenArguments>)>,
     /// Where time comes from.
     pub(crate) clock: ClockChoice,
     /// The components that follow the time of this one, in the order of their turns.
@@ -41,15 +40,35 @@ pub(crate) struct Arguments {
     pub(crate) conversions: Conversions,
 }
 
-/// A policy for a topic by its name in ROS 2: `qos_overrides./scan.publisher.depth:=1` of its
-/// command line.
-#[derive(Debug, PartialEq)]
-pub(crate) struct RosOverride {
-    /// `/scan`
-    pub(crate) topic: String,
-    /// The end that it is for.
-    pub(crate) role: Role,
-    pub(crate) policy: Policy,
+impl Arguments {
+    /// The arguments of a component of which nothing is set.
+    pub(crate) fn new(network: &str, name: &str) -> Self {
+        Self {
+            network: network.to_owned(),
+            name: name.to_owned(),
+            config: None,
+            bindings: BTreeMap::new(),
+            log: None,
+            settings: Settings::default(),
+            parameters: Vec::new(),
+            node: None,
+            clock: ClockChoice::default(),
+            followers: Vec::new(),
+            active: false,
+            record: None,
+            keep_free: None,
+            members: Listed::new(),
+            conversions: BTreeMap::new(),
+        }
+    }
+
+    /// The names from which those of the component's node follow.
+    pub(crate) fn node_name(&self) -> NodeName<'_> {
+        NodeName {
+            network: &self.network,
+            name: &self.name,
+        }
+    }
 }
 
 /// Checks that the component has a slot of this name, or may have a member. The error lists the

@@ -1,26 +1,23 @@
 //! The command line of every generated binary.
 
 use crate::arguments::{Arguments, check_slot};
-use crate::description::ROS2;
 use crate::description::{Description, Slot};
-use crate::ros_arguments;
-use crate::ros_arguments::given::RosArguments;
-use crate::slots::Listed;
 use crate::time::ClockChoice;
 use lexopt::prelude::{Long, Short, ValueExt};
 use rc_conversion::Plan;
 use rc_management::component::Role;
+use rc_middleware::linked::GivenArguments;
 use rc_middleware::{Address, Settings};
-use rc_vocabulary::member;
-use std::collections::BTreeMap;
+use rc_vocabulary::{Middleware, member};
 use std::ffi::OsString;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// The longest time that `--wait` takes, in seconds.
 const LONGEST_WAIT: u64 = 24 * 60 * 60;
 
 /// Action that the command line requests.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 pub(crate) enum Task {
     Run(Arguments),
     Check(Arguments),
@@ -36,29 +33,13 @@ pub(crate) fn parse(
     description: &Description,
     args: impl IntoIterator<Item = OsString>,
 ) -> Result<Task, lexopt::Error> {
-    let (args, ros) = ros_arguments::split(args);
+    let (args, of_nodes) = split(args);
     let mut parser = lexopt::Parser::from_args(args);
     let mut check = false;
     let mut probe = false;
     let mut replay = false;
     let mut wait = None;
-    let mut out = Arguments {
-        network: "default".to_owned(),
-        name: description.name.to_owned(),
-        config: None,
-        bindings: BTreeMap::new(),
-        log: None,
-        settings: Settings::default(),
-        parameters: Vec::new(),
-        ros: RosArguments::default(),
-        clock: ClockChoice::default(),
-        followers: Vec::new(),
-        active: false,
-        record: None,
-        keep_free: None,
-        members: Listed::new(),
-        conversions: BTreeMap::new(),
-    };
+    let mut out = Arguments::new("default", description.name);
     while let Some(arg) = parser.next()? {
         match arg {
             Long("network") => out.network = parse_name("--network", &parser.value()?.string()?)?,
@@ -105,8 +86,11 @@ pub(crate) fn parse(
             other => return Err(format!("{}; see --help", other.unexpected()).into()),
         }
     }
-    if let Some(ros) = ros {
-        ros_arguments::read(description, ros, &mut out)?;
+    for (middleware, option, given) in of_nodes {
+        let read = node_arguments(description, middleware, option, given)?;
+        if out.node.replace(read).is_some() {
+            return Err(format!("{option}: the arguments are those of one middleware").into());
+        }
     }
     if out.keep_free.is_some() && out.record.is_none() {
         return Err("--keep-free goes with --record".into());
@@ -131,6 +115,60 @@ fn mebibytes(text: &str) -> Result<u64, lexopt::Error> {
     let bytes = mib.and_then(|mib| mib.checked_mul(1 << 20));
     let wrong = || format!("--keep-free takes a whole number of MiB, not `{text}`");
     Ok(bytes.ok_or_else(wrong)?)
+}
+
+/// Arguments of the nodes of a middleware, with the option that began them.
+type OfNodes = (Middleware, &'static str, Vec<OsString>);
+
+/// Splits the command line into the component's own arguments and those of nodes, `--ros-args … --`.
+fn split(args: impl IntoIterator<Item = OsString>) -> (Vec<OsString>, Vec<OfNodes>) {
+    let (mut own, mut of_nodes) = (Vec::new(), Vec::<OfNodes>::new());
+    // The middleware whose arguments follow.
+    let mut inside = None;
+    for arg in args {
+        let begins = Middleware::ALL.into_iter().find_map(|middleware| {
+            let option = middleware.can().node_arguments?;
+            (arg == option).then_some((middleware, option))
+        });
+        if let Some((middleware, option)) = begins {
+            let known = of_nodes.iter().position(|(of, ..)| *of == middleware);
+            inside = known.or_else(|| {
+                of_nodes.push((middleware, option, Vec::new()));
+                Some(of_nodes.len() - 1)
+            });
+        } else if inside.is_some() && arg == "--" {
+            inside = None;
+        } else {
+            let list = inside.map_or(&mut own, |at| &mut of_nodes[at].2);
+            list.push(arg);
+        }
+    }
+    (own, of_nodes)
+}
+
+/// Parses the arguments of nodes, for which the component must be linked with their middleware.
+fn node_arguments(
+    description: &Description,
+    middleware: Middleware,
+    option: &str,
+    given: Vec<OsString>,
+) -> Result<(&'static str, Arc<dyn GivenArguments>), lexopt::Error> {
+    let word = middleware.word();
+    let mut backends = description.backends.iter();
+    let linked = backends.find(|linked| linked.name == word);
+    let Some(arguments) = linked.and_then(|linked| linked.arguments) else {
+        return Err(format!(
+            "{option} is for components that use {word}, and {} does not; generate it with --middleware {word}, or see --help",
+            description.name
+        )
+        .into());
+    };
+    let text = |arg: OsString| {
+        let wrong = |arg: OsString| format!("{option}: `{}` is not UTF-8", arg.to_string_lossy());
+        arg.into_string().map_err(wrong)
+    };
+    let given = given.into_iter().map(text).collect::<Result<_, _>>()?;
+    Ok((word, (arguments.read)(given)?))
 }
 
 fn seconds(text: &str) -> Result<Duration, lexopt::Error> {
@@ -322,17 +360,8 @@ fn help(description: &Description) -> String {
              --active              configure and activate it at the start; without success it ends with exit code 3\n",
         );
     }
-    if description.backends.iter().any(|(name, _)| *name == ROS2) {
-        out.push_str(
-            "\nAs a node of ROS 2, NAME … --ros-args … [--]:\n  \
-             -r FROM:=TO           rename; FROM is a slot, SLOT/operation, a full name, __node or __ns\n  \
-             -p NAME:=VALUE        set a parameter for this run\n  \
-             --params-file FILE    set those that a YAML file has for this node\n  \
-             --log-level LEVEL     debug, info, warn, error or fatal\n  \
-             --disable-rosout-logs, --disable-stdout-logs, --enable-…\n                        \
-             whether the log is published on /rosout and printed\n\n\
-             NODE:FROM:=TO, NODE:NAME:=VALUE and NODE:=LEVEL are for that node alone.\n",
-        );
+    for arguments in description.backends.iter().filter_map(|b| b.arguments) {
+        out.push_str(arguments.help);
     }
     if !description.slots.is_empty() {
         out.push_str("\nSlots:\n");
@@ -346,7 +375,7 @@ fn help(description: &Description) -> String {
             slot.backend
         ));
     }
-    let backends = description.backends.iter().map(|(name, _)| *name);
+    let backends = description.backends.iter().map(|linked| linked.name);
     let settings = backends.flat_map(|name| {
         let keys = rc_vocabulary::keys(name).unwrap_or_default();
         keys.iter()

@@ -1,6 +1,6 @@
 //! The status and the heartbeats of a component.
 
-use crate::description::{Description, ROS2};
+use crate::description::Description;
 use crate::lifecycle::Lifecycle;
 use crate::machine_record::MachineRecord;
 use crate::settings::topic_qos;
@@ -9,7 +9,7 @@ use crate::status::{self, Shared};
 use rc_management::component::{ClockKind, ClockStatus, Role, SlotStatus, Status};
 use rc_management::link::Heartbeat;
 use rc_management::observation::{Described, OperationDescription, SlotDescription};
-use rc_middleware::{Address, Environment, Settings};
+use rc_middleware::{Address, Environment, Linked, Settings};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -84,16 +84,14 @@ impl ComponentInfo {
             hash: format!("{:016x}", slot.type_hash),
             operations: operations(&slot),
         });
-        let settings = |middleware: &str| {
-            let keys = rc_vocabulary::keys(middleware).unwrap_or_default().iter();
+        let settings = |linked: &Linked| {
+            let keys = rc_vocabulary::keys(linked.name).unwrap_or_default().iter();
             let set = keys.filter_map(|key| {
-                let value = self.settings.value(middleware, key.name)?;
+                let value = self.settings.value(linked.name, key.name)?;
                 Some((key.name.to_owned(), value.to_string()))
             });
             let mut set: BTreeMap<String, String> = set.collect();
-            if middleware == ROS2 {
-                add_variables(&mut set, &|name| std::env::var(name).ok());
-            }
+            (linked.variables)(&mut set, &|name| std::env::var(name).ok());
             set
         };
         let middlewares = self.description.backends.iter();
@@ -104,7 +102,7 @@ impl ComponentInfo {
             network: self.network.clone(),
             pid: std::process::id(),
             middlewares: middlewares
-                .map(|(name, _)| ((*name).to_owned(), settings(name)))
+                .map(|linked| (linked.name.to_owned(), settings(linked)))
                 .collect(),
             slots: slots.collect(),
             types: types
@@ -203,44 +201,5 @@ fn clock(shared: &Shared, status: &status::Status) -> ClockStatus {
         lost_ms: (lost_ms > 0).then_some(lost_ms),
         followers: status.followers.clone(),
         waiting_for: status.waiting_for.clone(),
-    }
-}
-
-/// Adds what variables of ROS 2 choose and no setting does: a tool may have other variables.
-fn add_variables(
-    settings: &mut BTreeMap<String, String>,
-    variable: &dyn Fn(&str) -> Option<String>,
-) {
-    if let Some(domain) = variable("ROS_DOMAIN_ID") {
-        settings.entry("domain".to_owned()).or_insert(domain);
-    }
-    let is_local = variable("ROS_LOCALHOST_ONLY").is_some_and(|value| value != "0")
-        || variable("ROS_AUTOMATIC_DISCOVERY_RANGE").is_some_and(|range| range == "LOCALHOST");
-    if is_local {
-        let interfaces = settings.entry("interfaces".to_owned());
-        interfaces.or_insert_with(|| "127.0.0.1".to_owned());
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn variables_of_ros_are_settings_unless_a_setting_is_there() {
-        let variable = |name: &str| match name {
-            "ROS_DOMAIN_ID" => Some("7".to_owned()),
-            "ROS_LOCALHOST_ONLY" => Some("1".to_owned()),
-            _ => None,
-        };
-        let mut settings = BTreeMap::from([("domain".to_owned(), "3".to_owned())]);
-        add_variables(&mut settings, &variable);
-        assert_eq!(settings["domain"], "3");
-        assert_eq!(settings["interfaces"], "127.0.0.1");
-        let mut settings = BTreeMap::new();
-        add_variables(&mut settings, &|_| None);
-        assert!(settings.is_empty());
-        add_variables(&mut settings, &variable);
-        assert_eq!(settings["domain"], "7");
     }
 }

@@ -4,13 +4,12 @@ use crate::arguments::{self, Arguments};
 use crate::description::Description;
 use crate::error::{StartError, refused};
 use crate::log::print_error;
-use crate::ros_arguments::given::RosArguments;
-use crate::ros_arguments::{self, Override, RosOverrides};
 use rc_configuration::model::Parameters;
 use rc_configuration::{
     Configuration, LiveParameters, PathFolders, UntypedValue, Values, folder_of_paths,
 };
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use rc_middleware::linked::{Overrides, ParameterOverride};
 use rc_middleware::{Address, Settings};
 use std::collections::{BTreeMap, BTreeSet};
 use std::os::unix::fs::MetadataExt;
@@ -25,8 +24,8 @@ pub(crate) struct LoadedConfiguration {
     pub(crate) file: Option<PathBuf>,
     /// Where relative paths of parameters start, however the component is started.
     pub(crate) folders: PathFolders,
-    /// Values from the command line of ROS 2.
-    pub(crate) ros: RosOverrides,
+    /// What the arguments of nodes change.
+    pub(crate) node: Overrides,
 }
 
 impl LoadedConfiguration {
@@ -47,7 +46,7 @@ pub(crate) fn load(
     arguments: &Arguments,
 ) -> Result<LoadedConfiguration, StartError> {
     let mut loaded = read(description, arguments)?;
-    if loaded.ros.parameters.is_empty() && arguments.parameters.is_empty() {
+    if loaded.node.parameters.is_empty() && arguments.parameters.is_empty() {
         return Ok(loaded);
     }
     let name = description.name;
@@ -55,7 +54,7 @@ pub(crate) fn load(
         let reason = refused(found).message;
         StartError::Configuration(format!("{name}: error: {from}: {reason}\n"))
     };
-    let is_optional = loaded.ros.parameters.iter().all(|one| one.is_optional);
+    let is_optional = loaded.node.parameters.iter().all(|one| one.is_optional);
     let model = match &loaded.parameters {
         Some(model) => model.clone(),
         None if is_optional && arguments.parameters.is_empty() => return Ok(loaded),
@@ -66,17 +65,21 @@ pub(crate) fn load(
     };
     let live = LiveParameters::new(model, &loaded.configuration.parameters);
     let (mut given, mut sources) = (Vec::new(), BTreeSet::new());
-    let set = arguments.parameters.iter().map(|(path, text)| Override {
-        name: path.clone(),
-        value: UntypedValue::of_text(text),
-        from: "command line".to_owned(),
-        is_optional: false,
+    let set = arguments.parameters.iter().map(|(path, text)| {
+        let given = UntypedValue::of_text(text);
+        ParameterOverride {
+            name: path.clone(),
+            text: given.text,
+            value: given.value,
+            from: "command line".to_owned(),
+            is_optional: false,
+        }
     });
     let set: Vec<_> = set.collect();
     // A path on a command line is one of its shell.
     let here = std::env::current_dir().unwrap_or_default();
-    for one in set.iter().chain(&loaded.ros.parameters) {
-        match live.given(&one.name, &one.value, &here) {
+    for one in set.iter().chain(&loaded.node.parameters) {
+        match live.given(&one.name, &untyped(one), &here) {
             Ok(value) => {
                 given.push((one.name.as_str(), value));
                 sources.insert(one.from.as_str());
@@ -86,7 +89,7 @@ pub(crate) fn load(
                     .help
                     .map_or(String::new(), |help| format!("; {help}"));
                 let ignored = format!("{}: {}{help}", one.from, unknown.message);
-                loaded.ros.ignored.push(ignored);
+                loaded.node.ignored.push(ignored);
             }
             Err(unknown) => {
                 let mut found = Diagnostics::new();
@@ -115,15 +118,24 @@ pub(crate) fn configured(configuration: &Configuration) -> Settings {
     settings
 }
 
-/// Applies the arguments of ROS 2, for which the configuration may set names.
-fn ros_overrides(
+/// Applies the arguments of nodes, for which the configuration may set names.
+fn overrides(
     arguments: &Arguments,
     configuration: &Configuration,
-) -> Result<RosOverrides, StartError> {
-    if arguments.ros == RosArguments::default() {
-        return Ok(RosOverrides::default());
+) -> Result<Overrides, StartError> {
+    let Some((_, given)) = &arguments.node else {
+        return Ok(Overrides::default());
+    };
+    let configured = configured(configuration);
+    let resolved = given.resolve(&arguments.node_name(), &arguments.settings, &configured);
+    resolved.map_err(StartError::Configuration)
+}
+
+fn untyped(given: &ParameterOverride) -> UntypedValue {
+    UntypedValue {
+        text: given.text.clone(),
+        value: given.value.clone(),
     }
-    ros_arguments::resolve(arguments, &configured(configuration)).map_err(StartError::Configuration)
 }
 
 fn read(
@@ -141,16 +153,14 @@ fn read(
             return Err(StartError::System(message));
         }
     };
-    let values = |ros: &RosOverrides| -> BTreeMap<String, UntypedValue> {
-        let given = ros.parameters.iter();
-        given
-            .map(|one| (one.name.clone(), one.value.clone()))
-            .collect()
+    let values = |node: &Overrides| -> BTreeMap<String, UntypedValue> {
+        let given = node.parameters.iter();
+        given.map(|one| (one.name.clone(), untyped(one))).collect()
     };
     let Some(path) = config_file(description, arguments) else {
-        let ros = ros_overrides(arguments, &Configuration::default())?;
+        let node = overrides(arguments, &Configuration::default())?;
         let configuration =
-            rc_configuration::defaults_with(parameters.as_ref(), &values(&ros)).map_err(|missing| {
+            rc_configuration::defaults_with(parameters.as_ref(), &values(&node)).map_err(|missing| {
             StartError::Configuration(format!(
                 "{}: error: there is no configuration file, and these parameters have no default: {}; name one with --config\n",
                 description.name,
@@ -162,7 +172,7 @@ fn read(
             configuration,
             file: None,
             folders: folders(description, None),
-            ros,
+            node,
         });
     };
     let text = rc_files::read(&path).map_err(|e| {
@@ -176,9 +186,9 @@ fn read(
     let source = sources.add(&path, text);
     // Without the parameters, which the arguments may set.
     let (first, _) = rc_configuration::check(&sources, source, None);
-    let ros = ros_overrides(arguments, &first)?;
+    let node = overrides(arguments, &first)?;
     let (configuration, mut found) =
-        rc_configuration::check_with(&sources, source, parameters.as_ref(), &values(&ros));
+        rc_configuration::check_with(&sources, source, parameters.as_ref(), &values(&node));
     let mode = std::fs::metadata(&path).map_or(0, |file| file.mode());
     rc_configuration::check_readable(&configuration, mode, &mut found);
     if found.has_errors() {
@@ -196,7 +206,7 @@ fn read(
         configuration,
         folders: folders(description, Some(&file)),
         file: Some(file),
-        ros,
+        node,
     })
 }
 
@@ -264,7 +274,6 @@ pub(crate) fn bindings(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::time::ClockChoice;
     use std::time::Duration;
 
     static READER: Description = Description {
@@ -291,21 +300,9 @@ mod tests {
             .iter()
             .map(|(path, text)| ((*path).into(), (*text).into()));
         let arguments = Arguments {
-            conversions: BTreeMap::new(),
-            network: "default".to_owned(),
-            name: "reader".to_owned(),
             config,
-            bindings: BTreeMap::new(),
-            log: None,
-            settings: Settings::default(),
             parameters: set.collect(),
-            ros: RosArguments::default(),
-            clock: ClockChoice::Own,
-            followers: Vec::new(),
-            active: false,
-            record: None,
-            keep_free: None,
-            members: BTreeMap::default(),
+            ..Arguments::new("default", "reader")
         };
         load(&READER, &arguments).expect("a configuration").values()
     }

@@ -1,15 +1,10 @@
 //! The description of a component by its generated code.
 
 use rc_management::component::Role;
+use rc_middleware::linked::NodeClock;
 use rc_middleware::typed::Operation;
-use rc_middleware::{Backend, Environment, OpenError, Qos};
+use rc_middleware::{Linked, Qos};
 use std::time::Duration;
-
-/// The name of the middleware that has the command line and the graph of ROS 2.
-pub(crate) const ROS2: &str = "ros2";
-
-/// Opens a backend. Generated code names the functions of the backends that it was generated for.
-pub type Connect = fn(&Environment) -> Result<Box<dyn Backend>, OpenError>;
 
 /// A component, as its generated code describes it.
 #[derive(Debug)]
@@ -33,13 +28,21 @@ pub struct Description {
     /// `rc_values::description::Module`.
     pub types: &'static [&'static str],
     /// The middlewares of the connections.
-    pub backends: &'static [(&'static str, Connect)],
+    pub backends: &'static [Linked],
     /// Whether the worker can advance the time of its network.
     pub simulates_time: bool,
     /// Whether it has the life cycle of a managed component.
     pub managed: bool,
     /// Note for tools in the executable, see `rc_codegen::note`.
     pub note: &'static [u8],
+}
+
+impl Description {
+    /// The middleware whose nodes share a time, if the component has one.
+    pub(crate) fn node_clock(&self) -> Option<(&'static str, NodeClock)> {
+        let mut backends = self.backends.iter();
+        backends.find_map(|linked| Some((linked.name, linked.clock?)))
+    }
 }
 
 /// One end of a connection.

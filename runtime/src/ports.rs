@@ -83,8 +83,8 @@ impl Connections {
         clock: ClockKind,
     ) -> Result<Self, OpenError> {
         let mut backends = Vec::new();
-        for (name, connect) in description.backends {
-            backends.push((*name, connect(environment)?));
+        for linked in description.backends {
+            backends.push((linked.name, (linked.connect)(environment)?));
         }
         let ports = Self::over(description, backends, slots, &environment.network, clock);
         Ok(Self {
@@ -214,14 +214,19 @@ impl Connections {
                 Ok(TimeRole::Follower(Box::new(follower)))
             }
             ClockKind::Ros => {
-                let backend = backend(crate::description::ROS2)?;
-                let follower = Follower::open_ros(backend, &address, name, clock)?;
+                let (middleware, of_nodes) = self.description.node_clock().ok_or_else(|| {
+                    wrong("none of its middlewares has a clock of nodes".to_owned())
+                })?;
+                let backend = backend(middleware)?;
+                let follower = Follower::open_nodes(backend, &address, name, clock, of_nodes)?;
                 Ok(TimeRole::Follower(Box::new(follower)))
             }
             ClockKind::Source => {
                 let state = SourceState::new(clock, followers);
                 let state = Rc::new(RefCell::new(state));
-                let source = Source::open(&self.backends, &address, Rc::clone(&state))?;
+                let of_nodes = self.description.node_clock();
+                let state_of = Rc::clone(&state);
+                let source = Source::open(&self.backends, of_nodes, &address, state_of)?;
                 self.source = Some(state);
                 Ok(TimeRole::Source(Box::new(source)))
             }

@@ -8,7 +8,6 @@ use crate::component::Component;
 use crate::configuration;
 use crate::context::Core;
 use crate::description::Description;
-use crate::description::ROS2;
 use crate::error::StartError;
 use crate::event_loop::EventLoop;
 use crate::exact;
@@ -241,9 +240,11 @@ fn run_component<C: Component>(
 ) -> Result<(), StartError> {
     let loaded = configuration::load(description, arguments)?;
     let configuration = &loaded.configuration;
-    let level = loaded.ros.log.or(arguments.log.as_deref());
+    let of_node = arguments.node.as_ref();
+    let prints_log = of_node.and_then(|(_, given)| given.prints_log());
+    let level = loaded.node.log.or(arguments.log.as_deref());
     let level = level.or(configuration.log.as_deref());
-    let log = log::start(level, arguments.ros.prints_log.unwrap_or(true))?;
+    let log = log::start(level, prints_log.unwrap_or(true))?;
     let bindings = configuration::bindings(description, arguments, configuration)?;
     let names = (arguments.network.as_str(), arguments.name.as_str());
     let listed = arguments.members.clone();
@@ -427,10 +428,11 @@ fn clock(
 ) -> Result<ClockKind, StartError> {
     let name = description.name;
     let usage = |message: String| Err(StartError::Usage(message));
-    let has_ros = description.backends.iter().any(|(name, _)| *name == ROS2);
-    let from_ros = has_ros && settings.bool(ROS2, "use_sim_time") == Some(true);
+    let of_nodes = description.node_clock();
+    let followed = of_nodes
+        .filter(|(middleware, clock)| settings.bool(middleware, clock.setting) == Some(true));
     let kind = match &arguments.clock {
-        ClockChoice::Own if from_ros => ClockKind::Ros,
+        ClockChoice::Own if followed.is_some() => ClockKind::Ros,
         ClockChoice::Own | ClockChoice::Source if description.simulates_time => ClockKind::Source,
         ClockChoice::Own | ClockChoice::System => ClockKind::System,
         ClockChoice::Source => {
@@ -438,18 +440,23 @@ fn clock(
                 "--clock source: {name} does not advance time; write `simulates time;` in its .cdsl and generate it anew"
             ));
         }
-        ClockChoice::Simulated(_) if from_ros => {
-            return usage(
-                "--clock simulated and ros2.use_sim_time name two clocks; choose one".to_owned(),
-            );
-        }
-        ClockChoice::Simulated(_) => ClockKind::Simulated,
+        ClockChoice::Simulated(_) => match followed {
+            Some((middleware, clock)) => {
+                let setting = clock.setting;
+                return usage(format!(
+                    "--clock simulated and {middleware}.{setting} name two clocks; choose one"
+                ));
+            }
+            None => ClockKind::Simulated,
+        },
     };
     if kind != ClockKind::Source && !arguments.followers.is_empty() {
         return usage("--followers goes with --clock source".to_owned());
     }
-    if has_ros && matches!(kind, ClockKind::Ros | ClockKind::Source) {
-        ends::name_ros_clock(settings);
+    if let Some((_, clock)) = of_nodes
+        && matches!(kind, ClockKind::Ros | ClockKind::Source)
+    {
+        (clock.rename)(settings, ends::SLOT);
     }
     Ok(kind)
 }

@@ -1,16 +1,14 @@
 //! The settings of middlewares. The command line precedes the configuration.
 
-use crate::arguments::{Arguments, RosOverride};
+use crate::arguments::Arguments;
 use crate::configuration::{LoadedConfiguration, configured};
 use crate::description::Description;
-use crate::description::ROS2;
-use crate::ros_arguments::RosOverrides;
 use crate::slots::{NamedSlot, OpenSlot, SlotTable};
 use rc_management::component::Role;
+use rc_middleware::linked::{TopicNames, TopicOverride};
 use rc_middleware::{OpenError, Qos, Settings};
 use rc_vocabulary::Value;
 use rc_vocabulary::qos;
-use rc_vocabulary::ros::ResolvedRemapping;
 
 /// Collects all settings. The log reports a rule that matches nothing in the component; a network
 /// may have it for another component.
@@ -20,30 +18,41 @@ pub(crate) fn settings(
     loaded: &LoadedConfiguration,
     slots: &SlotTable,
 ) -> Result<Settings, OpenError> {
-    let ros = &loaded.ros;
     let mut settings = configured(&loaded.configuration);
     settings.extend(&arguments.settings);
-    settings.extend(&ros.settings);
-    if !ros.remap.is_empty() {
-        prepend(&mut settings, "remap", Value::Remappings(ros.remap.clone()));
-    }
-    let overrides = overrides(description, arguments, ros, &settings, slots)?;
-    if !overrides.is_empty() {
-        prepend(&mut settings, "qos", Value::Qos(overrides));
+    settings.extend(&loaded.node.settings);
+    if let Some((middleware, given)) = &arguments.node {
+        for (key, rules) in &loaded.node.rules {
+            prepend(&mut settings, middleware, key, rules.clone());
+        }
+        let names = given.topic_names(&arguments.node_name(), &settings);
+        let topics = topics(slots, middleware)?;
+        let overrides = overrides(description, &loaded.node.qos, &topics, &names);
+        if !overrides.is_empty() {
+            prepend(&mut settings, middleware, "qos", Value::Qos(overrides));
+        }
+        let option = option(middleware);
+        for ignored in &loaded.node.ignored {
+            tracing::warn!("{option}: {ignored}");
+        }
     }
     warn(description, &settings, slots)?;
-    for ignored in &ros.ignored {
-        tracing::warn!("--ros-args: {ignored}");
-    }
     Ok(settings)
 }
 
+/// The option that begins the arguments of nodes.
+fn option(middleware: &str) -> &'static str {
+    let known = rc_vocabulary::Middleware::from_word(middleware);
+    let option = known.and_then(|middleware| middleware.can().node_arguments);
+    option.unwrap_or_default()
+}
+
 /// Adds rules in front of those that are set.
-fn prepend(settings: &mut Settings, key: &str, mut rules: Value) {
-    if let Some(later) = settings.value(ROS2, key) {
+fn prepend(settings: &mut Settings, middleware: &str, key: &str, mut rules: Value) {
+    if let Some(later) = settings.value(middleware, key) {
         rules.append(later.clone());
     }
-    settings.set(ROS2, key, rules);
+    settings.set(middleware, key, rules);
 }
 
 /// The slots of topics that a middleware carries. Of arrays, the members that the network lists.
@@ -56,38 +65,27 @@ fn topics(slots: &SlotTable, middleware: &str) -> Result<Vec<NamedSlot>, OpenErr
     Ok(topics)
 }
 
-/// The quality of service that the command line of ROS 2 sets by topic, as rules by slot and
-/// operation.
+/// The quality of service that arguments set by the names of topics in the middleware, as rules by
+/// slot and operation.
 fn overrides(
     description: &Description,
-    arguments: &Arguments,
-    ros: &RosOverrides,
-    settings: &Settings,
-    slots: &SlotTable,
-) -> Result<Vec<qos::Rule>, OpenError> {
-    if ros.qos.is_empty() {
-        return Ok(Vec::new());
-    }
-    let own = |key: &str| settings.text(ROS2, key).map(str::to_owned);
-    let (network, name) = (&arguments.network, &arguments.name);
-    let (namespace, node) = rc_vocabulary::ros::node(network, name, own("namespace"), own("node"));
-    let remap = settings.remappings(ROS2, "remap").iter();
-    let remap = remap.map(|rule| rule.resolve(&namespace, &node));
-    let remap: Vec<ResolvedRemapping> = remap.collect();
+    given: &[TopicOverride],
+    topics: &[NamedSlot],
+    names: &TopicNames,
+) -> Vec<qos::Rule> {
     let mut named = Vec::new();
-    for NamedSlot { path, of, address } in topics(slots, ROS2)? {
+    for NamedSlot { path, of, address } in topics {
         for operation in of.operations {
-            let own = address.join(operation.name);
-            let topic = rc_vocabulary::ros::operation(own.as_str(), &path, operation.name, &remap);
+            let topic = names(address, path, operation.name);
             named.push((topic, of.role, format!("{path}/{}", operation.name)));
         }
     }
     let mut rules = Vec::new();
-    for RosOverride {
+    for TopicOverride {
         topic,
         role,
         policy,
-    } in &ros.qos
+    } in given
     {
         let of = named
             .iter()
@@ -109,7 +107,7 @@ fn overrides(
             tracing::warn!("qos_overrides: {name} has no topic `{topic}` that it {word}; {hint}");
         }
     }
-    Ok(rules)
+    rules
 }
 
 /// Logs the rules that match nothing in this component.
@@ -126,7 +124,8 @@ fn warn(
     let all = named(&slots.named()?);
     let all: Vec<(&str, Vec<&str>)> = all.iter().map(|(n, o)| (n.as_str(), o.clone())).collect();
     let name = description.name;
-    for (middleware, _) in description.backends {
+    for linked in description.backends {
+        let middleware = linked.name;
         for rule in settings.remappings(middleware, "remap") {
             let from = &rule.from;
             if let Some(hint) = rc_vocabulary::ros::unknown_target_help(from, &all)

@@ -37,6 +37,8 @@ pub struct Capabilities {
     /// Whether its peers are nodes of ROS 2. Then it has the names, types, parameters and command
     /// line of ROS 2.
     pub has_nodes: bool,
+    /// The option behind which a component takes the arguments of nodes, up to `--`.
+    pub node_arguments: Option<&'static str>,
 }
 
 words!(Middleware);
@@ -50,6 +52,7 @@ static ICEORYX2_CAN: Capabilities = Capabilities {
     joins_machines: false,
     shares_memory: true,
     has_nodes: false,
+    node_arguments: None,
 };
 
 static DDS_CAN: Capabilities = Capabilities {
@@ -61,6 +64,7 @@ static DDS_CAN: Capabilities = Capabilities {
     joins_machines: true,
     shares_memory: false,
     has_nodes: false,
+    node_arguments: None,
 };
 
 static ROS2_CAN: Capabilities = Capabilities {
@@ -72,6 +76,7 @@ static ROS2_CAN: Capabilities = Capabilities {
     joins_machines: true,
     shares_memory: false,
     has_nodes: true,
+    node_arguments: Some("--ros-args"),
 };
 
 static LOCAL_CAN: Capabilities = Capabilities {
@@ -83,6 +88,7 @@ static LOCAL_CAN: Capabilities = Capabilities {
     joins_machines: false,
     shares_memory: false,
     has_nodes: false,
+    node_arguments: None,
 };
 
 impl Middleware {

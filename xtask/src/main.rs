@@ -23,11 +23,11 @@ fn main() -> ExitCode {
         ["mutants", ref rest @ ..] => mutants::run(rest),
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         ["figures"] => figures::render(),
-        ["bench" | "soak" | "chaos" | "experiment", ref rest @ .., "--save"]
-            if !rest.contains(&"--smoke") =>
-        {
-            saved(&args[..args.len() - 1])
-        }
+        [
+            "bench" | "soak" | "chaos" | "experiment",
+            ref rest @ ..,
+            "--save",
+        ] if !rest.contains(&"--smoke") => saved(&args[..args.len() - 1]),
         ["bench" | "soak" | "chaos" | "deny" | "experiment", ..] => return trials(&args),
         _ => {
             eprintln!(

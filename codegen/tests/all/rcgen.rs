@@ -35,10 +35,7 @@ fn dds_for_all_slots_and_for_one() {
     assert!(manifest.contains("rc-dds.workspace = true"), "{manifest}");
     assert!(!manifest.contains("iceoryx2"), "{manifest}");
     let backend = text("src/backend.rs");
-    assert!(
-        backend.contains("&[(\"dds\", rc_dds::connect)]"),
-        "{backend}"
-    );
+    assert!(backend.contains("&[rc_dds::LINKED]"), "{backend}");
     let description = text("src/description.rs");
     let qos = "    qos: Qos {\n        deadline: Some(Duration::new(0, 100000000)),\n        \
                lifespan: Some(Duration::new(1, 500000000)),\n        \
@@ -53,7 +50,7 @@ fn dds_for_all_slots_and_for_one() {
         );
     }
     let backend = text("src/backend.rs");
-    assert!(backend.contains("(\"dds\", rc_dds::connect)"), "{backend}");
+    assert!(backend.contains("rc_dds::LINKED"), "{backend}");
     assert!(text("src/description.rs").contains("backend: \"dds\","));
 }
 

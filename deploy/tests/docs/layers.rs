@@ -2,6 +2,7 @@
 //! no circle, and `unsafe` is where the page lists it.
 
 use crate::markdown::ROOT;
+use rc_vocabulary::Middleware;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -169,4 +170,36 @@ fn top_level_folders_depend_in_no_circle() {
         circles.is_empty(),
         "folders in a circle, or above one:\n{circles}"
     );
+}
+
+/// The lines of code below `folder` for which `is` holds, without comments.
+fn code(folder: &Path, is: &dyn Fn(&str) -> bool, found: &mut Vec<String>) {
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            code(&path, is, found);
+        } else if path.extension() == Some("rs".as_ref()) {
+            let text = std::fs::read_to_string(&path).expect("a source");
+            let lines = text.lines().map(str::trim_start);
+            let lines = lines.filter(|line| !line.starts_with("//") && is(line));
+            found.extend(lines.map(|line| format!("{}: {line}", path.display())));
+        }
+    }
+}
+
+#[test]
+fn the_runtime_and_the_traits_name_no_middleware() {
+    let names = Middleware::ALL.map(|middleware| {
+        let literal = format!("\"{}\"", middleware.word());
+        (literal, format!("{}::", middleware.module()))
+    });
+    let is_named = |line: &str| {
+        let mut names = names.iter();
+        names.any(|(literal, module)| line.contains(literal) || line.contains(module))
+    };
+    let mut found = Vec::new();
+    for folder in ["runtime/src", "middleware/src"] {
+        code(&Path::new(ROOT).join(folder), &is_named, &mut found);
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
 }

@@ -8,7 +8,7 @@ mod names;
 mod server;
 
 use rc_middleware::{
-    Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,
+    Backend, Client, Endpoint, Environment, Linked, OpenError, Publisher, Server, Subscriber,
 };
 use rc_network::{EndpointSpec, Role, Session, TopicPublisher, TopicSubscriber, signal};
 use std::rc::Rc;
@@ -16,6 +16,9 @@ use std::time::Duration;
 
 /// The name of this middleware in the languages and on command lines.
 pub const NAME: &str = "dds";
+
+/// This middleware, as a component links it.
+pub const LINKED: Linked = Linked::new(NAME, connect);
 
 /// Joins the network of `environment`: the domain of the settings of `[middleware.dds]`.
 pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {

@@ -44,7 +44,7 @@ pub use names::prefix;
 pub use service_files::{leftovers, wipe};
 
 use rc_middleware::{
-    Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,
+    Backend, Client, Endpoint, Environment, Linked, OpenError, Publisher, Server, Subscriber,
 };
 use session::Session;
 use std::sync::Arc;
@@ -52,6 +52,9 @@ use std::time::Duration;
 
 /// Name of this middleware in the languages and on command lines.
 pub const NAME: &str = "iceoryx2";
+
+/// This middleware, as a component links it.
+pub const LINKED: Linked = Linked::new(NAME, connect);
 
 /// Joins the network of `environment`. Blocks for at most eight seconds, as each opening of a port
 /// does; the error then names the files that are in the way.

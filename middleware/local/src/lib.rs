@@ -8,12 +8,15 @@ mod hub;
 mod topic;
 
 use rc_middleware::{
-    Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,
+    Backend, Client, Endpoint, Environment, Linked, OpenError, Publisher, Server, Subscriber,
 };
 use std::time::Duration;
 
 /// The name of this middleware in the languages and on command lines.
 pub const NAME: &str = "local";
+
+/// This middleware, as a component links it.
+pub const LINKED: Linked = Linked::new(NAME, connect);
 
 /// Joins the network of `environment`.
 pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {

@@ -127,7 +127,9 @@ mod tests {
     use super::*;
     use rc_middleware::typed::{HandlerError, Request};
     use rc_middleware::{Backend, Reader};
-    use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError, embed};
+    use rc_runtime::{
+        Component, Core, Description, Linked, Ports, StartError, Values, WorkerError, embed,
+    };
     use std::sync::Mutex;
     use std::time::Duration;
 
@@ -139,7 +141,10 @@ mod tests {
         parameters: None,
         folder: "/nowhere",
         slots: &[],
-        backends: &[(crate::NAME, record)],
+        backends: &[Linked {
+            connect: record,
+            ..crate::LINKED
+        }],
         types: &[],
         simulates_time: false,
         managed: false,

@@ -2,8 +2,10 @@
 //! are services. `docs/ros2.md` documents the names of addresses and types, `docs/ros2-mapping.md`
 //! the mapping of an IDSL to messages.
 
+mod arguments;
 mod calls;
 mod client;
+mod clock;
 mod config;
 mod graph;
 mod lifecycle;
@@ -17,6 +19,7 @@ mod services;
 mod topics;
 mod type_descriptions;
 mod types;
+mod variables;
 
 use lifecycle::ManagedNode;
 use node::Node;
@@ -24,7 +27,8 @@ use parameter_events::Events;
 use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::{
-    Backend, Client, Endpoint, Environment, LogQueue, OpenError, Publisher, Server, Subscriber,
+    Backend, Client, Endpoint, Environment, Linked, LogQueue, OpenError, Publisher, Server,
+    Subscriber,
 };
 use rcl::Service;
 use rosout::LogPublisher;
@@ -36,6 +40,15 @@ use std::time::Duration;
 
 /// The name of this middleware in the languages and on command lines.
 pub const NAME: &str = "ros2";
+
+/// This middleware, as a component links it. Generated code connects with types of its own.
+pub const LINKED: Linked = Linked {
+    name: NAME,
+    connect: |environment| connect(environment, &[]),
+    arguments: Some(arguments::ARGUMENTS),
+    clock: Some(clock::CLOCK),
+    variables: variables::add,
+};
 
 /// Joins the network of `environment` as a node, by the settings of `[middleware.ros2]` and the
 /// variables of ROS 2. `types` are definitions of types that are not part of ROS 2, in the form

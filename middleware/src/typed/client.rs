@@ -192,7 +192,7 @@ fn open(body: &[u8], header: Header, pending: PendingCall) -> Result<(i32, Reade
             }
             if pending.profile == Profile::Bare {
                 rpc::open_body(&mut reader, pending.profile);
-                let case = open_ros_reply(&mut reader, pending.replies)?;
+                let case = open_bare_reply(&mut reader, pending.replies)?;
                 return Ok((case, reader));
             }
             Ok((case, reader))
@@ -220,14 +220,14 @@ pub fn reply_values(
     }
     if profile == Profile::Bare {
         rpc::open_body(&mut reader, profile);
-        let case = open_ros_reply(&mut reader, operation.replies)?;
+        let case = open_bare_reply(&mut reader, operation.replies)?;
         return Ok(Some((case, reader.position())));
     }
     Ok(Some((case, reader.position())))
 }
 
 /// Skips to the variant that a reply in [`Profile::Bare`] holds, and gives its case.
-fn open_ros_reply(reader: &mut Reader<'_>, replies: &[ReplyVariant]) -> Result<i32, DecodeError> {
+fn open_bare_reply(reader: &mut Reader<'_>, replies: &[ReplyVariant]) -> Result<i32, DecodeError> {
     if replies.is_empty() {
         return Ok(0);
     }

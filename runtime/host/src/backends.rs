@@ -1,22 +1,24 @@
 //! The middlewares that a component may use: all of them.
 
-use rc_middleware::{Backend, Environment, OpenError};
-use rc_runtime::Connect;
+use rc_middleware::{Backend, Environment, Linked, OpenError};
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
-const ALL: [(&str, Connect); 4] = [
-    (rc_iceoryx2::NAME, rc_iceoryx2::connect),
-    (rc_dds::NAME, rc_dds::connect),
-    (rc_ros2::NAME, connect_ros2),
-    (rc_local::NAME, rc_local::connect),
+const ALL: [Linked; 4] = [
+    rc_iceoryx2::LINKED,
+    rc_dds::LINKED,
+    Linked {
+        connect: connect_ros2,
+        ..rc_ros2::LINKED
+    },
+    rc_local::LINKED,
 ];
 
 /// A middleware by its name.
-pub(crate) fn find(name: &str) -> Result<(&'static str, Connect), String> {
-    let found = ALL.into_iter().find(|(known, _)| *known == name);
+pub(crate) fn find(name: &str) -> Result<Linked, String> {
+    let found = ALL.into_iter().find(|linked| linked.name == name);
     found.ok_or_else(|| {
-        let known = rc_vocabulary::listed(ALL.map(|(known, _)| known), "and");
+        let known = rc_vocabulary::listed(ALL.map(|linked| linked.name), "and");
         format!("there is no middleware `{name}`; there are {known}")
     })
 }

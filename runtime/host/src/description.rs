@@ -6,7 +6,7 @@
 use rc_machine::Chart;
 use rc_middleware::Qos;
 use rc_middleware::typed::{self, ReplyVariant};
-use rc_runtime::{Connect, Role};
+use rc_runtime::{Linked, Role};
 use rc_values::description::Module;
 use rc_values::{Catalog, Pattern, Struct};
 use rc_vocabulary::qos::Policies;
@@ -153,11 +153,11 @@ impl Program {
             .collect::<Result<_, _>>()?;
         let words =
             std::iter::once(&text.middleware).chain(text.slots.iter().map(|slot| &slot.middleware));
-        let mut connects: Vec<(&'static str, Connect)> = Vec::new();
+        let mut linked: Vec<Linked> = Vec::new();
         for word in words {
             let backend = backends::find(word)?;
-            if connects.iter().all(|(name, _)| *name != backend.0) {
-                connects.push(backend);
+            if linked.iter().all(|other| other.name != backend.name) {
+                linked.push(backend);
             }
         }
         let types: Vec<&'static str> = text.types.iter().map(|m| leak_text(m.text())).collect();
@@ -165,13 +165,13 @@ impl Program {
         let description = rc_runtime::Description {
             name: leak_text(text.name),
             model_hash: hash(&text.model)?,
-            middleware: backends::find(&text.middleware)?.0,
+            middleware: backends::find(&text.middleware)?.name,
             period: Duration::from_nanos(text.period_ns),
             parameters,
             folder: "",
             slots: described.leak(),
             types: types.leak(),
-            backends: connects.leak(),
+            backends: linked.leak(),
             simulates_time: text.simulates_time,
             managed: text.managed,
             note: &[],
@@ -276,7 +276,7 @@ fn describe_slot(text: &SlotText, slot: &Slot) -> Result<rc_runtime::Slot, Strin
         interface: leak_text(text.interface.clone()),
         type_name: leak_text(text.type_name.clone()),
         type_hash: hash(&text.type_hash)?,
-        backend: backends::find(&text.middleware)?.0,
+        backend: backends::find(&text.middleware)?.name,
         qos: text.qos.over(Qos::of(text.role)),
         operations: operations.leak(),
         external_types: external.leak(),

@@ -26,17 +26,14 @@ use crate::description::{Description, Slot};
 use crate::error::StartError;
 use crate::lifecycle::{Hook, LifecycleState, Missed, Transition};
 use crate::ports::{Connections, Ports};
-use crate::ros_arguments::given::RosArguments;
 use crate::slots::{Listed, SlotTable};
 use crate::status::{NetworkTime, Shared};
-use crate::time::ClockChoice;
 use crate::worker_error::WorkerError;
 use backend::{FakeBackend, Hub};
 use rc_configuration::Values;
 use rc_management::component::{ClockKind, State};
 use rc_middleware::typed::Operation;
-use rc_middleware::{Address, Backend, OpenError, Settings, WakeEvent};
-use std::collections::BTreeMap;
+use rc_middleware::{Address, Backend, OpenError, WakeEvent};
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -87,21 +84,8 @@ pub fn configured_by(
     file: Option<PathBuf>,
 ) -> Result<Configured, StartError> {
     let arguments = Arguments {
-        conversions: BTreeMap::new(),
-        network: NETWORK.to_owned(),
-        name: description.name.to_owned(),
         config: file,
-        bindings: BTreeMap::new(),
-        log: None,
-        settings: Settings::default(),
-        parameters: Vec::new(),
-        ros: RosArguments::default(),
-        clock: ClockChoice::Own,
-        followers: Vec::new(),
-        active: false,
-        record: None,
-        keep_free: None,
-        members: Listed::new(),
+        ..Arguments::new(NETWORK, description.name)
     };
     let loaded = configuration::load(description, &arguments)?;
     Ok(Configured {
@@ -130,8 +114,9 @@ impl TestBed {
         shared.status().state = State::Running;
         let hub = Rc::new(Hub::new(wake_event));
         let mut backends: Vec<(&'static str, Box<dyn Backend>)> = Vec::new();
-        for (name, _) in description.backends {
-            backends.push((*name, Box::new(FakeBackend::new(name, Rc::clone(&hub)))));
+        for linked in description.backends {
+            let fake = FakeBackend::new(linked.name, Rc::clone(&hub));
+            backends.push((linked.name, Box::new(fake)));
         }
         let slots = Arc::new(slots(description)?);
         let mut ports = Connections::over(description, backends, &slots, NETWORK, kind);

@@ -1,24 +1,20 @@
 //! The ports by which time travels.
 
 use super::protocol::{DONE, TICK};
-use crate::description::ROS2;
+use rc_middleware::linked::NodeClock;
 use rc_middleware::network_time::{TYPE_HASH, call_types, topic_types};
 use rc_middleware::typed::Request;
 use rc_middleware::{
     Address, Backend, Client, Endpoint, ExternalType, OpenError, Publisher, Qos, Reader,
-    ReceiveError, Reliability, Server, Settings, Subscriber, TypeIdentity,
+    ReceiveError, Reliability, Server, Subscriber, TypeIdentity,
 };
-use rc_vocabulary::Value;
-use rc_vocabulary::ros::Remapping;
 use std::os::fd::BorrowedFd;
 
 /// The most messages that are taken from a port in a turn of the loop.
 const MESSAGES_A_TURN: usize = 1024;
 
-/// The slot of time, in messages and rules for names of ROS 2.
-const SLOT: &str = "rc_time";
-/// The absolute name of the clock of ROS.
-const ROS_CLOCK: &str = "/clock";
+/// The slot of time, in messages and rules for names.
+pub(crate) const SLOT: &str = "rc_time";
 
 fn endpoint(address: Address, types: TypeIdentity, qos: Qos, external: ExternalType) -> Endpoint {
     Endpoint {
@@ -53,13 +49,13 @@ fn calls(address: &Address) -> Endpoint {
     endpoint(address.clone(), call_types(), Qos::CALL, external)
 }
 
-/// The topic `/clock` of ROS 2. Nodes of ROS publish and read it best effort.
-fn ros_clock(address: &Address) -> Endpoint {
+/// The topic of time of a middleware's nodes, which publish and read it best effort.
+fn node_clock(address: &Address, clock: &NodeClock) -> Endpoint {
     let external = ExternalType {
         slot: SLOT.to_owned(),
         operation: "clock".to_owned(),
         id: 0,
-        type_name: "rosgraph_msgs/msg/Clock".to_owned(),
+        type_name: clock.type_name.to_owned(),
     };
     let qos = Qos {
         depth: 1,
@@ -67,17 +63,10 @@ fn ros_clock(address: &Address) -> Endpoint {
         ..Qos::SUBSCRIBER
     };
     let types = TypeIdentity {
-        name: "rosgraph_msgs::Clock/clock".to_owned(),
+        name: clock.types.to_owned(),
         hash: TYPE_HASH,
     };
     endpoint(address.join("clock"), types, qos, external)
-}
-
-/// Gives the topic of the clock its name in ROS 2, behind the rules that are set.
-pub(crate) fn name_ros_clock(settings: &mut Settings) {
-    let mut rules = settings.remappings(ROS2, "remap").to_vec();
-    rules.extend(Remapping::parse(&format!("{SLOT}/clock:={ROS_CLOCK}")));
-    settings.set(ROS2, "remap", Value::Remappings(rules));
 }
 
 pub(crate) fn publisher(
@@ -108,20 +97,22 @@ pub(crate) fn client(
     backend.client(&calls(address))
 }
 
-pub(crate) fn ros_clock_publisher(
+pub(crate) fn node_clock_publisher(
     backend: &dyn Backend,
     address: &Address,
+    clock: &NodeClock,
 ) -> Result<Box<dyn Publisher>, OpenError> {
-    let mut endpoint = ros_clock(address);
+    let mut endpoint = node_clock(address, clock);
     endpoint.qos.reliability = Reliability::Reliable;
     backend.publisher(&endpoint)
 }
 
-pub(crate) fn ros_clock_subscriber(
+pub(crate) fn node_clock_subscriber(
     backend: &dyn Backend,
     address: &Address,
+    clock: &NodeClock,
 ) -> Result<Box<dyn Subscriber>, OpenError> {
-    backend.subscriber(&ros_clock(address))
+    backend.subscriber(&node_clock(address, clock))
 }
 
 /// A receiving port, of the source or of a follower.
@@ -195,8 +186,5 @@ mod tests {
         let address = rc_middleware::network_time::address("patrol").expect("an address");
         assert_eq!(topic(&address).address.as_str(), "patrol/rc-time/tick");
         assert_eq!(calls(&address).address.as_str(), "patrol/rc-time");
-        let mut settings = Settings::default();
-        name_ros_clock(&mut settings);
-        assert_eq!(settings.remappings(ROS2, "remap").len(), 1);
     }
 }

@@ -1,9 +1,10 @@
 //! A component that follows the time of its network.
 
 use super::ends::{self, drain};
-use super::protocol::{self, DONE, Done, Tick, turn_of};
+use super::protocol::{DONE, Done, Tick, turn_of};
 use super::schedule::Schedule;
 use crate::clock::{Clock, SimulatedClock, Time};
+use rc_middleware::linked::NodeClock;
 use rc_middleware::typed::TypedClient;
 use rc_middleware::{Address, Backend, OpenError, Subscriber};
 use std::os::fd::BorrowedFd;
@@ -20,8 +21,8 @@ const RETRY: Duration = Duration::from_millis(100);
 enum Feed {
     /// From a source of ours, which gets acknowledgements.
     Source(TypedClient),
-    /// From `/clock` of ROS 2.
-    Ros,
+    /// From the clock of a middleware's nodes.
+    Nodes(NodeClock),
 }
 
 pub(crate) struct Follower {
@@ -69,15 +70,16 @@ impl Follower {
         Ok(Self::new(name, clock, port, Feed::Source(client)))
     }
 
-    /// Follows `/clock`.
-    pub(crate) fn open_ros(
+    /// Follows the clock of a middleware's nodes.
+    pub(crate) fn open_nodes(
         backend: &dyn Backend,
         address: &Address,
         name: &str,
         clock: Arc<SimulatedClock>,
+        of_nodes: NodeClock,
     ) -> Result<Self, OpenError> {
-        let port = ends::ros_clock_subscriber(backend, address)?;
-        Ok(Self::new(name, clock, port, Feed::Ros))
+        let port = ends::node_clock_subscriber(backend, address, &of_nodes)?;
+        Ok(Self::new(name, clock, port, Feed::Nodes(of_nodes)))
     }
 
     fn new(name: &str, clock: Arc<SimulatedClock>, port: Box<dyn Subscriber>, feed: Feed) -> Self {
@@ -125,7 +127,7 @@ impl Follower {
         self.turn.is_some()
     }
 
-    /// How long the source has been silent, if that is too long. A clock of ROS may stand in
+    /// How long the source has been silent, if that is too long. A clock of nodes may stand in
     /// silence; then its publisher has to be gone.
     pub(crate) fn silence(&self, now: Instant) -> Option<Duration> {
         let silence = now.saturating_duration_since(self.heard?);
@@ -140,11 +142,14 @@ impl Follower {
         let woken = std::mem::take(&mut self.woken);
         if woken || sweep {
             let mut newest = None;
-            let is_ros = matches!(self.feed, Feed::Ros);
+            let of_nodes = match &self.feed {
+                Feed::Nodes(clock) => Some(*clock),
+                Feed::Source(_) => None,
+            };
             let number = &mut self.number;
             drain(&mut self.port, woken, &mut |reader| {
-                if is_ros {
-                    newest = protocol::read_ros_clock(reader).ok().map(|time| {
+                if let Some(clock) = of_nodes {
+                    newest = (clock.read)(reader).ok().map(|time| {
                         *number += 1;
                         Tick {
                             epoch: 1,
@@ -158,7 +163,7 @@ impl Follower {
                 }
             });
             if let Some(tick) = newest.filter(|tick| tick.epoch != 0) {
-                if is_ros {
+                if of_nodes.is_some() {
                     self.number = tick.number - 1;
                 }
                 self.heard = Some(now);

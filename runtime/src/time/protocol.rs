@@ -111,21 +111,6 @@ pub(crate) fn turn_of(name: &str) -> u64 {
     hash.max(1)
 }
 
-/// Reads the nanoseconds of a `rosgraph_msgs/msg/Clock`: `int32` seconds, `uint32` nanoseconds.
-/// Times before 0 count as 0.
-pub(crate) fn read_ros_clock(reader: &mut Reader<'_>) -> Result<u64, DecodeError> {
-    let (seconds, nanoseconds): (i32, u32) = (reader.get()?, reader.get()?);
-    let seconds = u64::try_from(seconds).unwrap_or(0);
-    Ok(seconds * 1_000_000_000 + u64::from(nanoseconds))
-}
-
-/// Writes a `rosgraph_msgs/msg/Clock`. Its seconds end in 2038.
-pub(crate) fn write_ros_clock(nanoseconds: u64, writer: &mut Writer<'_>) {
-    let seconds = i32::try_from(nanoseconds / 1_000_000_000).unwrap_or(i32::MAX);
-    writer.put(&seconds);
-    writer.put(&((nanoseconds % 1_000_000_000) as u32));
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -167,19 +152,5 @@ mod tests {
         long.write(&mut writer);
         let bytes = writer.finish().expect("bytes").to_vec();
         assert!(Done::read(&mut Reader::new(&bytes)).is_err());
-    }
-
-    #[test]
-    fn the_clock_of_ros_has_seconds_and_nanoseconds() {
-        let mut writer = Writer::default();
-        write_ros_clock(12_500_000_001, &mut writer);
-        let bytes = writer.finish().expect("bytes").to_vec();
-        assert_eq!(bytes, [12, 0, 0, 0, 1, 0x65, 0xcd, 0x1d]);
-        assert_eq!(read_ros_clock(&mut Reader::new(&bytes)), Ok(12_500_000_001));
-        assert_eq!(
-            read_ros_clock(&mut Reader::new(&[0xff, 0xff, 0xff, 0xff, 7, 0, 0, 0])),
-            Ok(7)
-        );
-        assert!(read_ros_clock(&mut Reader::new(&bytes[..7])).is_err());
     }
 }

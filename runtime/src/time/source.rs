@@ -2,10 +2,11 @@
 
 use super::ends::{self, Receiving, drain};
 use super::lockstep::{FollowerMessage, Order, State, TimeError};
-use super::protocol::{Done, TICK, Tick, write_ros_clock};
+use super::protocol::{Done, TICK, Tick};
 use crate::clock::{Clock, Time};
 use crate::exact::entry::Kind;
 use crate::exact::mode::Exact;
+use rc_middleware::linked::NodeClock;
 use rc_middleware::typed::TypedPublisher;
 use rc_middleware::{Address, Backend, OpenError, SendError, Server};
 use std::cell::RefCell;
@@ -159,7 +160,8 @@ struct Link {
     ticks: TypedPublisher,
     server: Box<dyn Server>,
     woken: bool,
-    ros_clock: Option<TypedPublisher>,
+    /// The clock of the middleware's nodes, and its topic.
+    node_clock: Option<(NodeClock, TypedPublisher)>,
 }
 
 pub(crate) struct Source {
@@ -176,9 +178,10 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    /// Publishes time over all `backends`.
+    /// Publishes time over all `backends`, and as `of_nodes`, by the name of its middleware.
     pub(crate) fn open(
         backends: &[(&'static str, Box<dyn Backend>)],
+        of_nodes: Option<(&'static str, NodeClock)>,
         address: &Address,
         state: Rc<RefCell<State>>,
     ) -> Result<Self, OpenError> {
@@ -187,17 +190,18 @@ impl Source {
             let backend = backend.as_ref();
             let server = ends::server(backend, address)?;
             let ticks = TypedPublisher::new(ends::publisher(backend, address)?, TICK);
-            let ros_clock = if *name == crate::description::ROS2 {
-                let publisher = ends::ros_clock_publisher(backend, address)?;
-                Some(TypedPublisher::new(publisher, TICK))
-            } else {
-                None
+            let node_clock = match of_nodes {
+                Some((middleware, clock)) if middleware == *name => {
+                    let publisher = ends::node_clock_publisher(backend, address, &clock)?;
+                    Some((clock, TypedPublisher::new(publisher, TICK)))
+                }
+                _ => None,
             };
             links.push(Link {
                 ticks,
                 server,
                 woken: true,
-                ros_clock,
+                node_clock,
             });
         }
         let now = Instant::now();
@@ -353,9 +357,10 @@ impl Source {
         self.sent_at = now;
         for link in &mut self.links {
             let mut sent = link.ticks.publish_with(|writer| tick.write(writer));
-            if fresh && let Some(clock) = &mut link.ros_clock {
-                let ros = clock.publish_with(|writer| write_ros_clock(tick.time, writer));
-                sent = sent.and(ros);
+            if fresh && let Some(clock) = &mut link.node_clock {
+                let (clock, topic) = clock;
+                let of_nodes = topic.publish_with(|writer| (clock.write)(tick.time, writer));
+                sent = sent.and(of_nodes);
             }
             report(sent);
         }

@@ -307,7 +307,7 @@ static CONNECTED: Description = Description {
             ..SLOT
         },
     ],
-    backends: &[("local", rc_local::connect)],
+    backends: &[rc_local::LINKED],
     ..MANAGED
 };
 

@@ -23,7 +23,7 @@ const TIMED_PARTS: Description = Description {
     folder: "/nowhere",
     slots: &[],
     types: &[],
-    backends: &[("local", rc_local::connect)],
+    backends: &[rc_local::LINKED],
     simulates_time: false,
     managed: false,
     note: b"",

@@ -7,7 +7,6 @@ mod machine;
 mod parameter_requests;
 mod parameters;
 mod process;
-mod ros_arguments;
 mod settings;
 mod time;
 mod time_peers;

@@ -1,7 +1,7 @@
 //! Middleware settings of the configuration and the command line reach the backend.
 
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Backend, Environment, OpenError, Reader, Settings};
+use rc_middleware::{Backend, Environment, Linked, OpenError, Reader, Settings};
 use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError, embed};
 use std::sync::Mutex;
 use std::time::Duration;
@@ -14,7 +14,7 @@ static DESCRIPTION: Description = Description {
     parameters: None,
     folder: "/nowhere",
     slots: &[],
-    backends: &[("recorder", connect)],
+    backends: &[Linked::new("recorder", connect)],
     types: &[],
     simulates_time: false,
     managed: false,

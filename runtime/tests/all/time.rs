@@ -47,7 +47,7 @@ static SOURCE: Description = Description {
     parameters: None,
     folder: "/nowhere",
     slots: &[],
-    backends: &[("local", rc_local::connect)],
+    backends: &[rc_local::LINKED],
     types: &[],
     simulates_time: true,
     managed: false,
@@ -77,7 +77,7 @@ static FOLLOWER: Description = Description {
     middleware: "local",
     parameters: None,
     folder: "/nowhere",
-    backends: &[("local", rc_local::connect)],
+    backends: &[rc_local::LINKED],
     note: b"",
 };
 

@@ -19,7 +19,7 @@ const fn described(name: &'static str, slots: &'static [Slot]) -> Description {
         parameters: None,
         folder: "/nowhere",
         slots,
-        backends: &[("local", rc_local::connect)],
+        backends: &[rc_local::LINKED],
         types: &[],
         simulates_time: false,
         managed: false,

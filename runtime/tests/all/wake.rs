@@ -48,7 +48,7 @@ static DESCRIPTION: Description = Description {
         is_array: false,
         external_types: &[],
     }],
-    backends: &[("local", rc_local::connect)],
+    backends: &[rc_local::LINKED],
     types: &[],
     simulates_time: false,
     managed: false,

@@ -20,7 +20,7 @@ static SOURCE: Description = Description {
     parameters: None,
     folder: "/nowhere",
     slots: &[],
-    backends: &[("ros2", |environment| rc_ros2::connect(environment, &[]))],
+    backends: &[rc_ros2::LINKED],
     types: &[],
     simulates_time: true,
     managed: false,

@@ -15,7 +15,7 @@ static NODE: Description = Description {
     folder: "/nowhere",
     slots: &[],
     types: &[],
-    backends: &[("ros2", |environment| rc_ros2::connect(environment, &[]))],
+    backends: &[rc_ros2::LINKED],
     simulates_time: false,
     managed: true,
     note: b"",

@@ -32,7 +32,7 @@ static NODE: Description = Description {
     ),
     folder: "/nowhere",
     slots: &[],
-    backends: &[("ros2", |environment| rc_ros2::connect(environment, &[]))],
+    backends: &[rc_ros2::LINKED],
     types: &[],
     simulates_time: false,
     managed: false,

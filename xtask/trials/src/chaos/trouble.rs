@@ -80,7 +80,11 @@ pub(super) struct Troubles {
 impl Troubles {
     /// Makes one trouble, and waits until it is over. Only the clock of the system stays as it was
     /// set, until it is set again.
-    pub(super) fn make(&mut self, ground: &Ground, dice: &mut Dice) -> Result<Consequence, Failure> {
+    pub(super) fn make(
+        &mut self,
+        ground: &Ground,
+        dice: &mut Dice,
+    ) -> Result<Consequence, Failure> {
         let status = ground.status("rcdeploy").unwrap_or_default();
         let (supervisor, guard) = (process(&status["pid"]), process(&status["guard"]));
         let at = dice.below(KINDS.len());

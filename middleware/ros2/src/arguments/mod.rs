@@ -1,68 +1,45 @@
 //! The command line of ROS 2: `--ros-args -r FROM:=TO -p NAME:=VALUE --log-level LEVEL … --`.
 //!
-//! The command line is read first, as far as it needs no names. [`resolve`] then applies what
-//! concerns the node, whose name the configuration may set.
+//! The command line is read first, as far as it needs no names. `resolve` then applies what concerns
+//! the node, whose name the configuration may set.
 
-pub(crate) mod given;
+mod given;
 mod params_file;
 mod qos;
 mod resolve;
 
-pub(crate) use resolve::{Override, RosOverrides, resolve};
-
-use crate::arguments::Arguments;
-use crate::description::Description;
-use crate::description::ROS2;
-use given::{For, RosArguments, Source};
+use crate::NAME;
+use given::{For, RosArguments, Source, Untyped};
 use params_file::scalar;
-use rc_configuration::UntypedValue;
+use rc_middleware::linked::{GivenArguments, NodeArguments};
 use rc_vocabulary::{Scalar, Value, ros};
-use std::ffi::OsString;
+use std::sync::Arc;
+
+/// The arguments of ROS 2, for components that are linked with this backend.
+pub(crate) const ARGUMENTS: NodeArguments = NodeArguments {
+    help: "\nAs a node of ROS 2, NAME … --ros-args … [--]:\n  \
+           -r FROM:=TO           rename; FROM is a slot, SLOT/operation, a full name, __node or __ns\n  \
+           -p NAME:=VALUE        set a parameter for this run\n  \
+           --params-file FILE    set those that a YAML file has for this node\n  \
+           --log-level LEVEL     debug, info, warn, error or fatal\n  \
+           --disable-rosout-logs, --disable-stdout-logs, --enable-…\n                        \
+           whether the log is published on /rosout and printed\n\n\
+           NODE:FROM:=TO, NODE:NAME:=VALUE and NODE:=LEVEL are for that node alone.\n",
+    read,
+};
 
 /// Usage of `--ros-args`, for messages.
 const OPTIONS: &str = "-r FROM:=TO, -p NAME:=VALUE, --params-file FILE, --log-level LEVEL, --enable-rosout-logs, --disable-rosout-logs, --enable-stdout-logs, --disable-stdout-logs, --enable-external-lib-logs, --disable-external-lib-logs and --enclave NAME";
 
-/// Splits the command line into the arguments outside and inside `--ros-args … --`.
-pub(crate) fn split(
-    args: impl IntoIterator<Item = OsString>,
-) -> (Vec<OsString>, Option<Vec<OsString>>) {
-    let (mut own, mut ros, mut inside) = (Vec::new(), None, false);
-    for arg in args {
-        match arg.to_str() {
-            Some("--ros-args") => {
-                inside = true;
-                ros.get_or_insert_with(Vec::new);
-            }
-            Some("--") if inside => inside = false,
-            _ if inside => ros.get_or_insert_with(Vec::new).push(arg),
-            _ => own.push(arg),
-        }
-    }
-    (own, ros)
-}
-
-/// Adds the arguments of ROS 2 to `out`. An error says what is allowed.
-pub(crate) fn read(
-    description: &Description,
-    args: Vec<OsString>,
-    out: &mut Arguments,
-) -> Result<(), String> {
-    if !description.backends.iter().any(|(name, _)| *name == ROS2) {
-        return Err(format!(
-            "--ros-args is for components that use ros2, and {} does not; generate it with --middleware ros2, or see --help",
-            description.name
-        ));
-    }
-    let out = &mut out.ros;
-    let mut args = args.into_iter().map(|arg| {
-        let wrong = |arg: OsString| format!("--ros-args: `{}` is not UTF-8", arg.to_string_lossy());
-        arg.into_string().map_err(wrong)
-    });
+/// Parses the arguments. An error says what is allowed.
+fn read(args: Vec<String>) -> Result<Arc<dyn GivenArguments>, String> {
+    let mut given = RosArguments::default();
+    let out = &mut given;
+    let mut args = args.into_iter();
     while let Some(option) = args.next() {
-        let option = option?;
         let mut value = || {
-            let missing = || Err(format!("--ros-args: {option} takes a value"));
-            args.next().unwrap_or_else(missing)
+            let missing = || format!("--ros-args: {option} takes a value");
+            args.next().ok_or_else(missing)
         };
         match option.as_str() {
             "-r" | "--remap" => remap(&value()?, out)?,
@@ -84,7 +61,7 @@ pub(crate) fn read(
             }
         }
     }
-    Ok(())
+    Ok(Arc::new(given))
 }
 
 /// Splits `NODE:REST`, where the node is optional.
@@ -105,8 +82,8 @@ fn remap(text: &str, out: &mut RosArguments) -> Result<(), String> {
         _ => None,
     };
     let (key, value) = key.unwrap_or(("remap", rule));
-    let Some(known) = rc_vocabulary::key(ROS2, key) else {
-        return Err(format!("--ros-args: `{key}` cannot be set of {ROS2}"));
+    let Some(known) = rc_vocabulary::key(NAME, key) else {
+        return Err(format!("--ros-args: `{key}` cannot be set of {NAME}"));
     };
     let converted = known.kind.convert(Scalar::Text(value));
     let converted = converted.map_err(|_| {
@@ -128,14 +105,14 @@ fn remap(text: &str, out: &mut RosArguments) -> Result<(), String> {
     Ok(())
 }
 
-fn parameter(text: &str) -> Result<For<(String, UntypedValue)>, String> {
+fn parameter(text: &str) -> Result<For<(String, Untyped)>, String> {
     let (node, rule) = of_node(text);
     match rule.split_once(":=") {
         Some((name, value)) if !name.is_empty() => {
             if let Some(rule) = name.strip_prefix(qos::QOS) {
                 qos::quality(rule, value)?;
             }
-            let given = UntypedValue {
+            let given = Untyped {
                 text: Some(value.to_owned()),
                 value: scalar(value),
             };

@@ -1,15 +1,14 @@
 //! The quality of service that parameters of ROS 2 set: `qos_overrides.TOPIC.END.POLICY`.
 
-use crate::arguments::RosOverride;
-use rc_management::component::Role;
-use rc_vocabulary::Scalar;
+use rc_middleware::linked::TopicOverride;
+use rc_vocabulary::{Role, Scalar};
 
 /// The prefix of these parameters.
 pub(super) const QOS: &str = "qos_overrides.";
 
 /// Parses `TOPIC.publisher.POLICY` or `TOPIC.subscription.POLICY` with a value in the words of ROS
 /// 2. Durations are integers, in nanoseconds. The result is none for a value that always holds.
-pub(super) fn quality(name: &str, value: &str) -> Result<Option<RosOverride>, String> {
+pub(super) fn quality(name: &str, value: &str) -> Result<Option<TopicOverride>, String> {
     let form = || {
         format!(
             "--ros-args: `{QOS}{name}` is not {QOS}TOPIC.publisher.POLICY or {QOS}TOPIC.subscription.POLICY, with the topic in full, such as {QOS}/scan.publisher.depth"
@@ -54,7 +53,7 @@ pub(super) fn quality(name: &str, value: &str) -> Result<Option<RosOverride>, St
         }
         (own, value) => rc_vocabulary::qos::parse(own, value),
     };
-    Ok(Some(RosOverride {
+    Ok(Some(TopicOverride {
         topic: topic.to_owned(),
         role,
         policy: policy.map_err(|error| format!("--ros-args: {error}"))?,

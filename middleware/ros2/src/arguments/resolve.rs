@@ -1,69 +1,61 @@
 //! Applies the arguments of ROS 2 to a node, whose name and namespace are then known.
 
+use super::given::{For, RosArguments, Source, Untyped};
+use super::params_file;
 use super::qos::{QOS, quality};
-use super::{For, RosArguments, Source, params_file};
-use crate::arguments::{Arguments, RosOverride};
-use crate::description::ROS2;
-use rc_configuration::UntypedValue;
+use crate::NAME;
 use rc_middleware::Settings;
-use rc_vocabulary::ros::{self, Remapping};
+use rc_middleware::linked::{GivenArguments, NodeName, Overrides, ParameterOverride, TopicNames};
+use rc_vocabulary::ros::{self, Remapping, ResolvedRemapping};
 use rc_vocabulary::{Kind, Value};
 use serde_json::Value as Json;
-
-/// Values that the arguments of ROS 2 set for this node.
-#[derive(Debug, Default)]
-pub(crate) struct RosOverrides {
-    /// Rules for names, which precede those of the settings.
-    pub(crate) remap: Vec<Remapping>,
-    /// The settings of the node.
-    pub(crate) settings: Settings,
-    /// The quality of service of topics, which precedes that of the settings.
-    pub(crate) qos: Vec<RosOverride>,
-    /// The parameters of the `.pdsl`, each once, by their paths.
-    pub(crate) parameters: Vec<Override>,
-    /// The level of the log.
-    pub(crate) log: Option<&'static str>,
-    /// Arguments that are for other nodes, for the log.
-    pub(crate) ignored: Vec<String>,
-}
-
-/// A value for a parameter.
-#[derive(Debug)]
-pub(crate) struct Override {
-    pub(crate) name: String,
-    pub(crate) value: UntypedValue,
-    /// Where the value comes from, for messages.
-    pub(crate) from: String,
-    /// Whether the component need not have the parameter, since the file is for many nodes.
-    pub(crate) is_optional: bool,
-}
 
 /// Parameters that every node of ROS 2 has, and that change nothing here.
 const WITHOUT_EFFECT: [&str; 1] = ["start_type_description_service"];
 
-/// Applies the arguments to the node. `configured` are the settings of the configuration. An error
-/// ends with a line feed.
-pub(crate) fn resolve(
-    arguments: &Arguments,
+impl GivenArguments for RosArguments {
+    fn prints_log(&self) -> Option<bool> {
+        self.prints_log
+    }
+
+    fn resolve(
+        &self,
+        node: &NodeName<'_>,
+        set: &Settings,
+        configured: &Settings,
+    ) -> Result<Overrides, String> {
+        resolve(self, node, set, configured)
+    }
+
+    fn topic_names(&self, node: &NodeName<'_>, settings: &Settings) -> TopicNames {
+        let own = |key: &str| settings.text(NAME, key).map(str::to_owned);
+        let (namespace, name) = ros::node(node.network, node.name, own("namespace"), own("node"));
+        let remap = settings.remappings(NAME, "remap").iter();
+        let remap = remap.map(|rule| rule.resolve(&namespace, &name));
+        let remap: Vec<ResolvedRemapping> = remap.collect();
+        Box::new(move |address, slot, operation| {
+            let address = address.join(operation);
+            ros::operation(address.as_str(), slot, operation, &remap)
+        })
+    }
+}
+
+fn resolve(
+    given: &RosArguments,
+    of: &NodeName<'_>,
+    set: &Settings,
     configured: &Settings,
-) -> Result<RosOverrides, String> {
-    let mut out = RosOverrides::default();
-    let given = &arguments.ros;
+) -> Result<Overrides, String> {
+    let mut out = Overrides::default();
+    let mut remap = Vec::new();
     let usual = |settings: &Settings, key: &str| {
-        let set = settings
-            .text(ROS2, key)
-            .or_else(|| arguments.settings.text(ROS2, key));
-        set.or_else(|| configured.text(ROS2, key))
+        let set = settings.text(NAME, key).or_else(|| set.text(NAME, key));
+        set.or_else(|| configured.text(NAME, key))
             .map(str::to_owned)
     };
     let name = |settings: &Settings| {
         let own = |key: &str| usual(settings, key);
-        ros::node(
-            &arguments.network,
-            &arguments.name,
-            own("namespace"),
-            own("node"),
-        )
+        ros::node(of.network, of.name, own("namespace"), own("node"))
     };
     let (_, first) = name(&out.settings);
     for For {
@@ -77,15 +69,14 @@ pub(crate) fn resolve(
             &format!("-r {key}"),
             &mut out.ignored,
         ) {
-            out.settings.set(ROS2, key, value.clone());
+            out.settings.set(NAME, key, value.clone());
         }
     }
     let (namespace, node) = name(&out.settings);
     // A namespace of a file is that of the node alone; one of the command line is that of its
     // names, too.
-    if out.settings.text(ROS2, "namespace").is_some() {
-        out.remap
-            .push(Remapping::of_namespace(&arguments.network, &namespace));
+    if out.settings.text(NAME, "namespace").is_some() {
+        remap.push(Remapping::of_namespace(of.network, &namespace));
     }
     let names = [first.as_str(), node.as_str()];
     for For { node, value } in &given.remap {
@@ -95,7 +86,7 @@ pub(crate) fn resolve(
             &format!("-r {value}"),
             &mut out.ignored,
         ) {
-            out.remap.push(value.clone());
+            remap.push(value.clone());
         }
     }
     let path = ros::full(&node, &namespace, &node);
@@ -112,9 +103,12 @@ pub(crate) fn resolve(
         }
     }
     if let Some(rosout) = given.rosout {
-        out.settings.set(ROS2, "rosout", Value::Bool(rosout));
+        out.settings.set(NAME, "rosout", Value::Bool(rosout));
     }
     parameters(given, &names, &path, &mut out)?;
+    if !remap.is_empty() {
+        out.rules.push(("remap", Value::Remappings(remap)));
+    }
     Ok(out)
 }
 
@@ -137,7 +131,7 @@ fn parameters(
     given: &RosArguments,
     names: &[&str],
     path: &str,
-    out: &mut RosOverrides,
+    out: &mut Overrides,
 ) -> Result<(), String> {
     for source in &given.parameters {
         match source {
@@ -157,7 +151,7 @@ fn parameters(
             Source::File(file) => {
                 let from = file.display().to_string();
                 for (name, value) in params_file::parameters(file, path)? {
-                    let value = UntypedValue { text: None, value };
+                    let value = Untyped { text: None, value };
                     set(&name, value, &from, true, out)?;
                 }
             }
@@ -169,10 +163,10 @@ fn parameters(
 /// Sets one parameter. The last value counts.
 fn set(
     name: &str,
-    value: UntypedValue,
+    value: Untyped,
     from: &str,
     is_optional: bool,
-    out: &mut RosOverrides,
+    out: &mut Overrides,
 ) -> Result<(), String> {
     let text = || match (&value.text, &value.value) {
         (Some(text), _) | (None, Json::String(text)) => text.clone(),
@@ -191,16 +185,17 @@ fn set(
             let (is, allowed) = (text(), Kind::Bool.allowed());
             format!("error: {from}: `{name}` cannot be `{is}`; allowed is {allowed}\n")
         })?;
-        out.settings.set(ROS2, name, value);
+        out.settings.set(NAME, name, value);
         return Ok(());
     }
     if WITHOUT_EFFECT.contains(&name) {
         return Ok(());
     }
     out.parameters.retain(|other| other.name != name);
-    out.parameters.push(Override {
+    out.parameters.push(ParameterOverride {
         name: name.to_owned(),
-        value,
+        text: value.text,
+        value: value.value,
         from: from.to_owned(),
         is_optional,
     });

@@ -1,8 +1,8 @@
 //! The arguments of ROS 2, as the command line gives them.
 
-use rc_configuration::UntypedValue;
 use rc_vocabulary::Value;
 use rc_vocabulary::ros::Remapping;
+use serde_json::Value as Json;
 use std::path::PathBuf;
 
 /// The arguments of ROS 2, in their order where it counts.
@@ -28,11 +28,20 @@ pub(crate) struct For<T> {
     pub(crate) value: T,
 }
 
+/// A value for a parameter whose type is not known.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Untyped {
+    /// The text, if a string needs no quotes.
+    pub(crate) text: Option<String>,
+    /// The value of the text.
+    pub(crate) value: Json,
+}
+
 /// Where values of parameters come from.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Source {
     /// `-p NAME:=VALUE`
-    Argument(For<(String, UntypedValue)>),
+    Argument(For<(String, Untyped)>),
     /// `--params-file FILE`
     File(PathBuf),
 }

@@ -3,8 +3,8 @@
 
 use rc_middleware::typed::{HandlerError, Operation, Request};
 use rc_middleware::{
-    Backend, Client, Endpoint, Environment, OpenError, Publisher, Qos, Reader, Reliability, Server,
-    Settings, Subscriber,
+    Backend, Client, Endpoint, Environment, Linked, OpenError, Publisher, Qos, Reader, Reliability,
+    Server, Settings, Subscriber,
 };
 use rc_runtime::{
     Component, Core, Description, Ports, Role, Slot, StartError, Values, WorkerError, embed,
@@ -62,7 +62,10 @@ static NODE: Description = Description {
         topic("LaserPub", Role::Publishes, &[SCAN, STATE], Qos::PUBLISHER),
         topic("base", Role::SubscribesTo, &[STATE], WANTED),
     ],
-    backends: &[("ros2", connect)],
+    backends: &[Linked {
+        connect,
+        ..rc_ros2::LINKED
+    }],
     types: &[],
     simulates_time: false,
     managed: false,
@@ -77,7 +80,7 @@ static OTHER: Description = Description {
     parameters: None,
     folder: "/nowhere",
     slots: &[],
-    backends: &[("local", rc_local::connect)],
+    backends: &[rc_local::LINKED],
     types: &[],
     simulates_time: false,
     managed: false,
