@@ -276,7 +276,17 @@ pub(crate) fn range(
 fn holds(primitive: Primitive, value: f64) -> bool {
     match primitive {
         Primitive::F32 => (value as f32).is_finite(),
-        _ => value.is_finite(),
+        Primitive::F64 => value.is_finite(),
+        // Whole numbers have limits of their own.
+        Primitive::Bool
+        | Primitive::I8
+        | Primitive::U8
+        | Primitive::I16
+        | Primitive::U16
+        | Primitive::I32
+        | Primitive::U32
+        | Primitive::I64
+        | Primitive::U64 => false,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use rc_diagnostics::{SourceId, Span};
 use rc_syntax::{Literal, Name};
-pub use rc_vocabulary::{Layout, Primitive};
+pub use rc_vocabulary::{Layout, Pattern, Primitive};
 use std::collections::HashMap;
 
 /// Index of a type in [`Library::types`].
@@ -150,28 +150,6 @@ pub enum Type {
     Dictionary(Box<Type>, Box<Type>),
     /// A named type.
     Named(TypeId),
-}
-
-/// A communication pattern.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Pattern {
-    /// A call without a reply.
-    Command,
-    /// A call with a reply.
-    Query,
-    /// A sample of a topic.
-    Publish,
-}
-
-impl Pattern {
-    /// The keyword.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Command => "command",
-            Self::Query => "query",
-            Self::Publish => "publish",
-        }
-    }
 }
 
 /// An interface.

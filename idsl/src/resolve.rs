@@ -235,11 +235,7 @@ impl ModuleResolver<'_> {
         }
         let written = result.is_some();
         let result = result.and_then(|t| self.ty(t));
-        let explicit_pattern = pattern.map(|p| match p.text.as_str() {
-            "command" => Pattern::Command,
-            "query" => Pattern::Query,
-            _ => Pattern::Publish,
-        });
+        let explicit_pattern = pattern.and_then(|p| Pattern::from_word(&p.text));
         let result_range = self.result_range(tree, result.as_ref());
         let operation = Operation {
             name: tree.name.clone(),

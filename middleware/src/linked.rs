@@ -32,6 +32,9 @@ pub struct Linked {
     pub name: &'static str,
     /// Opens its backend.
     pub connect: Connect,
+    /// Opens its backend for a tool: components do not count its endpoints as peers. None where no
+    /// tool can reach a component.
+    pub observe: Option<Connect>,
     /// The arguments that its nodes take, behind an option of their own.
     pub arguments: Option<NodeArguments>,
     /// Its topic of time.
@@ -47,6 +50,7 @@ impl Linked {
         Self {
             name,
             connect,
+            observe: None,
             arguments: None,
             clock: None,
             variables: |_, _| {},

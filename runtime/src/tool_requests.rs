@@ -125,7 +125,7 @@ impl ToolRequests {
     ) -> Result<(), Error> {
         let (slot, found) = self.slot(slot)?;
         if found.role != Role::Implements {
-            return Err(wrong_role(&found, "call", "implements"));
+            return Err(wrong_role(&found, "call", Role::Implements));
         }
         self.push((client, id), slot, None, body, limit)
     }
@@ -140,7 +140,7 @@ impl ToolRequests {
     ) -> Result<(), Error> {
         let (slot, found) = self.slot(slot)?;
         if found.role != Role::SubscribesTo {
-            return Err(wrong_role(&found, "sample", "subscribesTo"));
+            return Err(wrong_role(&found, "sample", Role::SubscribesTo));
         }
         let names = found.operations.iter().map(|operation| operation.name);
         let at = names.clone().position(|name| name == operation);
@@ -305,7 +305,7 @@ impl ToolRequests {
     }
 }
 
-fn wrong_role(slot: &OpenSlot, what: &str, role: &str) -> Error {
+fn wrong_role(slot: &OpenSlot, what: &str, role: Role) -> Error {
     let (name, is) = (&slot.name, slot.role.word());
     let message = format!("`{what}` wants a slot that {role}; `{name}` {is}");
     Error::new(Error::INVALID_PARAMS, message)

@@ -15,6 +15,7 @@
 //! - [`member`]: members of slot arrays.
 //! - [`Middleware`]: the middlewares, what they can do, and their settings ([`Key`]).
 //! - [`ParameterStatus`], [`ParameterChange`]: parameters of a running component.
+//! - [`Pattern`]: how operations communicate.
 //! - [`Primitive`]: booleans and numbers.
 //! - [`qos`]: rules that override the quality of service of topics.
 //! - [`Restart`]: when a component restarts.
@@ -31,6 +32,7 @@ pub mod layout;
 pub mod member;
 mod middleware;
 mod parameter;
+mod pattern;
 mod primitive;
 pub mod qos;
 mod restart;
@@ -47,6 +49,7 @@ pub use language::Language;
 pub use layout::Layout;
 pub use middleware::{Capabilities, Middleware};
 pub use parameter::{ParameterChange, ParameterStatus};
+pub use pattern::Pattern;
 pub use primitive::{Class, Primitive};
 pub use restart::{Restart, RestartPolicy};
 pub use role::Role;

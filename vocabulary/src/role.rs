@@ -54,6 +54,14 @@ impl Role {
         }
     }
 
+    /// Whether others connect to it.
+    pub fn is_provided(self) -> bool {
+        match self {
+            Self::Implements | Self::Publishes => true,
+            Self::Requires | Self::SubscribesTo => false,
+        }
+    }
+
     /// The role of the other end.
     ///
     /// ```

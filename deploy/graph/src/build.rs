@@ -92,7 +92,7 @@ impl Builder<'_> {
                 .map(|(component, slot)| Slot {
                     name: slot.name.clone(),
                     interface: component.library.interface_path(slot.interface),
-                    role: slot.role.word(),
+                    role: slot.role,
                     middleware: slot.backend.unwrap_or(instance.middleware).word(),
                     optional: slot.optional,
                 })
@@ -116,8 +116,8 @@ impl Builder<'_> {
             slots: vec![Slot {
                 name: interface_name(&peer.interface).to_owned(),
                 role: match peer.kind {
-                    Kind::Call => Role::Implements.word(),
-                    Kind::Topic => Role::Publishes.word(),
+                    Kind::Call => Role::Implements,
+                    Kind::Topic => Role::Publishes,
                 },
                 interface: peer.interface,
                 middleware: peer.middleware,

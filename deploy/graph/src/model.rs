@@ -3,6 +3,7 @@
 use rc_deploy_network::topology::{Connection, End, Host, Kind};
 use rc_diagnostics::Severity;
 use rc_smdsl::StateMachine;
+use rc_vocabulary::Role;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -93,8 +94,8 @@ pub struct Slot {
     pub name: String,
     /// The interface: `Module::Interface`.
     pub interface: String,
-    /// `implements`, `requires`, `publishes` or `subscribesTo`.
-    pub role: &'static str,
+    /// Which end of a connection it is.
+    pub role: Role,
     /// Middleware of the slot.
     pub middleware: &'static str,
     /// Whether it needs no peer.

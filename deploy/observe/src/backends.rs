@@ -94,18 +94,18 @@ impl Backends {
             wake_event: self.wake_event.clone(),
             settings,
         };
-        Ok(match (middleware, self.is_peer) {
-            (rc_iceoryx2::NAME, false) => rc_iceoryx2::observe(&environment)?,
-            (rc_iceoryx2::NAME, true) => rc_iceoryx2::connect(&environment)?,
-            (rc_dds::NAME, false) => rc_dds::observe(&environment)?,
-            (rc_dds::NAME, true) => rc_dds::connect(&environment)?,
-            (rc_ros2::NAME, false) => rc_ros2::observe(&environment)?,
-            (rc_ros2::NAME, true) => rc_ros2::connect(&environment, &[])?,
-            (other, _) => {
-                let reason = format!("tools cannot join `{other}`");
-                return Err(Error::system("join the middleware", &reason));
-            }
-        })
+        let linked = rc_backends::find(middleware);
+        let Some((linked, observe)) = linked.and_then(|linked| Some((linked, linked.observe?)))
+        else {
+            let reason = format!("tools cannot join `{middleware}`");
+            return Err(Error::system("join the middleware", &reason));
+        };
+        let join = if self.is_peer {
+            linked.connect
+        } else {
+            observe
+        };
+        Ok(join(&environment)?)
     }
 
     /// Waits until all sent samples have arrived.
@@ -116,10 +116,16 @@ impl Backends {
     }
 }
 
+/// Whether messages of this middleware travel in shared memory.
+pub(crate) fn shares_memory(middleware: &str) -> bool {
+    let known = rc_vocabulary::Middleware::from_word(middleware);
+    known.is_some_and(|middleware| middleware.can().shares_memory)
+}
+
 /// The endpoint of a topic for a tool that receives.
 pub(crate) fn receiving(topic: &Topic) -> Result<Endpoint, Error> {
     let keeps = topic.description.qos.durability == Durability::TransientLocal
-        && topic.middleware == rc_iceoryx2::NAME;
+        && shares_memory(&topic.middleware);
     let qos = Qos {
         reliability: Reliability::BestEffort,
         // Over a network, history would cost the publisher a repetition.

@@ -1,6 +1,6 @@
 //! The messages of topics and of tapped slots, in one stream.
 
-use crate::backends::{Backends, receiving};
+use crate::backends::{Backends, receiving, shares_memory};
 use crate::error::Error;
 use crate::network::{End, Network, Topic, connect, failed};
 use rc_management::component::{Done, Request};
@@ -208,7 +208,7 @@ impl Observer {
 
 /// The end that has to copy the samples of a topic: those in the shared memory of another machine.
 fn copied_by(topic: &Topic) -> Option<&End> {
-    if topic.middleware != rc_iceoryx2::NAME {
+    if !shares_memory(&topic.middleware) {
         return None;
     }
     let mut ends = topic.publishers.iter().chain(&topic.subscribers);

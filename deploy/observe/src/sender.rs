@@ -1,6 +1,6 @@
 //! Sends samples to a topic.
 
-use crate::backends::{Backends, sending};
+use crate::backends::{Backends, sending, shares_memory};
 use crate::error::Error;
 use crate::network::{Network, Topic, connect, failed};
 use rc_management::Client;
@@ -31,14 +31,14 @@ impl Sender {
     /// Whether sending waits for a subscriber: each one in the shared memory of another machine
     /// confirms each sample.
     pub fn confirms(topic: &Topic) -> bool {
-        let is_shared = topic.middleware == rc_iceoryx2::NAME;
+        let is_shared = shares_memory(&topic.middleware);
         is_shared && topic.subscribers.iter().any(|end| end.host.is_some())
     }
 
     /// Opens the topic for sending, and waits for the first subscriber.
     pub fn open(network: &Network, topic: &Topic) -> Result<Self, Error> {
         let mut backends = Backends::new(&network.name)?;
-        let is_shared = topic.middleware == rc_iceoryx2::NAME;
+        let is_shared = shares_memory(&topic.middleware);
         let (here, there): (Vec<_>, Vec<_>) = topic
             .subscribers
             .iter()

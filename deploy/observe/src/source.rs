@@ -1,5 +1,6 @@
 //! Resolves a name of a command line to a topic, or to the calls of an operation.
 
+use crate::backends::shares_memory;
 use crate::clock::MachineClock;
 use crate::error::Error;
 use crate::network::{End, Network, Operation, Topic};
@@ -89,7 +90,7 @@ impl Source {
 impl Topic {
     /// The clock of the samples' times of sending, as [`Source::sending_clock`].
     pub fn sending_clock(&self) -> SendingClock<'_> {
-        if self.middleware != rc_iceoryx2::NAME {
+        if !shares_memory(&self.middleware) {
             return clock_of(self.publishers.iter(), MachineClock::System);
         }
         // Shared memory has both ends on one machine. The component whose memory the samples are in

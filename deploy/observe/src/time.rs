@@ -89,7 +89,7 @@ impl Network {
         let mut clock = self.time_topic(
             component,
             module,
-            rc_ros2::NAME,
+            rc_vocabulary::Middleware::Ros2.word(),
             "rosgraph_msgs::Clock",
             "rosgraph_msgs/msg/Clock",
         )?;

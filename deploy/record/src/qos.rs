@@ -10,11 +10,22 @@ const ENDLESS: &str = "sec: 9223372036\n    nsec: 854775807";
 
 /// A list of one profile, as YAML.
 pub fn profile(qos: &Qos) -> String {
-    let reliability = match qos.reliability {
+    // All fields, so that a new policy is not forgotten here.
+    let Qos {
+        reliability,
+        durability,
+        depth,
+        deadline,
+        lifespan,
+        liveliness,
+        timeout: _,
+        spin: _,
+    } = *qos;
+    let reliability = match reliability {
         Reliability::Reliable => 1,
         Reliability::BestEffort => 2,
     };
-    let durability = match qos.durability {
+    let durability = match durability {
         Durability::TransientLocal => 1,
         Durability::Volatile => 2,
     };
@@ -24,13 +35,12 @@ pub fn profile(qos: &Qos) -> String {
         })
     };
     format!(
-        "- history: 1\n  depth: {}\n  reliability: {reliability}\n  durability: {durability}\n  \
+        "- history: 1\n  depth: {depth}\n  reliability: {reliability}\n  durability: {durability}\n  \
          deadline:\n    {}\n  lifespan:\n    {}\n  liveliness: 1\n  \
          liveliness_lease_duration:\n    {}\n  avoid_ros_namespace_conventions: false",
-        qos.depth,
-        time(qos.deadline),
-        time(qos.lifespan),
-        time(qos.liveliness),
+        time(deadline),
+        time(lifespan),
+        time(liveliness),
     )
 }
 

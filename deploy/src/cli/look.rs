@@ -6,7 +6,7 @@ use rc_deploy_client::Format;
 use rc_diagnostics::foreign::{clean, clean_to};
 use rc_management::component::Status;
 use rc_observe::{Component, End, Error, Network, nearest_of};
-use rc_values::{Interface, Member, Operation, Pattern, Struct, Type};
+use rc_values::{Interface, Member, Operation, Struct, Type};
 use rc_vocabulary::qos::{Durability, Reliability};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -310,7 +310,7 @@ fn document(item: &ShowTarget<'_>) -> Value {
     let operation = |operation: &Operation| {
         json!({
             "name": operation.name,
-            "pattern": pattern(operation),
+            "pattern": operation.pattern.word(),
             "hash": format!("{:016x}", operation.hash),
             "request": members(&operation.request),
             "reply": members(&operation.reply),
@@ -346,14 +346,6 @@ fn document(item: &ShowTarget<'_>) -> Value {
     }
 }
 
-fn pattern(operation: &Operation) -> &'static str {
-    match operation.pattern {
-        Pattern::Command => "command",
-        Pattern::Query => "query",
-        Pattern::Publish => "publish",
-    }
-}
-
 fn member_lines(of: &Struct, out: &mut String) {
     for member in &of.members {
         let optional = if member.optional { "?" } else { "" };
@@ -383,7 +375,12 @@ fn member_lines(of: &Struct, out: &mut String) {
 }
 
 fn operation_lines(operation: &Operation, out: &mut String) {
-    let _ = writeln!(out, "  {} {}", pattern(operation), clean(&operation.name));
+    let _ = writeln!(
+        out,
+        "  {} {}",
+        operation.pattern.word(),
+        clean(&operation.name)
+    );
     member_lines(&operation.request, out);
     if !operation.reply.members.is_empty() {
         let _ = writeln!(out, "  replies");

@@ -18,7 +18,10 @@ use std::time::Duration;
 pub const NAME: &str = "dds";
 
 /// This middleware, as a component links it.
-pub const LINKED: Linked = Linked::new(NAME, connect);
+pub const LINKED: Linked = Linked {
+    observe: Some(observe),
+    ..Linked::new(NAME, connect)
+};
 
 /// Joins the network of `environment`: the domain of the settings of `[middleware.dds]`.
 pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {

@@ -54,7 +54,10 @@ use std::time::Duration;
 pub const NAME: &str = "iceoryx2";
 
 /// This middleware, as a component links it.
-pub const LINKED: Linked = Linked::new(NAME, connect);
+pub const LINKED: Linked = Linked {
+    observe: Some(observe),
+    ..Linked::new(NAME, connect)
+};
 
 /// Joins the network of `environment`. Blocks for at most eight seconds, as each opening of a port
 /// does; the error then names the files that are in the way.

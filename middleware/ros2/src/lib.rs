@@ -45,6 +45,7 @@ pub const NAME: &str = "ros2";
 pub const LINKED: Linked = Linked {
     name: NAME,
     connect: |environment| connect(environment, &[]),
+    observe: Some(observe),
     arguments: Some(arguments::ARGUMENTS),
     clock: Some(clock::CLOCK),
     variables: variables::add,

@@ -5,6 +5,7 @@ use crate::error::DescriptionError;
 use crate::json;
 use crate::parse::{Parsed, parse};
 use crate::types::{Enum, Layout, Member, Primitive, Range, Struct, Type};
+use rc_vocabulary::Pattern;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -48,17 +49,6 @@ pub struct Operation {
     pub has_result: bool,
     /// The exceptions, in their order.
     pub throws: Vec<Exception>,
-}
-
-/// How an operation communicates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pattern {
-    /// A call without a reply, or a sample of a topic.
-    Command,
-    /// A call with a reply.
-    Query,
-    /// Only a sample of a topic.
-    Publish,
 }
 
 /// An exception of an operation.
@@ -316,12 +306,8 @@ impl<'m> Resolver<'m> {
             .ok()
             .filter(|_| operation.hash.len() == 16)
             .ok_or_else(|| wrong("its hash has not 16 hexadecimal digits"))?;
-        let pattern = match operation.pattern.as_str() {
-            "command" => Pattern::Command,
-            "query" => Pattern::Query,
-            "publish" => Pattern::Publish,
-            _ => return Err(wrong("its pattern is not command, query or publish")),
-        };
+        let pattern = Pattern::from_word(&operation.pattern)
+            .ok_or_else(|| wrong("its pattern is not command, query or publish"))?;
         let mut outputs = operation.outputs.clone();
         outputs.extend(operation.result.iter().map(|ty| description::Member {
             name: "return".to_owned(),

@@ -47,7 +47,7 @@ mod types;
 mod unique;
 mod value;
 
-pub use catalog::{Catalog, Exception, Interface, Operation, Pattern};
+pub use catalog::{Catalog, Exception, Interface, Operation};
 pub use cells::{Columns, csv_cell};
 pub use decode::{decode, decode_from};
 pub use encode::{encode, encode_body};
@@ -55,6 +55,7 @@ pub use error::{DescriptionError, ValueError};
 pub use image::{decode_image, encode_image, image_members, read_member_image, write_member_image};
 pub use json::{default, from_json};
 pub use numbers::Numbers;
+pub use rc_vocabulary::Pattern;
 pub use text::Style;
 pub use types::{Enum, Layout, Member, Primitive, Range, Struct, Type};
 pub use unique::json_of_person;

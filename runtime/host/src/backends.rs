@@ -4,22 +4,19 @@ use rc_middleware::{Backend, Environment, Linked, OpenError};
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
-const ALL: [Linked; 4] = [
-    rc_iceoryx2::LINKED,
-    rc_dds::LINKED,
-    Linked {
-        connect: connect_ros2,
-        ..rc_ros2::LINKED
-    },
-    rc_local::LINKED,
-];
-
 /// A middleware by its name.
 pub(crate) fn find(name: &str) -> Result<Linked, String> {
-    let found = ALL.into_iter().find(|linked| linked.name == name);
-    found.ok_or_else(|| {
-        let known = rc_vocabulary::listed(ALL.map(|linked| linked.name), "and");
+    let linked = rc_backends::find(name).ok_or_else(|| {
+        let known = rc_vocabulary::listed(rc_vocabulary::Middleware::words(), "and");
         format!("there is no middleware `{name}`; there are {known}")
+    })?;
+    Ok(if linked.name == rc_ros2::NAME {
+        Linked {
+            connect: connect_ros2,
+            ..linked
+        }
+    } else {
+        linked
     })
 }
 

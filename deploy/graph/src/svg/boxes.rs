@@ -37,7 +37,7 @@ pub(super) struct Boxes {
 
 /// Whether this slot is on the right side: others connect to it.
 fn provides(slot: &Slot) -> bool {
-    matches!(slot.role, "implements" | "publishes")
+    slot.role.is_provided()
 }
 
 /// The label of a slot: with its interface, if that has another name, and whether it is optional.

@@ -41,21 +41,20 @@ impl Legend {
         let room = wide.max(LEAST);
         let mut all: Vec<(Sample, &'static str)> = Vec::new();
         let has = |kind| graph.connections.iter().any(|c| c.kind == kind);
-        let roles: BTreeSet<&str> = graph
-            .components
-            .iter()
-            .flat_map(|c| c.slots.iter().map(|s| s.role))
-            .collect();
+        let has_slot = |is_provided: bool| {
+            let mut slots = graph.components.iter().flat_map(|c| &c.slots);
+            slots.any(|slot| slot.role.is_provided() == is_provided)
+        };
         if has(Kind::Call) {
             all.push((Sample::Call, "call"));
         }
         if has(Kind::Topic) {
             all.push((Sample::Topic, "data of a topic"));
         }
-        if roles.contains("implements") || roles.contains("publishes") {
+        if has_slot(true) {
             all.push((Sample::Provides, "implements or publishes"));
         }
-        if roles.contains("requires") || roles.contains("subscribesTo") {
+        if has_slot(false) {
             all.push((Sample::Consumes, "requires or subscribes"));
         }
         let used: BTreeSet<&str> = graph.connections.iter().map(|c| c.middleware).collect();

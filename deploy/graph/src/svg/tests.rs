@@ -6,6 +6,7 @@ use arbtest::arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use rc_deploy_network::topology::{Connection, End, Host, Kind};
 use rc_drawing::width;
+use rc_vocabulary::Role;
 use roxmltree::{Document, Node};
 
 const WORDS: [&str; 6] = [
@@ -16,7 +17,6 @@ const WORDS: [&str; 6] = [
     "größe",
     "目",
 ];
-const ROLES: [&str; 4] = ["implements", "requires", "publishes", "subscribesTo"];
 
 fn network(u: &mut Unstructured<'_>) -> Result<Graph> {
     let host = |name: &&str| Host {
@@ -54,7 +54,7 @@ fn network(u: &mut Unstructured<'_>) -> Result<Graph> {
             slots.push(Slot {
                 name: (*u.choose(&WORDS)?).to_owned(),
                 interface: format!("M::{}", u.choose(&WORDS)?),
-                role: u.choose(&ROLES)?,
+                role: *u.choose(&Role::ALL)?,
                 middleware: "iceoryx2",
                 optional: *u.choose(&[false, true])?,
             });
@@ -108,7 +108,7 @@ fn connections(u: &mut Unstructured<'_>, components: &[Component]) -> Result<Vec
     let mut ends: [Vec<(usize, End)>; 4] = Default::default();
     for (at, component) in components.iter().enumerate() {
         for (number, slot) in component.slots.iter().enumerate() {
-            let role = ROLES.iter().position(|r| *r == slot.role).unwrap_or(0);
+            let role = Role::ALL.iter().position(|r| *r == slot.role).unwrap_or(0);
             let end = End {
                 component: component.name.clone(),
                 slot: slot.name.clone(),

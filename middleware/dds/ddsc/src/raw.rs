@@ -37,18 +37,28 @@ impl CQos {
                 i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
             })
         };
-        let policies = &qos.policies;
+        // All fields, so that a new policy is not forgotten here.
+        let rc_vocabulary::qos::Qos {
+            reliability,
+            durability,
+            depth,
+            deadline,
+            lifespan,
+            liveliness,
+            timeout: _,
+            spin: _,
+        } = qos.policies;
         Self {
-            reliable: i32::from(policies.reliability == Reliability::Reliable),
-            transient_local: i32::from(policies.durability == Durability::TransientLocal),
+            reliable: i32::from(reliability == Reliability::Reliable),
+            transient_local: i32::from(durability == Durability::TransientLocal),
             depth: if qos.keeps_all {
                 0
             } else {
-                i32::try_from(policies.depth.max(1)).unwrap_or(i32::MAX)
+                i32::try_from(depth.max(1)).unwrap_or(i32::MAX)
             },
-            deadline: nanoseconds(policies.deadline),
-            lifespan: nanoseconds(policies.lifespan),
-            liveliness: nanoseconds(policies.liveliness),
+            deadline: nanoseconds(deadline),
+            lifespan: nanoseconds(lifespan),
+            liveliness: nanoseconds(liveliness),
             user_data: qos.user_data.as_ptr(),
             user_data_size: qos.user_data.len(),
         }
