@@ -41,6 +41,7 @@ mod proposal;
 mod settings;
 mod slot_array;
 mod slots;
+mod stages;
 mod start;
 mod status;
 mod tap;

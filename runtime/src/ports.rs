@@ -74,6 +74,20 @@ pub struct Connections {
     defaults: &'static [(usize, DefaultReply)],
 }
 
+/// What takes part in each connection. A connection has them from its beginning.
+pub(crate) struct Interceptors {
+    /// Copies messages to tools.
+    pub(crate) taps: Arc<Taps>,
+    /// Gate of all publishers.
+    pub(crate) gate: Gate,
+    /// Records what is sent and received.
+    pub(crate) exact: Exact,
+    /// Replies to calls that no server takes, each with the index of its slot.
+    pub(crate) defaults: &'static [(usize, DefaultReply)],
+    /// Conversions of units, by slots.
+    pub(crate) conversions: Conversions,
+}
+
 impl Connections {
     /// Opens the middlewares of `description`.
     pub(crate) fn new(
@@ -81,6 +95,7 @@ impl Connections {
         environment: &Environment,
         slots: &Arc<SlotTable>,
         clock: ClockKind,
+        interceptors: Interceptors,
     ) -> Result<Self, OpenError> {
         let mut backends = Vec::new();
         for linked in description.backends {
@@ -90,6 +105,11 @@ impl Connections {
         Ok(Self {
             settings: environment.settings.clone(),
             is_live: true,
+            taps: interceptors.taps,
+            gate: interceptors.gate,
+            exact: interceptors.exact,
+            defaults: interceptors.defaults,
+            conversions: interceptors.conversions,
             ..ports
         })
     }
@@ -124,29 +144,14 @@ impl Connections {
         }
     }
 
-    /// Answers calls that no server takes, before any client is opened.
-    pub(crate) fn set_defaults(&mut self, defaults: &'static [(usize, DefaultReply)]) {
-        self.defaults = defaults;
-    }
-
     /// Whether calls of this slot of the description get default values without a server.
     pub(crate) fn has_default(&self, described: usize) -> bool {
         self.defaults.iter().any(|(of, _)| *of == described)
     }
 
-    /// Lets tools tap the slots, before any of them is opened.
-    pub(crate) fn set_taps(&mut self, taps: Arc<Taps>) {
-        self.taps = taps;
-    }
-
     /// The taps of the slots.
     pub(crate) fn taps(&self) -> &Taps {
         &self.taps
-    }
-
-    /// Converts the messages of slots that are opened from now on.
-    pub(crate) fn convert(&mut self, conversions: &Conversions) {
-        self.conversions.clone_from(conversions);
     }
 
     /// Opens publishers behind `gate` from now on.
@@ -167,11 +172,6 @@ impl Connections {
             exact: exact.clone(),
             ..ports
         }
-    }
-
-    /// Records what is sent and received over connections that are opened from now on.
-    pub(crate) fn record(&mut self, exact: &Exact) {
-        self.exact = exact.clone();
     }
 
     /// Lets the worker set `clock` as a source of time without followers.
