@@ -14,6 +14,7 @@ mod endpoint;
 mod exports;
 mod fields;
 mod graph;
+mod host_address;
 mod image;
 mod imports;
 mod members;

@@ -1,19 +1,18 @@
 //! Merges the files of a deployment and resolves their names into the model.
 
+mod references;
+
 use crate::ast::{self, Decl};
 use crate::check::check;
 use crate::duplicates::{check_unique, report_duplicate};
 use crate::fields::{BlockContext, References, duration, instance};
+use crate::host_address::{LOCALHOST, wrong_address};
 use crate::imports::{File, files};
-use crate::members::member_slot;
-use crate::model::{
-    Bind, Deployment, External, Group, Host, InstanceOrGroup, LONGEST_NAME, SlotPath,
-};
+use crate::model::{Bind, Deployment, External, Group, Host, InstanceOrGroup, LONGEST_NAME};
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Literal, Loader, Name};
 use std::collections::HashMap;
-use std::net::Ipv6Addr;
 
 /// Loads a `.ddsl` text with its imports.
 ///
@@ -60,9 +59,6 @@ pub fn load(
     check(&deployment, source, &mut found);
     (Some(deployment), found)
 }
-
-/// The number of name comparisons for suggestions, for all files together.
-const MAX_COMPARISONS: usize = 200_000;
 
 /// The names declared in one block: the deployment or a group.
 #[derive(Debug, Default)]
@@ -384,258 +380,4 @@ impl<'a> Resolver<'a> {
             }
         }
     }
-
-    /// The scopes visible in `group`, from inside to outside.
-    fn visible(&self, group: Option<usize>) -> impl Iterator<Item = &Scope> {
-        let groups = self.deployment.enclosing(group).map(|group| group + 1);
-        groups.chain([0]).map(|scope| &self.scopes[scope])
-    }
-
-    fn host_named(&mut self, name: &Name, group: Option<usize>) -> Option<usize> {
-        let host = self
-            .visible(group)
-            .find_map(|s| s.hosts.known.get(&name.text).copied());
-        if host.is_none() && name.text != LOCALHOST {
-            let message = format!("unknown host `{}`", name.text);
-            let error = Diagnostic::error("unknown-host", name.span, message);
-            self.report_unknown(error, &name.text, |r| {
-                let hosts = r.visible(group).flat_map(|s| s.hosts.known.keys().cloned());
-                hosts.chain([LOCALHOST.to_owned()]).collect()
-            });
-        }
-        host
-    }
-
-    /// Resolves a single name, or the first name of a path, in `group`.
-    fn first(&mut self, name: &Name, group: Option<usize>) -> Option<InstanceOrGroup> {
-        let place = self
-            .visible(group)
-            .find_map(|s| s.places.known.get(&name.text).copied());
-        if place.is_none() {
-            let message = format!("unknown component or group `{}`", name.text);
-            let error = Diagnostic::error("unknown-instance", name.span, message);
-            self.report_unknown(error, &name.text, |r| {
-                let scopes = r.visible(group);
-                scopes
-                    .flat_map(|s| s.places.known.keys().cloned())
-                    .collect()
-            });
-        }
-        place
-    }
-
-    /// Resolves the component that publishes the time. It may be inside a group that does not
-    /// export it.
-    fn source_of_time(&mut self, path: &[Name]) -> Option<(usize, Span)> {
-        let (first, rest) = path.split_first()?;
-        let mut place = self.first(first, None)?;
-        let mut last = first;
-        for name in rest {
-            place = self.inside(place, last, name)?;
-            last = name;
-        }
-        let span = first.span.to(last.span);
-        match place {
-            InstanceOrGroup::Instance(at) => Some((at, span)),
-            InstanceOrGroup::Group(group) => {
-                let group = &self.deployment.groups[group];
-                let message = format!("`{}` is a group; a component publishes time", group.path);
-                let error = Diagnostic::error("not-a-time-source", span, message)
-                    .label(group.name.span, "the group")
-                    .help(format!("write `time simulated by {}.NAME;`", group.path));
-                self.found.push(error);
-                None
-            }
-        }
-    }
-
-    /// Resolves `name` in `place`, which `last` names: it has to be a group.
-    fn inside(
-        &mut self,
-        place: InstanceOrGroup,
-        last: &Name,
-        name: &Name,
-    ) -> Option<InstanceOrGroup> {
-        let InstanceOrGroup::Group(inside) = place else {
-            let message = format!("expected a group, found component `{}`", last.text);
-            let error = Diagnostic::error("not-a-group", name.span, message);
-            let last = &last.text;
-            let help = format!("write `{last}.SLOT`, or `{last}.ARRAY.MEMBER` for a slot array");
-            self.found.push(error.help(help));
-            return None;
-        };
-        let known = &self.scopes[inside + 1].places.known;
-        let found = known.get(&name.text).copied();
-        if found.is_none() {
-            let message = format!(
-                "group `{}` has no component or group `{}`",
-                self.deployment.groups[inside].path, name.text
-            );
-            let error = Diagnostic::error("unknown-instance", name.span, message);
-            self.report_unknown(error, &name.text, |r| {
-                let known = &r.scopes[inside + 1].places.known;
-                known.keys().cloned().collect()
-            });
-        }
-        found
-    }
-
-    /// Reports an unknown name with a suggestion, until [`MAX_COMPARISONS`] is reached.
-    fn report_unknown(
-        &mut self,
-        error: Diagnostic,
-        name: &str,
-        known: impl FnOnce(&Self) -> Vec<String>,
-    ) {
-        if self.comparisons > MAX_COMPARISONS {
-            return self.found.push(error);
-        }
-        let mut known = known(self);
-        self.comparisons += known.len();
-        known.sort_unstable();
-        known.dedup();
-        self.found
-            .push(error.suggest(name, known.iter().map(String::as_str)));
-    }
-
-    /// Whether the last name before the slot is a slot array: in a component, or exported by a
-    /// group. `None` after an error: it might be an array and a component or group at once.
-    fn is_array(
-        &mut self,
-        place: InstanceOrGroup,
-        name: &Name,
-        tree: &ast::SlotPath,
-    ) -> Option<bool> {
-        let InstanceOrGroup::Group(inside) = place else {
-            return Some(true);
-        };
-        let group = &self.deployment.groups[inside];
-        let Some(export) = group.exports.iter().find(|e| e.text == name.text) else {
-            return Some(false);
-        };
-        let Some(place) = self.scopes[inside + 1].places.known.get(&name.text) else {
-            return Some(true);
-        };
-        let (what, span) = match place {
-            InstanceOrGroup::Instance(at) => {
-                ("component", self.deployment.instances[*at].name.span)
-            }
-            InstanceOrGroup::Group(at) => ("group", self.deployment.groups[*at].name.span),
-        };
-        let message = format!(
-            "`{}.{}` could mean a member of the exported slot `{}`, or a slot of the {what} `{}`",
-            name.text, tree.slot.text, name.text, name.text
-        );
-        let error = Diagnostic::error("ambiguous-slot", name.span.to(tree.slot.span), message)
-            .label(export.span, "the export")
-            .label(span, format!("the {what}"))
-            .help("give one of them another name");
-        self.found.push(error);
-        None
-    }
-
-    /// Resolves a path in `group`. A path may enter a group from outside only if the group exports
-    /// the slot.
-    fn slot_path(&mut self, tree: &ast::SlotPath, group: Option<usize>) -> Option<SlotPath> {
-        let (first, rest) = tree.path.split_first()?;
-        let mut place = self.first(first, group)?;
-        let mut entered: Vec<(usize, &Name)> = Vec::new();
-        let mut array = None;
-        for (at, (name, next)) in rest.iter().zip(&tree.path).enumerate() {
-            if at + 1 == rest.len() && self.is_array(place, name, tree)? {
-                array = Some(name);
-                break;
-            }
-            if let InstanceOrGroup::Group(inside) = place {
-                entered.push((inside, name));
-            }
-            place = self.inside(place, next, name)?;
-        }
-        // A group exports an array as a whole.
-        let exported = array.unwrap_or(&tree.slot);
-        let private = entered.iter().find(|(inside, _)| {
-            let exports = &self.deployment.groups[*inside].exports;
-            // Inside a group, all of its content is visible.
-            !self.deployment.is_inside(group, Some(*inside))
-                && !exports.iter().any(|e| e.text == exported.text)
-        });
-        if let Some((inside, name)) = private {
-            let within = &self.deployment.groups[*inside];
-            let message = format!(
-                "`{}` is inside group `{}`, which does not export `{}`",
-                name.text, within.path, exported.text
-            );
-            let span = name.span.to(tree.slot.span);
-            let error = Diagnostic::error("not-exported", span, message)
-                .label(within.name.span, "the group")
-                .help(within.export_with(&exported.text));
-            self.found.push(error);
-            return None;
-        }
-        if let InstanceOrGroup::Group(of) = place {
-            let of = &self.deployment.groups[of];
-            if !of.exports.iter().any(|e| e.text == exported.text) {
-                let message = format!("group `{}` does not export `{}`", of.path, tree.slot.text);
-                let error = Diagnostic::error("not-exported", tree.slot.span, message)
-                    .label(of.name.span, "the group");
-                let known = of.exports.iter().map(|e| e.text.as_str());
-                let near = rc_diagnostics::nearest(&tree.slot.text, known);
-                self.found.push(match near {
-                    Some(_) => error.did_you_mean(near),
-                    None => error.help(of.export_with(&tree.slot.text)),
-                });
-                return None;
-            }
-        }
-        Some(SlotPath {
-            place,
-            slot: array.map_or_else(|| tree.slot.clone(), |array| member_slot(array, tree)),
-            span: first.span.to(tree.slot.span),
-        })
-    }
-}
-
-/// The host of components without the field `host`.
-const LOCALHOST: &str = "localhost";
-
-/// What to write in place of `text`, unless it is a host name or an IP address.
-fn wrong_address(text: &str) -> Option<String> {
-    let is_name = |text: &str| {
-        let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
-        !text.is_empty() && !text.starts_with('-') && text.chars().all(allowed)
-    };
-    // A zone may follow: `fe80::1%eth0`.
-    let is_ipv6 = |text: &str| {
-        let (number, zone) = text.split_once('%').unwrap_or((text, "zone"));
-        number.parse::<Ipv6Addr>().is_ok() && is_name(zone)
-    };
-    let is_host = |text: &str| is_name(text) || is_ipv6(text);
-    if is_host(text) {
-        return None;
-    }
-    let is_port = |text: &str| text.parse::<u16>().is_ok();
-    let inside = text.strip_prefix('[').and_then(|text| text.split_once(']'));
-    let help = match (text.split_once('@'), inside, text.rsplit_once(':')) {
-        (Some((user, host)), ..) if is_name(user) && is_host(host) => {
-            format!("write the user as a field of its own: `address \"{host}\"; user \"{user}\";`")
-        }
-        (_, Some((host, "")), _) if is_ipv6(host) => {
-            format!("write it without brackets: `address \"{host}\";`")
-        }
-        (_, Some((host, port)), _)
-            if is_ipv6(host) && port.strip_prefix(':').is_some_and(is_port) =>
-        {
-            with_port(host, &port[1..])
-        }
-        (.., Some((host, port))) if is_name(host) && is_port(port) => with_port(host, port),
-        _ => "write a host name or an IP address: `robot.local` or `10.0.0.2`".to_owned(),
-    };
-    Some(help)
-}
-
-/// How a host gets another port of ssh.
-fn with_port(host: &str, port: &str) -> String {
-    format!(
-        "write `address \"{host}\";`, and the port into ~/.ssh/config, from which `rcdeploy` and ssh have it: `Host {host}` and below it `Port {port}`"
-    )
 }

@@ -6,6 +6,8 @@
 //! `RC_SUPERVISED`, and the link is a socket at standard input. The component sends its state, its
 //! readiness and twice a second a heartbeat over it, and ends when the supervisor closes it.
 
+mod answers;
+
 use crate::commands::{Command, CommandQueue};
 use crate::component_info::ComponentInfo;
 use crate::configuration::LoadedConfiguration;
@@ -16,7 +18,7 @@ use crate::lifecycle_server::LifecycleServer;
 use crate::link::Link;
 use crate::log::print_error;
 use crate::name_lock::NameLock;
-use crate::parameter_server::{Answer, ParameterServer, Requester};
+use crate::parameter_server::{ParameterServer, Requester};
 use crate::parameter_service::{BackendRequests, RequestQueue};
 use crate::slots::SlotTable;
 use crate::status::Shared;
@@ -509,85 +511,6 @@ impl Server {
             }
             Err(error) => Err(error),
         })
-    }
-
-    /// Answers the requests about the emergency that the worker has executed, or that it will when
-    /// its turn comes: a loop that hangs has a limit.
-    fn answer_emergencies(&mut self, ends: bool) {
-        let (_, executed) = self.commands.emergencies();
-        let now = Instant::now();
-        let is_due = |one: &AskedEmergency| ends || executed >= one.number || now >= one.until;
-        let due: Vec<_> = self.emergencies.extract_if(.., |one| is_due(one)).collect();
-        if !due.is_empty() {
-            self.report_state();
-        }
-        for AskedEmergency { requester, .. } in due {
-            let (client, id) = requester;
-            self.socket.settle(client);
-            if let Some(id) = id {
-                self.socket.answer(client, &id, rpc::result(&Done {}));
-            }
-        }
-    }
-
-    /// Reports what a request has changed before the request is answered, so that it is in the next
-    /// status of the supervisor.
-    fn report_changes(&mut self) {
-        self.report_state();
-        if let Some(link) = &mut self.link
-            && link.is_free()
-        {
-            link.send_heartbeat(self.info.heartbeat(&self.shared));
-        }
-    }
-
-    /// Notes that the answer to a request comes later, or gives the error.
-    fn deferred(&mut self, client: u64, result: Result<(), Error>) -> Option<Result<Value, Error>> {
-        match result {
-            Ok(()) => {
-                self.socket.defer(client);
-                None
-            }
-            Err(error) => Some(Err(error)),
-        }
-    }
-
-    /// Hands results of transitions to their requesters.
-    fn answer_transitions(&mut self) {
-        let answers = self.lifecycle.turn();
-        self.hand_over(answers);
-    }
-
-    /// Hands results to clients, if they are still there.
-    fn hand_over(&mut self, results: Vec<(u64, Option<Value>, Result<Value, Error>)>) {
-        for (client, id, result) in results {
-            self.socket.settle(client);
-            if let Some(id) = id {
-                self.socket.answer(client, &id, result);
-            }
-        }
-    }
-
-    /// Hands results of changes to their requesters, if they are still there.
-    fn answer(&mut self, answers: Vec<Answer>) {
-        for (requester, result) in answers {
-            match requester {
-                Requester::Supervisor => {
-                    let refused = result.err().map(|error| error.message);
-                    if let Some(link) = &mut self.link {
-                        link.set_restored(refused.as_deref());
-                        link.set_ready();
-                    }
-                }
-                Requester::Backend(number) => self.backends.answer(number, result.map(drop)),
-                Requester::Client { number, id } => {
-                    self.socket.settle(number);
-                    if let Some(id) = id {
-                        self.socket.answer(number, &id, result);
-                    }
-                }
-            }
-        }
     }
 }
 

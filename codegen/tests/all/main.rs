@@ -4,6 +4,7 @@ mod compile;
 mod config;
 mod edits;
 mod export;
+mod fmt;
 mod folders;
 mod idlc;
 mod layout;

@@ -14,7 +14,7 @@ fn folder(cdsl: &str) -> TempDir {
     folder
 }
 
-fn succeeds(folder: &Path, args: &[&str]) -> String {
+pub(crate) fn succeeds(folder: &Path, args: &[&str]) -> String {
     let (code, out, err) = rcgen(folder, args);
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
     out
@@ -462,63 +462,6 @@ fn dependencies_are_the_workers_own() {
             code == 1 && err.contains("error[bad-dependency]"),
             "{wrong}: {err}"
         );
-    }
-}
-
-#[test]
-fn fmt_formats_valid_files_and_reports_the_others() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let folder = folder.path();
-    let write = |name: &str, text: &[u8]| {
-        std::fs::write(folder.join(name), text).expect("a file");
-    };
-    // A folder without files of the languages is most likely a typing mistake.
-    assert_eq!(rcgen(folder, &["fmt", "--check", "."]).0, 2);
-    write("good.idsl", b"module  G { };");
-    // Backup files of editors, and a pipe, which would block.
-    write(".#good.idsl", b"module");
-    let pipe = std::process::Command::new("mkfifo")
-        .arg(folder.join("pipe.idsl"))
-        .status();
-    assert!(pipe.expect("mkfifo").success());
-    let (code, out, err) = rcgen(folder, &["fmt", "--check", "."]);
-    assert_eq!(
-        (code, out.as_str(), err.as_str()),
-        (1, "not formatted: ./good.idsl\n", "")
-    );
-    succeeds(folder, &["fmt", "."]);
-    let entries = std::fs::read_dir(folder).expect("a folder");
-    assert_eq!(entries.count(), 3, "nothing else was written");
-    succeeds(folder, &["fmt", "--check", "."]);
-    succeeds(folder, &["check", "."]);
-    for command in ["fmt", "check"] {
-        let (code, _, err) = rcgen(folder, &[command, "pipe.idsl"]);
-        assert_eq!(code, 3);
-        assert!(err.contains("pipe.idsl: not a regular file"), "{err}");
-    }
-    // A system error is reported with the other errors, and determines the exit code.
-    write("bad.idsl", b"module {");
-    write("bytes.idsl", b"module M\n{ \xff };");
-    let (code, _, err) = rcgen(
-        folder,
-        &[
-            "fmt",
-            "--format",
-            "short",
-            "bad.idsl",
-            "one.idsl",
-            "two.idsl",
-            "bytes.idsl",
-        ],
-    );
-    assert_eq!(code, 3);
-    for part in [
-        "bad.idsl:1:8: error[syntax-error]",
-        "bytes.idsl:2:3: error[not-utf8]",
-        "one.idsl: No such file",
-        "two.idsl: No such file",
-    ] {
-        assert!(err.contains(part), "{part}: {err}");
     }
 }
 
