@@ -11,6 +11,7 @@ use rc_idsl::Session;
 use rc_idsl::model::Operation;
 use rc_syntax::Loader;
 use rc_vocabulary::Language;
+use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -34,7 +35,8 @@ pub fn files(
         let rank = ENDINGS.iter().position(|e| *e == ending);
         rank.filter(|_| ending != "toml" || in_etc())
     };
-    let mut all = Vec::new();
+    let mut all: Vec<PathBuf> = Vec::new();
+    let mut seen = BTreeSet::new();
     for path in paths {
         let wanted = |p: &Path| rank(p).is_some() && innermodel::is_wanted(p);
         let files = languages::files(std::slice::from_ref(path), &wanted)?;
@@ -44,7 +46,11 @@ pub fn files(
             let span = Span::new(source, 0, 0);
             found.push(Diagnostic::error("nothing-to-check", span, message));
         }
-        all.extend(files);
+        let new = files.into_iter().filter(|file| {
+            let real = file.canonicalize().unwrap_or_else(|_| file.clone());
+            seen.insert(real)
+        });
+        all.extend(new);
     }
     all.sort_by_key(|path| rank(path));
     Ok(all)
@@ -150,8 +156,7 @@ pub fn file(
         }
         Some("xml") => {
             let source = sources.add(path, rc_files::read(path)?);
-            let loader = innermodel::Folders { search: include };
-            found.extend(innermodel_language::load(sources, &loader, source).1);
+            found.extend(innermodel::check(sources, source, include));
         }
         Some("toml") => {
             let source = sources.add(path, rc_files::read(path)?);

@@ -148,6 +148,17 @@ impl Files {
                 change: Change::Remove,
             });
         }
+        // What a generation that was killed has left beside files of the user.
+        let left = self.all.keys().map(|path| temporary_of(path));
+        for path in left.filter(|path| folder.join(path).is_file()) {
+            if !steps.iter().any(|step| step.path == path) {
+                steps.push(Step {
+                    path,
+                    owner: Owner::Generic,
+                    change: Change::Remove,
+                });
+            }
+        }
         steps.sort_by(|a, b| a.path.cmp(&b.path));
         Ok(steps)
     }

@@ -1,7 +1,8 @@
 //! Files of `InnerModel` among other files.
 
-use innermodel_language::Loader;
-use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
+use innermodel_language::{Kind, Loader};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -40,4 +41,25 @@ pub(crate) fn format(sources: &SourceMap, source: SourceId) -> Result<String, Di
         return Err(found);
     }
     Ok(innermodel_language::format(sources.text(source)))
+}
+
+/// All that is wrong with a file and with the meshes that it names.
+pub(crate) fn check(sources: &mut SourceMap, source: SourceId, search: &[PathBuf]) -> Diagnostics {
+    let (document, mut found) = innermodel_language::load(sources, &Folders { search }, source);
+    let mut known: BTreeMap<&Path, Option<String>> = BTreeMap::new();
+    for node in &document.nodes {
+        let Kind::Mesh(mesh) = &node.kind else {
+            continue;
+        };
+        let Some(path) = &mesh.path else { continue };
+        let problem = known.entry(path).or_insert_with(|| {
+            let read = innermodel_mesh::read(path);
+            read.err().map(|error| error.to_string())
+        });
+        if let Some(problem) = problem {
+            let message = format!("`{}` has no body: `{}`: {problem}", node.id, mesh.file);
+            found.push(Diagnostic::warning("unreadable-mesh", node.span, message));
+        }
+    }
+    found
 }

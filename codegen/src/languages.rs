@@ -2,6 +2,7 @@
 
 use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
 use rc_syntax::Style;
+use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -70,10 +71,11 @@ impl Language {
     }
 }
 
-/// The files named on a command line. A folder is replaced by its `wanted` files, except generated,
-/// built and hidden ones.
+/// The files named on a command line, each once. A folder is replaced by its `wanted` files, except
+/// generated, built and hidden ones.
 pub fn files(paths: &[PathBuf], wanted: &dyn Fn(&Path) -> bool) -> io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
+    let mut seen = BTreeSet::new();
     for path in paths {
         if path.is_dir() {
             walk(path, wanted, &mut files)?;
@@ -81,6 +83,10 @@ pub fn files(paths: &[PathBuf], wanted: &dyn Fn(&Path) -> bool) -> io::Result<Ve
             files.push(path.clone());
         }
     }
+    files.retain(|file| {
+        let real = file.canonicalize().unwrap_or_else(|_| file.clone());
+        seen.insert(real)
+    });
     Ok(files)
 }
 

@@ -112,6 +112,9 @@ fn unsendable(error: DecodeError) -> EncodeError {
         DecodeError::OutOfRange { what, value, range } => {
             EncodeError::OutOfRange { what, value, range }
         }
+        DecodeError::IntegerOutOfRange { what, value, range } => {
+            EncodeError::IntegerOutOfRange { what, value, range }
+        }
         DecodeError::Invalid(error) => error,
         other => EncodeError::NoValue(other.to_string()),
     }

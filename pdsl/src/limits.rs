@@ -3,7 +3,7 @@
 use crate::ast;
 use rc_configuration::model::{Length, Parameter, Range, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
-use rc_syntax::{Literal, LiteralKind};
+use rc_syntax::{Literal, LiteralKind, home_in_path};
 use rc_vocabulary::duration;
 
 /// Checks limits, and reports errors.
@@ -178,6 +178,12 @@ impl LimitChecker<'_> {
                 .push(Diagnostic::error("bad-default", literal.span, message).help(help));
             return None;
         };
+        if let (Type::Path, Value::Text(path)) = (ty, &value)
+            && let Some(error) = home_in_path(path, literal.span)
+        {
+            self.found.push(error);
+            return None;
+        }
         if let Some(range) = parameter
             .range
             .as_ref()
@@ -207,6 +213,7 @@ impl LimitChecker<'_> {
 /// "the number 1.0", for messages.
 pub(crate) fn described(literal: &Literal) -> String {
     match &literal.kind {
+        LiteralKind::Float(value) if !value.is_finite() => "a number that is too large".to_owned(),
         LiteralKind::Float(value) => format!("the number {value:?}"),
         LiteralKind::Duration(u64::MAX) => "a duration that is too long".to_owned(),
         LiteralKind::Duration(value) => format!("the duration {}", duration::text(*value)),

@@ -349,8 +349,9 @@ impl Types {
 }
 
 fn check_range(member: &Member, value: &Value) -> Result<(), ConversionError> {
-    match (member.range, value.number()) {
-        (Some(range), Some(number)) if !range.contains(number) => {
+    match member.range {
+        Some(range) if !range.contains(value) => {
+            let number = rc_values::written(value);
             let unit = member.unit.as_deref().unwrap_or_default();
             let blank = if unit.is_empty() { "" } else { " " };
             Err(ConversionError::new(format!(

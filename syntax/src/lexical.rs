@@ -3,7 +3,7 @@
 
 use crate::literal::{Escape, escape};
 use crate::scan::{SegmentKind, segments};
-use rc_diagnostics::{Diagnostic, SourceId, Span};
+use rc_diagnostics::{Diagnostic, SourceId, Span, stray_character};
 use rc_vocabulary::duration;
 
 /// Units of time of other languages, as people write them after a number.
@@ -75,21 +75,9 @@ impl Piece<'_> {
     /// Reports characters that no rule matches and that a reader does not see, or takes for
     /// others.
     fn characters(&self, found: &mut Vec<Diagnostic>) {
-        let plain = |c: char| matches!(c, ' '..='~' | '\t' | '\n' | '\r');
-        for (at, c) in self.text.char_indices().filter(|(_, c)| !plain(*c)) {
-            let point = format!("U+{:04X}", u32::from(c));
-            let (name, help) = if let Some((name, meant)) = mistaken(c) {
-                (name, format!("write `{meant}`"))
-            } else if let Some(name) = hidden(c) {
-                (name, "delete it, or write a space".to_owned())
-            } else {
-                // The parser shows a letter or a sign where it stands.
-                continue;
-            };
-            let message = format!("unexpected character {point} ({name})");
-            let diagnostic =
-                Diagnostic::error("stray-character", self.span(at, c.len_utf8()), message);
-            found.push(diagnostic.help(help));
+        for (at, c) in self.text.char_indices() {
+            // The parser shows a letter or a sign where it stands.
+            found.extend(stray_character(c, self.span(at, c.len_utf8())));
         }
     }
 
@@ -184,44 +172,6 @@ fn end_of_number(bytes: &[u8], at: usize) -> usize {
         };
     }
     end
-}
-
-/// Characters that look like those of the languages: their names, and what their writer means.
-fn mistaken(c: char) -> Option<(&'static str, char)> {
-    Some(match c {
-        '\u{201c}' | '\u{201d}' | '\u{201e}' | '\u{201f}' | '\u{2033}' | '«' | '»' | '\u{2018}'
-        | '\u{2019}' | '\u{201a}' | '\u{201b}' | '\u{2032}' | '\u{ff02}' => {
-            ("a typographic quote", '"')
-        }
-        '\u{2010}'..='\u{2015}' | '\u{2212}' | '\u{fe63}' | '\u{ff0d}' => ("a dash", '-'),
-        '\u{37e}' | '\u{ff1b}' => ("a foreign semicolon", ';'),
-        '\u{ff0c}' => ("a foreign comma", ','),
-        '\u{ff1a}' => ("a foreign colon", ':'),
-        '\u{ff08}' => ("a foreign bracket", '('),
-        '\u{ff09}' => ("a foreign bracket", ')'),
-        '\u{ff5b}' => ("a foreign bracket", '{'),
-        '\u{ff5d}' => ("a foreign bracket", '}'),
-        _ => return None,
-    })
-}
-
-/// The name of a character that nobody sees.
-fn hidden(c: char) -> Option<&'static str> {
-    Some(match c {
-        '\0' => "a null character",
-        '\u{b}' => "a vertical tab",
-        '\u{c}' => "a form feed",
-        '\u{85}' | '\u{2028}' => "a line separator",
-        '\u{2029}' => "a paragraph separator",
-        '\u{a0}' | '\u{2007}' | '\u{202f}' => "a no-break space",
-        '\u{ad}' => "a soft hyphen",
-        '\u{200b}' => "a zero-width space",
-        '\u{200c}' | '\u{200d}' | '\u{2060}' => "a zero-width joiner",
-        '\u{feff}' => "a byte order mark",
-        _ if c.is_whitespace() => "a foreign space",
-        _ if rc_diagnostics::foreign::is_hidden(c) => "an invisible character",
-        _ => return None,
-    })
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ pub use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter, Completio
 pub use completion::{Shell, earlier_word, files, value_of, words};
 pub use man::Page;
 use rc_diagnostics::print::{self, ColorChoice};
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// A tool with its own command line.
@@ -112,12 +112,9 @@ impl Tool {
     }
 }
 
-/// The words of the command line. `~` is expanded where shells do not, behind `=` or in quotes:
-/// nobody means a folder of this name.
+/// The words of the command line.
 fn words_of_shell() -> Vec<OsString> {
-    let home = std::env::var_os("HOME").filter(|home| !home.is_empty());
-    let words = std::env::args_os();
-    let mut words: Vec<OsString> = words.map(|word| expanded(word, home.as_deref())).collect();
+    let mut words: Vec<OsString> = rc_files::words_of_command_line().collect();
     behind_command(&mut words);
     words
 }
@@ -136,23 +133,6 @@ fn behind_command(words: &mut [OsString]) {
     }
 }
 
-fn expanded(word: OsString, home: Option<&OsStr>) -> OsString {
-    let (Some(text), Some(home)) = (word.to_str(), home) else {
-        return word;
-    };
-    let option = text
-        .split_once('=')
-        .filter(|(name, _)| name.starts_with("--"));
-    let path = option.map_or(text, |(_, path)| path);
-    if path != "~" && !path.starts_with("~/") {
-        return word;
-    }
-    let mut out = OsString::from(&text[..text.len() - path.len()]);
-    out.push(home);
-    out.push(&path[1..]);
-    out
-}
-
 const COLOR: &str = "color";
 
 fn choose_color(matches: &ArgMatches) {
@@ -169,6 +149,7 @@ fn with_help(command: clap::Command, help: &str) -> clap::Command {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::ffi::OsStr;
 
     #[test]
     fn the_option_for_colors_may_stand_before_the_command() {
@@ -204,8 +185,14 @@ mod tests {
             ("arm.file=~/b", "arm.file=~/b"),
             ("~bob/x", "~bob/x"),
         ] {
-            assert_eq!(expanded(word.into(), home), OsString::from(wanted));
+            assert_eq!(
+                rc_files::home_expanded(word.into(), home),
+                OsString::from(wanted)
+            );
         }
-        assert_eq!(expanded("~/x".into(), None), OsString::from("~/x"));
+        assert_eq!(
+            rc_files::home_expanded("~/x".into(), None),
+            OsString::from("~/x")
+        );
     }
 }

@@ -19,7 +19,8 @@ pub enum Check {
     Range {
         /// The primitive type of the number.
         primitive: Primitive,
-        /// The smallest value in decimal notation, with a point or an exponent.
+        /// The smallest value in decimal notation: of an integer of 64 bits without a point, of
+        /// other numbers with a point or an exponent.
         min: Option<String>,
         /// The largest value, likewise.
         max: Option<String>,
@@ -58,7 +59,9 @@ pub(super) fn of_number(library: &Library, member: &Member) -> Vec<Check> {
 
 /// The check of a number with a range.
 fn range(primitive: Primitive, range: Option<&Range>) -> Vec<Check> {
+    let is_long = matches!(primitive, Primitive::I64 | Primitive::U64);
     let end = |literal: &Option<Literal>| match &literal.as_ref()?.kind {
+        LiteralKind::Int(value) if is_long => Some(value.to_string()),
         LiteralKind::Int(value) => Some(format!("{value}.0")),
         LiteralKind::Float(value) => Some(format!("{value:?}")),
         _ => None,

@@ -43,12 +43,23 @@ fn members(library: &Library, members: &[model::Member]) -> Vec<Member> {
         optional: member.optional,
         unit: member.unit.clone(),
         range: member.range.as_ref().map(|range| {
-            let end = |end: &Option<Literal>| end.as_ref().and_then(Literal::as_f64);
+            let end = |end: &Option<Literal>| end.as_ref().and_then(limit);
             (end(&range.min), end(&range.max))
         }),
         default: member.default.as_ref().map(default),
     };
     members.iter().map(member).collect()
+}
+
+/// An end of a range. Only integers of 64 bits have more digits than an `f64`.
+fn limit(literal: &Literal) -> Option<serde_json::Number> {
+    const EXACT: u128 = 1 << f64::MANTISSA_DIGITS;
+    match literal.kind {
+        LiteralKind::Int(value) if value.unsigned_abs() > EXACT => {
+            serde_json::Number::from_i128(value)
+        }
+        _ => serde_json::Number::from_f64(literal.as_f64()?),
+    }
 }
 
 fn default(literal: &Literal) -> serde_json::Value {

@@ -186,9 +186,70 @@ fn usage_errors_and_system_errors_have_exit_codes() {
     assert_eq!(code, 3);
     assert_eq!(
         err,
-        "rcgen: error: missing.cdsl: No such file or directory (os error 2)\n"
+        "rcgen: error: missing.cdsl: No such file or directory\n"
     );
     assert_eq!(files(folder).len(), 1);
+}
+
+/// The same files by two paths are checked, formatted and reported once.
+#[test]
+fn files_that_are_named_twice_count_once() {
+    let folder = folder(&CDSL.replace("Laser;", "Lasr;"));
+    let name = folder.path().file_name().expect("a name").to_string_lossy();
+    let again = format!("../{name}/c.cdsl");
+    let args = ["check", ".", "c.cdsl", &again, ".", "--format", "short"];
+    let (code, _, err) = rcgen(folder.path(), &args);
+    assert_eq!(code, 1, "{err}");
+    assert_eq!(err.matches("error[unknown-interface]").count(), 1, "{err}");
+    let args = ["fmt", "--check", ".", "c.cdsl", &again];
+    let (code, out, err) = rcgen(folder.path(), &args);
+    assert_eq!((code, out.lines().count()), (1, 1), "{out}{err}");
+}
+
+/// A mesh that is there, but cannot be read, is a finding of the file that names it.
+#[test]
+fn meshes_are_read_when_a_scene_is_checked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |file: &str, text: &str| {
+        std::fs::write(folder.path().join(file), text).expect("a file");
+    };
+    write("cut.stl", "solid x\nfacet normal 0 0 1\n outer loop\n");
+    write("right.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    write(
+        "w.xml",
+        "<innerModel>\n<mesh id=\"a\" file=\"cut.stl\"/>\n<mesh id=\"b\" file=\"right.obj\"/>\n\
+         <mesh id=\"c\" file=\"cut.stl\"/>\n</innerModel>\n",
+    );
+    let (code, _, err) = rcgen(folder.path(), &["check", "w.xml", "--format", "short"]);
+    assert_eq!(code, 0, "{err}");
+    let found: Vec<&str> = err.lines().collect();
+    for (line, id) in [(2, "a"), (4, "c")] {
+        let wanted = format!(
+            "w.xml:{line}:2: warning[unreadable-mesh]: `{id}` has no body: `cut.stl`: line 2: \
+             the file is cut"
+        );
+        assert!(found.iter().any(|l| l.starts_with(&wanted)), "{err}");
+    }
+    assert_eq!(found.len(), 2, "{err}");
+}
+
+/// A generation that was killed may leave files under other names, also beside those of the user.
+#[test]
+fn what_a_killed_generation_left_is_removed() {
+    let folder = folder(CDSL);
+    assert_eq!(rcgen(folder.path(), &["c.cdsl"]).0, 0);
+    let left = folder.path().join("src/main.rs.rcgen-new");
+    let own = folder.path().join("src/own.rs.rcgen-new");
+    for path in [&left, &own] {
+        std::fs::write(path, "half").expect("a file");
+    }
+    let (code, out, err) = rcgen(folder.path(), &["c.cdsl"]);
+    assert_eq!(
+        (code, out.trim()),
+        (0, "remove ./src/main.rs.rcgen-new"),
+        "{err}"
+    );
+    assert!(!left.exists() && own.exists());
 }
 
 #[test]

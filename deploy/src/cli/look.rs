@@ -296,7 +296,8 @@ fn members(of: &Struct) -> Vec<Value> {
             object["unit"] = json!(unit);
         }
         if let Some(range) = member.range {
-            object["range"] = json!([range.min, range.max]);
+            let limit = |end: Option<rc_values::Limit>| end.and_then(rc_values::Limit::json);
+            object["range"] = json!([limit(range.min), limit(range.max)]);
         }
         if let Some(default) = &member.default {
             object["default"] = json!(default);

@@ -19,16 +19,16 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 fn main() -> ExitCode {
-    let outcome =
-        command_line::parse(lexopt::Parser::from_env()).and_then(|command| match command {
-            Command::View(request) => view(&request),
-            Command::Edit(request) => edit_file(&request),
-            Command::Live(picture) => live::show(&picture),
-            Command::Print(text) => {
-                print::data(text);
-                Ok(())
-            }
-        });
+    let words = lexopt::Parser::from_iter(rc_files::words_of_command_line());
+    let outcome = command_line::parse(words).and_then(|command| match command {
+        Command::View(request) => view(&request),
+        Command::Edit(request) => edit_file(&request),
+        Command::Live(picture) => live::show(&picture),
+        Command::Print(text) => {
+            print::data(text);
+            Ok(())
+        }
+    });
     let (code, message) = match outcome {
         Ok(()) => (0, None),
         Err(failure) => (failure.code(), Some(failure.text().to_owned())),

@@ -24,6 +24,16 @@ pub enum EncodeError {
         /// The range of its annotation.
         range: &'static str,
     },
+    /// An integer of 64 bits is outside the range of its annotation.
+    #[error("`{what}` is {value}, outside its range {range}")]
+    IntegerOutOfRange {
+        /// The member.
+        what: &'static str,
+        /// Rejected value.
+        value: i128,
+        /// The range of its annotation.
+        range: &'static str,
+    },
     /// A string holds a zero byte, which CDR does not allow.
     #[error("a string holds a zero byte")]
     ZeroByte,
@@ -76,6 +86,16 @@ pub enum DecodeError {
         what: &'static str,
         /// The value found.
         value: f64,
+        /// The range of its annotation.
+        range: &'static str,
+    },
+    /// An integer of 64 bits is outside the range of its annotation.
+    #[error("`{what}` is {value}, outside its range {range}")]
+    IntegerOutOfRange {
+        /// The member.
+        what: &'static str,
+        /// The value found.
+        value: i128,
         /// The range of its annotation.
         range: &'static str,
     },

@@ -165,6 +165,21 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Fails if an integer is outside `min..=max`. 64 bits have more digits than an `f64`.
+    pub fn integer_range(
+        &self,
+        what: &'static str,
+        value: i128,
+        (min, max): (i128, i128),
+        range: &'static str,
+    ) -> Result<(), DecodeError> {
+        if (min..=max).contains(&value) {
+            Ok(())
+        } else {
+            Err(DecodeError::IntegerOutOfRange { what, value, range })
+        }
+    }
+
     /// Continues at the next multiple of `size` bytes.
     pub(crate) fn align(&mut self, size: usize) {
         self.at = self.at.next_multiple_of(size).min(self.bytes.len());

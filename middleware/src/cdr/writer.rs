@@ -157,6 +157,19 @@ impl<'m> Writer<'m> {
         }
     }
 
+    /// Fails if an integer is outside `min..=max`. 64 bits have more digits than an `f64`.
+    pub fn integer_range(
+        &mut self,
+        what: &'static str,
+        value: i128,
+        (min, max): (i128, i128),
+        range: &'static str,
+    ) {
+        if !(min..=max).contains(&value) {
+            self.fail(EncodeError::IntegerOutOfRange { what, value, range });
+        }
+    }
+
     /// Writes bytes without alignment.
     #[inline]
     pub fn raw(&mut self, bytes: &[u8]) {

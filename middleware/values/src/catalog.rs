@@ -4,7 +4,7 @@ use crate::description::{self, Kind, Module};
 use crate::error::DescriptionError;
 use crate::json;
 use crate::parse::{Parsed, parse};
-use crate::types::{Enum, Layout, Member, Primitive, Range, Struct, Type};
+use crate::types::{Enum, Layout, Limit, Member, Primitive, Range, Struct, Type};
 use rc_vocabulary::Pattern;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -340,12 +340,18 @@ fn member(place: &str, member: &description::Member, ty: Type) -> Result<Member,
     if member.range.is_some() && !is_number {
         return Err(wrong("it has a range and is no number"));
     }
+    let is_integer = matches!(&ty, Type::Primitive(of) if of.limits().is_some());
+    let limit = |end: &Option<_>| end.as_ref().map(|number| Limit::of(number, is_integer));
+    let range = member.range.as_ref();
     let resolved = Member {
         name: member.name.clone(),
         ty,
         optional: member.optional,
         unit: member.unit.clone(),
-        range: member.range.map(|(min, max)| Range { min, max }),
+        range: range.map(|(min, max)| Range {
+            min: limit(min),
+            max: limit(max),
+        }),
         default: member.default.clone(),
     };
     if let Some(default) = &resolved.default {

@@ -6,20 +6,27 @@ use crate::value::Value;
 
 /// Fails if a number is outside the range of its member.
 pub(crate) fn check_range(member: &Member, value: &Value) -> Result<(), ValueError> {
-    let Some(range) = member.range else {
-        return Ok(());
-    };
-    match value.number() {
-        Some(number) if !range.contains(number) => {
+    match member.range {
+        Some(range) if !range.contains(value) => {
             let unit = member
                 .unit
                 .as_deref()
                 .map_or(String::new(), |u| format!(" {u}"));
+            let number = written(value);
             Err(ValueError::new(format!(
                 "{number} is outside its range {range}{unit}"
             )))
         }
         _ => Ok(()),
+    }
+}
+
+/// A number with all its digits.
+pub fn written(value: &Value) -> String {
+    match value {
+        Value::Int(value) => value.to_string(),
+        Value::Uint(value) => value.to_string(),
+        other => other.number().map_or(String::new(), |n| n.to_string()),
     }
 }
 

@@ -4,7 +4,7 @@
 //! `dictionary<K,V>`, or `Module::Name` for a type with a name. Absent parts are left out.
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Number, Value};
 
 /// An IDSL module.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -59,7 +59,7 @@ pub struct Member {
     pub unit: Option<String>,
     /// The smallest and the largest allowed number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub range: Option<(Option<f64>, Option<f64>)>,
+    pub range: Option<(Option<Number>, Option<Number>)>,
     /// The default: a number, a text, a `bool`, or the name of an enumerator.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub default: Option<Value>,

@@ -49,6 +49,7 @@ mod value;
 
 pub use catalog::{Catalog, Exception, Interface, Operation};
 pub use cells::{Columns, csv_cell};
+pub use checks::written;
 pub use decode::{decode, decode_from};
 pub use encode::{encode, encode_body};
 pub use error::{DescriptionError, ValueError};
@@ -57,6 +58,6 @@ pub use json::{default, from_json};
 pub use numbers::Numbers;
 pub use rc_vocabulary::Pattern;
 pub use text::Style;
-pub use types::{Enum, Layout, Member, Primitive, Range, Struct, Type};
+pub use types::{Enum, Layout, Limit, Member, Primitive, Range, Struct, Type};
 pub use unique::json_of_person;
 pub use value::Value;

@@ -1,6 +1,8 @@
 //! Types with all names resolved.
 
+use crate::value::Value;
 pub use rc_vocabulary::{Layout, Primitive};
+use serde_json::Number;
 use std::fmt;
 use std::sync::Arc;
 
@@ -85,17 +87,82 @@ pub struct Member {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// The smallest one.
-    pub min: Option<f64>,
+    pub min: Option<Limit>,
     /// The largest one.
-    pub max: Option<f64>,
+    pub max: Option<Limit>,
+}
+
+/// An end of a range. Integers are compared exactly: those of 64 bits have more digits than an
+/// `f64`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Limit {
+    /// Of an integer.
+    Integer(i128),
+    /// Of a floating-point number.
+    Float(f64),
+}
+
+impl Limit {
+    /// The limit of a number of a type as JSON writes it. The `0.0` of an integer is 0.
+    pub(crate) fn of(number: &Number, is_integer: bool) -> Self {
+        let whole = number.as_i128();
+        let float = number.as_f64().unwrap_or(f64::NAN);
+        match whole {
+            Some(whole) => Self::Integer(whole),
+            None if is_integer && float.fract() == 0.0 => Self::Integer(float as i128),
+            None => Self::Float(float),
+        }
+    }
+
+    /// The number as JSON; none for one that is not finite. Only integers that no `f64` holds are
+    /// written without a point.
+    pub fn json(self) -> Option<Number> {
+        match self {
+            Self::Integer(value) if value.unsigned_abs() > 1 << f64::MANTISSA_DIGITS => {
+                Number::from_i128(value)
+            }
+            Self::Integer(value) => Number::from_f64(value as f64),
+            Self::Float(value) => Number::from_f64(value),
+        }
+    }
+
+    fn float(self) -> f64 {
+        match self {
+            Self::Integer(value) => value as f64,
+            Self::Float(value) => value,
+        }
+    }
+}
+
+impl fmt::Display for Limit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Integer(value) => value.fmt(f),
+            Self::Float(value) => value.fmt(f),
+        }
+    }
 }
 
 impl Range {
-    /// Whether it has this number; NaN is in no range.
-    pub fn contains(self, value: f64) -> bool {
-        let min = self.min.unwrap_or(f64::NEG_INFINITY);
-        let max = self.max.unwrap_or(f64::INFINITY);
-        (min..=max).contains(&value)
+    /// Whether it has this number; NaN is in no range. Values that are no numbers have none.
+    pub fn contains(self, value: &Value) -> bool {
+        let integer = match value {
+            Value::Int(value) => Some(i128::from(*value)),
+            Value::Uint(value) => Some(i128::from(*value)),
+            _ => None,
+        };
+        let Some(float) = value.number() else {
+            return true;
+        };
+        let is_below = |limit: Limit| match (limit, integer) {
+            (Limit::Integer(limit), Some(value)) => value < limit,
+            _ => float < limit.float(),
+        };
+        let is_above = |limit: Limit| match (limit, integer) {
+            (Limit::Integer(limit), Some(value)) => value > limit,
+            _ => float > limit.float(),
+        };
+        !float.is_nan() && !self.min.is_some_and(is_below) && !self.max.is_some_and(is_above)
     }
 }
 

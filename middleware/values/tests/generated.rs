@@ -123,7 +123,8 @@ fn number(
     u: &mut Unstructured<'_>,
 ) -> Result<Value> {
     let range = member.and_then(|member| member.range);
-    let low = range.and_then(|range| range.min).unwrap_or(0.0);
+    let low = range.and_then(|range| range.min?.json()?.as_f64());
+    let low = low.unwrap_or(0.0);
     let value = range.map(|_| low).map_or_else(|| u.arbitrary(), Ok)?;
     Ok(match primitive {
         Primitive::Bool => Value::Bool(u.arbitrary()?),
@@ -431,6 +432,38 @@ fn a_structure_with_many_members_is_read_and_one_name_stands_there_once() {
     assert_eq!(
         error.to_string(),
         "the description of `M::A.m7` cannot be used: there are two of them"
+    );
+}
+
+/// As `f64`, 2^53 + 1 would be 2^53.
+#[test]
+fn integers_of_64_bits_are_compared_exactly() {
+    let module: Module = serde_json::from_value(serde_json::json!({"module": "M", "types": [
+        {"name": "S", "struct": [
+            {"name": "a", "type": "int64", "range": [-5.0, 9_007_199_254_740_992_i64]},
+            {"name": "b", "type": "uint64", "range": [18_446_744_073_709_551_614_u64, null],
+                "default": u64::MAX}]}]}))
+    .expect("a module");
+    let printed = serde_json::to_string(&module).expect("JSON");
+    assert!(printed.contains("18446744073709551614"), "{printed}");
+    let catalog = Catalog::new(&[module]).expect("a catalog");
+    let ty = structure(&catalog, "M::S");
+    let read = |json: serde_json::Value| from_json(&ty, &json);
+    for right in [
+        serde_json::json!({"a": 9_007_199_254_740_992_i64}),
+        serde_json::json!({"a": -5}),
+        serde_json::json!({"b": u64::MAX - 1}),
+    ] {
+        read(right).expect("in the range");
+    }
+    let wrong = |json| read(json).expect_err("outside").to_string();
+    assert_eq!(
+        wrong(serde_json::json!({"a": 9_007_199_254_740_993_i64})),
+        "`a`: 9007199254740993 is outside its range -5 to 9007199254740992"
+    );
+    assert_eq!(
+        wrong(serde_json::json!({"b": u64::MAX - 2})),
+        "`b`: 18446744073709551613 is outside its range at least 18446744073709551614"
     );
 }
 

@@ -8,7 +8,7 @@ use crate::parameters::Reader;
 use crate::rules;
 use crate::untyped_value::UntypedValue;
 use crate::values::Values;
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span, stray_character};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -128,13 +128,9 @@ fn read(
             let text = sources.text(source);
             checker.redact(document::values_in_lines(text, span.start..span.end));
         }
-        let message = error.message().lines().collect::<Vec<_>>().join("; ");
-        let unquoted = message.starts_with("string values must be quoted");
-        checker.found.push(if unquoted {
-            Diagnostic::error("toml-syntax", span, "a text needs quotes")
-        } else {
-            Diagnostic::error("toml-syntax", span, message)
-        });
+        checker
+            .found
+            .push(toml_error(sources, span, error.message()));
     }
     if let Some(document) = text.as_ref().and_then(|text| Document::parse(&**text).ok()) {
         checker.document(document.as_table(), parameters, given, &mut configuration);
@@ -154,6 +150,39 @@ fn read(
     checker.found.redact(&checker.secrets);
     configuration.secrets = checker.secrets;
     (configuration, checker.found, checker.missing)
+}
+
+/// The finding about a line that is not TOML. It says nothing of a value, which may be a secret.
+fn toml_error(sources: &SourceMap, span: Span, message: &str) -> Diagnostic {
+    let text = sources.text(span.source);
+    let rest = text.get(span.start..).unwrap_or_default();
+    let line = rest.lines().next().unwrap_or_default();
+    let outside = line.split(['"', '\'', '#']).next().unwrap_or_default();
+    let stray = outside.char_indices().find_map(|(at, c)| {
+        let place = Span::new(span.source, span.start + at, span.start + at + c.len_utf8());
+        stray_character(c, place)
+    });
+    if let Some(stray) = stray {
+        return stray;
+    }
+    let word = outside.trim_end();
+    let is_word = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+    let begins = word.starts_with(|c: char| c.is_ascii_alphabetic());
+    let is_value = ["invalid boolean", "invalid float", "string values must be"]
+        .iter()
+        .any(|known| message.starts_with(known));
+    let is_text = is_value && begins && word.chars().all(is_word);
+    if is_text || message.starts_with("string values must be quoted") {
+        let error = Diagnostic::error("toml-syntax", span, "a text needs quotes");
+        return match word.to_ascii_lowercase().as_str() {
+            "true" | "false" | "yes" | "no" | "on" | "off" => {
+                error.help("a bool is `true` or `false`")
+            }
+            _ => error,
+        };
+    }
+    let message = message.lines().collect::<Vec<_>>().join("; ");
+    Diagnostic::error("toml-syntax", span, message)
 }
 
 /// The largest number of lines that are left out to read the rest of a file.

@@ -205,7 +205,7 @@ fn defaults_fit_their_type_range_and_choices() {
     check(
         "a int 200 0:127;\nb int \"x\";\nc int 3000000000;\nd bool 1;\ne string fast;\nf string fsat {fast, slow};\n\
          g int 3 {1, 2};\nh float[2:3] [1.0];\ni float[] 1.0;\nj int [1];\nk int[] [1, 200, true] 0:127;\n\
-         l duration \"soon\";\nm duration 5s :1s;\nn float 1e99;\no double 1e999;",
+         l duration \"soon\";\nm duration 5s :1s;\nn float 1e99;\no double 1e999 :1e400;\np path \"~/maps\";\nq path[] [\"a\", \"~\"];",
         &expect![[r#"
             c.pdsl:2:7: error[default-out-of-range]: the default 200 is outside the range; the range at c.pdsl:2:11 (allowed is from 0 to 127)
             c.pdsl:3:7: error[bad-default]: the string "x" cannot be the default of `int` (allowed is an integer of 32 bits)
@@ -222,7 +222,10 @@ fn defaults_fit_their_type_range_and_choices() {
             c.pdsl:13:12: error[bad-default]: the string "soon" cannot be the default of `duration` (allowed is a duration such as "50ms", or a number of milliseconds)
             c.pdsl:14:12: error[bad-range]: this range is empty: its end is below its start
             c.pdsl:15:9: error[bad-default]: the number 1e99 cannot be the default of `float` (allowed is a number of 32 bits)
-            c.pdsl:16:10: error[bad-default]: the number inf cannot be the default of `double` (allowed is a number of 64 bits)
+            c.pdsl:16:10: error[bad-range]: a number that is too large cannot limit `double`; allowed is a number of 64 bits
+            c.pdsl:16:17: error[bad-range]: a number that is too large cannot limit `double`; allowed is a number of 64 bits
+            c.pdsl:17:8: error[home-in-path]: `~/maps` begins with `~`, which only a shell expands (write the path from this file, or an absolute one)
+            c.pdsl:18:16: error[home-in-path]: `~` begins with `~`, which only a shell expands (write the path from this file, or an absolute one)
         "#]],
     );
 }
@@ -308,8 +311,8 @@ fn numbers_outside_their_type_are_reported() {
             c.pdsl:14:13: error[bad-default]: the number 3000000000 cannot be the default of `int` (allowed is an integer of 32 bits)
             c.pdsl:15:7: error[bad-default]: the number 1.0 cannot be the default of `int` (allowed is an integer of 32 bits)
             c.pdsl:16:12: error[bad-default]: the number -5 cannot be the default of `duration` (allowed is a duration such as "50ms", or a number of milliseconds)
-            c.pdsl:17:10: error[bad-default]: the number inf cannot be the default of `double` (allowed is a number of 64 bits)
-            c.pdsl:17:17: error[bad-choice]: the number inf is not of type `double`; allowed is a number of 64 bits
+            c.pdsl:17:10: error[bad-default]: a number that is too large cannot be the default of `double` (allowed is a number of 64 bits)
+            c.pdsl:17:17: error[bad-choice]: a number that is too large is not of type `double`; allowed is a number of 64 bits
         "#]],
     );
 }

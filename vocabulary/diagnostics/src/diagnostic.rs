@@ -1,6 +1,7 @@
 //! A diagnostic, and the list of diagnostics of one run.
 
 use crate::Span;
+use crate::foreign::without_number;
 use std::collections::HashSet;
 
 /// The severity of a diagnostic.
@@ -59,7 +60,7 @@ impl Diagnostic {
         Self {
             code,
             severity: Severity::Error,
-            message: message.into(),
+            message: without_number(&message.into()).into_owned(),
             span,
             labels: Vec::new(),
             help: None,

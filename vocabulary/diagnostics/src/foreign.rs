@@ -3,6 +3,8 @@
 //! The reader of such a text passes it through [`clean`] where it enters, so that no message, log,
 //! terminal or JSON holds a forged line, or more of the text than its reader needs.
 
+use std::borrow::Cow;
+
 /// How many characters of a foreign text are kept.
 pub const MOST: usize = 256;
 
@@ -121,6 +123,30 @@ pub fn is_hidden(c: char) -> bool {
         )
 }
 
+/// A message of the system without its number, which says nothing to a reader: `No such file or
+/// directory (os error 2)`.
+pub fn without_number(text: &str) -> Cow<'_, str> {
+    const BEFORE: &str = " (os error ";
+    let mut rest = text;
+    let mut out = String::new();
+    while let Some((words, behind)) = rest.split_once(BEFORE) {
+        out.push_str(words);
+        let end = behind.trim_start_matches(|c: char| c.is_ascii_digit());
+        let is_number = end.len() < behind.len() && end.starts_with(')');
+        if is_number {
+            rest = &end[1..];
+        } else {
+            out.push_str(BEFORE);
+            rest = behind;
+        }
+    }
+    if rest.len() == text.len() {
+        return Cow::Borrowed(text);
+    }
+    out.push_str(rest);
+    Cow::Owned(out)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,6 +177,19 @@ mod tests {
             clean_bytes("大".repeat(1000).as_bytes()),
             clean(&"大".repeat(1000))
         );
+    }
+
+    #[test]
+    fn messages_of_the_system_lose_their_numbers() {
+        for (text, words) in [
+            ("a: no such file (os error 2)", "a: no such file"),
+            ("a (os error 2); b (os error 13)\n", "a; b\n"),
+            ("a (os error x) (os error 2)", "a (os error x)"),
+            ("a (os error )", "a (os error )"),
+            ("a (os error 2", "a (os error 2"),
+        ] {
+            assert_eq!(without_number(text), words);
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! [`Diagnostics`]. This crate knows none of the languages. [`foreign`] cleans text from
 //! outside, and [`print`] is how the tools print.
 
+mod characters;
 mod diagnostic;
 pub mod foreign;
 mod nearest;
@@ -11,6 +12,7 @@ pub mod print;
 pub mod render;
 mod source;
 
+pub use characters::stray_character;
 pub use diagnostic::{Diagnostic, Diagnostics, Label, Severity};
 pub use nearest::nearest;
 pub use render::{Format, render, render_for};

@@ -4,7 +4,7 @@
 //! terminal, and is ASCII where the locale is not UTF-8. Data ([`data`], [`Output`]) are written as
 //! they are. What standard output refuses is remembered for the exit code ([`exit_code`]).
 
-use crate::foreign::clean_lines;
+use crate::foreign::{clean_lines, without_number};
 use crate::{Diagnostics, Format, SourceMap, render_for};
 use std::borrow::Cow;
 use std::fmt::{Arguments, Display};
@@ -78,7 +78,8 @@ pub fn data(text: &str) {
 /// Prints a line, or several, on standard error. A failure is ignored: there is no other place
 /// where it could be reported.
 pub fn error(text: Arguments<'_>) {
-    let text = clean_lines(&text.to_string(), usize::MAX);
+    let text = text.to_string();
+    let text = clean_lines(&without_number(&text), usize::MAX);
     let _ = io::stderr().write_all(format!("{}\n", in_locale(&text)).as_bytes());
 }
 

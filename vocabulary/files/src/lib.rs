@@ -7,6 +7,7 @@ mod output;
 pub use disk::{Disk, DiskChange};
 pub use output::write;
 use rustix::fs::{FlockOperation, Gid, OFlags, Uid, fchown, flock};
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, ErrorKind, Read, Seek, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
@@ -14,6 +15,31 @@ use std::path::{Path, PathBuf};
 
 /// The largest file that [`read`] and [`replace`] accept, in bytes.
 pub const LARGEST: u64 = 64 << 20;
+
+/// A word of a command line, with `~` expanded where shells do not: behind `=` of an option, or in
+/// quotes. Nobody means a folder of this name.
+pub fn home_expanded(word: OsString, home: Option<&OsStr>) -> OsString {
+    let (Some(text), Some(home)) = (word.to_str(), home) else {
+        return word;
+    };
+    let option = text
+        .split_once('=')
+        .filter(|(name, _)| name.starts_with("--"));
+    let path = option.map_or(text, |(_, path)| path);
+    if path != "~" && !path.starts_with("~/") {
+        return word;
+    }
+    let mut out = OsString::from(&text[..text.len() - path.len()]);
+    out.push(home);
+    out.push(&path[1..]);
+    out
+}
+
+/// The words of the command line of this process, each [`home_expanded`].
+pub fn words_of_command_line() -> impl Iterator<Item = OsString> {
+    let home = std::env::var_os("HOME").filter(|home| !home.is_empty());
+    std::env::args_os().map(move |word| home_expanded(word, home.as_deref()))
+}
 
 /// Reads a regular file as UTF-8.
 ///

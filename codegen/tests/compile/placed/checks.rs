@@ -7,7 +7,7 @@ use placed_generated::{
     NamesRowsItem, One, Picture, PictureInPlace, PicturePub, SendError, Shade, Worker, WorkerError,
 };
 use rc_runtime::middleware::in_place::{IntoBytes, boxed};
-use rc_runtime::middleware::{DecodeError, Encoding, Reader};
+use rc_runtime::middleware::{DecodeError, Encoding, Reader, Writer};
 
 fn picture(note: Option<&str>) -> Picture {
     Picture {
@@ -75,6 +75,39 @@ fn ranges_hold_wherever_the_number_stands() {
         assert_eq!(place.check(), Ok(()));
         fault(&mut place);
         assert!(matches!(place.check(), Err(DecodeError::OutOfRange { .. })));
+    }
+}
+
+/// As `f64`, 2^53 + 1 would be 2^53.
+#[test]
+fn integers_of_64_bits_are_compared_exactly() {
+    const MOST: i64 = 1 << 53;
+    let mut place = boxed::<CloudInPlace>().expect("memory");
+    for (captured, fits) in [
+        (MOST, true),
+        (MOST + 1, false),
+        (-MOST, true),
+        (-MOST - 1, false),
+    ] {
+        let mut value = cloud();
+        value.thumbnail.captured = captured;
+        place.set(&cloud()).expect("to fit");
+        place.thumbnail.captured = captured;
+        let mut writer = Writer::default();
+        writer.put(&value);
+        let written = writer.finish().map(<[u8]>::to_vec);
+        if fits {
+            assert_eq!(place.check(), Ok(()));
+            assert!(written.is_ok());
+            continue;
+        }
+        let text = format!(
+            "is {captured}, outside its range -9007199254740992 to 9007199254740992"
+        );
+        let found = place.check().expect_err("too far").to_string();
+        assert!(found.ends_with(&text), "{found}");
+        let refused = written.expect_err("too far").to_string();
+        assert!(refused.ends_with(&text), "{refused}");
     }
 }
 

@@ -1,6 +1,7 @@
 //! From URDF to a document.
 
 mod bodies;
+mod mimic;
 mod xacro;
 
 use super::METRE;
@@ -168,6 +169,13 @@ impl Reader<'_> {
                 self.duplicate(child.span, message, first);
             }
             below.entry(&edge.parent.text).or_default().push(edge);
+        }
+        let followers = edges.iter().filter_map(|edge| {
+            let leader = self.text.attribute(child_of(edge.xml, "mimic")?, "joint")?;
+            Some((edge.name.text.clone(), leader))
+        });
+        for (span, message) in mimic::circles(&followers.collect()) {
+            self.error("mimic-circle", span, message);
         }
         if self.found.has_errors() {
             return;

@@ -262,6 +262,27 @@ fn macros_are_refused() {
     assert_eq!(document.nodes.len(), 1);
 }
 
+#[test]
+fn joints_that_follow_each_other_are_reported_once() {
+    let mut text = "<robot name='r'><link name='l0'/>".to_owned();
+    // `d` and `e` lead into the circle of the others.
+    for (number, (name, leader)) in [("a", "b"), ("b", "c"), ("c", "a"), ("d", "a"), ("e", "d")]
+        .into_iter()
+        .enumerate()
+    {
+        let below = number + 1;
+        text += &format!(
+            "<link name='l{below}'/><joint name='{name}' type='revolute'>
+            <parent link='l{number}'/><child link='l{below}'/>
+            <limit lower='0' upper='1' effort='1' velocity='1'/><mimic joint='{leader}'/></joint>"
+        );
+    }
+    let (_, found) = imported(&(text + "</robot>"));
+    assert_eq!(found.matches("error[").count(), 1, "{found}");
+    let message = "error[mimic-circle]: `a` follows `b`, which follows `c`, which follows `a`: no joint leads";
+    assert!(found.contains(message), "{found}");
+}
+
 /// The formula is in the units of InnerModel.
 #[test]
 fn a_joint_that_follows_has_a_formula() {
@@ -281,7 +302,7 @@ fn a_joint_that_follows_has_a_formula() {
     assert!(found.contains(expected), "{found}");
     let (_, found) = gripper("<mimic joint='slide' offset='-0.5'/>");
     assert!(
-        found.contains("move `slide` to 1 * `slide` - 500"),
+        found.contains("error[mimic-circle]: `slide` follows `slide`: no joint leads"),
         "{found}"
     );
     let (_, found) = gripper("<mimic joint='trun'/>");

@@ -400,6 +400,37 @@ fn invalid_toml_is_reported() {
 }
 
 #[test]
+fn a_text_without_quotes_is_said_to_need_them_and_hides_nothing() {
+    check(
+        "[parameters]\nport = fast\nbaud = True\nrate = 3\nname = nanny\n",
+        &expect![[r#"
+            config.toml:2:8: error[toml-syntax]: a text needs quotes
+            config.toml:3:8: error[toml-syntax]: a text needs quotes (a bool is `true` or `false`)
+            config.toml:4:8: error[out-of-range]: `rate` cannot be the number 3 (allowed is an integer of 32 bits, from 9600 to 1000000, in baud)
+            config.toml:5:8: error[toml-syntax]: a text needs quotes
+        "#]],
+    );
+}
+
+#[test]
+fn characters_of_word_processors_are_named_by_their_code_points() {
+    check(
+        "[parameters]\nport = “fast”\nbaud\u{a0}= 3\n",
+        &expect![[r#"
+            config.toml:2:8: error[stray-character]: unexpected character U+201C (a typographic quote) (write `"`)
+            config.toml:3:5: error[stray-character]: unexpected character U+00A0 (a no-break space) (delete it, or write a space)
+        "#]],
+    );
+    check(
+        "[parameters]\nport = \"“fast”\"\nrate = 3–4 # “\n",
+        &expect![[r#"
+            config.toml:2:1: error[unknown-parameter]: unknown parameter `port` (expected one of `device`, `rate`, `gain`, `mode`, `timeout`, `offsets`, `token`, `pin`, `verbose`, `log`, `motors`)
+            config.toml:3:9: error[stray-character]: unexpected character U+2013 (a dash) (write `-`)
+        "#]],
+    );
+}
+
+#[test]
 fn a_component_without_a_pdsl_file_has_no_parameters() {
     assert_eq!(
         rc_configuration::defaults(None),
