@@ -101,9 +101,8 @@ fn integers_of_64_bits_are_compared_exactly() {
             assert!(written.is_ok());
             continue;
         }
-        let text = format!(
-            "is {captured}, outside its range -9007199254740992 to 9007199254740992"
-        );
+        let text =
+            format!("is {captured}, outside its range -9007199254740992 to 9007199254740992");
         let found = place.check().expect_err("too far").to_string();
         assert!(found.ends_with(&text), "{found}");
         let refused = written.expect_err("too far").to_string();
