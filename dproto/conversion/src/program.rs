@@ -42,10 +42,12 @@ enum Step {
     Text,
     Sequence {
         end: usize,
+        record: Option<Record>,
     },
     Array {
         count: usize,
         end: usize,
+        record: Option<Record>,
     },
     Bounded {
         bound: usize,
@@ -53,6 +55,18 @@ enum Step {
         stride: usize,
         end: usize,
     },
+}
+
+/// The layout of the elements of a loop without inner loops and texts: each begins where the one
+/// before ends, and its numbers have the same offsets.
+#[derive(Clone, Copy, Debug)]
+struct Record {
+    /// Bytes of an element.
+    size: usize,
+    /// The greatest alignment, which divides the size.
+    align: usize,
+    /// That of the first number.
+    first: usize,
 }
 
 impl Program {
@@ -88,13 +102,13 @@ impl Program {
                     let (length, behind) = length(bytes, at)?;
                     at = span(bytes, behind, 1, length)?.end;
                 }
-                Step::Sequence { end } => {
+                Step::Sequence { end, record } => {
                     let (length, behind) = length(bytes, at)?;
-                    at = self.repeat(body..*end, bytes, behind, length)?;
+                    at = self.elements((body..*end, *record), bytes, behind, length)?;
                     step = *end;
                 }
-                Step::Array { count, end } => {
-                    at = self.repeat(body..*end, bytes, at, *count)?;
+                Step::Array { count, end, record } => {
+                    at = self.elements((body..*end, *record), bytes, at, *count)?;
                     step = *end;
                 }
                 Step::Bounded {
@@ -130,6 +144,49 @@ impl Program {
             [Step::Integers { count, number, .. }] => count.checked_mul(number.size()),
             _ => None,
         }
+    }
+
+    /// Runs the body of a loop for all elements at once if they have one layout, else one by one.
+    fn elements(
+        &self,
+        (body, record): (Range<usize>, Option<Record>),
+        bytes: &mut [u8],
+        at: usize,
+        count: usize,
+    ) -> Result<usize, Fault> {
+        let aligned = record.and_then(|record| {
+            let start = next_multiple(at, record.first)?;
+            start
+                .is_multiple_of(record.align)
+                .then_some((record, start))
+        });
+        let Some((record, start)) = aligned.filter(|_| count > 0) else {
+            return self.repeat(body, bytes, at, count);
+        };
+        let all = span(bytes, start, 1, record.size.saturating_mul(count))?;
+        let mut offset = 0;
+        for step in &self.steps[body] {
+            let (size, count) = step.numbers();
+            offset = next_multiple(offset, size).unwrap_or(offset);
+            let numbers = offset..offset + size * count;
+            offset = numbers.end;
+            let elements = bytes[all.clone()].chunks_exact_mut(record.size);
+            for (element, bytes) in elements.enumerate() {
+                let bytes = &mut bytes[numbers.clone()];
+                let result = match step {
+                    Step::Singles { factor, .. } => singles(bytes, factor),
+                    Step::Doubles { factor, .. } => doubles(bytes, factor),
+                    Step::Integers {
+                        number, conversion, ..
+                    } => integers(bytes, *number, conversion),
+                    _ => break,
+                };
+                result.map_err(|at| {
+                    Fault::Overflow(all.start + element * record.size + numbers.start + at)
+                })?;
+            }
+        }
+        Ok(all.end)
     }
 
     /// Runs the body of a loop `times` times.
@@ -230,18 +287,22 @@ fn add(steps: &mut Vec<Step>, items: &[Item]) {
             Item::Bytes(count) => steps.push(Step::Bytes(*count as usize)),
             Item::Text => steps.push(Step::Text),
             Item::Sequence(items) => {
-                steps.push(Step::Sequence { end: 0 });
+                steps.push(Step::Text);
                 add(steps, items);
                 let behind = steps.len();
-                steps[open] = Step::Sequence { end: behind };
+                steps[open] = Step::Sequence {
+                    end: behind,
+                    record: record(&steps[open + 1..]),
+                };
             }
             Item::Array(count, items) => {
-                steps.push(Step::Array { count: 0, end: 0 });
+                steps.push(Step::Text);
                 add(steps, items);
                 let behind = steps.len();
                 steps[open] = Step::Array {
                     count: *count as usize,
                     end: behind,
+                    record: record(&steps[open + 1..]),
                 };
                 if behind == open + 1 {
                     steps.pop();
@@ -267,9 +328,56 @@ fn add(steps: &mut Vec<Step>, items: &[Item]) {
     }
 }
 
+impl Step {
+    /// The size of its numbers, and how many there are. 0 for a loop or a text.
+    fn numbers(&self) -> (usize, usize) {
+        match self {
+            Self::Skip { size, count } => (*size, *count),
+            Self::Bytes(count) => (1, *count),
+            Self::Singles { count, .. } => (4, *count),
+            Self::Doubles { count, .. } => (8, *count),
+            Self::Integers { count, number, .. } => (number.size(), *count),
+            Self::Text | Self::Sequence { .. } | Self::Array { .. } | Self::Bounded { .. } => {
+                (0, 0)
+            }
+        }
+    }
+}
+
+/// The layout of the elements of a loop with this body, if all elements have one.
+fn record(body: &[Step]) -> Option<Record> {
+    let [first, _, ..] = body else {
+        // One step takes all elements anyway.
+        return None;
+    };
+    let (mut size, mut align) = (0_usize, 1);
+    for step in body {
+        let (one, count) = step.numbers();
+        if one == 0 {
+            return None;
+        }
+        size = next_multiple(size, one)?.checked_add(one.checked_mul(count)?)?;
+        align = align.max(one);
+    }
+    // Otherwise elements that follow each other begin at different alignments.
+    size.is_multiple_of(align).then_some(Record {
+        size,
+        align,
+        first: first.numbers().0,
+    })
+}
+
+/// The next multiple of a power of 2.
+#[inline]
+fn next_multiple(at: usize, size: usize) -> Option<usize> {
+    let mask = size.wrapping_sub(1);
+    Some(at.checked_add(mask)? & !mask)
+}
+
 /// The range of `count` numbers of `size` bytes behind `at`.
+#[inline]
 fn span(bytes: &[u8], at: usize, size: usize, count: usize) -> Result<Range<usize>, Fault> {
-    let start = at.checked_next_multiple_of(size);
+    let start = next_multiple(at, size);
     let end = start.and_then(|start| start.checked_add(size.checked_mul(count)?));
     match (start, end) {
         (Some(start), Some(end)) if end <= bytes.len() => Ok(start..end),
@@ -287,17 +395,23 @@ fn length(bytes: &[u8], at: usize) -> Result<(usize, usize), Fault> {
 
 /// Converts numbers of 4 bytes. Fails with the offset of the first one that does not fit.
 fn singles(bytes: &mut [u8], factor: &Factor) -> Result<(), usize> {
+    match factor.fraction() {
+        Some((numerator, denominator)) => {
+            singles_by(bytes, |value| value * numerator / denominator)
+        }
+        None => singles_by(bytes, |value| factor.apply(value)),
+    }
+}
+
+#[inline]
+fn singles_by(bytes: &mut [u8], convert: impl Fn(f64) -> f64) -> Result<(), usize> {
     let (items, _) = bytes.as_chunks_mut::<4>();
     let mut overflows = false;
-    let convert = |value: f32| {
-        #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest")]
-        let converted = factor.apply(f64::from(value)) as f32;
-        converted
-    };
     // One pass without branches, which the compiler turns into vector instructions.
     for item in items.iter_mut() {
         let value = f32::from_le_bytes(*item);
-        let converted = convert(value);
+        #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest")]
+        let converted = convert(f64::from(value)) as f32;
         overflows |= converted.is_infinite() & value.is_finite();
         *item = converted.to_le_bytes();
     }
@@ -310,11 +424,21 @@ fn singles(bytes: &mut [u8], factor: &Factor) -> Result<(), usize> {
 
 /// Converts numbers of 8 bytes. Fails as [`singles`].
 fn doubles(bytes: &mut [u8], factor: &Factor) -> Result<(), usize> {
+    match factor.fraction() {
+        Some((numerator, denominator)) => {
+            doubles_by(bytes, |value| value * numerator / denominator)
+        }
+        None => doubles_by(bytes, |value| factor.apply(value)),
+    }
+}
+
+#[inline]
+fn doubles_by(bytes: &mut [u8], convert: impl Fn(f64) -> f64) -> Result<(), usize> {
     let (items, _) = bytes.as_chunks_mut::<8>();
     let mut overflows = false;
     for item in items.iter_mut() {
         let value = f64::from_le_bytes(*item);
-        let converted = factor.apply(value);
+        let converted = convert(value);
         overflows |= converted.is_infinite() & value.is_finite();
         *item = converted.to_le_bytes();
     }

@@ -32,6 +32,14 @@ impl Factor {
         }
     }
 
+    /// Numerator and denominator, if the conversion is `value × numerator / denominator` and nothing
+    /// more.
+    #[must_use]
+    pub fn fraction(&self) -> Option<(f64, f64)> {
+        let is_plain = self.pi == 0 && self.offset.is_none();
+        is_plain.then_some((self.numerator, self.denominator))
+    }
+
     /// The number of multiplications, divisions and additions for one value. A factor of 1 costs
     /// nothing.
     #[must_use]

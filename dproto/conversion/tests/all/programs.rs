@@ -187,3 +187,44 @@ fn packed_and_mixed_sequences_give_the_same_bits() {
         }
     }
 }
+
+/// Elements of one layout are converted at once. They have the same bits as values that are listed
+/// one by one, from every alignment.
+#[test]
+fn records_give_the_same_bits_as_single_steps() {
+    let mut random = fastrand::Rng::with_seed(11);
+    let kinds = [
+        "f{1/1000}",
+        "d{180p-1}",
+        "I",
+        "B",
+        "Q",
+        "h{2}",
+        "3f{1000}",
+        "2B",
+        "7x",
+    ];
+    let mut converted = 0;
+    for _ in 0..3000 {
+        let items: String = (0..random.usize(2..6))
+            .map(|_| kinds[random.usize(0..kinds.len())])
+            .collect();
+        let before = ["", "B", "I", "3B", "Q"][random.usize(0..5)];
+        let count = random.u32(1..5);
+        let case = format!("{before}{count}({items})");
+        let one_by_one = format!("{before}{}", items.repeat(count as usize));
+        let mut bytes: Vec<u8> = (0..600).map(|_| random.u8(0..64)).collect();
+        let mut others = bytes.clone();
+        let end = program(&case).run(&mut bytes, 0);
+        assert_eq!(
+            end.is_ok(),
+            program(&one_by_one).run(&mut others, 0).is_ok(),
+            "{case}"
+        );
+        if end.is_ok() {
+            assert_eq!(bytes, others, "{case}");
+            converted += 1;
+        }
+    }
+    assert!(converted > 1000, "{converted}");
+}
