@@ -1,0 +1,144 @@
+//! Transforms between frames, and what they do to twists, wrenches and covariances.
+
+use crate::rotation::{Matrix, cross, transposed, turned};
+
+/// Takes coordinates in one frame to those in another one: `R p + t`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transform {
+    /// R.
+    pub rotation: Matrix,
+    /// t.
+    pub translation: [f64; 3],
+}
+
+/// The order of the numbers of a homogeneous matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// One row after the other, and the translation in the last column.
+    RowMajor,
+    /// One column after the other, and the translation in the last column.
+    ColumnMajor,
+}
+
+/// An angular and a linear part: of a twist, the velocity of the frame's origin; of a wrench, torque
+/// and force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "the names are those of the field")]
+pub struct Spatial {
+    pub angular: [f64; 3],
+    pub linear: [f64; 3],
+}
+
+fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+impl Transform {
+    /// The 16 numbers of the homogeneous matrix for column vectors. For row vectors, the matrix is
+    /// transposed: take the other layout.
+    #[must_use]
+    pub fn homogeneous(&self, layout: Layout) -> [f64; 16] {
+        let mut out = [0.0; 16];
+        let mut put = |row: usize, column: usize, value: f64| {
+            out[match layout {
+                Layout::RowMajor => 4 * row + column,
+                Layout::ColumnMajor => 4 * column + row,
+            }] = value;
+        };
+        for row in 0..3 {
+            for column in 0..3 {
+                put(row, column, self.rotation[row][column]);
+            }
+            put(row, 3, self.translation[row]);
+        }
+        put(3, 3, 1.0);
+        out
+    }
+
+    /// The transform with this homogeneous matrix, whose last row is not read.
+    #[must_use]
+    pub fn of_homogeneous(numbers: &[f64; 16], layout: Layout) -> Self {
+        let get = |row: usize, column: usize| match layout {
+            Layout::RowMajor => numbers[4 * row + column],
+            Layout::ColumnMajor => numbers[4 * column + row],
+        };
+        let row = |row: usize| [get(row, 0), get(row, 1), get(row, 2)];
+        Self {
+            rotation: [row(0), row(1), row(2)],
+            translation: [get(0, 3), get(1, 3), get(2, 3)],
+        }
+    }
+
+    /// The transform back.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let rotation = transposed(&self.rotation);
+        Self {
+            rotation,
+            translation: turned(&rotation, self.translation).map(|part| -part),
+        }
+    }
+
+    /// The coordinates of a point in the other frame.
+    #[must_use]
+    pub fn point(&self, point: [f64; 3]) -> [f64; 3] {
+        sum(turned(&self.rotation, point), self.translation)
+    }
+
+    /// The same twist, in the other frame and at its origin: the adjoint, `ω' = R ω` and
+    /// `v' = R v + t × R ω` (Lynch and Park, Modern Robotics, 3.3.2).
+    #[must_use]
+    pub fn twist(&self, twist: &Spatial) -> Spatial {
+        let angular = turned(&self.rotation, twist.angular);
+        let linear = turned(&self.rotation, twist.linear);
+        Spatial {
+            angular,
+            linear: sum(linear, cross(self.translation, angular)),
+        }
+    }
+
+    /// The same wrench, in the other frame and at its origin: `f' = R f` and `τ' = R τ + t × R f`.
+    /// Its power with a twist is the same in both frames.
+    #[must_use]
+    pub fn wrench(&self, wrench: &Spatial) -> Spatial {
+        let angular = turned(&self.rotation, wrench.angular);
+        let linear = turned(&self.rotation, wrench.linear);
+        Spatial {
+            angular: sum(angular, cross(self.translation, linear)),
+            linear,
+        }
+    }
+}
+
+/// The covariance of `f(x)` for the covariance of `x`, to the first order: `J C Jᵀ`. The Jacobian is
+/// found by central differences, whose step is `step`.
+pub fn covariance<const N: usize, const M: usize>(
+    of: impl Fn(&[f64; N]) -> [f64; M],
+    at: &[f64; N],
+    covariance: &[[f64; N]; N],
+    step: f64,
+) -> [[f64; M]; M] {
+    let mut jacobian = [[0.0; N]; M];
+    for column in 0..N {
+        let moved = |by: f64| {
+            let mut moved = *at;
+            moved[column] += by;
+            of(&moved)
+        };
+        let (ahead, back) = (moved(step), moved(-step));
+        for row in 0..M {
+            jacobian[row][column] = (ahead[row] - back[row]) / (2.0 * step);
+        }
+    }
+    let mut out = [[0.0; M]; M];
+    for (row, values) in out.iter_mut().enumerate() {
+        for (column, value) in values.iter_mut().enumerate() {
+            for a in 0..N {
+                for b in 0..N {
+                    *value += jacobian[row][a] * covariance[a][b] * jacobian[column][b];
+                }
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,6 @@
+//! Units, rotations, axes and motions, beside packages of Python.
+
+mod axes;
+mod motions;
+mod oracle;
+mod rotations;
