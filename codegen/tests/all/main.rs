@@ -10,6 +10,7 @@ mod idlc;
 mod layout;
 mod mistakes;
 mod printing;
+mod python_checkers;
 mod python_environment;
 mod python_worker;
 mod rcgen;
