@@ -167,7 +167,7 @@ pub(crate) fn value_fits(
                 return true;
             }
             (None, LiteralKind::Int(_)) => return true,
-            (None, LiteralKind::Float(v)) if holds(*primitive, *v) => return true,
+            (None, LiteralKind::Float(v)) if primitive.holds(*v) => return true,
             (None, LiteralKind::Float(_)) => {
                 format!("a number within the range of `{}`", primitive.word())
             }
@@ -257,7 +257,7 @@ pub(crate) fn range(
         let fits = match (&end.kind, primitive.limits()) {
             (LiteralKind::Int(value), Some((min, max))) => (min..=max).contains(value),
             (LiteralKind::Int(_), None) => true,
-            (LiteralKind::Float(value), None) => holds(*primitive, *value),
+            (LiteralKind::Float(value), None) => primitive.holds(*value),
             _ => false,
         };
         if !fits {
@@ -270,24 +270,6 @@ pub(crate) fn range(
         return report("empty range: `min` is greater than `max`");
     }
     true
-}
-
-/// Whether a floating-point type has a finite value next to `value`.
-fn holds(primitive: Primitive, value: f64) -> bool {
-    match primitive {
-        Primitive::F32 => (value as f32).is_finite(),
-        Primitive::F64 => value.is_finite(),
-        // Whole numbers have limits of their own.
-        Primitive::Bool
-        | Primitive::I8
-        | Primitive::U8
-        | Primitive::I16
-        | Primitive::U16
-        | Primitive::I32
-        | Primitive::U32
-        | Primitive::I64
-        | Primitive::U64 => false,
-    }
 }
 
 /// Whether a number is less than another one. Integers are compared exactly.

@@ -120,6 +120,15 @@ impl Primitive {
     pub fn is_float(self) -> bool {
         self.class() == Class::Float
     }
+
+    /// Whether it is a floating-point type with a finite number next to `value`.
+    pub fn holds(self, value: f64) -> bool {
+        let is_finite = match self.size() {
+            4 => (value as f32).is_finite(),
+            _ => value.is_finite(),
+        };
+        self.is_float() && is_finite
+    }
 }
 
 #[cfg(test)]
@@ -152,5 +161,7 @@ mod tests {
         assert_eq!(Primitive::U64.limits(), limits(0, u64::MAX.into()));
         assert_eq!(Primitive::F64.limits(), None);
         assert_eq!(Primitive::Bool.limits(), None);
+        assert!(Primitive::F64.holds(1e300) && !Primitive::F32.holds(1e300));
+        assert!(!Primitive::F64.holds(f64::INFINITY) && !Primitive::I32.holds(1.0));
     }
 }

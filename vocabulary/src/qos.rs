@@ -10,7 +10,7 @@ mod rule;
 
 pub use contract::{Contract, Difference};
 pub use policies::Policies;
-pub use policy::{Policy, PolicyName, Values};
+pub use policy::{Policy, PolicyName, PolicyValue, Values};
 pub(crate) use rule::all_allowed;
 pub use rule::{Rule, allowed, convert, parse, policies, unknown_topic_help};
 

@@ -9,7 +9,7 @@ use rc_cdsl::model::{self, Middleware, Role};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;
 use rc_idsl::model::Operation;
-use rc_vocabulary::qos::{Policies, Policy, PolicyName};
+use rc_vocabulary::qos::{Policies, Policy, PolicyName, PolicyValue};
 use serde::{Serialize, Serializer};
 use std::time::Duration;
 
@@ -147,14 +147,11 @@ impl Serialize for Qos {
             Number(u32),
             Time(Option<Time>),
         }
-        let value = |policy: Policy| match policy {
-            Policy::Reliability(value) => Value::Word(value.word()),
-            Policy::Durability(value) => Value::Word(value.word()),
-            Policy::Depth(depth) => Value::Number(depth),
-            Policy::Deadline(limit) | Policy::Lifespan(limit) | Policy::Liveliness(limit) => {
-                Value::Time(limit.map(Time::from))
-            }
-            Policy::Timeout(time) | Policy::Spin(time) => Value::Time(Some(time.into())),
+        let value = |policy: Policy| match policy.kind() {
+            PolicyValue::Word(word) => Value::Word(word),
+            PolicyValue::Count(count) => Value::Number(count),
+            PolicyValue::Limit(limit) => Value::Time(limit.map(Time::from)),
+            PolicyValue::Time(time) => Value::Time(Some(time.into())),
         };
         let all = PolicyName::ALL.into_iter();
         to.collect_map(all.map(|name| (name.word(), self.0.get(name).map(value))))

@@ -66,6 +66,19 @@ pub enum Policy {
     Spin(Duration),
 }
 
+/// The value of a policy, by what kind of value it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PolicyValue {
+    /// One of the words of the policy.
+    Word(&'static str),
+    /// A whole number.
+    Count(u32),
+    /// A duration, or no limit.
+    Limit(Option<Duration>),
+    /// A duration.
+    Time(Duration),
+}
+
 words!(PolicyName);
 
 impl PolicyName {
@@ -202,25 +215,35 @@ impl Policy {
         }
     }
 
+    /// The value by its kind.
+    pub fn kind(&self) -> PolicyValue {
+        match self {
+            Self::Reliability(value) => PolicyValue::Word(value.word()),
+            Self::Durability(value) => PolicyValue::Word(value.word()),
+            Self::Depth(depth) => PolicyValue::Count(*depth),
+            Self::Deadline(limit) | Self::Lifespan(limit) | Self::Liveliness(limit) => {
+                PolicyValue::Limit(*limit)
+            }
+            Self::Timeout(time) | Self::Spin(time) => PolicyValue::Time(*time),
+        }
+    }
+
     /// Its duration, which may be without a limit. `None` if its value is no duration.
     pub fn time(&self) -> Option<Option<Duration>> {
-        match self {
-            Self::Deadline(limit) | Self::Lifespan(limit) | Self::Liveliness(limit) => Some(*limit),
-            Self::Timeout(time) | Self::Spin(time) => Some(Some(*time)),
-            Self::Reliability(_) | Self::Durability(_) | Self::Depth(_) => None,
+        match self.kind() {
+            PolicyValue::Limit(limit) => Some(limit),
+            PolicyValue::Time(time) => Some(Some(time)),
+            PolicyValue::Word(_) | PolicyValue::Count(_) => None,
         }
     }
 
     /// The value, as files have it.
     pub fn value(&self) -> String {
-        match self {
-            Self::Reliability(value) => value.word().to_owned(),
-            Self::Durability(value) => value.word().to_owned(),
-            Self::Depth(depth) => depth.to_string(),
-            Self::Deadline(limit) | Self::Lifespan(limit) | Self::Liveliness(limit) => {
-                limit.map_or_else(|| "none".to_owned(), duration::text_of)
-            }
-            Self::Timeout(time) | Self::Spin(time) => duration::text_of(*time),
+        match self.kind() {
+            PolicyValue::Word(word) => word.to_owned(),
+            PolicyValue::Count(count) => count.to_string(),
+            PolicyValue::Limit(limit) => limit.map_or_else(|| "none".to_owned(), duration::text_of),
+            PolicyValue::Time(time) => duration::text_of(time),
         }
     }
 }
