@@ -50,6 +50,8 @@ static RUST: Generator = Generator {
         found.extend(dependencies::compare(&project.component, project.folder()).1);
         let unreachable = stubs::unreachable(project, sources);
         found.extend(unreachable.map_err(io::Error::other)?);
+        let contexts = stubs::old_contexts(project, sources);
+        found.extend(contexts.map_err(io::Error::other)?);
         Ok(())
     },
 };

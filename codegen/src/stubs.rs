@@ -109,7 +109,14 @@ pub fn of(
         (path, block.span, Some(block.scope))
     });
     let mut pieces = Vec::new();
-    for slot in component.implemented() {
+    let lets_values_serve = |slot: &Slot| {
+        let mut blocks = code.blocks.iter().filter(|b| b.worker == worker);
+        blocks.any(|b| slot.serving_trait.as_ref() == Some(&b.name))
+    };
+    for slot in component
+        .implemented()
+        .filter(|slot| !lets_values_serve(slot))
+    {
         let blocks: Vec<&Block> = blocks(&code, &worker, slot).collect();
         let there = |method: &str| {
             let mut methods = blocks.iter().flat_map(|b| &b.methods);
@@ -227,15 +234,42 @@ fn misfits(
             found.push(Diagnostic::note("stale-handler", method.span, message).help(help));
         }
     }
+    contexts(component, code, worker, found);
     for block in code.blocks.iter().filter(|b| b.generated) {
         let is_machine = block.name == TRAIT && component.machine.is_some();
-        if block.name != "Worker" && !is_machine && !component.traits.contains(&block.name) {
+        let mut slots = component.slots.iter();
+        let lets_a_value_serve = slots.any(|s| s.serving_trait.as_ref() == Some(&block.name));
+        if block.name != "Worker"
+            && !is_machine
+            && !lets_a_value_serve
+            && !component.traits.contains(&block.name)
+        {
             let message = format!("no slot `{}` receives anything any more", block.name);
             found.push(
                 Diagnostic::note("stale-handler", block.span, message)
                     .help("remove this `impl`, and the trait where it is imported"),
             );
         }
+    }
+}
+
+/// Reports each `impl` that does not name the context of its worker.
+fn contexts(component: &Component, code: &Code, worker: &str, found: &mut Diagnostics) {
+    let slots = component.slots.iter().filter(|slot| slot.receives);
+    let slots = slots.map(|slot| (slot.type_name.as_str(), slot.generics.as_str()));
+    let all: Vec<(&str, &str)> = slots.chain([("Worker", "<Context>")]).collect();
+    for block in &code.blocks {
+        let needed = all.iter().find(|(name, _)| *name == block.name);
+        let Some((name, generics)) = needed else {
+            continue;
+        };
+        let is_ours = block.generated || block.worker == worker;
+        if !is_ours || block.arguments == generics.split(',').count() {
+            continue;
+        }
+        let message = format!("`{name}` needs the types `{generics}`: error E0107 of rustc");
+        let help = format!("write `impl {name}{generics} for {}`", block.worker);
+        found.push(Diagnostic::warning("handler-context", block.span, message).help(help));
     }
 }
 
@@ -284,6 +318,22 @@ fn hooks(view: &view::Component, code: &Code, worker: &str) -> Vec<(String, Stri
             (doc, signature)
         })
         .collect()
+}
+
+/// Compares the types that the traits of the worker are given with those that they need.
+pub fn old_contexts(project: &Project, sources: &mut SourceMap) -> Result<Diagnostics, Error> {
+    let mut found = Diagnostics::new();
+    let src = project.folder().join("src");
+    if !src.is_dir() {
+        return Ok(found);
+    }
+    let (view, _) = view::component::of(project, Middleware::DEFAULT);
+    let component = rust::component::of(&view);
+    let krate = format!("{}_generated", component.package);
+    // What is no Rust is reported by `of`, and by the compiler.
+    let code = source::read(&src, &krate, sources, &mut Diagnostics::new())?;
+    contexts(&component, &code, &worker(&code), &mut found);
+    Ok(found)
 }
 
 /// Warns of functions of the worker for states that are never active.

@@ -2,11 +2,13 @@
 //! backend. Only this layer and generated code know codecs.
 
 mod client;
+mod codec;
 mod gate;
 mod publisher;
 mod request;
 
 pub use client::{TypedClient, expect_result, reply_values};
+pub use codec::{Arguments, MOST_PARTS, Put, Returned, Throws, read, reply, result};
 pub use gate::Gate;
 pub use publisher::TypedPublisher;
 pub use request::Request;
@@ -29,6 +31,35 @@ pub struct Operation {
     /// declaration, and then its result, as [`Profile::Bare`] orders them. Empty if it throws
     /// nothing.
     pub replies: &'static [ReplyVariant],
+}
+
+impl Operation {
+    /// A query; `replies` is empty if it throws nothing.
+    pub const fn query(
+        name: &'static str,
+        id: i32,
+        type_hash: u64,
+        replies: &'static [ReplyVariant],
+    ) -> Self {
+        Self {
+            name,
+            id,
+            type_hash,
+            two_way: true,
+            replies,
+        }
+    }
+
+    /// A command or a topic, which has no reply.
+    pub const fn one_way(name: &'static str, id: i32, type_hash: u64) -> Self {
+        Self {
+            name,
+            id,
+            type_hash,
+            two_way: false,
+            replies: &[],
+        }
+    }
 }
 
 /// A variant of a reply. A result of several parts has one variant for each part, all with case 0.

@@ -147,10 +147,7 @@ impl Bench {
             })?;
             Ok((at, value))
         };
-        let fake = match member {
-            Some(member) => FakeServer::of_member(&self.bed, slot, member, read),
-            None => FakeServer::new(&self.bed, slot, read),
-        };
+        let fake = FakeServer::reading(&self.bed, slot, member, read);
         // An operation without a result needs no answer.
         for operation in &self.program.slots[slot].operations {
             if operation.wire.two_way && operation.reply.members.is_empty() {
@@ -180,10 +177,7 @@ impl Bench {
             let value = read(&operation.request, reader).map_err(undecodable)?;
             Ok((at, value))
         };
-        let fake = match member {
-            Some(member) => FakeSubscriber::of_member(&self.bed, slot, member, read),
-            None => FakeSubscriber::new(&self.bed, slot, read),
-        };
+        let fake = FakeSubscriber::reading(&self.bed, slot, member, read);
         Ok(Topic {
             types: Arc::clone(&self.types),
             fake,
@@ -352,30 +346,28 @@ impl Server {
             self.bench,
         );
         let (slot, of) = (self.slot, Arc::clone(&self.program));
-        self.fake.answer(
-            wire,
-            move |reader| {
-                read(&of.slots[slot].operations[operation].request, reader).map_err(undecodable)
-            },
-            move |arguments, request| {
-                let operation = &program.slots[slot].operations[operation];
-                let replied = Python::attach(|py| {
-                    let values = match arguments {
-                        Value::Struct(_, values) => values,
-                        _ => Vec::new(),
-                    };
-                    let answer = answer.bind(py);
-                    let called = if answer.is_callable() {
-                        let arguments = types.parts(py, values);
-                        arguments.and_then(|arguments| answer.call1(arguments))
-                    } else {
-                        Ok(answer.clone())
-                    };
-                    reply(py, &types, operation, called)
-                });
-                finish(bench, operation, request, replied)
-            },
-        );
+        let read = move |reader: &mut rc_middleware::Reader<'_>| {
+            read(&of.slots[slot].operations[operation].request, reader).map_err(undecodable)
+        };
+        self.fake.on(wire, move |request| {
+            let arguments = request.arguments(wire, &read)?;
+            let operation = &program.slots[slot].operations[operation];
+            let replied = Python::attach(|py| {
+                let values = match arguments {
+                    Value::Struct(_, values) => values,
+                    _ => Vec::new(),
+                };
+                let answer = answer.bind(py);
+                let called = if answer.is_callable() {
+                    let arguments = types.parts(py, values);
+                    arguments.and_then(|arguments| answer.call1(arguments))
+                } else {
+                    Ok(answer.clone())
+                };
+                reply(py, &types, operation, called)
+            });
+            finish(bench, operation, request, replied)
+        });
         Ok(())
     }
 

@@ -16,10 +16,10 @@ use rc_host::{
     KeptCounts, Number, Operation, Program, Sample, Session, read, session, undecodable, write,
 };
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Encoding, KeptSample, Reader};
-use rc_runtime::lifecycle::{Hook, Transition};
-use rc_runtime::machine::{self, Machine, Parts};
-use rc_runtime::{Component, Core, Member, ParamChange, Ports, StartError, Values, WorkerError};
+use rc_runtime::adapter::{Adapter, Joined, Living};
+use rc_runtime::lifecycle::Hook;
+use rc_runtime::machine::{Hooks, Machine, MachineEvents, Parts};
+use rc_runtime::{Body, Core, Member, ParamChange, Ports, StartError, Values, WorkerError};
 use rc_values::{Type, Value};
 use std::sync::Arc;
 
@@ -40,7 +40,7 @@ pub(crate) struct PythonComponent {
     types: Arc<Types>,
     /// Not here while a function of the worker runs, as `machine`: the session of the thread has
     /// them.
-    core: Option<Core>,
+    pub(crate) core: Option<Core>,
     pub(crate) machine: Option<Machine<Number, Number>>,
     pub(crate) context: Py<PyAny>,
     pub(crate) worker: Worker,
@@ -69,7 +69,8 @@ impl Start {
         core: Core,
         ports: &Ports,
         values: &Values,
-    ) -> Result<PythonComponent, StartError> {
+    ) -> Result<Adapter<PythonComponent>, StartError> {
+        let is_managed = self.program.description.managed;
         Session::open(&self.program, ports)?.begin();
         let machine = self
             .program
@@ -83,7 +84,7 @@ impl Start {
             })
         });
         let (context, worker) = made.inspect_err(|_| Session::end())?;
-        let mut component = PythonComponent {
+        let component = PythonComponent {
             program: self.program,
             types: self.types,
             core,
@@ -93,11 +94,7 @@ impl Start {
             kept: KeptCounts::default(),
             _alive: self.alive,
         };
-        if !component.program.description.managed && component.machine.is_some() {
-            ports.complete_members()?;
-            component.start_machine()?;
-        }
-        Ok(component)
+        Adapter::new(component, is_managed, ports)
     }
 
     fn make(&self, py: Python<'_>, values: &Values) -> PyResult<(Py<PyAny>, Worker)> {
@@ -136,18 +133,8 @@ impl PythonComponent {
         session::lend(core, machine, || Python::attach(|py| run(py, component)))
     }
 
-    /// Starts the state machine, and fires its first event.
-    fn start_machine(&mut self) -> Result<(), WorkerError> {
-        machine::start(self)?;
-        let first = self.program.machine.and_then(|machine| machine.first_event);
-        if let (Some(machine), Some(event)) = (&mut self.machine, first) {
-            machine.fire(Number(event));
-        }
-        Ok(())
-    }
-
     /// Calls a function of the worker that takes the context only, if there is one.
-    pub(crate) fn hook(&mut self, name: &str) -> Result<(), WorkerError> {
+    pub(crate) fn call(&mut self, name: &str) -> Result<(), WorkerError> {
         if !self.worker.has(name) {
             return Ok(());
         }
@@ -163,10 +150,10 @@ impl PythonComponent {
 
     /// Runs a hook in a state that an emergency does not change: only a fatal error has a consequence.
     fn quiet_hook(&mut self, name: &str) {
-        match self.hook(name) {
+        match self.call(name) {
             Ok(()) => {}
             Err(WorkerError::Fatal(reason)) => {
-                Component::core(self).fail(&format!("{name}(): {reason}"));
+                Hooks::core(self).fail(&format!("{name}(): {reason}"));
             }
             Err(error) => rc_runtime::tracing::error!("{name}(): {error}"),
         }
@@ -245,46 +232,6 @@ impl PythonComponent {
         })
     }
 
-    /// Reads a request, runs its handler and replies.
-    fn serve_slot(
-        &mut self,
-        slot: usize,
-        member: Option<&Member>,
-        request: &mut Request<'_>,
-    ) -> Result<(), HandlerError> {
-        let program = Arc::clone(&self.program);
-        let operations = program
-            .slots
-            .get(slot)
-            .map_or(&[][..], |slot| &slot.operations);
-        let operation = operations.iter().find(|o| o.wire.id == request.operation);
-        let Some(operation) = operation else {
-            return request.unknown();
-        };
-        let arguments = request.arguments(&operation.wire, |reader| {
-            read(&operation.request, reader).map_err(undecodable)
-        })?;
-        match self.run(|py, component| component.answer(py, member, operation, arguments)) {
-            Answer::Reply(case, value) => request.reply_with(case, |writer| write(&value, writer)),
-            Answer::Failed(reason) => request.fail(&reason),
-            Answer::None => Ok(()),
-        }
-    }
-
-    /// Reads a sample and runs its handler.
-    fn receive_slot(
-        &mut self,
-        slot: usize,
-        member: Option<&Member>,
-        operation: usize,
-        reader: &mut Reader<'_>,
-    ) -> Result<(), HandlerError> {
-        let program = Arc::clone(&self.program);
-        let operation = program.operation(slot, operation).ok_or_else(no_topic)?;
-        let sample = Sample::read(operation, reader)?;
-        self.handle(member, operation, sample)
-    }
-
     /// Runs the handler of a request.
     fn answer(
         &self,
@@ -335,10 +282,6 @@ impl PythonComponent {
     }
 }
 
-fn no_topic() -> HandlerError {
-    HandlerError("the slot has no such topic".to_owned())
-}
-
 /// Error of a result that is no reply.
 fn wrong_result(operation: &Operation, error: &ConversionError) -> String {
     let parts = operation.reply.members.len();
@@ -358,39 +301,45 @@ enum Answer {
     None,
 }
 
-impl Component for PythonComponent {
-    fn core(&mut self) -> &mut Core {
-        self.core
-            .as_mut()
-            .expect("the core is away only while a function of the worker runs")
+impl Living for PythonComponent {
+    fn machine(&mut self) -> Option<&mut Parts> {
+        self.machine.as_mut().map(Machine::parts)
+    }
+
+    fn machine_events(&self) -> MachineEvents {
+        let Some(machine) = self.program.machine else {
+            return MachineEvents::NONE;
+        };
+        MachineEvents {
+            first: machine.first_event,
+            period: machine.period_state.zip(machine.period_event),
+        }
     }
 
     fn compute(&mut self) -> Result<(), WorkerError> {
-        if self.machine.is_none() {
-            return self.hook("compute");
-        }
-        let result = match machine::during(self) {
-            Ok(true) => self.hook("compute"),
-            Ok(false) => Ok(()),
-            Err(error) => Err(error),
-        };
-        let of_period = self.program.machine.and_then(|machine| {
-            let state = machine.period_state?;
-            machine.period_event.map(|event| (state, event))
-        });
-        if let (Some(machine), Some((state, event))) = (&mut self.machine, of_period)
-            && machine.is_in(Number(state))
-        {
-            machine.fire(Number(event));
-        }
-        let rested = machine::rest(self);
-        if matches!(result, Err(WorkerError::Fatal(_))) {
-            result
-        } else {
-            rested.and(result)
-        }
+        self.call("compute")
     }
 
+    fn hook(&mut self, hook: Hook<'_>) -> Result<(), WorkerError> {
+        let (transition, reason) = match hook {
+            Hook::Transition(transition) => return self.call(transition.word()),
+            Hook::Error(transition, reason) => (transition, reason),
+        };
+        if !self.worker.has("error") {
+            return Err(WorkerError::Failed(reason.to_owned()));
+        }
+        self.run(|py, component| {
+            let context = component.context.bind(py);
+            let arguments = (context, transition.word(), reason);
+            let called = component.worker.call(py, "error", arguments);
+            called
+                .map(drop)
+                .map_err(|error| errors::of_worker(py, &error))
+        })
+    }
+}
+
+impl Joined for PythonComponent {
     fn set_parameters(&mut self, values: &Values) {
         let set = self.run(|py, component| {
             let values = parameters::object(py, values)?;
@@ -421,44 +370,6 @@ impl Component for PythonComponent {
         })
     }
 
-    fn react(&mut self) -> Result<(), WorkerError> {
-        if self.machine.is_none() {
-            return Ok(());
-        }
-        machine::react(self)
-    }
-
-    fn machine(&mut self) -> Option<&mut Parts> {
-        self.machine.as_mut().map(Machine::parts)
-    }
-
-    fn run_hook(&mut self, hook: Hook<'_>) -> Result<(), WorkerError> {
-        match hook {
-            Hook::Transition(transition) => {
-                self.hook(transition.word())?;
-                let starts = transition == Transition::Activate;
-                let machine = self.machine.as_ref().filter(|_| starts);
-                if machine.is_none_or(Machine::has_started) {
-                    return Ok(());
-                }
-                self.start_machine()
-            }
-            Hook::Error(transition, reason) => {
-                if !self.worker.has("error") {
-                    return Err(WorkerError::Failed(reason.to_owned()));
-                }
-                self.run(|py, component| {
-                    let context = component.context.bind(py);
-                    let arguments = (context, transition.word(), reason);
-                    let called = component.worker.call(py, "error", arguments);
-                    called
-                        .map(drop)
-                        .map_err(|error| errors::of_worker(py, &error))
-                })
-            }
-        }
-    }
-
     fn emergency(&mut self) {
         self.quiet_hook("emergency");
     }
@@ -468,9 +379,6 @@ impl Component for PythonComponent {
     }
 
     fn finalize(&mut self) {
-        if self.machine.is_some() {
-            machine::stop(self);
-        }
         self.quiet_hook("finalize");
     }
 
@@ -478,61 +386,60 @@ impl Component for PythonComponent {
         session::count_peers(peers);
     }
 
-    fn unavailable(&mut self, slot: usize) -> Option<String> {
-        let states = self.program.slots.get(slot)?.available.as_ref()?;
-        let states: Vec<Number> = states.iter().copied().map(Number).collect();
-        self.machine.as_ref()?.unavailable(&states)
+    fn states(&self, slot: usize) -> &[u16] {
+        let slot = self.program.slots.get(slot);
+        let states = slot.and_then(|slot| slot.available.as_deref());
+        states.unwrap_or_default()
     }
 
-    fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
-        self.serve_slot(slot, None, request)
-    }
-
-    fn serve_member(
+    fn serve(
         &mut self,
         slot: usize,
-        member: &Member,
+        member: Option<&Member>,
         request: &mut Request<'_>,
     ) -> Result<(), HandlerError> {
-        self.serve_slot(slot, Some(member), request)
+        let program = Arc::clone(&self.program);
+        let operations = program
+            .slots
+            .get(slot)
+            .map_or(&[][..], |slot| &slot.operations);
+        let operation = operations.iter().find(|o| o.wire.id == request.operation);
+        let Some(operation) = operation else {
+            return request.unknown();
+        };
+        let arguments = request.arguments(&operation.wire, |reader| {
+            read(&operation.request, reader).map_err(undecodable)
+        })?;
+        match self.run(|py, component| component.answer(py, member, operation, arguments)) {
+            Answer::Reply(case, value) => request.reply_with(case, |writer| write(&value, writer)),
+            Answer::Failed(reason) => request.fail(&reason),
+            Answer::None => Ok(()),
+        }
     }
 
     fn receive(
         &mut self,
         slot: usize,
+        member: Option<&Member>,
         operation: usize,
-        reader: &mut Reader<'_>,
+        sample: rc_runtime::Sample<'_>,
     ) -> Result<(), HandlerError> {
-        self.receive_slot(slot, None, operation, reader)
-    }
-
-    fn receive_member(
-        &mut self,
-        slot: usize,
-        member: &Member,
-        operation: usize,
-        reader: &mut Reader<'_>,
-    ) -> Result<(), HandlerError> {
-        self.receive_slot(slot, Some(member), operation, reader)
+        let program = Arc::clone(&self.program);
+        let described = program.operation(slot, operation);
+        let described =
+            described.ok_or_else(|| HandlerError("the slot has no such topic".to_owned()))?;
+        let sample = match sample.body {
+            Body::Kept(kept) => {
+                let count = self.kept.of(member.map_or(slot, Member::slot), operation);
+                Sample::keep(described, count, sample.encoding, kept)?
+            }
+            Body::Borrowed(_) => Sample::read(described, &mut sample.reader())?,
+        };
+        self.handle(member, described, sample)
     }
 
     fn keeps(&self, slot: usize, operation: usize) -> bool {
         let operation = self.program.operation(slot, operation);
         operation.is_some_and(|operation| operation.in_place)
-    }
-
-    fn receive_kept(
-        &mut self,
-        slot: usize,
-        member: Option<&Member>,
-        operation: usize,
-        encoding: Encoding,
-        sample: Box<dyn KeptSample>,
-    ) -> Result<(), HandlerError> {
-        let program = Arc::clone(&self.program);
-        let described = program.operation(slot, operation).ok_or_else(no_topic)?;
-        let kept = self.kept.of(member.map_or(slot, Member::slot), operation);
-        let sample = Sample::keep(described, kept, encoding, sample)?;
-        self.handle(member, described, sample)
     }
 }

@@ -4,7 +4,7 @@ use crate::component::PythonComponent;
 use crate::errors;
 use pyo3::prelude::*;
 use rc_runtime::machine::{Hooks, Parts};
-use rc_runtime::{Component, Core, WorkerError};
+use rc_runtime::{Core, WorkerError};
 
 impl Hooks for PythonComponent {
     fn parts(&mut self) -> &mut Parts {
@@ -17,7 +17,9 @@ impl Hooks for PythonComponent {
     }
 
     fn core(&mut self) -> &mut Core {
-        Component::core(self)
+        self.core
+            .as_mut()
+            .expect("the core is away only while a function of the worker runs")
     }
 
     fn guard(&mut self, guard: u16) -> bool {
@@ -34,7 +36,7 @@ impl Hooks for PythonComponent {
         result.unwrap_or_else(|error| {
             rc_runtime::tracing::error!("the guard {name}() counts as false: {error}");
             if let WorkerError::Fatal(reason) = error {
-                Component::core(self).fail(&reason);
+                Hooks::core(self).fail(&reason);
             }
             false
         })
@@ -42,7 +44,7 @@ impl Hooks for PythonComponent {
 
     fn action(&mut self, action: u16) -> Result<(), WorkerError> {
         match self.machine_name(|machine| &machine.actions, action) {
-            Some(name) => self.hook(name),
+            Some(name) => self.call(name),
             None => Ok(()),
         }
     }
@@ -63,7 +65,7 @@ impl Hooks for PythonComponent {
             }
             return Ok(());
         };
-        self.hook(&name)
+        self.call(&name)
     }
 }
 
@@ -84,7 +86,7 @@ impl PythonComponent {
 
     fn state_hook(&mut self, prefix: &str, state: u16) -> Result<(), WorkerError> {
         match self.state_name(prefix, state) {
-            Some(name) => self.hook(&name),
+            Some(name) => self.call(&name),
             None => Ok(()),
         }
     }

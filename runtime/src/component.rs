@@ -3,11 +3,10 @@
 use crate::context::Core;
 use crate::lifecycle::Hook;
 use crate::machine::Parts;
-use crate::member::Member;
 use crate::worker_error::WorkerError;
 use rc_configuration::{ParamChange, Values};
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Encoding, KeptSample, Reader};
+use rc_middleware::{Encoding, KeptSample, Member, Reader};
 
 /// A worker with its context, as generated code joins them.
 ///
@@ -69,73 +68,70 @@ pub trait Component {
         None
     }
 
-    /// Answers a request to an implemented slot.
-    fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
-        let _ = slot;
-        request.unknown()
-    }
-
-    /// Handles a sample of a subscribed topic.
-    fn receive(
-        &mut self,
-        slot: usize,
-        operation: usize,
-        reader: &mut Reader<'_>,
-    ) -> Result<(), HandlerError> {
-        let _ = (slot, operation, reader);
-        Err(HandlerError(
-            "the component subscribes to nothing".to_owned(),
-        ))
-    }
-
-    /// Whether the handler of a subscribed topic may keep samples: then it gets them by
-    /// [`Component::receive_kept`] where the middleware gives them away. Asked for a member with
-    /// the number of its array.
-    fn keeps(&self, slot: usize, operation: usize) -> bool {
-        let _ = (slot, operation);
-        false
-    }
-
-    /// Handles a sample that it may keep, see [`Component::keeps`]. `member` is that of a slot
-    /// array, and `slot` then the number of the array.
-    fn receive_kept(
+    /// Answers a request to an implemented slot. `member` is that of a slot array, and `slot` then
+    /// the number of the array.
+    fn serve(
         &mut self,
         slot: usize,
         member: Option<&Member>,
-        operation: usize,
-        encoding: Encoding,
-        sample: Box<dyn KeptSample>,
-    ) -> Result<(), HandlerError> {
-        let reader = &mut Reader::of(sample.memory(), encoding);
-        match member {
-            Some(member) => self.receive_member(slot, member, operation, reader),
-            None => self.receive(slot, operation, reader),
-        }
-    }
-
-    /// Answers a request to a member of an implemented slot array. `slot` is the number of the
-    /// array.
-    fn serve_member(
-        &mut self,
-        slot: usize,
-        member: &Member,
         request: &mut Request<'_>,
     ) -> Result<(), HandlerError> {
         let _ = (slot, member);
         request.unknown()
     }
 
-    /// Handles a sample of a member of a subscribed slot array. `slot` is the number of the array.
-    fn receive_member(
+    /// Handles a sample of a subscribed topic. `member` is that of a slot array, and `slot` then
+    /// the number of the array.
+    fn receive(
         &mut self,
         slot: usize,
-        member: &Member,
+        member: Option<&Member>,
         operation: usize,
-        reader: &mut Reader<'_>,
+        sample: Sample<'_>,
     ) -> Result<(), HandlerError> {
-        let _ = (slot, member, operation, reader);
+        let _ = (slot, member, operation, sample);
         Err(HandlerError(
-            "the component has no array that subscribes".to_owned(),
+            "the component subscribes to nothing".to_owned(),
         ))
+    }
+
+    /// Whether the handler of a subscribed topic may keep samples: then it gets [`Body::Kept`]
+    /// where the middleware gives samples away. Asked for a member with the number of its array.
+    fn keeps(&self, slot: usize, operation: usize) -> bool {
+        let _ = (slot, operation);
+        false
+    }
+}
+
+/// A received sample.
+pub struct Sample<'a> {
+    /// How its body is encoded.
+    pub encoding: Encoding,
+    /// The memory of its body.
+    pub body: Body<'a>,
+}
+
+/// The memory of a sample's body.
+pub enum Body<'a> {
+    /// Valid while the handler runs.
+    Borrowed(&'a [u8]),
+    /// The handler may keep it, see [`Component::keeps`].
+    Kept(Box<dyn KeptSample>),
+}
+
+impl Sample<'_> {
+    /// Reads the body.
+    pub fn reader(&self) -> Reader<'_> {
+        Reader::of(self.body.memory(), self.encoding)
+    }
+}
+
+impl Body<'_> {
+    /// The encoded body.
+    pub fn memory(&self) -> &[u8] {
+        match self {
+            Self::Borrowed(body) => body,
+            Self::Kept(sample) => sample.memory(),
+        }
     }
 }

@@ -1,11 +1,13 @@
 //! The runtime of a component: its start, its event loop, its life cycle, its configuration, its
 //! management and its log.
 //!
-//! Generated code passes a [`Description`] and a function that creates a [`Component`] to [`run`].
-//! One thread runs the worker: `compute()` on its period, and handlers between two runs of it. A
+//! A worker implements [`Worker`] or [`ManagedWorker`], and the traits of its interfaces.
+//! Generated code has the [`Description`] of a component and the tables of [`Dispatch`];
+//! [`adapter::run`] joins them. One thread runs the worker: `compute()` on its period, and handlers between two runs of it. A
 //! second thread answers management requests, takes signals and sends heartbeats, so that rcdeploy
 //! notices a worker that hangs.
 
+pub mod adapter;
 mod arguments;
 mod clock;
 mod command_line;
@@ -16,6 +18,7 @@ mod configuration;
 mod context;
 mod converting;
 mod description;
+mod dispatch;
 mod error;
 mod event_loop;
 mod exact;
@@ -50,26 +53,32 @@ mod time;
 mod tool_message;
 mod tool_requests;
 mod waker;
+mod worker;
 mod worker_error;
 
+pub use adapter::Adapter;
 pub use clock::{Clock, SimulatedClock, SystemClock, Time};
-pub use component::Component;
+pub use component::{Body, Component, Sample};
 pub use context::Core;
 pub use description::{Description, Slot};
+pub use dispatch::{
+    Dispatch, MachineTable, Serving, SlotEntry, StateFunctions, WorkerContext, WorkerTable,
+};
 pub use error::StartError;
 pub use fastrand;
-pub use member::{Member, MemberError};
+pub use member::MemberError;
 pub use ports::{Connections, Ports};
 pub use process::{Embedded, embed, run, run_with};
 pub use rc_configuration::model::Value;
 pub use rc_configuration::{ParamChange, Values};
 pub use rc_management::component::{Role, State as ComponentState};
 pub use rc_middleware as middleware;
-pub use rc_middleware::Linked;
+pub use rc_middleware::{Linked, Member};
 pub use slot_array::SlotArray;
 pub use start::Start;
 pub use time::{Order, TimeError, TimeSource};
 pub use tracing;
+pub use worker::{ManagedWorker, Worker};
 pub use worker_error::WorkerError;
 
 /// How to write and test a worker: two pages of the book.

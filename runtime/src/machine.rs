@@ -78,25 +78,18 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
     /// event after the end of the machine, or when 256 wait, is dropped, with a warning at
     /// most once a second.
     pub fn fire(&mut self, event: E) {
-        let session = &mut self.parts.session;
-        if let Err(reason) = session.fire(event.number()) {
-            let name = &session.chart().events[usize::from(event.number())];
-            if self.parts.may_warn() {
-                let reason = refusal(reason);
-                tracing::warn!("the event {name} is dropped: {reason}");
-            }
-        }
+        self.parts.fire(event.number());
     }
 
     /// Whether a state is active. Then its ancestors are, too.
     pub fn is_in(&self, state: S) -> bool {
-        self.parts.session.is_in(state.number())
+        self.parts.is_in(state.number())
     }
 
     /// Whether the machine has entered its initial states. That of a managed component does so at
     /// its first activation.
     pub fn has_started(&self) -> bool {
-        self.parts.session.active().next().is_some() || self.has_ended()
+        self.parts.has_started()
     }
 
     /// Whether the machine has reached an end state of its own.
@@ -108,25 +101,6 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
     /// `driving.forward`.
     pub fn active(&self) -> Vec<&'static str> {
         self.parts.active().collect()
-    }
-
-    /// The active states, if none of `states` is among them: then requests that these states serve
-    /// are refused. A machine without an active state has `ended`, or is `not started`.
-    #[doc(hidden)]
-    pub fn unavailable(&self, states: &[S]) -> Option<String> {
-        if states.iter().any(|state| self.is_in(*state)) {
-            return None;
-        }
-        let active: Vec<&str> = self.parts.active().collect();
-        if active.is_empty() {
-            let state = if self.has_ended() {
-                "ended"
-            } else {
-                "not started"
-            };
-            return Some(state.to_owned());
-        }
-        Some(active.join(", "))
     }
 
     /// Interpreter and queue, for generated code.
@@ -142,7 +116,60 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
     }
 }
 
+/// The events that the runtime fires itself, by their numbers in the chart.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MachineEvents {
+    /// Fired when the machine has started.
+    pub first: Option<u16>,
+    /// A state, and the event that is fired at the end of each period in it.
+    pub period: Option<(u16, u16)>,
+}
+
+impl MachineEvents {
+    /// None.
+    pub const NONE: Self = Self {
+        first: None,
+        period: None,
+    };
+}
+
 impl Parts {
+    /// Puts an event into the queue, see [`Machine::fire`].
+    pub(crate) fn fire(&mut self, event: u16) {
+        if let Err(reason) = self.session.fire(event) {
+            let name = &self.session.chart().events[usize::from(event)];
+            if self.may_warn() {
+                let reason = refusal(reason);
+                tracing::warn!("the event {name} is dropped: {reason}");
+            }
+        }
+    }
+
+    /// Whether a state is active.
+    pub(crate) fn is_in(&self, state: u16) -> bool {
+        self.session.is_in(state)
+    }
+
+    /// Whether the machine has entered its initial states.
+    pub(crate) fn has_started(&self) -> bool {
+        self.session.active().next().is_some() || self.session.has_ended()
+    }
+
+    /// The active states, if none of `states` is among them: then requests that these states serve
+    /// are refused. A machine without an active state has `ended`, or is `not started`.
+    pub(crate) fn unavailable(&self, states: &[u16]) -> Option<String> {
+        if states.iter().any(|state| self.is_in(*state)) {
+            return None;
+        }
+        let active: Vec<&str> = self.active().collect();
+        if active.is_empty() {
+            let ended = self.session.has_ended();
+            let state = if ended { "ended" } else { "not started" };
+            return Some(state.to_owned());
+        }
+        Some(active.join(", "))
+    }
+
     fn active(&self) -> impl Iterator<Item = &'static str> + '_ {
         let chart = self.session.chart();
         let states = self.session.active().map(|state| chart.state(state));

@@ -6,7 +6,7 @@ use crate::description::Description;
 use crate::error::StartError;
 use crate::exact::mode::Exact;
 use crate::exact::replayed_ports;
-use crate::member::{Member, MemberError};
+use crate::member::MemberError;
 use crate::settings::topic_qos;
 use crate::slots::{OpenSlot, SlotTable};
 use crate::tap::{TappedClient, TappedPublisher, Taps};
@@ -20,7 +20,7 @@ use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{Gate, TypedClient, TypedPublisher};
 use rc_middleware::{
-    Address, Backend, Counter, Endpoint, Environment, ExternalType, LogQueue, OpenError,
+    Address, Backend, Counter, Endpoint, Environment, ExternalType, LogQueue, Member, OpenError,
     QueueGauge, Server, Settings, Subscriber, TypeIdentity, network_time,
 };
 use std::cell::RefCell;

@@ -1,9 +1,9 @@
 //! Slot arrays, as a worker sees them: it opens their members in `initialize`, and handlers learn
 //! which member is asked.
 
-use crate::member::{Member, MemberError};
+use crate::member::MemberError;
 use crate::ports::{Connections, Ports};
-use rc_middleware::OpenError;
+use rc_middleware::{Member, OpenError};
 use std::ops::{Index, IndexMut};
 use std::rc::Rc;
 

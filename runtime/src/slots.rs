@@ -3,8 +3,8 @@
 
 use crate::description::{Description, Slot};
 use crate::error::StartError;
-use crate::member::{Member, MemberError};
-use rc_middleware::{Address, OpenError};
+use crate::member::MemberError;
+use rc_middleware::{Address, Member, OpenError};
 use rc_vocabulary::member;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};

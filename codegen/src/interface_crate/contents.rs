@@ -26,8 +26,13 @@ doctest = false
 # Those of your workspace are for your code.
 [lints]
 
+[features]
+# Fakes of the peers of a component, for tests of its worker.
+testing = [\"dep:rc-runtime\"]
+
 [dependencies]
 rc-middleware.workspace = true
+rc-runtime = { workspace = true, optional = true }
 ";
 
 /// A module in the crate.

@@ -29,7 +29,7 @@ pub(crate) fn of(view: &view::Component) -> Result<String, serde_json::Error> {
     if let Some(machine) = &view.machine {
         all["machine"] = of_machine(machine)?;
     }
-    Ok(serde_json::to_string_pretty(&all)? + "\n")
+    Ok(rc_configuration::json_text(&all))
 }
 
 fn nanoseconds(time: Time) -> u64 {

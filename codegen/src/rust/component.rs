@@ -6,7 +6,7 @@ use super::machine::{self, Machine, TRAIT};
 use super::names;
 use super::operation_names::{answer_name, error_name};
 use super::worker;
-use super::{parameters, qos, testing, types};
+use super::{parameters, qos, shapes, testing, types};
 use crate::view;
 use crate::view::component::Time;
 use crate::view::library::Interface;
@@ -43,6 +43,11 @@ pub(crate) struct Component<'a> {
     pub(crate) slots: Vec<Slot<'a>>,
     /// The traits of the slots that receive.
     pub(crate) traits: Vec<String>,
+    /// The trait of the worker, and the function that makes its table.
+    worker_trait: &'static str,
+    worker_table: &'static str,
+    /// The traits that serve the slots.
+    handlers: Vec<String>,
     pub(crate) parameters: Option<parameters::Parameters>,
     pub(crate) machine: Option<Machine<'a>>,
     /// The functions that the state machine needs, as those of a slot: one or none.
@@ -52,16 +57,9 @@ pub(crate) struct Component<'a> {
     pub(crate) imports: Vec<String>,
     worker: &'static str,
     testing: testing::Testing,
-    /// Whether a slot calls or publishes, implements, subscribes.
+    /// Whether a slot calls or publishes, or is an array.
     sends: bool,
-    implements: bool,
-    subscribes: bool,
-    /// Whether a slot array does.
-    implements_members: bool,
-    subscribes_members: bool,
     arrays: bool,
-    /// Whether a slot serves requests in some states only.
-    gated: bool,
     /// Types of the quality of service that slots name.
     qos_types: BTreeSet<&'static str>,
 }
@@ -101,8 +99,20 @@ pub(crate) struct Slot<'a> {
     sends: bool,
     is_array: bool,
     optional: bool,
-    /// The states in which requests are served, as variants of `State`; in all if there is none.
-    available: Vec<String>,
+    /// The trait of its handlers in the crate `interfaces`, the one that serves it, and the type
+    /// that tells it from another slot with this trait.
+    handler: String,
+    serving: String,
+    #[serde(skip)]
+    pub(crate) serving_trait: Option<String>,
+    pub(crate) marker: String,
+    /// The parameters of the trait where it is implemented.
+    pub(crate) generics: String,
+    /// Its entry in the table of the worker.
+    entry: String,
+    /// How the context opens it, and counts its peers; empty where it does not.
+    open: String,
+    peers: String,
     interface: &'a str,
     path: String,
     /// The module of the interface below `interfaces`.
@@ -116,8 +126,6 @@ pub(crate) struct Slot<'a> {
     types: String,
     external_types: &'a [String],
     doc: &'a [String],
-    /// Modules that the handlers' signatures mention.
-    uses: Vec<String>,
     pub(crate) operations: Vec<Handler>,
 }
 
@@ -153,7 +161,14 @@ fn functions(machine: &view::Machine, index: usize) -> Slot<'_> {
         sends: false,
         is_array: false,
         optional: false,
-        available: Vec::new(),
+        handler: String::new(),
+        serving: String::new(),
+        serving_trait: None,
+        marker: String::new(),
+        generics: String::new(),
+        entry: String::new(),
+        open: String::new(),
+        peers: String::new(),
         interface: "",
         path: String::new(),
         module: String::new(),
@@ -164,26 +179,27 @@ fn functions(machine: &view::Machine, index: usize) -> Slot<'_> {
         types: String::new(),
         external_types: &[],
         doc: &[],
-        uses: Vec::new(),
         operations: machine::functions(machine),
     }
 }
 
 pub(crate) fn of(view: &view::Component) -> Component<'_> {
     let exports = Exports::of(view);
-    let slots: Vec<Slot> = view
+    let mut slots: Vec<Slot> = view
         .slots
         .iter()
         .enumerate()
         .map(|(index, slot)| one(view, index, slot, &exports))
         .collect();
+    mark(&mut slots);
+    for (slot, of) in slots.iter_mut().zip(&view.slots) {
+        slot.entry = entry(view, of, slot);
+    }
     let receiving = slots.iter().filter(|slot| slot.receives);
     let mut traits: Vec<String> = receiving.map(|slot| slot.type_name.clone()).collect();
     traits.sort_by(|a, b| worker::order(a, b));
-    let has = |role: Role, array: bool| {
-        let mut slots = slots.iter();
-        slots.any(|s| s.receives && s.role_word == role.word() && s.is_array == array)
-    };
+    let serving = slots.iter().filter(|slot| slot.receives);
+    let handlers = serving.map(|slot| slot.serving.clone()).collect();
     Component {
         name: &view.name,
         file: &view.file,
@@ -216,21 +232,77 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
             .iter()
             .map(|machine| functions(machine, view.slots.len()))
             .collect(),
-        reexports: reexports(view, &traits),
+        reexports: reexports(view, &slots, &traits),
         imports: imports(view, &slots, &traits),
         worker: WORKER,
         testing: testing::of(view),
         sends: slots.iter().any(|slot| slot.sends),
-        implements: has(Role::Implements, false),
-        subscribes: has(Role::SubscribesTo, false),
-        implements_members: has(Role::Implements, true),
-        subscribes_members: has(Role::SubscribesTo, true),
         arrays: slots.iter().any(|slot| slot.is_array),
-        gated: slots.iter().any(|slot| !slot.available.is_empty()),
         qos_types: qos::types(view),
+        worker_trait: worker_trait(view),
+        worker_table: if view.managed { "managed" } else { "plain" },
+        handlers,
         slots,
         traits,
     }
+}
+
+fn worker_trait(view: &view::Component) -> &'static str {
+    if view.managed {
+        "rc_runtime::ManagedWorker"
+    } else {
+        "rc_runtime::Worker"
+    }
+}
+
+/// Gives a slot a type of its own if an earlier one has the same trait.
+fn mark(slots: &mut [Slot]) {
+    let mut taken = BTreeSet::new();
+    for slot in slots.iter_mut().filter(|slot| slot.receives) {
+        let path = format!("{}::{}", slot.module, slot.handler);
+        if !taken.insert(path) {
+            slot.marker = format!("{}Slot", slot.type_name.trim_end_matches('_'));
+        }
+        let begin = match slot.role {
+            "Implements" => "Serve",
+            _ => "Receive",
+        };
+        let (module, handler) = (&slot.module, &slot.handler);
+        let (here, there) = match slot.marker.as_str() {
+            "" => ("<Context>".to_owned(), "<Context>".to_owned()),
+            marker => (
+                format!("<Context, {marker}>"),
+                format!("<Context, crate::slots::{marker}>"),
+            ),
+        };
+        slot.serving = format!("interfaces::{module}::{begin}{handler}{there}");
+        slot.serving_trait = Some(format!("{begin}{handler}"));
+        slot.generics = here;
+    }
+}
+
+/// The entry of a slot in the table of the worker.
+fn entry(view: &view::Component, of: &view::Slot, slot: &Slot) -> String {
+    if !slot.receives {
+        return "SlotEntry::sends()".to_owned();
+    }
+    let (constructor, function) = match (of.role, of.is_array) {
+        (Role::Implements, false) => ("serves", "serve"),
+        (Role::Implements, true) => ("serves_members", "serve"),
+        (_, false) => ("receives", "receive"),
+        (_, true) => ("receives_members", "receive"),
+    };
+    let mut entry = format!(
+        "SlotEntry::{constructor}(<W as {}>::{function})",
+        slot.serving
+    );
+    if !of.available.is_empty() {
+        let states = view.machine.iter().flat_map(|machine| &machine.states);
+        let states = states.filter(|state| of.available.contains(&state.name));
+        let states: Vec<String> = states.map(|state| state.number.to_string()).collect();
+        entry.push_str(&format!(".in_states(&[{}])", states.join(", ")));
+    }
+    entry
 }
 
 /// Slots whose names become one name of Rust, or one that generated code uses itself.
@@ -333,13 +405,14 @@ fn interface_modules(view: &view::Component, exports: &Exports) -> Vec<Reexport>
     done
 }
 
-fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
+fn reexports(view: &view::Component, slots: &[Slot], traits: &[String]) -> Vec<String> {
     let mut paths: Vec<String> = [
-        "adapter::{Worker, embed, run}",
+        "adapter::{Handlers, embed, run}",
         "context::Context",
         "rc_runtime::network_time",
         "rc_runtime::middleware::{CallError, InPlace, SendError}",
         "rc_runtime::tracing",
+        "rc_runtime::middleware::typed::{HandlerError, Request}",
         "rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError}",
     ]
     .map(str::to_owned)
@@ -358,9 +431,16 @@ fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
         ("parameters::Params", view.parameters.is_some()),
         ("types::*", types.next().is_some()),
     ];
+    paths.push(if view.managed {
+        "rc_runtime::ManagedWorker as Worker".to_owned()
+    } else {
+        "rc_runtime::Worker".to_owned()
+    });
     let more = more.iter().filter(|(_, there)| *there);
     paths.extend(more.map(|(path, _)| (*path).to_owned()));
     paths.extend(traits.iter().map(|name| format!("slots::{name}")));
+    let markers = slots.iter().filter(|slot| !slot.marker.is_empty());
+    paths.extend(markers.map(|slot| format!("slots::{}", slot.marker)));
     paths.sort_by(|a, b| worker::order(a, b));
     paths
 }
@@ -372,6 +452,8 @@ fn imports(view: &view::Component, slots: &[Slot], traits: &[String]) -> Vec<Str
         .map(str::to_owned)
         .to_vec();
     names.extend(traits.iter().cloned());
+    let markers = slots.iter().map(|slot| slot.marker.clone());
+    names.extend(markers.filter(|marker| !marker.is_empty()));
     names.extend(view.machine.iter().map(|_| TRAIT.to_owned()));
     let handlers = slots
         .iter()
@@ -397,25 +479,20 @@ fn one<'a>(
     } else {
         "Client"
     };
-    let mut mentions = BTreeSet::new();
     let operations = interface
         .filter(|_| slot.receives)
         .map_or_else(Vec::new, |interface| {
-            let mut handlers = Handlers {
-                view,
+            let handlers = Handlers {
                 slot,
                 module: &module,
                 exports,
-                mentions: &mut mentions,
             };
             handlers.all(interface)
         });
-    let mut uses: Vec<String> = mentions.into_iter().collect();
-    uses.push("crate::context::Context".to_owned());
-    if slot.role == Role::Implements || operations.iter().any(Handler::takes_values) {
-        uses.push(format!("crate::interfaces::{module}"));
-    }
-    uses.sort();
+    let in_place = interface.is_some_and(|i| slot.in_place && shapes::is_in_place(i, slot.role));
+    let handler = interface.map(|i| shapes::trait_name(i, in_place, slot.is_array));
+    let end = format!("interfaces::{module}::{base}{kind}");
+    let (open, peers) = context(slot, index, &end);
     let shout = names::shout(&slot.name);
     Slot {
         name: &slot.name,
@@ -434,10 +511,17 @@ fn one<'a>(
         sends: slot.sends,
         is_array: slot.is_array,
         optional: slot.optional,
-        available: slot.available.iter().map(|s| names::camel(s)).collect(),
+        handler: handler.unwrap_or_default(),
+        serving: String::new(),
+        serving_trait: None,
+        marker: String::new(),
+        generics: String::new(),
+        entry: String::new(),
+        open,
+        peers,
         interface: &slot.interface,
         path: format!("{}::{}", slot.module, slot.interface),
-        end: format!("interfaces::{module}::{base}{kind}"),
+        end,
         module,
         type_hash: &slot.type_hash,
         backend: slot.middleware.map(Middleware::word),
@@ -445,9 +529,37 @@ fn one<'a>(
         types: format!("TYPES_{shout}"),
         external_types: &slot.external_types,
         doc: interface.map_or(&[], |interface| interface.doc.as_slice()),
-        uses,
         operations,
     }
+}
+
+/// How the context opens a slot, and how it counts the peers of one that sends.
+fn context(slot: &view::Slot, index: usize, end: &str) -> (String, String) {
+    let field = names::snake(&slot.name);
+    let calls = slot.role == Role::Requires;
+    let open = match (slot.is_array, slot.sends) {
+        (true, true) if calls => {
+            format!("ports.array({index}, |ports, slot| Ok({end}::new(ports.client(slot)?)))")
+        }
+        (true, true) => {
+            format!("ports.array({index}, |ports, slot| {end}::new(ports.publishers(slot)))")
+        }
+        (true, false) => format!("ports.array({index}, |_, _| Ok(()))"),
+        (false, true) if calls => format!("{end}::new(ports.client({index})?)"),
+        (false, true) => format!("{end}::new(ports.publishers({index}))?"),
+        (false, false) => String::new(),
+    };
+    let count = if calls { "is_connected" } else { "subscribers" };
+    let peers = match (slot.is_array, slot.sends) {
+        (_, false) => String::new(),
+        (true, true) if calls => {
+            format!("self.{field}.count_peers(peers, |client| usize::from(client.is_connected()))")
+        }
+        (true, true) => format!("self.{field}.count_peers(peers, {end}::{count})"),
+        (false, true) if calls => format!("peers[{index}] = usize::from(self.{field}.{count}())"),
+        (false, true) => format!("peers[{index}] = self.{field}.{count}()"),
+    };
+    (open, peers)
 }
 
 /// Names that stand for other types in the user's files, with these types, and names that stand for

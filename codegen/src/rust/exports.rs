@@ -9,11 +9,12 @@ use rc_vocabulary::Role;
 use std::collections::BTreeSet;
 
 /// Names that every generated crate exports.
-const OWN: [&str; 11] = [
+const OWN: [&str; 12] = [
     "CallError",
     "ComponentState",
     "Context",
     "Embedded",
+    "Handlers",
     "InPlace",
     "ParamChange",
     "Params",

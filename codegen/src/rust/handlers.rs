@@ -1,7 +1,8 @@
 //! Names and types of Rust for the handlers of a slot, in the trait and in the user's worker.
 
-use super::exports::{self, Exports};
-use super::operation_names::{answer_name, error_name, operation_constant, plain};
+use super::exports::Exports;
+use super::operation_names::{answer_name, error_name};
+use super::shapes::reply_name;
 use super::{in_place, names, types, worker};
 use crate::view;
 use crate::view::documentation;
@@ -10,29 +11,12 @@ use crate::view::members::Member;
 use crate::view::types::Type;
 use rc_vocabulary::Role;
 use serde::Serialize;
-use std::collections::BTreeSet;
 
 /// One operation of a slot that receives.
 #[derive(Debug, Serialize)]
 pub(crate) struct Handler {
     pub(crate) method: String,
-    plain: String,
-    constant: String,
     doc: Vec<String>,
-    /// The variable of the member of a slot array that is asked; empty for a single slot.
-    member: String,
-    inputs: Vec<Input>,
-    two_way: bool,
-    throws: bool,
-    /// The type of the reply; empty where nothing is returned.
-    result: String,
-    error: String,
-    /// The structure of the only parameter in shared memory; else empty.
-    sample_in_place: String,
-    /// The structure of the reply in shared memory; else empty.
-    result_in_place: String,
-    /// The variable of this reply.
-    result_name: String,
     /// The signature in the user's file, without its brace.
     pub(crate) user_signature: String,
     /// That signature on lines as rustfmt breaks them, with its brace.
@@ -44,12 +28,6 @@ pub(crate) struct Handler {
     /// Names that the user's handler mentions without their module.
     #[serde(skip)]
     pub(crate) mentioned: Vec<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct Input {
-    name: String,
-    ty: String,
 }
 
 impl Handler {
@@ -68,18 +46,7 @@ impl Handler {
         let head = format!("fn {method}");
         Self {
             method: method.to_owned(),
-            plain: method.to_owned(),
-            constant: String::new(),
             doc: Vec::new(),
-            member: String::new(),
-            inputs: Vec::new(),
-            two_way: true,
-            throws: false,
-            result: String::new(),
-            error: String::new(),
-            sample_in_place: String::new(),
-            result_in_place: String::new(),
-            result_name: String::new(),
             user_signature: format!("{head}({}){returns}", arguments.join(", ")),
             user_head: worker::signature(&head, &arguments, returns),
             unused: vec![vec!["ctx".to_owned()]],
@@ -91,51 +58,25 @@ impl Handler {
             },
         }
     }
-
-    /// Whether the handler gets values that it may keep.
-    pub(super) fn takes_values(&self) -> bool {
-        self.sample_in_place.is_empty()
-    }
 }
 
 /// Makes the handlers of one slot.
 pub(super) struct Handlers<'a> {
-    pub(super) view: &'a view::Component,
     pub(super) slot: &'a view::Slot,
     /// The module of the interface below `interfaces`.
     pub(super) module: &'a str,
     pub(super) exports: &'a Exports<'a>,
-    /// Modules of types that signatures mention.
-    pub(super) mentions: &'a mut BTreeSet<String>,
 }
 
 impl Handlers<'_> {
-    pub(super) fn all(&mut self, interface: &Interface) -> Vec<Handler> {
+    pub(super) fn all(&self, interface: &Interface) -> Vec<Handler> {
         let operations = interface.operations.iter();
         operations
             .map(|operation| self.handler(operation))
             .collect()
     }
 
-    /// A type in the signature of the trait; its module is imported.
-    fn path(&mut self, ty: &Type, write: &dyn Fn(types::Path) -> String) -> String {
-        for (module, _) in ty.named() {
-            let module = exports::type_module(self.view, module);
-            self.mentions.insert(format!("crate::types::{module}"));
-        }
-        let view = self.view;
-        write(&|module, name| {
-            let module = exports::type_module(view, module);
-            format!("{module}::{}", names::ty(name))
-        })
-    }
-
-    fn placed(&mut self, ty: &Type) -> String {
-        let path = self.path(ty, &|path| types::owned(ty, path));
-        in_place::path(&path)
-    }
-
-    fn handler(&mut self, of: &Operation) -> Handler {
+    fn handler(&self, of: &Operation) -> Handler {
         let exports = self.exports;
         let throws = !of.throws.is_empty();
         let in_place = match self.slot.role {
@@ -145,20 +86,8 @@ impl Handlers<'_> {
         };
         let sample = in_place.filter(|_| !of.two_way);
         let reply = in_place.filter(|_| of.two_way);
-        let sample_in_place = sample.map(|ty| self.placed(ty)).unwrap_or_default();
-        let result_in_place = reply.map(|ty| self.placed(ty)).unwrap_or_default();
-        let inputs: Vec<Input> = of
-            .inputs
-            .iter()
-            .map(|member| Input {
-                name: names::local(&member.name),
-                ty: if sample.is_some() {
-                    format!("&{sample_in_place}")
-                } else {
-                    self.path(&member.ty, &|path| types::member(member, path))
-                },
-            })
-            .collect();
+        let inputs = of.inputs.iter().map(|member| names::local(&member.name));
+        let inputs: Vec<String> = inputs.collect();
         let result_name = reply.map(|_| reply_name(of, &inputs)).unwrap_or_default();
         let member = if self.slot.is_array {
             member_name(&inputs, &result_name)
@@ -173,13 +102,6 @@ impl Handlers<'_> {
             bare_results.extend(of.outputs.iter().map(|m| types::member(m, &bare)));
         }
         let answer = answer_name(&of.name);
-        let result = match (bare_results.len(), &of.result, of.outputs.first()) {
-            (0, ..) => String::new(),
-            (1, Some(ty), _) => self.path(ty, &|path| types::owned(ty, path)),
-            (1, None, Some(m)) => self.path(&m.ty, &|path| types::member(m, path)),
-            // The tuple is declared beside the interface.
-            _ => format!("{}::{answer}", self.module),
-        };
         let tuple = match bare_results.as_slice() {
             [one] => one.clone(),
             all => format!("({})", all.join(", ")),
@@ -210,22 +132,17 @@ impl Handlers<'_> {
                 Some(ty) => format!("&{}", bare_place(ty)),
                 None => types::member(member, &bare),
             };
-            arguments.push(format!("{}: {ty}", input.name));
+            arguments.push(format!("{input}: {ty}"));
         }
         arguments.extend(reply.map(|ty| format!("{result_name}: &mut {}", bare_place(ty))));
         let method = names::method(&of.name);
         let head = format!("fn {method}");
         let mut unused = vec!["ctx".to_owned()];
         unused.extend(self.slot.is_array.then(|| member.clone()));
-        unused.extend(inputs.iter().map(|input| input.name.clone()));
+        unused.extend(inputs.iter().cloned());
         unused.extend(reply.map(|_| result_name.clone()));
         Handler {
-            plain: plain(&of.name),
-            constant: operation_constant(&of.name),
             doc: documentation::of_operation(of, names::local),
-            member,
-            two_way: of.two_way,
-            throws,
             mentioned: self.mentioned(of, &user_result, sample.is_some(), in_place),
             user_signature: format!("{head}({}){returns}", arguments.join(", ")),
             user_head: worker::signature(&head, &arguments, &returns),
@@ -236,12 +153,6 @@ impl Handlers<'_> {
                 (true, false, false) => "Default::default()",
                 _ => "",
             },
-            error: format!("{}::{error}", self.module),
-            inputs,
-            result,
-            sample_in_place,
-            result_in_place,
-            result_name,
             method,
         }
     }
@@ -283,22 +194,10 @@ impl Handlers<'_> {
     }
 }
 
-/// The variable of a reply in place. A parameter may have this name, too.
-fn reply_name(of: &Operation, inputs: &[Input]) -> String {
-    let mut name = match (&of.result, of.outputs.last()) {
-        (None, Some(output)) => names::local(&output.name),
-        _ => "result".to_owned(),
-    };
-    if inputs.iter().any(|input| input.name == name) {
-        name.push('_');
-    }
-    name
-}
-
 /// The variable of the member of a slot array that is asked. A parameter may have this name, too.
-fn member_name(inputs: &[Input], result_name: &str) -> String {
+fn member_name(inputs: &[String], result_name: &str) -> String {
     let mut name = "member".to_owned();
-    while inputs.iter().any(|input| input.name == name) || result_name == name {
+    while inputs.contains(&name) || result_name == name {
         name.push('_');
     }
     name

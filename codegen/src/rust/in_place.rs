@@ -20,6 +20,8 @@ pub(crate) struct InPlaceType<'a> {
     literal: String,
     fields: Vec<Field>,
     parts: Vec<PartView<'a>>,
+    /// Whether it consists of its members alone.
+    plain: bool,
     /// Whether a reader checks something.
     checked: bool,
     /// Whether a check needs a reader, which names the wrong member.
@@ -153,15 +155,23 @@ fn place<'a>(home: &str, of: &'a Structure) -> InPlaceType<'a> {
         parts.push(part);
     }
     gap(of.gap, &mut fields, &mut free);
+    let value = types::owned(&of.value, &types::in_module(home));
+    let literal = if named { owner } else { String::new() };
+    let is_zero = |part: &PartView| ["", "0", "0.0"].contains(&part.default.as_str());
+    let is_checked = |p: &Part| p.has_ranges || !p.checks.is_empty();
+    let checked = of.parts.iter().any(is_checked);
+    let alone = |part: &PartView| !part.counted && !part.optional && is_zero(part);
     InPlaceType {
         name: structure_name(&of.path),
-        value: types::owned(&of.value, &types::in_module(home)),
+        plain: !of.number
+            && !checked
+            && value == literal
+            && !parts.is_empty()
+            && parts.iter().all(alone),
+        value,
         number: of.number,
-        literal: if named { owner } else { String::new() },
-        checked: of
-            .parts
-            .iter()
-            .any(|p| p.has_ranges || !p.checks.is_empty()),
+        literal,
+        checked,
         ranged: of.parts.iter().any(|p| !p.checks.is_empty()),
         fields,
         parts,

@@ -35,9 +35,8 @@ pub(crate) struct Machine<'a> {
     actions: Vec<String>,
     /// The events that RoboComp's template of a machine fires itself: after the start, and in each
     /// period in a state.
-    first_event: Option<String>,
-    period_event: Option<String>,
-    period_state: Option<String>,
+    first_event: String,
+    period: String,
     tables: Tables,
 }
 
@@ -82,13 +81,12 @@ pub(crate) fn of(view: &view::Machine) -> Machine<'_> {
     let event = |wanted: &str| {
         let is_template = view.name.eq_ignore_ascii_case("defaultMachine");
         let mut events = view.events.iter().filter(|_| is_template);
-        events.find(|event| event.eq_ignore_ascii_case(wanted))
+        events.position(|event| event.eq_ignore_ascii_case(wanted))
     };
-    let state = |wanted: &str| {
-        view.states
-            .iter()
-            .find(|s| s.name.eq_ignore_ascii_case(wanted))
-    };
+    let mut states = view.states.iter();
+    let state = states.find(|state| state.name.eq_ignore_ascii_case("compute"));
+    let period = state.zip(event("ComputeToCompute"));
+    let period = period.map(|(state, event)| (state.number, event));
     Machine {
         name: &view.name,
         doc: &view.doc,
@@ -116,9 +114,8 @@ pub(crate) fn of(view: &view::Machine) -> Machine<'_> {
         external: &view.external,
         guards: view.guards.iter().map(|name| names::snake(name)).collect(),
         actions: view.actions.iter().map(|name| names::snake(name)).collect(),
-        first_event: event("InitializeToCompute").map(|event| names::camel(event)),
-        period_event: event("ComputeToCompute").map(|event| names::camel(event)),
-        period_state: state("compute").map(|state| names::camel(&state.name)),
+        first_event: format!("{:?}", event("InitializeToCompute")),
+        period: format!("{period:?}"),
         tables: tables(&view.chart),
     }
 }

@@ -32,6 +32,11 @@ pub(crate) fn in_interface(home: &str) -> impl Fn(&str, &str) -> String {
     }
 }
 
+/// A type anywhere in the crate `interfaces`.
+pub(crate) fn in_crate() -> impl Fn(&str, &str) -> String {
+    |module, name| format!("crate::{}::{}", names::module(module), names::ty(name))
+}
+
 /// A type that owns its value.
 pub(crate) fn owned(ty: &Type, path: Path) -> String {
     match ty {

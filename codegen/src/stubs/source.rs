@@ -21,6 +21,8 @@ pub(super) struct Code {
 pub(super) struct Block {
     /// The trait's name in its own crate.
     pub(super) name: String,
+    /// How many types the trait is given.
+    pub(super) arguments: usize,
     /// The last name of the type.
     pub(super) worker: String,
     /// Whether the trait certainly comes from the generated crate.
@@ -260,6 +262,10 @@ impl Visitor<'_> {
         };
         let (trait_name, span) = (home.unwrap_or(&local).clone(), self.span(&last.ident));
         let worker = name(&worker.ident);
+        let arguments = match &last.arguments {
+            syn::PathArguments::AngleBracketed(list) => list.args.len(),
+            _ => 0,
+        };
         let methods = item.items.into_iter().filter_map(|item| match item {
             ImplItem::Fn(function) => Some(Method {
                 name: name(&function.sig.ident),
@@ -271,6 +277,7 @@ impl Visitor<'_> {
         let methods = methods.collect();
         self.code.blocks.push(Block {
             name: trait_name,
+            arguments,
             worker,
             generated,
             span,

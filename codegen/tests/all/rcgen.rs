@@ -87,7 +87,7 @@ fn files_of_a_removed_interface_are_removed() {
     let folder = folder(CDSL);
     let folder = folder.path();
     succeeds(folder, &["c.cdsl"]);
-    assert!(folder.join("generated/src/slots/speech.rs").exists());
+    assert!(folder.join("generated/src/slots.rs").exists());
     let less = CDSL
         .replace("implements Speech;", "")
         .replace("import \"Speech.idsl\";", "");
@@ -108,7 +108,7 @@ fn files_of_a_removed_interface_are_removed() {
         .filter(|p| p.to_string_lossy().contains("speech"))
         .collect();
     assert!(left.is_empty(), "{left:?}");
-    assert!(!folder.join("generated/src/slots").exists());
+    assert!(!folder.join("generated/src/slots.rs").exists());
 }
 
 #[test]
@@ -444,7 +444,7 @@ fn generated_names_avoid_names_of_the_user() {
     let code = folder.path().join("interfaces/generated/src/m.rs");
     let code = std::fs::read_to_string(code).expect("the module");
     for function in [
-        "pub fn data_mut(&self) -> Result<&str, DecodeError> {",
+        "pub fn data_mut(&self) -> Result<&str, rc_middleware::DecodeError> {",
         "pub fn data_mut_(&mut self) -> &mut [u8] {",
         "pub fn loan_a(&mut self, s: &super::S)",
         "pub fn loan_a_(",

@@ -106,7 +106,7 @@ fn a_missing_handler_is_printed_with_its_imports() {
             // ./src/specific_worker.rs: uses this, too
             use c_generated::Point;
 
-            // ./src/specific_worker.rs:19: into this `impl Voice for SpecificWorker`
+            // ./src/specific_worker.rs:19: into this `impl Voice<Context> for SpecificWorker`
                 fn path(&mut self, ctx: &mut Context, from: Point) -> (Points, i32) {
                     let _ = (ctx, from);
                     Default::default()
@@ -168,7 +168,7 @@ fn an_empty_worker_gets_every_handler() {
         WORKER,
         "use c_generated::{Context, Worker, WorkerError};\n\
          struct Robot;\n\
-         impl Worker for Robot {}\n",
+         impl Worker<Context> for Robot {}\n",
     );
     component.check(
         0,
@@ -177,7 +177,7 @@ fn an_empty_worker_gets_every_handler() {
             use c_generated::{Goals, Point, Points, SayError, Voice};
 
             // ./src/specific_worker.rs: at the end
-            impl Voice for Robot {
+            impl Voice<Context> for Robot {
                 /// Says it.
                 ///
                 /// - `loudness`: at least 0
@@ -197,7 +197,7 @@ fn an_empty_worker_gets_every_handler() {
             }
 
             // ./src/specific_worker.rs: at the end
-            impl Goals for Robot {
+            impl Goals<Context> for Robot {
                 fn reached(&mut self, ctx: &mut Context, path: Points) {
                     let _ = (ctx, path);
                 }
@@ -207,13 +207,40 @@ fn an_empty_worker_gets_every_handler() {
     );
 }
 
+/// A worker of an earlier rcgen.
+#[test]
+fn an_impl_without_its_context_is_told_the_line() {
+    let component = Component::new();
+    component.replace(WORKER, "<Context> for", " for");
+    component.check(0, &expect![""], &expect![[r"
+        ./src/specific_worker.rs:7:6: warning[handler-context]: `Worker` needs the types `<Context>`: error E0107 of rustc (write `impl Worker<Context> for SpecificWorker`)
+        ./src/specific_worker.rs:19:6: warning[handler-context]: `Voice` needs the types `<Context>`: error E0107 of rustc (write `impl Voice<Context> for SpecificWorker`)
+        ./src/specific_worker.rs:38:6: warning[handler-context]: `Goals` needs the types `<Context>`: error E0107 of rustc (write `impl Goals<Context> for SpecificWorker`)
+        c.cdsl: nothing is missing; handlers: 4
+    "]]);
+    let (code, _, err) = rcgen(component.path(), &["check", "c.cdsl", "--format", "short"]);
+    assert_eq!(code, 0);
+    assert_eq!(err.matches("warning[handler-context]").count(), 3, "{err}");
+}
+
+#[test]
+fn a_value_that_serves_a_slot_needs_no_handlers() {
+    let component = Component::new();
+    component.cut("impl Voice<Context> for", "impl Goals<Context> for");
+    assert!(component.stubs().1.contains("impl Voice<Context> for"));
+    let text = component.text(WORKER);
+    let served = "impl c_generated::interfaces::voice::ServeVoice<Context> for SpecificWorker {}\n";
+    component.write(WORKER, &(text + served));
+    assert_eq!(component.stubs().1, "");
+}
+
 #[test]
 fn undeclared_handlers_are_reported() {
     let component = Component::new();
     component.replace(WORKER, "fn hush", "fn shush");
     component.replace("c.cdsl", " subscribesTo Goal as goals;", "");
     component.check(0, &expect![[r"
-        // ./src/specific_worker.rs:19: into this `impl Voice for SpecificWorker`
+        // ./src/specific_worker.rs:19: into this `impl Voice<Context> for SpecificWorker`
             fn hush(&mut self, ctx: &mut Context) {
                 let _ = ctx;
             }
@@ -278,8 +305,8 @@ fn renamed_traits_and_workers_in_tests_are_handled() {
     component.replace(WORKER, "Voice,", "Voice as Sound,");
     component.replace(
         WORKER,
-        "impl Voice for SpecificWorker",
-        "impl Sound for SpecificWorker",
+        "impl Voice<Context> for SpecificWorker",
+        "impl Sound<Context> for SpecificWorker",
     );
     let text = component.text(WORKER);
     let at = text.find("impl Goals").expect("the topic");

@@ -13,7 +13,7 @@ macro_rules! run_to_its_end {
 
             struct Idle;
 
-            impl Worker for Idle {
+            impl Worker<Context> for Idle {
                 fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
                     Ok(Self)
                 }

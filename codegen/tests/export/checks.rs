@@ -78,7 +78,7 @@ struct Talker {
     said: bool,
 }
 
-impl Worker for Talker {
+impl Worker<Context> for Talker {
     fn initialize(_: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self { said: false })
     }
@@ -102,7 +102,7 @@ impl Worker for Talker {
     }
 }
 
-impl Desk for Talker {
+impl Desk<Context> for Talker {
     fn ask(
         &mut self,
         _: &mut Context,
@@ -127,7 +127,7 @@ impl Desk for Talker {
     fn rest(&mut self, _: &mut Context) {}
 }
 
-impl Heard for Talker {
+impl Heard<Context> for Talker {
     fn told(&mut self, _: &mut Context, told: Reading, tail: u8) {
         assert_eq!((told, tail), (reading(), 77));
         happened("told");

@@ -5,7 +5,7 @@ use arm_monitor_generated::{Context, Worker, WorkerError, innermodel};
 /// All it knows is in the tree.
 pub struct SpecificWorker;
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         let tree = ctx.tree.snapshot();
         for pair in &ctx.params.joints {

@@ -24,7 +24,7 @@ pub struct SpecificWorker {
     looked: Option<Time>,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self::default())
     }

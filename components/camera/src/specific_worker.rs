@@ -23,7 +23,7 @@ pub struct SpecificWorker {
     discs: u16,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self {
             number: 0,
@@ -115,7 +115,7 @@ impl SpecificWorker {
     }
 }
 
-impl Camera for SpecificWorker {
+impl Camera<Context> for SpecificWorker {
     fn get_image(&mut self, _ctx: &mut Context, result: &mut ImageInPlace) {
         if let Err(why) = self.draw(result) {
             camera_generated::tracing::error!("the picture cannot be drawn: {why}");

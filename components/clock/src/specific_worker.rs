@@ -12,7 +12,7 @@ const IDLE: Duration = Duration::from_millis(10);
 /// Advances time by a step in each `compute()`.
 pub struct SpecificWorker;
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         if !ctx.time.is_active() {
             return Err(WorkerError::Fatal(

@@ -14,7 +14,7 @@ pub struct SpecificWorker {
     broken: Option<String>,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self::default())
     }
@@ -36,7 +36,7 @@ impl Worker for SpecificWorker {
     }
 }
 
-impl CameraPub for SpecificWorker {
+impl CameraPub<Context> for SpecificWorker {
     fn new_image(&mut self, _ctx: &mut Context, image: &ImageInPlace) {
         self.images += 1;
         self.broken = whole(image).err().or(self.broken.take());

@@ -37,7 +37,7 @@ fn joint(node: &NodeRef<'_>) -> Option<JointPosition> {
     })
 }
 
-impl InnerModel for SpecificWorker {
+impl InnerModel<Context> for SpecificWorker {
     fn transform(
         &mut self,
         _ctx: &mut Context,

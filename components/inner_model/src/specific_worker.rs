@@ -20,7 +20,7 @@ pub(crate) fn now(ctx: &Context) -> Duration {
     Duration::from_nanos(ctx.now().as_nanos())
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         // Two components of one network have different names; of two runs of one component, the
         // later one has the greater time.
@@ -65,7 +65,7 @@ impl Worker for SpecificWorker {
     }
 }
 
-impl Leader for SpecificWorker {
+impl Leader<Context> for SpecificWorker {
     /// Takes what changed in another instance.
     fn changed(&mut self, ctx: &mut Context, changes: Changes) {
         let World {

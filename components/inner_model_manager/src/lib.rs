@@ -1,16 +1,8 @@
 //! The operations of `RoboComp`'s interface `InnerModelManager`, for all components that serve it.
 //!
-//! A component implements [`Tree`] for the tree that it serves, and lets [`Manager`] answer. The
-//! signatures are those of the generated trait `InnerModelManager`; each error is an exception with
-//! the code of the interface.
-#![allow(
-    clippy::missing_errors_doc,
-    reason = "the .idsl file says it: each operation throws InnerModelManagerError"
-)]
-#![allow(
-    clippy::needless_pass_by_value,
-    reason = "signatures are those of the generated trait"
-)]
+//! A component implements [`Tree`] for the tree that it serves, and lets [`Manager`], which has the
+//! handlers of the interface, serve its slot; each error is an exception with the code of the
+//! interface.
 
 mod arguments;
 mod refusal;
@@ -25,7 +17,9 @@ use innermodel::kinds::{Engine, Kind, Mesh, Plane, Render, Transform};
 use innermodel::language::Document;
 use innermodel::{Edit, NewNode, Point, Pose, Snapshot};
 use interfaces::rc_inner_model::ColouredPoint;
-use interfaces::robo_comp_inner_model_manager::inner_model_manager as calls;
+use interfaces::robo_comp_inner_model_manager::inner_model_manager::{
+    self as calls, InnerModelManager,
+};
 use interfaces::robo_comp_inner_model_manager::{
     self as types, Coord3D, InnerModelManagerError, JointType, MeshType, NodeInformationSequence,
     Plane3D, PointCloudVector, Pose3D,
@@ -99,7 +93,7 @@ pub fn readable_mesh(path: Option<&Path>, written: &str) -> Result<(), Refusal> 
 }
 
 impl<T: Tree> Manager<T> {
-    fn new_mesh(&self, item: &str, mesh: MeshType) -> Result<NewNode, Refusal> {
+    fn new_mesh(&self, item: &str, mesh: &MeshType) -> Result<NewNode, Refusal> {
         let scale = scale([mesh.scale_x, mesh.scale_y, mesh.scale_z])?;
         // Only a file knows where its meshes are: the node is read as one.
         let element = innermodel::language::element(&innermodel::language::Node::new(
@@ -144,10 +138,12 @@ impl<T: Tree> Manager<T> {
         }
         self.0.move_bodies(|edit| edit.set_kind(item, kind.clone()))
     }
+}
 
-    /// Adds a transform.
-    pub fn add_transform(
+impl<T: Tree, C> InnerModelManager<C> for Manager<T> {
+    fn add_transform(
         &mut self,
+        _: &mut C,
         item: String,
         engine: String,
         base: String,
@@ -169,9 +165,9 @@ impl<T: Tree> Manager<T> {
         done(self.0.add(&base, node))
     }
 
-    /// Adds a joint that turns.
-    pub fn add_joint(
+    fn add_joint(
         &mut self,
+        _: &mut C,
         item: String,
         base: String,
         j: JointType,
@@ -181,20 +177,20 @@ impl<T: Tree> Manager<T> {
         done(node.and_then(|node| self.0.add(&base, node)))
     }
 
-    /// Adds a mesh of a file.
-    pub fn add_mesh(
+    fn add_mesh(
         &mut self,
+        _: &mut C,
         item: String,
         base: String,
         m: MeshType,
     ) -> Result<bool, calls::AddMeshError> {
-        let node = self.new_mesh(&item, m);
+        let node = self.new_mesh(&item, &m);
         done(node.and_then(|node| self.0.add(&base, node)))
     }
 
-    /// Adds a box.
-    pub fn add_plane(
+    fn add_plane(
         &mut self,
+        _: &mut C,
         item: String,
         base: String,
         plane: Plane3D,
@@ -220,17 +216,17 @@ impl<T: Tree> Manager<T> {
         done(self.0.add(&base, node))
     }
 
-    /// All nodes.
-    pub fn get_all_node_information(
+    fn get_all_node_information(
         &mut self,
+        _: &mut C,
     ) -> Result<NodeInformationSequence, calls::GetAllNodeInformationError> {
         let tree = self.0.snapshot();
         Ok(tree.nodes().map(|node| information(&node)).collect())
     }
 
-    /// Sets the pose of `item` in `base`.
-    pub fn set_pose(
+    fn set_pose(
         &mut self,
+        _: &mut C,
         base: String,
         item: String,
         pose: Pose3D,
@@ -243,9 +239,9 @@ impl<T: Tree> Manager<T> {
         }))
     }
 
-    /// Sets the pose of a node in its parent.
-    pub fn set_pose_from_parent(
+    fn set_pose_from_parent(
         &mut self,
+        _: &mut C,
         item: String,
         pose: Pose3D,
     ) -> Result<bool, calls::SetPoseFromParentError> {
@@ -255,9 +251,9 @@ impl<T: Tree> Manager<T> {
         )
     }
 
-    /// The pose of `item` in `base`.
-    pub fn get_pose(
+    fn get_pose(
         &mut self,
+        _: &mut C,
         base: String,
         item: String,
     ) -> Result<calls::GetPoseAnswer, calls::GetPoseError> {
@@ -266,9 +262,9 @@ impl<T: Tree> Manager<T> {
         reply(pose.map(|pose| (true, pose)))
     }
 
-    /// The pose of a node in its parent.
-    pub fn get_pose_from_parent(
+    fn get_pose_from_parent(
         &mut self,
+        _: &mut C,
         item: String,
     ) -> Result<calls::GetPoseFromParentAnswer, calls::GetPoseFromParentError> {
         let tree = self.0.snapshot();
@@ -276,9 +272,9 @@ impl<T: Tree> Manager<T> {
         reply(pose.map(|pose| (true, pose)))
     }
 
-    /// Sets centre and normal of a plane.
-    pub fn set_plane(
+    fn set_plane(
         &mut self,
+        _: &mut C,
         item: String,
         plane: Plane3D,
     ) -> Result<bool, calls::SetPlaneError> {
@@ -299,9 +295,9 @@ impl<T: Tree> Manager<T> {
         }))
     }
 
-    /// The coordinates in `base` of a point of `item`.
-    pub fn transform(
+    fn transform(
         &mut self,
+        _: &mut C,
         base: String,
         item: String,
         coord_in_item: Coord3D,
@@ -316,9 +312,9 @@ impl<T: Tree> Manager<T> {
         }))
     }
 
-    /// The homogeneous matrix that takes coordinates in `item` to those in `base`.
-    pub fn get_transformation_matrix(
+    fn get_transformation_matrix(
         &mut self,
+        _: &mut C,
         base: String,
         item: String,
     ) -> Result<types::Matrix, calls::GetTransformationMatrixError> {
@@ -335,9 +331,9 @@ impl<T: Tree> Manager<T> {
         }))
     }
 
-    /// Sets the scale of a mesh.
-    pub fn set_scale(
+    fn set_scale(
         &mut self,
+        _: &mut C,
         item: String,
         scale_x: f32,
         scale_y: f32,
@@ -355,9 +351,9 @@ impl<T: Tree> Manager<T> {
         }))
     }
 
-    /// Adds an attribute to a node.
-    pub fn add_attribute(
+    fn add_attribute(
         &mut self,
+        _: &mut C,
         id_node: String,
         name: String,
         type_: String,
@@ -369,18 +365,18 @@ impl<T: Tree> Manager<T> {
         )
     }
 
-    /// Removes an attribute.
-    pub fn remove_attribute(
+    fn remove_attribute(
         &mut self,
+        _: &mut C,
         id_node: String,
         name: String,
     ) -> Result<bool, calls::RemoveAttributeError> {
         done(self.0.change(|edit| edit.remove_attribute(&id_node, &name)))
     }
 
-    /// Replaces an attribute.
-    pub fn set_attribute(
+    fn set_attribute(
         &mut self,
+        _: &mut C,
         id_node: String,
         name: String,
         type_: String,
@@ -392,9 +388,9 @@ impl<T: Tree> Manager<T> {
         )
     }
 
-    /// Type and value of an attribute.
-    pub fn get_attribute(
+    fn get_attribute(
         &mut self,
+        _: &mut C,
         id_node: String,
         name: String,
     ) -> Result<calls::GetAttributeAnswer, calls::GetAttributeError> {
@@ -404,33 +400,27 @@ impl<T: Tree> Manager<T> {
         reply(found.map_err(Refusal::Tree))
     }
 
-    /// Removes a node with all below it.
-    pub fn remove_node(&mut self, item: String) -> Result<bool, calls::RemoveNodeError> {
+    fn remove_node(&mut self, _: &mut C, item: String) -> Result<bool, calls::RemoveNodeError> {
         done(self.0.remove(&item))
     }
 
-    /// Moves a node below another one. It keeps its pose in its parent.
-    pub fn move_node(&mut self, src: String, dst: String) -> Result<bool, calls::MoveNodeError> {
+    fn move_node(
+        &mut self,
+        _: &mut C,
+        src: String,
+        dst: String,
+    ) -> Result<bool, calls::MoveNodeError> {
         done(self.0.move_bodies(|edit| edit.move_to(&src, &dst)))
     }
 
-    /// Whether bodies of two nodes touch.
-    ///
-    /// # Errors
-    /// There is no such node.
-    pub fn collide(&mut self, a: &str, b: &str) -> Result<bool, Refusal> {
-        self.0.collide(a, b)
+    fn collide(&mut self, _: &mut C, a: String, b: String) -> bool {
+        self.0.collide(&a, &b).unwrap_or_else(|refusal| {
+            tracing::warn!("collide: {}", refusal.text());
+            false
+        })
     }
 
-    /// Replaces the points of a node of the kind pointcloud.
-    ///
-    /// # Errors
-    /// There is no such node, or the tree keeps no more points.
-    pub fn set_point_cloud_data(
-        &mut self,
-        id: &str,
-        cloud: PointCloudVector,
-    ) -> Result<(), Refusal> {
+    fn set_point_cloud_data(&mut self, _: &mut C, id: String, cloud: PointCloudVector) {
         let points = cloud.into_iter().map(|point| ColouredPoint {
             x: point.x,
             y: point.y,
@@ -439,6 +429,8 @@ impl<T: Tree> Manager<T> {
             green: point.g,
             blue: point.b,
         });
-        self.0.set_cloud(id, points.collect())
+        if let Err(refusal) = self.0.set_cloud(&id, points.collect()) {
+            tracing::warn!("setPointCloudData: {}", refusal.text());
+        }
     }
 }

@@ -17,7 +17,7 @@ pub struct SpecificWorker {
     image: i32,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self {
             noted: Vec::new(),
@@ -65,7 +65,7 @@ fn image(number: i32, bytes: u32) -> Image {
     }
 }
 
-impl Camera for SpecificWorker {
+impl Camera<Context> for SpecificWorker {
     fn set_camera_info(&mut self, ctx: &mut Context, camera_info: CameraInfo) -> (bool, String) {
         if camera_info.header.frame_id != "forward" {
             return (true, camera_info.distortion_model);
@@ -76,7 +76,7 @@ impl Camera for SpecificWorker {
     }
 }
 
-impl Interop for SpecificWorker {
+impl Interop<Context> for SpecificWorker {
     fn shift(
         &mut self,
         _ctx: &mut Context,
@@ -130,7 +130,7 @@ impl Interop for SpecificWorker {
     }
 }
 
-impl Mirror for SpecificWorker {
+impl Mirror<Context> for SpecificWorker {
     fn echo(&mut self, _ctx: &mut Context, all: Everything) -> Everything {
         all
     }
@@ -146,7 +146,7 @@ impl Mirror for SpecificWorker {
     }
 }
 
-impl Reports for SpecificWorker {
+impl Reports<Context> for SpecificWorker {
     fn report(&mut self, ctx: &mut Context, report: Report) {
         if let Err(error) = ctx.echoes.echo(&report) {
             warn!("report {} is not published again: {error}", report.number);
@@ -154,7 +154,7 @@ impl Reports for SpecificWorker {
     }
 }
 
-impl Talk for SpecificWorker {
+impl Talk<Context> for SpecificWorker {
     fn chatter(&mut self, ctx: &mut Context, data: String) {
         if let Err(error) = ctx.gossip.chatter(&data) {
             warn!("`{data}` is not published again: {error}");
@@ -162,7 +162,7 @@ impl Talk for SpecificWorker {
     }
 }
 
-impl Orders for SpecificWorker {
+impl Orders<Context> for SpecificWorker {
     fn order(&mut self, _ctx: &mut Context, text: String) {
         self.noted.push(text);
     }

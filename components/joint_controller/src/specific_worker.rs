@@ -25,7 +25,7 @@ pub struct SpecificWorker {
     seen: Option<(f32, bool)>,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self {
             limits: None,

@@ -11,7 +11,7 @@ const ROOT: &str = "root";
 /// A detector, and what follows its detections. It keeps nothing: each detection is a whole pose.
 pub struct SpecificWorker;
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self)
     }

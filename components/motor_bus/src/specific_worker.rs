@@ -21,7 +21,7 @@ pub struct SpecificWorker {
     time_stamp: String,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self {
             motors: Vec::new(),
@@ -138,7 +138,7 @@ impl SpecificWorker {
     }
 }
 
-impl JointMotor for SpecificWorker {
+impl JointMotor<Context> for SpecificWorker {
     fn set_position(
         &mut self,
         ctx: &mut Context,

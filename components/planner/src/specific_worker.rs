@@ -27,7 +27,7 @@ pub struct SpecificWorker {
     is_done: bool,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self::default())
     }

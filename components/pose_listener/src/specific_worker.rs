@@ -8,7 +8,7 @@ pub struct SpecificWorker {
     last: FullPoseEuler,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         let (count, last) = (0, FullPoseEuler::default());
         Ok(Self { count, last })
@@ -21,7 +21,7 @@ impl Worker for SpecificWorker {
     }
 }
 
-impl Ros for SpecificWorker {
+impl Ros<Context> for SpecificWorker {
     fn new_full_pose(&mut self, _ctx: &mut Context, pose: FullPoseEuler) {
         self.count += 1;
         self.last = pose;

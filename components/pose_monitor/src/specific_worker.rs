@@ -19,7 +19,7 @@ pub struct SpecificWorker {
     trace: Option<BufWriter<File>>,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         let map = Map::load(&ctx.params.map)?;
         let path = &ctx.params.trace;
@@ -91,7 +91,7 @@ fn create(path: &Path) -> Result<BufWriter<File>, WorkerError> {
     Ok(BufWriter::new(file))
 }
 
-impl FullPoseEstimationPub for SpecificWorker {
+impl FullPoseEstimationPub<Context> for SpecificWorker {
     fn new_full_pose(&mut self, ctx: &mut Context, pose: FullPoseEuler) {
         let wanted = usize::try_from(ctx.params.samples).unwrap_or(0);
         if wanted > 0 && self.track.count >= wanted {

@@ -8,7 +8,7 @@ use pose_relay_generated::{
 
 pub struct SpecificWorker {}
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self {})
     }
@@ -18,7 +18,7 @@ impl Worker for SpecificWorker {
     }
 }
 
-impl Robot for SpecificWorker {
+impl Robot<Context> for SpecificWorker {
     fn new_full_pose(&mut self, ctx: &mut Context, pose: FullPoseEuler) {
         if let Err(why) = ctx.ros.new_full_pose(&pose) {
             warn!("a pose is not published: {why}");

@@ -35,7 +35,7 @@ impl SpecificWorker {
     }
 }
 
-impl Batteries for SpecificWorker {
+impl Batteries<Context> for SpecificWorker {
     fn get_battery_state(
         &mut self,
         _ctx: &mut Context,

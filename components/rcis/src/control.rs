@@ -24,7 +24,7 @@ fn most(ctx: &Context) -> usize {
     usize::try_from(ctx.params.most_worlds).unwrap_or(0)
 }
 
-impl Simulation for SpecificWorker {
+impl Simulation<Context> for SpecificWorker {
     fn get_clock(
         &mut self,
         _ctx: &mut Context,

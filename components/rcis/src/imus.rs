@@ -27,7 +27,7 @@ fn turning(inertia: &ImuSample) -> [f32; 3] {
     [x, -y, z]
 }
 
-impl Imus for SpecificWorker {
+impl Imus<Context> for SpecificWorker {
     fn get_data_imu(&mut self, ctx: &mut Context, member: &Member) -> DataImu {
         let Some(inertia) = self.inertia(member) else {
             return DataImu::default();

@@ -22,17 +22,14 @@ enum Refused {
     Failed(HardwareFailedException),
 }
 
-macro_rules! refused {
-    ($($error:ident),*) => {
-        $(impl From<Refused> for calls::$error {
-            fn from(refused: Refused) -> Self {
-                match refused {
-                    Refused::Unknown(error) => error.into(),
-                    Refused::Failed(error) => error.into(),
-                }
-            }
-        })*
-    };
+/// The error of all operations that refuse a goal.
+impl From<Refused> for calls::SetPositionError {
+    fn from(refused: Refused) -> Self {
+        match refused {
+            Refused::Unknown(error) => error.into(),
+            Refused::Failed(error) => error.into(),
+        }
+    }
 }
 
 fn failed(what: String) -> Refused {
@@ -150,15 +147,6 @@ impl SpecificWorker {
     }
 }
 
-refused!(
-    SetPositionError,
-    SetVelocityError,
-    SetZeroPosError,
-    SetSyncPositionError,
-    SetSyncVelocityError,
-    SetSyncZeroPosError
-);
-
 fn to_position(goal: MotorGoalPosition) -> (String, MotorGoal) {
     let position = MotorGoal::Position {
         target: f64::from(goal.position),
@@ -175,7 +163,7 @@ fn to_velocity(goal: MotorGoalVelocity) -> (String, MotorGoal) {
     (goal.name, velocity)
 }
 
-impl Motors for SpecificWorker {
+impl Motors<Context> for SpecificWorker {
     fn set_position(
         &mut self,
         _ctx: &mut Context,

@@ -195,7 +195,7 @@ pub(crate) fn id_image(picture: &Picture) -> IdImage {
     }
 }
 
-impl Cameras for SpecificWorker {
+impl Cameras<Context> for SpecificWorker {
     fn get_image(&mut self, _ctx: &mut Context, member: &Member) -> Image {
         let picture = match self.world.picture(member.name()) {
             Ok(picture) => picture,
@@ -226,7 +226,7 @@ impl Cameras for SpecificWorker {
     }
 }
 
-impl SimpleCameras for SpecificWorker {
+impl SimpleCameras<Context> for SpecificWorker {
     fn get_image(
         &mut self,
         _ctx: &mut Context,
@@ -245,7 +245,7 @@ impl SimpleCameras for SpecificWorker {
     }
 }
 
-impl RgbdCameras for SpecificWorker {
+impl RgbdCameras<Context> for SpecificWorker {
     fn get_image(
         &mut self,
         _ctx: &mut Context,
@@ -288,7 +288,7 @@ impl RgbdCameras for SpecificWorker {
     }
 }
 
-impl Rgbds for SpecificWorker {
+impl Rgbds<Context> for SpecificWorker {
     fn get_rgbd_params(&mut self, _ctx: &mut Context, member: &Member) -> TRGBDParams {
         let picture = self.world.picture(member.name());
         let Ok(picture) = picture else {

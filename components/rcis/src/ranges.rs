@@ -183,7 +183,7 @@ fn decimation(factor: i32) -> impl FnMut(&CloudPoint) -> bool {
     }
 }
 
-impl Lasers for SpecificWorker {
+impl Lasers<Context> for SpecificWorker {
     fn get_laser_data(&mut self, _ctx: &mut Context, member: &Member) -> TLaserData {
         let sweep = self.sweep(member.name());
         self.or_default(sweep)
@@ -205,7 +205,7 @@ impl Lasers for SpecificWorker {
     }
 }
 
-impl Lidars for SpecificWorker {
+impl Lidars<Context> for SpecificWorker {
     fn get_lidar_data(
         &mut self,
         _ctx: &mut Context,
@@ -269,7 +269,7 @@ impl Lidars for SpecificWorker {
     }
 }
 
-impl Ultrasounds for SpecificWorker {
+impl Ultrasounds<Context> for SpecificWorker {
     fn get_bus_params(&mut self, _ctx: &mut Context, member: &Member) -> ultrasound::BusParams {
         ultrasound::BusParams {
             num_sensors: self.bus("ultrasound", member.name()).len() as i32,
@@ -346,7 +346,7 @@ impl Ultrasounds for SpecificWorker {
     }
 }
 
-impl TouchSensors for SpecificWorker {
+impl TouchSensors<Context> for SpecificWorker {
     fn get_values(&mut self, _ctx: &mut Context, member: &Member) -> SensorMap {
         let mut values = SensorMap::new();
         for name in self.bus("touchsensor", member.name()) {
@@ -374,7 +374,7 @@ impl TouchSensors for SpecificWorker {
     }
 }
 
-impl Bumpers for SpecificWorker {
+impl Bumpers<Context> for SpecificWorker {
     fn enable(&mut self, _ctx: &mut Context, member: &Member) {
         self.disabled.remove(member.name());
     }

@@ -132,7 +132,7 @@ fn omni_failed(error: &Error) -> omni::HardwareFailedException {
     }
 }
 
-impl Bases for SpecificWorker {
+impl Bases<Context> for SpecificWorker {
     fn get_base_state(
         &mut self,
         _ctx: &mut Context,
@@ -227,7 +227,7 @@ impl Bases for SpecificWorker {
     }
 }
 
-impl OmniBases for SpecificWorker {
+impl OmniBases<Context> for SpecificWorker {
     fn get_base_state(
         &mut self,
         _ctx: &mut Context,
@@ -324,7 +324,7 @@ impl OmniBases for SpecificWorker {
     }
 }
 
-impl GenericBases for SpecificWorker {
+impl GenericBases<Context> for SpecificWorker {
     fn get_base_state(
         &mut self,
         _ctx: &mut Context,
@@ -346,7 +346,7 @@ impl GenericBases for SpecificWorker {
     }
 }
 
-impl Poses for SpecificWorker {
+impl Poses<Context> for SpecificWorker {
     /// The simulator knows where the base is.
     fn set_initial_pose(
         &mut self,

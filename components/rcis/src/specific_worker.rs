@@ -44,7 +44,7 @@ pub struct SpecificWorker {
     logged: HashSet<String>,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         let params = &ctx.params;
         let (seed, step) = (params.seed.cast_unsigned(), params.step);

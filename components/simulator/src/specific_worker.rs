@@ -18,7 +18,7 @@ pub struct SpecificWorker {
     lockstep: bool,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         let params = &ctx.params;
         let map = Map::load(&params.map)?;
@@ -127,7 +127,7 @@ fn pose(x: i32, z: i32, alpha: f32) -> Pose {
     Pose::new(f64::from(x), f64::from(z), f64::from(alpha))
 }
 
-impl Laser for SpecificWorker {
+impl Laser<Context> for SpecificWorker {
     fn get_laser_data(&mut self, _ctx: &mut Context) -> Vec<TData> {
         let measure = |angle: f64, distance: f64| TData {
             angle: angle as f32,
@@ -164,7 +164,7 @@ impl Laser for SpecificWorker {
     }
 }
 
-impl DifferentialRobot for SpecificWorker {
+impl DifferentialRobot<Context> for SpecificWorker {
     fn get_base_state(&mut self, _ctx: &mut Context) -> Result<TBaseState, GetBaseStateError> {
         Ok(self.base_state())
     }
@@ -224,7 +224,7 @@ impl DifferentialRobot for SpecificWorker {
     }
 }
 
-impl BatteryStatus for SpecificWorker {
+impl BatteryStatus<Context> for SpecificWorker {
     fn get_battery_state(&mut self, _ctx: &mut Context) -> Result<TBattery, GetBatteryStateError> {
         Ok(self.battery.state())
     }

@@ -11,7 +11,7 @@ pub struct SpecificWorker {
     dialogue: Dialogue,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         let dialogue = Dialogue::new(ctx.params.sentences.len(), ctx.params.repeat);
         Ok(Self { dialogue })

@@ -13,7 +13,7 @@ pub struct SpecificWorker {
     spoken_until: Instant,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self {
             voice: Voice::default(),
@@ -32,7 +32,7 @@ impl Worker for SpecificWorker {
     }
 }
 
-impl Speech for SpecificWorker {
+impl Speech<Context> for SpecificWorker {
     fn say(&mut self, ctx: &mut Context, request: Datasayin) -> Dataresponse {
         if request.overwrite {
             self.voice.silence();

@@ -15,7 +15,7 @@ pub struct SpecificWorker {
     last: Option<i64>,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self::default())
     }

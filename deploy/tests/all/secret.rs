@@ -1,8 +1,10 @@
 //! `rcdeploy params` with secret parameters and arrays of strings.
 
+use rc_middleware::RunDirectory;
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Reader, RunDirectory};
-use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError, embed};
+use rc_runtime::{
+    Component, Core, Description, Member, Ports, Sample, StartError, Values, WorkerError, embed,
+};
 use std::io::Write;
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
@@ -60,11 +62,22 @@ impl Component for Vault {
 
     fn sending_peers(&self, _: &mut [usize]) {}
 
-    fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+    fn serve(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
         request.unknown()
     }
 
-    fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
+    fn receive(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        _: usize,
+        _: Sample<'_>,
+    ) -> Result<(), HandlerError> {
         Ok(())
     }
 }

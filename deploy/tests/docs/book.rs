@@ -88,7 +88,7 @@ fn write(block: &Block, home: &Path) -> Result<(), String> {
         format!("{before}{text}{after}")
     } else {
         // A new function of the worker.
-        let worker = old.find("impl Worker for SpecificWorker {");
+        let worker = old.find("impl Worker<Context> for SpecificWorker {");
         let worker = worker.expect("a worker");
         let end = worker + old[worker..].find("\n}\n").expect("its end");
         format!("{}\n\n{text}{}", &old[..end], &old[end + 1..])

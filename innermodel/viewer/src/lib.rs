@@ -29,6 +29,6 @@ pub use navigator::{Navigator, scene};
 pub use overlay::{Marks, draw};
 pub use remote_view::{Picture, Wish, watch};
 pub use tree_view::{Options, TreeView, run};
-pub use viewer::{Viewer, reach};
+pub use viewer::{Viewer, parameter_tree, reach};
 pub use viewpoint::{Viewpoint, ViewpointError};
 pub use window::WindowError;

@@ -4,8 +4,9 @@ use crate::actions::Actions;
 use crate::overlay::Marks;
 use crate::tree_view::{self, Options};
 use crate::window::{self, WindowError};
-use innermodel::InnerModel;
+use innermodel::{Folders, InnerModel};
 use std::fmt;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{TrySendError, sync_channel};
@@ -27,6 +28,22 @@ pub struct Viewer {
     /// Where changes of its user go.
     actions: Option<Actions>,
     open: Option<(Arc<AtomicBool>, JoinHandle<()>)>,
+}
+
+/// The tree of the file that the parameter `inner_model` of a component names; without a file it is
+/// empty. `warn` gets the warnings about it.
+///
+/// # Errors
+/// The file cannot be read, or is no tree: the text says why.
+pub fn parameter_tree(file: &Path, warn: impl Fn(&str)) -> Result<Arc<InnerModel>, String> {
+    if file.as_os_str().is_empty() {
+        return Ok(Arc::default());
+    }
+    let read = innermodel::read(file, &Folders::default());
+    let (document, warnings) = read.map_err(|error| error.to_string())?;
+    warnings.lines().for_each(warn);
+    let tree = InnerModel::from_document(&document);
+    tree.map(Arc::new).map_err(|error| error.to_string())
 }
 
 impl fmt::Debug for Viewer {

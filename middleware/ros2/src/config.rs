@@ -125,10 +125,11 @@ fn is_loopback(wanted: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rc_middleware::Backend;
     use rc_middleware::typed::{HandlerError, Request};
-    use rc_middleware::{Backend, Reader};
     use rc_runtime::{
-        Component, Core, Description, Linked, Ports, StartError, Values, WorkerError, embed,
+        Component, Core, Description, Linked, Member, Ports, Sample, StartError, Values,
+        WorkerError, embed,
     };
     use std::sync::Mutex;
     use std::time::Duration;
@@ -192,11 +193,22 @@ mod tests {
 
         fn sending_peers(&self, _: &mut [usize]) {}
 
-        fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+        fn serve(
+            &mut self,
+            _: usize,
+            _: Option<&Member>,
+            request: &mut Request<'_>,
+        ) -> Result<(), HandlerError> {
             request.unknown()
         }
 
-        fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
+        fn receive(
+            &mut self,
+            _: usize,
+            _: Option<&Member>,
+            _: usize,
+            _: Sample<'_>,
+        ) -> Result<(), HandlerError> {
             Ok(())
         }
     }

@@ -1,6 +1,6 @@
 //! Calls the operations of one interface.
 
-use super::{Operation, ReplyVariant, code, fill};
+use super::{Operation, Put, ReplyVariant, Returned, Throws, code, fill, result};
 use crate::backend::{Client, Profile};
 use crate::cdr::{DecodeError, Reader, Writer};
 use crate::counter::Counter;
@@ -14,20 +14,13 @@ use std::time::Duration;
 /// Calls the operations of one interface.
 ///
 /// ```no_run
-/// use rc_middleware::typed::{Operation, TypedClient, expect_result};
+/// use rc_middleware::typed::{Operation, TypedClient};
 /// use rc_middleware::{CallError, Client};
 /// use std::time::Duration;
 ///
 /// # fn ask(port: Box<dyn Client>, double: &Operation) -> Result<i32, CallError> {
 /// let mut client = TypedClient::new(port, Duration::from_secs(1));
-/// client.call_with(
-///     double,
-///     |writer| writer.put(&21_i32),
-///     |case, reader| {
-///         expect_result(case)?;
-///         Ok(reader.get()?)
-///     },
-/// )
+/// client.call(double, (&21_i32,))
 /// # }
 /// ```
 pub struct TypedClient {
@@ -112,6 +105,37 @@ impl TypedClient {
             })
         })?;
         outcome.unwrap_or_else(|| Err(CallError::from(DecodeError::Truncated(0)).into()))
+    }
+
+    /// Sends a command with these parameters. `Ok` means that the queue of a live server holds it.
+    pub fn send(&mut self, operation: &Operation, arguments: impl Put) -> Result<(), CallError> {
+        self.send_with(operation, |writer| arguments.put(writer))
+    }
+
+    /// Calls `operation` with these parameters.
+    pub fn call<R: Returned, E: Throws>(
+        &mut self,
+        operation: &Operation,
+        arguments: impl Put,
+    ) -> Result<R, E> {
+        self.query(operation, |writer| arguments.put(writer), result)
+    }
+
+    /// [`TypedClient::call_with`] for an operation whose exceptions are those of `E`: `read` gets a
+    /// result only.
+    pub fn query<R, E: Throws>(
+        &mut self,
+        operation: &Operation,
+        write: impl Fn(&mut Writer<'_>),
+        read: impl FnOnce(&mut Reader<'_>) -> Result<R, DecodeError>,
+    ) -> Result<R, E> {
+        self.call_with(operation, write, |case, reader| {
+            if case == 0 {
+                return read(reader).map_err(|error| CallError::from(error).into());
+            }
+            let thrown = E::read(case, reader);
+            Err(thrown.unwrap_or_else(|error| CallError::from(error).into()))
+        })
     }
 
     /// Passes a request of `operation` to `send`. Where the middleware lends memory, large arrays

@@ -1,6 +1,6 @@
 //! Publishes the samples of one operation, as CDR or in place.
 
-use super::{Gate, Operation, fill, unsendable};
+use super::{Gate, Operation, Put, fill, unsendable};
 use crate::backend::{LoanedSample, Publisher};
 use crate::cdr::{EncodeError, Writer};
 use crate::counter::Counter;
@@ -16,7 +16,7 @@ use crate::in_place::{self, InPlace, Loan, Memory, Sending};
 ///
 /// # fn publish(port: Box<dyn Publisher>, operation: Operation) -> Result<(), SendError> {
 /// let mut topic = TypedPublisher::new(port, operation);
-/// topic.publish_with(|writer| writer.put(&42_i32))?;
+/// topic.publish_parts((&42_i32,))?;
 /// assert_eq!(topic.sent().get(), 1);
 /// # Ok(())
 /// # }
@@ -108,6 +108,11 @@ impl TypedPublisher {
             sent: now(),
             ..Header::default()
         })
+    }
+
+    /// Sends one sample of these parameters, as [`TypedPublisher::publish_with`].
+    pub fn publish_parts(&mut self, parameters: impl Put) -> Result<(), SendError> {
+        self.publish_with(|writer| parameters.put(writer))
     }
 
     /// Begins a sample that is written in place. Dropping the loan without sending it discards it.

@@ -1,6 +1,6 @@
 //! A request on the side of its server: reads the parameters, writes the reply.
 
-use super::{HandlerError, Operation, ReplyVariant, code, fill, unsendable};
+use super::{HandlerError, Operation, ReplyVariant, Throws, code, fill, unsendable};
 use crate::backend::{Profile, Reply};
 use crate::cdr::{DecodeError, EncodeError, Reader, Writer};
 use crate::header::{Encoding, Header};
@@ -113,6 +113,76 @@ impl<'a> Request<'a> {
         match read(&mut self.reader) {
             Ok(arguments) => Ok(arguments),
             Err(error) => self.refuse(Outcome::InvalidArgument, format!("`{what}`: {error}")),
+        }
+    }
+
+    /// The place of the operation of this request in `operations`.
+    pub fn place(&self, operations: &[Operation]) -> Option<usize> {
+        let mut all = operations.iter();
+        all.position(|operation| operation.id == self.operation)
+    }
+
+    /// Lets `handle` handle a command, whose parameters `read` reads.
+    pub fn command<A>(
+        &mut self,
+        operation: &Operation,
+        read: impl FnOnce(&mut Reader<'a>) -> Result<A, DecodeError>,
+        handle: impl FnOnce(A),
+    ) -> Result<(), HandlerError> {
+        handle(self.arguments(operation, read)?);
+        Ok(())
+    }
+
+    /// Lets `handle` answer a query that throws nothing: `read` reads its parameters, `write`
+    /// writes its result.
+    pub fn answer<A, R>(
+        &mut self,
+        operation: &Operation,
+        read: impl FnOnce(&mut Reader<'a>) -> Result<A, DecodeError>,
+        write: impl Fn(&R, &mut Writer<'_>),
+        handle: impl FnOnce(A) -> R,
+    ) -> Result<(), HandlerError> {
+        let result = handle(self.arguments(operation, read)?);
+        self.reply_with(0, |writer| write(&result, writer))
+    }
+
+    /// [`Request::answer`] for a query that throws.
+    pub fn try_answer<A, R, E: Throws>(
+        &mut self,
+        operation: &Operation,
+        read: impl FnOnce(&mut Reader<'a>) -> Result<A, DecodeError>,
+        write: impl Fn(&R, &mut Writer<'_>),
+        handle: impl FnOnce(A) -> Result<R, E>,
+    ) -> Result<(), HandlerError> {
+        match handle(self.arguments(operation, read)?) {
+            Ok(result) => self.reply_with(0, |writer| write(&result, writer)),
+            Err(error) => error.refuse(self),
+        }
+    }
+
+    /// [`Request::answer`] for a result that `handle` writes in place.
+    pub fn answer_in_place<A, T: InPlace>(
+        &mut self,
+        operation: &Operation,
+        read: impl FnOnce(&mut Reader<'a>) -> Result<A, DecodeError>,
+        handle: impl FnOnce(A, &mut T),
+    ) -> Result<(), HandlerError> {
+        let arguments = self.arguments(operation, read)?;
+        self.in_place(|result| handle(arguments, result))?;
+        self.finish_in_place()
+    }
+
+    /// [`Request::answer_in_place`] for a query that throws.
+    pub fn try_answer_in_place<A, T: InPlace, E: Throws>(
+        &mut self,
+        operation: &Operation,
+        read: impl FnOnce(&mut Reader<'a>) -> Result<A, DecodeError>,
+        handle: impl FnOnce(A, &mut T) -> Result<(), E>,
+    ) -> Result<(), HandlerError> {
+        let arguments = self.arguments(operation, read)?;
+        match self.in_place(|result| handle(arguments, result))? {
+            Ok(()) => self.finish_in_place(),
+            Err(error) => error.refuse(self),
         }
     }
 

@@ -43,7 +43,7 @@ pub use middleware::{Setting, Settings};
 pub use model::Parameters;
 pub use save::SaveError;
 #[cfg(feature = "tools")]
-pub use schema::{Slot, schema};
+pub use schema::{Slot, json_text, schema};
 #[cfg(feature = "tools")]
 pub use template::template;
 pub use untyped_value::UntypedValue;

@@ -117,15 +117,36 @@ pub fn schema(
     if let Some(required) = required {
         set(&mut root, "required", json!(required));
     }
+    json_text(&root)
+}
+
+/// JSON of a generated file: indented by two spaces. A value that fits into a line, or that is one
+/// setting, one slot or one state with its few parts, stands on one line.
+pub fn json_text(value: &Json) -> String {
     let mut text = String::new();
-    print(&root, 0, &mut text);
+    print(value, 0, &mut text);
     text + "\n"
 }
 
-/// Prints a value with two spaces of indentation. A value that fits into a line stands on one line.
+/// How deep tables and lists are in one another at most, in a value that stands on one line.
+const DEEPEST: usize = 3;
+
+/// How deep tables and lists are in one another. A table of declared keys counts as deep.
+fn depth(value: &Json) -> usize {
+    let deepest = |parts: &mut dyn Iterator<Item = &Json>| parts.map(depth).max().unwrap_or(0);
+    match value {
+        Json::Object(entries) if entries.get("properties").is_some_and(|p| depth(p) > 1) => {
+            DEEPEST + 1
+        }
+        Json::Object(entries) => 1 + deepest(&mut entries.values()),
+        Json::Array(items) => 1 + deepest(&mut items.iter()),
+        _ => 0,
+    }
+}
+
 fn print(value: &Json, indent: usize, out: &mut String) {
     let line = value.to_string();
-    if indent + line.len() <= LINE {
+    if indent + line.len() <= LINE || depth(value) <= DEEPEST {
         out.push_str(&line);
         return;
     }

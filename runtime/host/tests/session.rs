@@ -40,7 +40,7 @@ fn a_guest_calls_and_publishes_on_the_thread_of_its_session() {
     assert!(twice.has_result && !report.has_result);
 
     let of = Arc::clone(&program);
-    let server = FakeServer::new(&bed, 0, move |request: &mut Request<'_>| {
+    let server = FakeServer::reading(&bed, 0, None, move |request: &mut Request<'_>| {
         let operation = &of.slots[0].operations[0];
         if request.operation != operation.wire.id {
             return Err(testing::unknown(request));
@@ -58,7 +58,7 @@ fn a_guest_calls_and_publishes_on_the_thread_of_its_session() {
         request.reply_with(0, |writer| write(&reply, writer))
     });
     let of = Arc::clone(&program);
-    let subscriber = FakeSubscriber::new(&bed, 1, move |at, reader: &mut _| {
+    let subscriber = FakeSubscriber::reading(&bed, 1, None, move |at, reader: &mut _| {
         read(&of.slots[1].operations[at].request, reader).map_err(undecodable)
     });
 

@@ -1,8 +1,9 @@
 //! Commands of the management thread to the event loop.
 
 use super::report::NotHandled;
-use super::{EventLoop, Sample, answer, receive};
+use super::{EventLoop, answer, receive};
 use crate::commands::Command;
+use crate::component::Body;
 use crate::tool_message::ToolMessage;
 use rc_management::component::State;
 use rc_management::observation::TappedKind;
@@ -67,13 +68,7 @@ impl EventLoop<'_> {
                 let received = match idle {
                     Some(state) => Err(HandlerError(format!("the component is {state}"))),
                     None => exact.sample(slot, operation, header, body, || {
-                        receive(
-                            self.component,
-                            &of,
-                            operation,
-                            header,
-                            Sample::Borrowed(body),
-                        )
+                        receive(self.component, &of, operation, header, Body::Borrowed(body))
                     }),
                 };
                 received.map_err(Into::into)

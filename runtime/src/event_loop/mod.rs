@@ -12,14 +12,14 @@ mod port;
 mod report;
 
 use crate::commands::CommandQueue;
-use crate::component::Component;
+use crate::component::{Body, Component};
 use crate::ports::{Connections, Receiver};
 use crate::status::{Activity, Shared};
 use crate::time::TimeRole;
 use crate::worker_error::WorkerError;
 use network_time::stamp;
 use port::Port;
-pub(crate) use port::{Sample, answer, receive};
+pub(crate) use port::{answer, receive};
 use rc_management::component::State;
 use rc_management::observation::TappedKind;
 use rc_middleware::Header;
@@ -350,20 +350,20 @@ impl<'a> EventLoop<'a> {
             Receiver::Subscriber {
                 port, operation, ..
             } => {
-                let mut take = |header: Header, sample: Sample<'_>| {
+                let mut take = |header: Header, body: Body<'_>| {
                     lost = gaps.note(&header);
                     let kind = (TappedKind::Sample, Some(*operation));
-                    taps.copy(slot, kind, header, Profile::Rpc, sample.body());
+                    taps.copy(slot, kind, header, Profile::Rpc, body.memory());
                     if idle.is_some() {
                         return;
                     }
-                    let received = receive(*component, of, *operation, header, sample);
+                    let received = receive(*component, of, *operation, header, body);
                     result = received.map_err(Into::into);
                 };
                 if keeps && port.can_keep() {
-                    port.receive_kept(&mut |header, sample| take(header, Sample::Kept(sample)))
+                    port.receive_kept(&mut |header, sample| take(header, Body::Kept(sample)))
                 } else {
-                    port.receive(&mut |header, body| take(header, Sample::Borrowed(body)))
+                    port.receive(&mut |header, body| take(header, Body::Borrowed(body)))
                 }
             }
         };

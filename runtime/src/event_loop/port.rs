@@ -2,12 +2,12 @@
 
 use super::report::NotHandled;
 use crate::clock::Time;
-use crate::component::Component;
+use crate::component::{Body, Component, Sample};
 use crate::lifecycle::LifecycleState;
 use crate::ports::Receiver;
 use crate::slots::OpenSlot;
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Gaps, Header, KeptSample, Reader, Reply, Spin};
+use rc_middleware::{Gaps, Header, Reply, Spin};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -146,47 +146,21 @@ impl Port {
     }
 }
 
-/// A received sample.
-pub(crate) enum Sample<'a> {
-    Borrowed(&'a [u8]),
-    /// Its handler may keep it.
-    Kept(Box<dyn KeptSample>),
-}
-
-impl Sample<'_> {
-    /// Encoded body.
-    pub(crate) fn body(&self) -> &[u8] {
-        match self {
-            Self::Borrowed(body) => body,
-            Self::Kept(sample) => sample.memory(),
-        }
-    }
-}
-
 /// Lets the worker handle a sample, if it has the type of the topic.
 pub(crate) fn receive(
     component: &mut dyn Component,
     slot: &OpenSlot,
     operation: usize,
     header: Header,
-    sample: Sample<'_>,
+    body: Body<'_>,
 ) -> Result<(), HandlerError> {
     let expected = slot.operations[operation].type_hash;
     if header.type_hash != 0 && header.type_hash != expected {
         return Err(HandlerError("it is of another type".to_owned()));
     }
-    let body = match sample {
-        Sample::Kept(sample) => {
-            let (described, member) = (slot.described, slot.member.as_ref());
-            return component.receive_kept(described, member, operation, header.encoding, sample);
-        }
-        Sample::Borrowed(body) => body,
-    };
-    let reader = &mut Reader::of(body, header.encoding);
-    match &slot.member {
-        Some(member) => component.receive_member(slot.described, member, operation, reader),
-        None => component.receive(slot.described, operation, reader),
-    }
+    let encoding = header.encoding;
+    let sample = Sample { encoding, body };
+    component.receive(slot.described, slot.member.as_ref(), operation, sample)
 }
 
 /// Reads the envelope of a request, lets the worker answer and sends the reply. A request without
@@ -208,11 +182,9 @@ pub(crate) fn answer(
     });
     let result = match refusal {
         Some(reason) => Err(NotHandled::Refused(reason)),
-        None => match &slot.member {
-            Some(member) => component.serve_member(slot.described, member, &mut request),
-            None => component.serve(slot.described, &mut request),
-        }
-        .map_err(Into::into),
+        None => component
+            .serve(slot.described, slot.member.as_ref(), &mut request)
+            .map_err(Into::into),
     };
     request.close();
     result

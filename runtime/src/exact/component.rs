@@ -2,15 +2,14 @@
 
 use super::entry::{Entry, Kind};
 use super::recorder::Recorder;
-use crate::component::Component;
+use crate::component::{Component, Sample};
 use crate::context::Core;
 use crate::lifecycle::Hook;
 use crate::machine::Parts;
-use crate::member::Member;
 use crate::worker_error::WorkerError;
 use rc_configuration::{ParamChange, Values};
+use rc_middleware::Member;
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Encoding, KeptSample, Reader};
 use std::borrow::Cow;
 use std::rc::Rc;
 
@@ -112,52 +111,26 @@ impl<C: Component> Component for Recorded<C> {
         self.component.unavailable(slot)
     }
 
-    fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
-        self.component.serve(slot, request)
+    fn serve(
+        &mut self,
+        slot: usize,
+        member: Option<&Member>,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
+        self.component.serve(slot, member, request)
     }
 
     fn receive(
         &mut self,
         slot: usize,
+        member: Option<&Member>,
         operation: usize,
-        reader: &mut Reader<'_>,
+        sample: Sample<'_>,
     ) -> Result<(), HandlerError> {
-        self.component.receive(slot, operation, reader)
+        self.component.receive(slot, member, operation, sample)
     }
 
     fn keeps(&self, slot: usize, operation: usize) -> bool {
         self.component.keeps(slot, operation)
-    }
-
-    fn receive_kept(
-        &mut self,
-        slot: usize,
-        member: Option<&Member>,
-        operation: usize,
-        encoding: Encoding,
-        sample: Box<dyn KeptSample>,
-    ) -> Result<(), HandlerError> {
-        let component = &mut self.component;
-        component.receive_kept(slot, member, operation, encoding, sample)
-    }
-
-    fn serve_member(
-        &mut self,
-        slot: usize,
-        member: &Member,
-        request: &mut Request<'_>,
-    ) -> Result<(), HandlerError> {
-        self.component.serve_member(slot, member, request)
-    }
-
-    fn receive_member(
-        &mut self,
-        slot: usize,
-        member: &Member,
-        operation: usize,
-        reader: &mut Reader<'_>,
-    ) -> Result<(), HandlerError> {
-        let component = &mut self.component;
-        component.receive_member(slot, member, operation, reader)
     }
 }

@@ -8,12 +8,13 @@ use super::replayed_reply::Replying;
 use super::start::Start as Began;
 use crate::arguments::Arguments;
 use crate::clock::SimulatedClock;
+use crate::component::Body;
 use crate::component::Component;
 use crate::configuration;
 use crate::context::Core;
 use crate::description::Description;
 use crate::error::StartError;
-use crate::event_loop::{Sample, answer, receive};
+use crate::event_loop::{answer, receive};
 use crate::log;
 use crate::ports::{Connections, Ports};
 use crate::slots::SlotTable;
@@ -131,7 +132,7 @@ fn run_turn(
                 &of,
                 operation,
                 header,
-                Sample::Borrowed(&turn.data),
+                Body::Borrowed(&turn.data),
             );
         }
         Kind::Request => {

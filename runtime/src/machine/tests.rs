@@ -282,10 +282,10 @@ fn events_of_tools_that_wait_have_a_bound() {
 #[test]
 fn a_machine_without_an_active_state_says_why() {
     let mut worker = worker(chart());
-    let unavailable = |worker: &Worker| worker.machine.unavailable(&[Number(2)]);
-    assert_eq!(unavailable(&worker).as_deref(), Some("not started"));
+    let unavailable = |worker: &mut Worker| worker.machine.parts().unavailable(&[2]);
+    assert_eq!(unavailable(&mut worker).as_deref(), Some("not started"));
     start(&mut worker).expect("to rest");
-    assert_eq!(unavailable(&worker).as_deref(), Some("a"));
+    assert_eq!(unavailable(&mut worker).as_deref(), Some("a"));
     stop(&mut worker);
-    assert_eq!(unavailable(&worker).as_deref(), Some("ended"));
+    assert_eq!(unavailable(&mut worker).as_deref(), Some("ended"));
 }

@@ -1,6 +1,6 @@
 //! The fakes of a slot array: one for each member.
 
-use super::TestBed;
+use super::{Fake, TestBed};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -12,17 +12,18 @@ pub struct FakeArray<F> {
 }
 
 struct Fakes<F> {
-    new: fn(&TestBed, &str) -> F,
+    /// The number of the array.
+    slot: usize,
     members: RefCell<BTreeMap<String, F>>,
     /// What is done with each new one.
     prepare: RefCell<Vec<fn(&F)>>,
 }
 
-impl<F: Clone> Fakes<F> {
+impl<F: Fake> Fakes<F> {
     fn member(&self, bed: &TestBed, name: &str) -> F {
         let known = self.members.borrow().get(name).cloned();
         known.unwrap_or_else(|| {
-            let new = (self.new)(bed, name);
+            let new = F::new(bed, self.slot, Some(name));
             for prepare in self.prepare.borrow().iter() {
                 prepare(&new);
             }
@@ -34,13 +35,13 @@ impl<F: Clone> Fakes<F> {
     }
 }
 
-impl<F: Clone + 'static> FakeArray<F> {
-    /// The peers of the members of the array `slot`, which `new` makes as soon as the worker opens
+impl<F: Fake> FakeArray<F> {
+    /// The peers of the members of the array `slot`, which are made as soon as the worker opens
     /// them.
     #[doc(hidden)]
-    pub fn new(bed: &TestBed, slot: usize, new: fn(&TestBed, &str) -> F) -> Self {
+    pub fn new(bed: &TestBed, slot: usize) -> Self {
         let fakes = Rc::new(Fakes {
-            new,
+            slot,
             members: RefCell::default(),
             prepare: RefCell::default(),
         });
@@ -50,6 +51,11 @@ impl<F: Clone + 'static> FakeArray<F> {
             bed: bed.clone(),
             fakes,
         }
+    }
+
+    /// Answers every query to a member that has no answer yet with default values.
+    pub fn answer_defaults(&self) {
+        self.each(F::answer_defaults);
     }
 
     /// The peer of a member. A test may prepare it before the worker opens the member.

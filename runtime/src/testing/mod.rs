@@ -7,16 +7,19 @@
 
 mod array;
 mod backend;
+mod bench;
 pub(crate) mod defaults;
 mod server;
 mod subscriber;
 
+pub use crate::adapter::embed_with_defaults;
 pub use crate::process::embed_with_defaults as embed;
 pub use array::FakeArray;
+pub use bench::Bench;
 pub use defaults::DefaultReply;
 pub use rc_middleware::in_place::boxed as in_place;
-pub use server::{FakeServer, Fault, unknown};
-pub use subscriber::FakeSubscriber;
+pub use server::{FakeCall, FakeServer, Fault, unknown};
+pub use subscriber::{FakeSample, FakeSubscriber};
 
 use crate::arguments::Arguments;
 use crate::clock::{Clock, SimulatedClock, Time};
@@ -44,6 +47,16 @@ const NETWORK: &str = "test";
 
 /// The shortest period, as in a running component.
 const SHORTEST_PERIOD: Duration = Duration::from_micros(100);
+
+/// A fake peer of a slot that calls or publishes.
+pub trait Fake: Clone + 'static {
+    /// The peer of a slot, or of a member of an array, by the slot's number.
+    #[doc(hidden)]
+    fn new(bed: &TestBed, slot: usize, member: Option<&str>) -> Self;
+
+    /// Answers every query that has no answer yet with default values.
+    fn answer_defaults(&self) {}
+}
 
 /// The peers, the clock and the state of a component under test.
 #[derive(Clone)]

@@ -2,8 +2,8 @@
 
 use super::TestBed;
 use rc_middleware::request_body::{RequestBody, buffer};
-use rc_middleware::typed::{HandlerError, Operation, Request};
-use rc_middleware::{CallError, Client, DecodeError, Header, Reader, WakeEvent};
+use rc_middleware::typed::{HandlerError, Operation, Request, Throws};
+use rc_middleware::{CallError, Client, DecodeError, Header, Reader, WakeEvent, Writer};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -71,29 +71,44 @@ pub struct FakeServer<T> {
     calls: Rc<RefCell<Vec<T>>>,
 }
 
+/// A call that a fake keeps: generated code has one for each interface that can be implemented.
+pub trait FakeCall: Clone + 'static {
+    /// The operations with a result, which a test has to answer.
+    const ANSWERED: &'static [Operation];
+
+    /// Reads a call.
+    fn read(request: &mut Request<'_>) -> Result<Self, HandlerError>;
+
+    /// Replies with default values.
+    fn default_reply(request: &mut Request<'_>) -> Result<(), HandlerError>;
+}
+
+impl<T: FakeCall> FakeServer<T> {
+    /// The server of a slot, or of a member of an array, by the slot's number.
+    #[doc(hidden)]
+    pub fn new(bed: &TestBed, slot: usize, member: Option<&str>) -> Self {
+        let server = Self::reading(bed, slot, member, T::read);
+        let operations = server.state.borrow().operations;
+        for operation in operations {
+            if !T::ANSWERED.contains(operation) {
+                server.or_default(operation, T::default_reply);
+            }
+        }
+        server
+    }
+
+    /// Answers every query that has no answer yet with default values.
+    pub fn answer_defaults(&self) {
+        for operation in T::ANSWERED {
+            self.or_default(operation, T::default_reply);
+        }
+    }
+}
+
 impl<T: Clone + 'static> FakeServer<T> {
-    /// The server of a slot, by the slot's number. `read` reads a call.
+    /// The server of a slot, or of a member of an array. `read` reads a call.
     #[doc(hidden)]
-    pub fn new(
-        bed: &TestBed,
-        slot: usize,
-        read: impl Fn(&mut Request<'_>) -> Result<T, HandlerError> + 'static,
-    ) -> Self {
-        Self::at(bed, slot, None, read)
-    }
-
-    /// The server of a member of the array `slot`.
-    #[doc(hidden)]
-    pub fn of_member(
-        bed: &TestBed,
-        slot: usize,
-        member: &str,
-        read: impl Fn(&mut Request<'_>) -> Result<T, HandlerError> + 'static,
-    ) -> Self {
-        Self::at(bed, slot, Some(member), read)
-    }
-
-    fn at(
+    pub fn reading(
         bed: &TestBed,
         slot: usize,
         member: Option<&str>,
@@ -115,21 +130,56 @@ impl<T: Clone + 'static> FakeServer<T> {
         Self { state, calls }
     }
 
-    /// Answers an operation from now on: `read` reads its parameters, `answer` gets them and
-    /// replies.
+    /// Answers an operation from now on.
     #[doc(hidden)]
-    pub fn answer<A: 'static>(
+    pub fn on(
         &self,
-        operation: &'static Operation,
-        read: impl Fn(&mut Reader<'_>) -> Result<A, DecodeError> + 'static,
-        mut answer: impl FnMut(A, &mut Request<'_>) -> Result<(), HandlerError> + 'static,
+        operation: &Operation,
+        answer: impl FnMut(&mut Request<'_>) -> Result<(), HandlerError> + 'static,
     ) {
-        let answer = move |request: &mut Request<'_>| {
-            let arguments = request.arguments(operation, &read)?;
-            answer(arguments, request)
-        };
         let mut state = self.state.borrow_mut();
         state.answers.insert(operation.id, Box::new(answer));
+    }
+
+    /// Answers a command from now on by a call of `answer`.
+    #[doc(hidden)]
+    pub fn on_command<A: 'static>(
+        &self,
+        operation: &'static Operation,
+        read: fn(&mut Reader<'_>) -> Result<A, DecodeError>,
+        mut answer: impl FnMut(A) + 'static,
+    ) {
+        self.on(operation, move |request| {
+            request.command(operation, read, &mut answer)
+        });
+    }
+
+    /// Answers a query that throws nothing from now on with what `answer` returns.
+    #[doc(hidden)]
+    pub fn on_query<A: 'static, R: 'static>(
+        &self,
+        operation: &'static Operation,
+        read: fn(&mut Reader<'_>) -> Result<A, DecodeError>,
+        write: fn(&R, &mut Writer<'_>),
+        mut answer: impl FnMut(A) -> R + 'static,
+    ) {
+        self.on(operation, move |request| {
+            request.answer(operation, read, write, &mut answer)
+        });
+    }
+
+    /// [`FakeServer::on_query`] for a query that throws.
+    #[doc(hidden)]
+    pub fn on_throwing_query<A: 'static, R: 'static, E: Throws + 'static>(
+        &self,
+        operation: &'static Operation,
+        read: fn(&mut Reader<'_>) -> Result<A, DecodeError>,
+        write: fn(&R, &mut Writer<'_>),
+        mut answer: impl FnMut(A) -> Result<R, E> + 'static,
+    ) {
+        self.on(operation, move |request| {
+            request.try_answer(operation, read, write, &mut answer)
+        });
     }
 
     /// Answers an operation that has no answer yet.
@@ -256,4 +306,34 @@ impl Client for Port {
         let fault = self.calls.borrow().fault;
         usize::from(!matches!(fault, Some((Fault::NoServer, _))))
     }
+}
+
+/// Declares the fake server of an interface, whose calls are of the type `$call`. Generated code adds
+/// the functions that set its answers.
+#[macro_export]
+macro_rules! fake_server {
+    ($name:ident: $call:ident) => {
+        /// A server of the interface for tests: it replies as configured, records the calls, and
+        /// fails on demand. An operation without result needs no answer.
+        #[derive(Clone)]
+        pub struct $name($crate::testing::FakeServer<$call>);
+
+        impl $crate::testing::Fake for $name {
+            fn new(bed: &$crate::testing::TestBed, slot: usize, member: Option<&str>) -> Self {
+                Self($crate::testing::FakeServer::new(bed, slot, member))
+            }
+
+            fn answer_defaults(&self) {
+                self.0.answer_defaults();
+            }
+        }
+
+        impl ::std::ops::Deref for $name {
+            type Target = $crate::testing::FakeServer<$call>;
+
+            fn deref(&self) -> &Self::Target {
+                &self.0
+            }
+        }
+    };
 }

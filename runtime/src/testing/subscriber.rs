@@ -1,6 +1,6 @@
 //! Fake subscribers: they keep what a worker under test publishes.
 
-use super::TestBed;
+use super::{Fake, TestBed};
 use rc_middleware::{DecodeError, Header, Publisher, Reader, SendError};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -35,30 +35,23 @@ pub struct FakeSubscriber<T> {
     samples: Rc<RefCell<Vec<T>>>,
 }
 
+/// A sample that a fake keeps: generated code has one for each interface with topics.
+pub trait FakeSample: Clone + 'static {
+    /// Reads a sample of an operation, by its number.
+    fn read(operation: usize, reader: &mut Reader<'_>) -> Result<Self, DecodeError>;
+}
+
+impl<T: FakeSample> Fake for FakeSubscriber<T> {
+    fn new(bed: &TestBed, slot: usize, member: Option<&str>) -> Self {
+        Self::reading(bed, slot, member, T::read)
+    }
+}
+
 impl<T: Clone + 'static> FakeSubscriber<T> {
-    /// The subscriber of a slot, by the slot's number. `read` reads a sample of an operation, by
-    /// its number.
+    /// The subscriber of a slot, or of a member of an array. `read` reads a sample of an operation,
+    /// by its number.
     #[doc(hidden)]
-    pub fn new(
-        bed: &TestBed,
-        slot: usize,
-        read: impl Fn(usize, &mut Reader<'_>) -> Result<T, DecodeError> + 'static,
-    ) -> Self {
-        Self::at(bed, slot, None, read)
-    }
-
-    /// The subscriber of a member of the array `slot`.
-    #[doc(hidden)]
-    pub fn of_member(
-        bed: &TestBed,
-        slot: usize,
-        member: &str,
-        read: impl Fn(usize, &mut Reader<'_>) -> Result<T, DecodeError> + 'static,
-    ) -> Self {
-        Self::at(bed, slot, Some(member), read)
-    }
-
-    fn at(
+    pub fn reading(
         bed: &TestBed,
         slot: usize,
         member: Option<&str>,

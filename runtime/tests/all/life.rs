@@ -1,9 +1,10 @@
 //! The life cycle of a component: its states, its management and its end.
 
+use rc_middleware::RunDirectory;
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Reader, RunDirectory};
 use rc_runtime::{
-    Component, Core, Description, Embedded, Ports, StartError, Values, WorkerError, embed,
+    Component, Core, Description, Embedded, Member, Ports, Sample, StartError, Values, WorkerError,
+    embed,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -102,11 +103,22 @@ impl Component for Worker {
 
     fn sending_peers(&self, _: &mut [usize]) {}
 
-    fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+    fn serve(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
         request.unknown()
     }
 
-    fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
+    fn receive(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        _: usize,
+        _: Sample<'_>,
+    ) -> Result<(), HandlerError> {
         Ok(())
     }
 }

@@ -8,8 +8,8 @@ use rc_middleware::{
 };
 use rc_runtime::lifecycle::{Hook, Transition};
 use rc_runtime::{
-    Component, Core, Description, Embedded, Ports, Role, Slot, StartError, Values, WorkerError,
-    embed,
+    Component, Core, Description, Embedded, Member, Ports, Role, Sample, Slot, StartError, Values,
+    WorkerError, embed,
 };
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
@@ -347,12 +347,24 @@ impl Component for Connected {
 
     fn finalize(&mut self) {}
 
-    fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+    fn serve(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
         let number = request.arguments(&DOUBLE, Reader::get::<i32>)?;
         request.reply_with(0, |writer| writer.put(&(2 * number)))
     }
 
-    fn receive(&mut self, _: usize, _: usize, reader: &mut Reader<'_>) -> Result<(), HandlerError> {
+    fn receive(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        _: usize,
+        sample: Sample<'_>,
+    ) -> Result<(), HandlerError> {
+        let reader = &mut sample.reader();
         let number: i32 = reader.get()?;
         CALLS
             .lock()

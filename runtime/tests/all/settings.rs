@@ -1,8 +1,10 @@
 //! Middleware settings of the configuration and the command line reach the backend.
 
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Backend, Environment, Linked, OpenError, Reader, Settings};
-use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError, embed};
+use rc_middleware::{Backend, Environment, Linked, OpenError, Settings};
+use rc_runtime::{
+    Component, Core, Description, Member, Ports, Sample, StartError, Values, WorkerError, embed,
+};
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -57,11 +59,22 @@ impl Component for Worker {
 
     fn sending_peers(&self, _: &mut [usize]) {}
 
-    fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+    fn serve(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
         request.unknown()
     }
 
-    fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
+    fn receive(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        _: usize,
+        _: Sample<'_>,
+    ) -> Result<(), HandlerError> {
         Ok(())
     }
 }

@@ -1,10 +1,10 @@
 //! Simulated time: a source and its followers, on threads of this process.
 
 use rc_middleware::typed::{HandlerError, Operation, TypedPublisher};
-use rc_middleware::{Qos, Reader, RunDirectory};
+use rc_middleware::{Qos, RunDirectory};
 use rc_runtime::{
-    Component, Core, Description, Embedded, Order, Ports, Role, Slot, StartError, Time, TimeError,
-    TimeSource, Values, WorkerError, embed,
+    Component, Core, Description, Embedded, Member, Order, Ports, Role, Sample, Slot, StartError,
+    Time, TimeError, TimeSource, Values, WorkerError, embed,
 };
 use serde_json::{Value, json};
 use std::collections::HashMap;
@@ -228,7 +228,14 @@ impl Component for Follower {
     fn restore(&mut self) {}
     fn finalize(&mut self) {}
 
-    fn receive(&mut self, _: usize, _: usize, reader: &mut Reader<'_>) -> Result<(), HandlerError> {
+    fn receive(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        _: usize,
+        sample: Sample<'_>,
+    ) -> Result<(), HandlerError> {
+        let reader = &mut sample.reader();
         let number: u32 = reader.get()?;
         self.note(format!("sample {number}"));
         Ok(())

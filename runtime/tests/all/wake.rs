@@ -8,7 +8,8 @@ use rc_middleware::{
     WakeEvent,
 };
 use rc_runtime::{
-    Component, Core, Description, Ports, Role, Slot, StartError, Values, WorkerError, embed,
+    Component, Core, Description, Member, Ports, Role, Sample, Slot, StartError, Values,
+    WorkerError, embed,
 };
 use rustix::time::{ClockId, clock_gettime};
 use std::sync::Mutex;
@@ -93,12 +94,23 @@ impl Component for Worker {
 
     fn sending_peers(&self, _: &mut [usize]) {}
 
-    fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+    fn serve(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
         let number = request.arguments(&DOUBLE, Reader::get::<i32>)?;
         request.reply_with(0, |writer| writer.put(&(2 * number)))
     }
 
-    fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
+    fn receive(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        _: usize,
+        _: Sample<'_>,
+    ) -> Result<(), HandlerError> {
         Ok(())
     }
 }

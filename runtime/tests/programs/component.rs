@@ -10,9 +10,10 @@ mod charts;
 mod guarded;
 
 use rc_management::{Client, component};
-use rc_middleware::Reader;
-use rc_middleware::typed::{HandlerError, Request};
-use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError};
+use rc_middleware::typed::HandlerError;
+use rc_runtime::{
+    Component, Core, Description, Member, Ports, Sample, StartError, Values, WorkerError,
+};
 use std::io::Read;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
@@ -42,11 +43,13 @@ impl Component for Worker {
 
     fn sending_peers(&self, _: &mut [usize]) {}
 
-    fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
-        request.unknown()
-    }
-
-    fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
+    fn receive(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        _: usize,
+        _: Sample<'_>,
+    ) -> Result<(), HandlerError> {
         Ok(())
     }
 }

@@ -501,11 +501,13 @@ pub(crate) fn shown(path: &Path) -> PathBuf {
     }
 }
 
-/// Whether traits of handlers have changed, of a worker that was there before.
+/// Whether traits of handlers may have changed, of a worker that was there before. The description
+/// has the hash of the interfaces, whose traits are in a crate of their own.
 fn handlers_changed(steps: &[Step]) -> bool {
+    const TELLING: [&str; 3] = ["adapter.rs", "description.rs", "machine.rs"];
     let is_trait = |s: &Step| {
-        s.path.starts_with("generated/src/slots")
-            || s.path.ends_with("generated/src/machine.rs")
+        let name = s.path.strip_prefix("generated/src").ok();
+        name.is_some_and(|name| TELLING.iter().any(|telling| name == Path::new(telling)))
             || s.path.starts_with("generated") && s.path.ends_with("worker.py")
     };
     let is_worker = |s: &Step| {

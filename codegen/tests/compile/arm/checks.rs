@@ -18,7 +18,7 @@ static RESULT: Mutex<Option<Result<f32, CallError>>> = Mutex::new(None);
 
 struct Server;
 
-impl Worker for Server {
+impl Worker<Context> for Server {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self)
     }
@@ -26,7 +26,7 @@ impl Worker for Server {
 
 impl StateMachine for Server {}
 
-impl Joint for Server {
+impl Joint<Context> for Server {
     fn position(&mut self, _ctx: &mut Context) -> f32 {
         0.5
     }
@@ -39,7 +39,7 @@ impl Joint for Server {
 /// Sends a command and a query in each period.
 struct Caller;
 
-impl Worker for Caller {
+impl Worker<Context> for Caller {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self)
     }
@@ -54,7 +54,7 @@ impl Worker for Caller {
 
 impl StateMachine for Caller {}
 
-impl Joint for Caller {
+impl Joint<Context> for Caller {
     fn position(&mut self, _ctx: &mut Context) -> f32 {
         0.0
     }
@@ -156,7 +156,7 @@ fn a_state_refuses_calls_and_events_change_it() {
 #[derive(Default)]
 struct Counting(u32);
 
-impl Worker for Counting {
+impl Worker<Context> for Counting {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self::default())
     }

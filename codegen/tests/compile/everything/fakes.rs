@@ -261,7 +261,7 @@ struct Counting {
     other: Rc<Cell<u32>>,
 }
 
-impl Worker for Counting {
+impl Worker<Context> for Counting {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         ctx.set_period(Duration::from_millis(10));
         Ok(Self {

@@ -8,7 +8,7 @@ struct Alone {
     periods: usize,
 }
 
-impl Worker for Alone {
+impl Worker<Context> for Alone {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         assert!(!ctx.laser.is_connected() && !ctx.base.is_connected());
         Ok(Self { periods: 0 })
@@ -33,7 +33,7 @@ impl Worker for Alone {
 /// Gets default values in place of its peers, then stops.
 struct Supplied;
 
-impl Worker for Supplied {
+impl Worker<Context> for Supplied {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         assert!(ctx.laser.is_connected() && ctx.base.is_connected());
         Ok(Self)

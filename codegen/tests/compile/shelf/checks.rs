@@ -38,7 +38,7 @@ fn await_all(expected: &[&str]) {
 /// Answers and publishes the number of the member, from 1.
 struct Shelf;
 
-impl Worker for Shelf {
+impl Worker<Context> for Shelf {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         ctx.lasers.open_listed()?;
         ctx.sources.open_listed()?;
@@ -73,7 +73,7 @@ impl Worker for Shelf {
     }
 }
 
-impl Lasers for Shelf {
+impl Lasers<Context> for Shelf {
     fn get_laser_data(&mut self, _ctx: &mut Context, member: &Member) -> Vec<TData> {
         let dist = 1000.0 * (member.index() + 1) as f32;
         vec![TData { angle: 0.0, dist }]
@@ -92,7 +92,7 @@ impl Lasers for Shelf {
     }
 }
 
-impl Tracks for Shelf {
+impl Tracks<Context> for Shelf {
     fn new_full_pose(&mut self, _ctx: &mut Context, member: &Member, pose: FullPoseEuler) {
         see(format!("{} hears {}", member.name(), pose.x));
     }

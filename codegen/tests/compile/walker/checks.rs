@@ -22,7 +22,7 @@ struct Walker {
     stepped: bool,
 }
 
-impl Worker for Walker {
+impl Worker<Context> for Walker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         assert!(!ctx.machine.is_in(MachineState::Idle));
         ctx.machine.fire(MachineEvent::Go);
@@ -123,7 +123,7 @@ fn a_machine_runs_to_its_end() {
 /// A guard that panics.
 struct Panicking;
 
-impl Worker for Panicking {
+impl Worker<Context> for Panicking {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         ctx.machine.fire(MachineEvent::Go);
         Ok(Self)
@@ -159,7 +159,7 @@ struct Tested {
     idled: bool,
 }
 
-impl Worker for Tested {
+impl Worker<Context> for Tested {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self::default())
     }
@@ -196,7 +196,7 @@ impl StateMachine for Tested {
 }
 
 /// A worker that is active. Its machine starts with its activation, and takes no step before.
-fn started<W: Worker + StateMachine>(test: &mut TestContext) -> W {
+fn started<W: Worker<Context> + StateMachine + 'static>(test: &mut TestContext) -> W {
     let mut worker = W::initialize(test).unwrap();
     test.run(&mut worker, MOMENT).unwrap();
     test.transition(&mut worker, Transition::Configure).unwrap();

@@ -5,8 +5,7 @@ use crate::interfaces;
 use crate::machine::{CHART, EXTERNAL, Event, State};
 use crate::parameters::Params;
 use rc_runtime::machine::Machine;
-use rc_runtime::middleware::OpenError;
-use rc_runtime::{Core, Ports, Values};
+use rc_runtime::{Core, Ports, StartError, Values, WorkerContext};
 use std::ops::{Deref, DerefMut};
 
 /// The first argument of every function of the worker. It dereferences to [`Core`], which knows the name, the time and
@@ -33,35 +32,27 @@ pub struct Context {
     pub battery_status: interfaces::battery_status::BatteryStatusClient,
 }
 
-impl Context {
-    pub(crate) fn new(
-        core: Core,
-        ports: &Ports,
-        values: &Values,
-    ) -> Result<Self, OpenError> {
+impl WorkerContext for Context {
+    fn open(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError> {
         Ok(Self {
             core,
             params: Params::from_values(values),
             machine: Machine::new(&CHART, EXTERNAL),
             laser: interfaces::laser::LaserClient::new(ports.client(0)?),
-            differential_robot: interfaces::differential_robot::DifferentialRobotClient::new(
-                ports.client(1)?,
-            ),
-            battery_status: interfaces::battery_status::BatteryStatusClient::new(
-                ports.client(2)?,
-            ),
+            differential_robot: interfaces::differential_robot::DifferentialRobotClient::new(ports.client(1)?),
+            battery_status: interfaces::battery_status::BatteryStatusClient::new(ports.client(2)?),
         })
     }
 
-    pub(crate) fn core(&mut self) -> &mut Core {
-        &mut self.core
+    fn machine(&mut self) -> Option<&mut rc_runtime::machine::Parts> {
+        Some(self.machine.parts())
     }
 
-    pub(crate) fn set_parameters(&mut self, values: &Values) {
+    fn set_parameters(&mut self, values: &Values) {
         self.params = Params::from_values(values);
     }
 
-    pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
+    fn sending_peers(&self, peers: &mut [usize]) {
         peers[0] = usize::from(self.laser.is_connected());
         peers[1] = usize::from(self.differential_robot.is_connected());
         peers[2] = usize::from(self.battery_status.is_connected());

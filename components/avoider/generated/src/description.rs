@@ -60,8 +60,7 @@ pub(crate) static DESCRIPTION: Description = Description {
     types: &[
         ::interfaces::robo_comp_battery_status::RC_DESCRIPTION,
         ::interfaces::robo_comp_differential_robot::RC_DESCRIPTION,
-        ::interfaces::robo_comp_generic_base::RC_DESCRIPTION,
-        ::interfaces::robo_comp_laser::RC_DESCRIPTION,
+        ::interfaces::robo_comp_generic_base::RC_DESCRIPTION, ::interfaces::robo_comp_laser::RC_DESCRIPTION,
     ],
     backends: backend::BACKENDS,
     simulates_time: false,

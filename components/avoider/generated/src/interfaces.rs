@@ -2,10 +2,8 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_battery_status::battery_status;
-pub use self::battery_status::{BatteryStatusClient, GetBatteryStateError};
+pub use self::battery_status::{ BatteryStatusClient, GetBatteryStateError };
 pub use ::interfaces::robo_comp_differential_robot::differential_robot;
-pub use self::differential_robot::{
-    DifferentialRobotClient, GetBaseStateError, GetBasePoseError, GetBasePoseAnswer,
-};
+pub use self::differential_robot::{ DifferentialRobotClient, GetBaseStateError, GetBasePoseError, GetBasePoseAnswer };
 pub use ::interfaces::robo_comp_laser::laser;
-pub use self::laser::{LaserClient, GetLaserAndBStateDataAnswer};
+pub use self::laser::{ LaserClient, GetLaserAndBStateDataAnswer };

@@ -2,6 +2,7 @@
 //! The generic layer of the component `avoider`.
 //!
 //! [`rc_runtime::guide`] describes how its worker is written and tested.
+
 #![allow(
     clippy::too_many_arguments,
     clippy::type_complexity,
@@ -15,14 +16,17 @@ mod description;
 pub mod interfaces;
 pub mod machine;
 pub mod parameters;
+
 #[cfg(feature = "testing")]
 pub mod testing;
 pub mod types;
 
-pub use adapter::{Worker, embed, run};
+pub use adapter::{Handlers, embed, run};
 pub use context::Context;
 pub use machine::StateMachine;
 pub use parameters::Params;
+pub use rc_runtime::Worker;
+pub use rc_runtime::middleware::typed::{HandlerError, Request};
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;
@@ -31,7 +35,5 @@ pub use self::interfaces::*;
 pub use types::*;
 
 #[doc(hidden)]
-#[deprecated(
-    note = "the state of the component is `ComponentState`, that of its state machine `machine::MachineState`"
-)]
+#[deprecated(note = "the state of the component is `ComponentState`, that of its state machine `machine::MachineState`")]
 pub type State = ComponentState;

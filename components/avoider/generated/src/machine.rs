@@ -2,8 +2,8 @@
 //! The state machine `avoider`.
 
 use crate::context::Context;
-use rc_runtime::machine::{Chart, Hooks, Numbered, Parts};
-use rc_runtime::{Core, WorkerError};
+use rc_runtime::machine::{Chart, MachineEvents, Numbered};
+use rc_runtime::{MachineTable, StateFunctions, WorkerError};
 use std::fmt;
 
 #[doc(hidden)]
@@ -299,80 +299,25 @@ pub trait StateMachine {
     }
 }
 
-/// The worker with its context.
-pub(crate) struct Joined<'a, W> {
-    pub(crate) worker: &'a mut W,
-    pub(crate) ctx: &'a mut Context,
-}
-
-impl<W: StateMachine> Hooks for Joined<'_, W> {
-    fn parts(&mut self) -> &mut Parts {
-        self.ctx.machine.parts()
-    }
-
-    fn core(&mut self) -> &mut Core {
-        self.ctx.core()
-    }
-
-    fn guard(&mut self, guard: u16) -> bool {
-        let _ = guard;
-        false
-    }
-
-    fn action(&mut self, action: u16) -> Result<(), WorkerError> {
-        let _ = action;
-        Ok(())
-    }
-
-    fn entry(&mut self, state: u16) -> Result<(), WorkerError> {
-        match state {
-            1 => self.worker.entry_on(self.ctx),
-            2 => self.worker.entry_motion(self.ctx),
-            3 => self.worker.entry_idle(self.ctx),
-            4 => self.worker.entry_charging(self.ctx),
-            5 => self.worker.entry_driving(self.ctx),
-            6 => self.worker.entry_cruising(self.ctx),
-            7 => self.worker.entry_turning(self.ctx),
-            8 => self.worker.entry_blocked(self.ctx),
-            9 => self.worker.entry_battery(self.ctx),
-            10 => self.worker.entry_charged(self.ctx),
-            11 => self.worker.entry_low(self.ctx),
-            _ => Ok(()),
-        }
-    }
-
-    fn exit(&mut self, state: u16) -> Result<(), WorkerError> {
-        match state {
-            1 => self.worker.exit_on(self.ctx),
-            2 => self.worker.exit_motion(self.ctx),
-            3 => self.worker.exit_idle(self.ctx),
-            4 => self.worker.exit_charging(self.ctx),
-            5 => self.worker.exit_driving(self.ctx),
-            6 => self.worker.exit_cruising(self.ctx),
-            7 => self.worker.exit_turning(self.ctx),
-            8 => self.worker.exit_blocked(self.ctx),
-            9 => self.worker.exit_battery(self.ctx),
-            10 => self.worker.exit_charged(self.ctx),
-            11 => self.worker.exit_low(self.ctx),
-            _ => Ok(()),
-        }
-    }
-
-    fn during(&mut self, state: u16) -> Result<(), WorkerError> {
-        match state {
-            1 => self.worker.during_on(self.ctx),
-            2 => self.worker.during_motion(self.ctx),
-            3 => self.worker.during_idle(self.ctx),
-            4 => self.worker.during_charging(self.ctx),
-            5 => self.worker.during_driving(self.ctx),
-            6 => self.worker.during_cruising(self.ctx),
-            7 => self.worker.during_turning(self.ctx),
-            8 => self.worker.during_blocked(self.ctx),
-            9 => self.worker.during_battery(self.ctx),
-            10 => self.worker.during_charged(self.ctx),
-            11 => self.worker.during_low(self.ctx),
-            _ => Ok(()),
-        }
+/// The functions of the machine, by the numbers of the chart.
+pub(crate) const fn table<W: StateMachine + 'static>() -> MachineTable<W, Context> {
+    MachineTable {
+        guards: &[],
+        actions: &[],
+        states: &[
+            StateFunctions { state: 1, entry: W::entry_on, exit: W::exit_on, during: W::during_on },
+            StateFunctions { state: 2, entry: W::entry_motion, exit: W::exit_motion, during: W::during_motion },
+            StateFunctions { state: 3, entry: W::entry_idle, exit: W::exit_idle, during: W::during_idle },
+            StateFunctions { state: 4, entry: W::entry_charging, exit: W::exit_charging, during: W::during_charging },
+            StateFunctions { state: 5, entry: W::entry_driving, exit: W::exit_driving, during: W::during_driving },
+            StateFunctions { state: 6, entry: W::entry_cruising, exit: W::exit_cruising, during: W::during_cruising },
+            StateFunctions { state: 7, entry: W::entry_turning, exit: W::exit_turning, during: W::during_turning },
+            StateFunctions { state: 8, entry: W::entry_blocked, exit: W::exit_blocked, during: W::during_blocked },
+            StateFunctions { state: 9, entry: W::entry_battery, exit: W::exit_battery, during: W::during_battery },
+            StateFunctions { state: 10, entry: W::entry_charged, exit: W::exit_charged, during: W::during_charged },
+            StateFunctions { state: 11, entry: W::entry_low, exit: W::exit_low, during: W::during_low },
+        ],
+        events: MachineEvents { first: None, period: None },
     }
 }
 
@@ -382,388 +327,64 @@ pub(crate) const EXTERNAL: &[u16] = &[0, 2];
 /// The tables of the machine.
 pub(crate) static CHART: Chart = {
     #[allow(unused_imports, reason = "some machines have no actions")]
-    use rc_runtime::machine::{
-        Action, Condition, Kind, NONE, Range, State, Transition, Trigger,
-    };
+    use rc_runtime::machine::{Action, Condition, Kind, NONE, Range, State, Transition, Trigger};
     use std::borrow::Cow;
+
     const STATES: &[State] = &[
-        State {
-            name: Cow::Borrowed("avoider"),
-            path: Cow::Borrowed(""),
-            kind: Kind::Compound,
-            parent: NONE,
-            end: 12,
-            initial: 13,
-            transitions: Range { start: 0, end: 0 },
-            histories: Range { start: 0, end: 0 },
-            history: NONE,
-            entry: Range { start: 0, end: 0 },
-            exit: Range { start: 0, end: 0 },
-            done: NONE,
-        },
-        State {
-            name: Cow::Borrowed("on"),
-            path: Cow::Borrowed("on"),
-            kind: Kind::Parallel,
-            parent: 0,
-            end: 12,
-            initial: NONE,
-            transitions: Range { start: 0, end: 0 },
-            histories: Range { start: 0, end: 0 },
-            history: NONE,
-            entry: Range { start: 0, end: 0 },
-            exit: Range { start: 0, end: 0 },
-            done: NONE,
-        },
-        State {
-            name: Cow::Borrowed("motion"),
-            path: Cow::Borrowed("on.motion"),
-            kind: Kind::Compound,
-            parent: 1,
-            end: 9,
-            initial: 14,
-            transitions: Range { start: 0, end: 0 },
-            histories: Range { start: 0, end: 0 },
-            history: NONE,
-            entry: Range { start: 0, end: 0 },
-            exit: Range { start: 0, end: 0 },
-            done: NONE,
-        },
-        State {
-            name: Cow::Borrowed("idle"),
-            path: Cow::Borrowed("on.motion.idle"),
-            kind: Kind::Atomic,
-            parent: 2,
-            end: 4,
-            initial: NONE,
-            transitions: Range { start: 0, end: 2 },
-            histories: Range { start: 0, end: 0 },
-            history: NONE,
-            entry: Range { start: 0, end: 0 },
-            exit: Range { start: 0, end: 0 },
-            done: NONE,
-        },
-        State {
-            name: Cow::Borrowed("charging"),
-            path: Cow::Borrowed("on.motion.charging"),
-            kind: Kind::Atomic,
-            parent: 2,
-            end: 5,
-            initial: NONE,
-            transitions: Range { start: 2, end: 4 },
-            histories: Range { start: 0, end: 0 },
-            history: NONE,
-            entry: Range { start: 0, end: 0 },
-            exit: Range { start: 0, end: 0 },
-            done: NONE,
-        },
-        State {
-            name: Cow::Borrowed("driving"),
-            path: Cow::Borrowed("on.motion.driving"),
-            kind: Kind::Compound,
-            parent: 2,
-            end: 9,
-            initial: 15,
-            transitions: Range { start: 4, end: 6 },
-            histories: Range { start: 0, end: 0 },
-            history: NONE,
-            entry: Range { start: 0, end: 0 },
-            exit: Range { start: 0, end: 0 },
-            done: NONE,
-        },
-        State {
-            name: Cow::Borrowed("cruising"),
-            path: Cow::Borrowed("on.motion.driving.cruising"),
-            kind: Kind::Atomic,
-            parent: 5,
-            end: 7,
-            initial: NONE,
-            transitions: Range { start: 6, end: 7 },
-            histories: Range { start: 0, end: 0 },
-            history: NONE,
-            entry: Range { start: 0, end: 0 },
-            exit: Range { start: 0, end: 0 },
-            done: NONE,
-        },
-        State {
-            name: Cow::Borrowed("turning"),
-            path: Cow::Borrowed("on.motion.driving.turning"),
-            kind: Kind::Atomic,
-            parent: 5,
-            end: 8,
-            initial: NONE,
-            transitions: Range { start: 7, end: 9 },
-            histories: Range { start: 0, end: 0 },
-            history: NONE,
-            entry: Range { start: 0, end: 1 },
-            exit: Range { start: 1, end: 2 },
-            done: NONE,
-        },
-        State {
-            name: Cow::Borrowed("blocked"),
-            path: Cow::Borrowed("on.motion.driving.blocked"),
-            kind: Kind::Atomic,
-            parent: 5,
-            end: 9,
-            initial: NONE,
-            transitions: Range { start: 9, end: 11 },
-            histories: Range { start: 0, end: 0 },
-            history: NONE,
-            entry: Range { start: 2, end: 3 },
-            exit: Range { start: 3, end: 4 },
-            done: NONE,
-        },
-        State {
-            name: Cow::Borrowed("battery"),
-            path: Cow::Borrowed("on.battery"),
-            kind: Kind::Compound,
-            parent: 1,
-            end: 12,
-            initial: 16,
-            transitions: Range { start: 11, end: 11 },
-            histories: Range { start: 0, end: 0 },
-            history: NONE,
-            entry: Range { start: 4, end: 4 },
-            exit: Range { start: 4, end: 4 },
-            done: NONE,
-        },
-        State {
-            name: Cow::Borrowed("charged"),
-            path: Cow::Borrowed("on.battery.charged"),
-            kind: Kind::Atomic,
-            parent: 9,
-            end: 11,
-            initial: NONE,
-            transitions: Range { start: 11, end: 12 },
-            histories: Range { start: 0, end: 0 },
-            history: NONE,
-            entry: Range { start: 4, end: 4 },
-            exit: Range { start: 4, end: 4 },
-            done: NONE,
-        },
-        State {
-            name: Cow::Borrowed("low"),
-            path: Cow::Borrowed("on.battery.low"),
-            kind: Kind::Atomic,
-            parent: 9,
-            end: 12,
-            initial: NONE,
-            transitions: Range { start: 12, end: 13 },
-            histories: Range { start: 0, end: 0 },
-            history: NONE,
-            entry: Range { start: 4, end: 4 },
-            exit: Range { start: 4, end: 4 },
-            done: NONE,
-        },
+        State { name: Cow::Borrowed("avoider"), path: Cow::Borrowed(""), kind: Kind::Compound, parent: NONE, end: 12, initial: 13, transitions: Range { start: 0, end: 0 }, histories: Range { start: 0, end: 0 }, history: NONE, entry: Range { start: 0, end: 0 }, exit: Range { start: 0, end: 0 }, done: NONE },
+        State { name: Cow::Borrowed("on"), path: Cow::Borrowed("on"), kind: Kind::Parallel, parent: 0, end: 12, initial: NONE, transitions: Range { start: 0, end: 0 }, histories: Range { start: 0, end: 0 }, history: NONE, entry: Range { start: 0, end: 0 }, exit: Range { start: 0, end: 0 }, done: NONE },
+        State { name: Cow::Borrowed("motion"), path: Cow::Borrowed("on.motion"), kind: Kind::Compound, parent: 1, end: 9, initial: 14, transitions: Range { start: 0, end: 0 }, histories: Range { start: 0, end: 0 }, history: NONE, entry: Range { start: 0, end: 0 }, exit: Range { start: 0, end: 0 }, done: NONE },
+        State { name: Cow::Borrowed("idle"), path: Cow::Borrowed("on.motion.idle"), kind: Kind::Atomic, parent: 2, end: 4, initial: NONE, transitions: Range { start: 0, end: 2 }, histories: Range { start: 0, end: 0 }, history: NONE, entry: Range { start: 0, end: 0 }, exit: Range { start: 0, end: 0 }, done: NONE },
+        State { name: Cow::Borrowed("charging"), path: Cow::Borrowed("on.motion.charging"), kind: Kind::Atomic, parent: 2, end: 5, initial: NONE, transitions: Range { start: 2, end: 4 }, histories: Range { start: 0, end: 0 }, history: NONE, entry: Range { start: 0, end: 0 }, exit: Range { start: 0, end: 0 }, done: NONE },
+        State { name: Cow::Borrowed("driving"), path: Cow::Borrowed("on.motion.driving"), kind: Kind::Compound, parent: 2, end: 9, initial: 15, transitions: Range { start: 4, end: 6 }, histories: Range { start: 0, end: 0 }, history: NONE, entry: Range { start: 0, end: 0 }, exit: Range { start: 0, end: 0 }, done: NONE },
+        State { name: Cow::Borrowed("cruising"), path: Cow::Borrowed("on.motion.driving.cruising"), kind: Kind::Atomic, parent: 5, end: 7, initial: NONE, transitions: Range { start: 6, end: 7 }, histories: Range { start: 0, end: 0 }, history: NONE, entry: Range { start: 0, end: 0 }, exit: Range { start: 0, end: 0 }, done: NONE },
+        State { name: Cow::Borrowed("turning"), path: Cow::Borrowed("on.motion.driving.turning"), kind: Kind::Atomic, parent: 5, end: 8, initial: NONE, transitions: Range { start: 7, end: 9 }, histories: Range { start: 0, end: 0 }, history: NONE, entry: Range { start: 0, end: 1 }, exit: Range { start: 1, end: 2 }, done: NONE },
+        State { name: Cow::Borrowed("blocked"), path: Cow::Borrowed("on.motion.driving.blocked"), kind: Kind::Atomic, parent: 5, end: 9, initial: NONE, transitions: Range { start: 9, end: 11 }, histories: Range { start: 0, end: 0 }, history: NONE, entry: Range { start: 2, end: 3 }, exit: Range { start: 3, end: 4 }, done: NONE },
+        State { name: Cow::Borrowed("battery"), path: Cow::Borrowed("on.battery"), kind: Kind::Compound, parent: 1, end: 12, initial: 16, transitions: Range { start: 11, end: 11 }, histories: Range { start: 0, end: 0 }, history: NONE, entry: Range { start: 4, end: 4 }, exit: Range { start: 4, end: 4 }, done: NONE },
+        State { name: Cow::Borrowed("charged"), path: Cow::Borrowed("on.battery.charged"), kind: Kind::Atomic, parent: 9, end: 11, initial: NONE, transitions: Range { start: 11, end: 12 }, histories: Range { start: 0, end: 0 }, history: NONE, entry: Range { start: 4, end: 4 }, exit: Range { start: 4, end: 4 }, done: NONE },
+        State { name: Cow::Borrowed("low"), path: Cow::Borrowed("on.battery.low"), kind: Kind::Atomic, parent: 9, end: 12, initial: NONE, transitions: Range { start: 12, end: 13 }, histories: Range { start: 0, end: 0 }, history: NONE, entry: Range { start: 4, end: 4 }, exit: Range { start: 4, end: 4 }, done: NONE },
     ];
+
     const TRANSITIONS: &[Transition] = &[
-        Transition {
-            source: 3,
-            targets: Range { start: 1, end: 2 },
-            trigger: Trigger::Events(Range { start: 0, end: 1 }),
-            condition: Condition::In(10),
-            domain: 2,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 3,
-            targets: Range { start: 3, end: 4 },
-            trigger: Trigger::Events(Range { start: 2, end: 3 }),
-            condition: Condition::Always,
-            domain: 2,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 4,
-            targets: Range { start: 5, end: 6 },
-            trigger: Trigger::Events(Range { start: 4, end: 5 }),
-            condition: Condition::Always,
-            domain: 2,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 4,
-            targets: Range { start: 7, end: 8 },
-            trigger: Trigger::Events(Range { start: 6, end: 7 }),
-            condition: Condition::Always,
-            domain: 2,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 5,
-            targets: Range { start: 9, end: 10 },
-            trigger: Trigger::Events(Range { start: 8, end: 9 }),
-            condition: Condition::Always,
-            domain: 2,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 5,
-            targets: Range { start: 11, end: 12 },
-            trigger: Trigger::Events(Range { start: 10, end: 11 }),
-            condition: Condition::Always,
-            domain: 2,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 6,
-            targets: Range { start: 13, end: 14 },
-            trigger: Trigger::Events(Range { start: 12, end: 13 }),
-            condition: Condition::Always,
-            domain: 5,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 7,
-            targets: Range { start: 15, end: 16 },
-            trigger: Trigger::Events(Range { start: 14, end: 15 }),
-            condition: Condition::Always,
-            domain: 5,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 7,
-            targets: Range { start: 17, end: 18 },
-            trigger: Trigger::Events(Range { start: 16, end: 17 }),
-            condition: Condition::Always,
-            domain: 5,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 8,
-            targets: Range { start: 19, end: 20 },
-            trigger: Trigger::Events(Range { start: 18, end: 19 }),
-            condition: Condition::Always,
-            domain: 5,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 8,
-            targets: Range { start: 21, end: 22 },
-            trigger: Trigger::Events(Range { start: 20, end: 21 }),
-            condition: Condition::Always,
-            domain: 5,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 10,
-            targets: Range { start: 23, end: 24 },
-            trigger: Trigger::Events(Range { start: 22, end: 23 }),
-            condition: Condition::Always,
-            domain: 9,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 11,
-            targets: Range { start: 25, end: 26 },
-            trigger: Trigger::Events(Range { start: 24, end: 25 }),
-            condition: Condition::Always,
-            domain: 9,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 0,
-            targets: Range { start: 26, end: 27 },
-            trigger: Trigger::Eventless,
-            condition: Condition::Always,
-            domain: NONE,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 2,
-            targets: Range { start: 27, end: 28 },
-            trigger: Trigger::Eventless,
-            condition: Condition::Always,
-            domain: 0,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 5,
-            targets: Range { start: 28, end: 29 },
-            trigger: Trigger::Eventless,
-            condition: Condition::Always,
-            domain: 2,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
-        Transition {
-            source: 9,
-            targets: Range { start: 29, end: 30 },
-            trigger: Trigger::Eventless,
-            condition: Condition::Always,
-            domain: 0,
-            through_history: false,
-            internal: false,
-            actions: Range { start: 4, end: 4 },
-        },
+        Transition { source: 3, targets: Range { start: 1, end: 2 }, trigger: Trigger::Events(Range { start: 0, end: 1 }), condition: Condition::In(10), domain: 2, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 3, targets: Range { start: 3, end: 4 }, trigger: Trigger::Events(Range { start: 2, end: 3 }), condition: Condition::Always, domain: 2, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 4, targets: Range { start: 5, end: 6 }, trigger: Trigger::Events(Range { start: 4, end: 5 }), condition: Condition::Always, domain: 2, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 4, targets: Range { start: 7, end: 8 }, trigger: Trigger::Events(Range { start: 6, end: 7 }), condition: Condition::Always, domain: 2, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 5, targets: Range { start: 9, end: 10 }, trigger: Trigger::Events(Range { start: 8, end: 9 }), condition: Condition::Always, domain: 2, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 5, targets: Range { start: 11, end: 12 }, trigger: Trigger::Events(Range { start: 10, end: 11 }), condition: Condition::Always, domain: 2, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 6, targets: Range { start: 13, end: 14 }, trigger: Trigger::Events(Range { start: 12, end: 13 }), condition: Condition::Always, domain: 5, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 7, targets: Range { start: 15, end: 16 }, trigger: Trigger::Events(Range { start: 14, end: 15 }), condition: Condition::Always, domain: 5, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 7, targets: Range { start: 17, end: 18 }, trigger: Trigger::Events(Range { start: 16, end: 17 }), condition: Condition::Always, domain: 5, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 8, targets: Range { start: 19, end: 20 }, trigger: Trigger::Events(Range { start: 18, end: 19 }), condition: Condition::Always, domain: 5, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 8, targets: Range { start: 21, end: 22 }, trigger: Trigger::Events(Range { start: 20, end: 21 }), condition: Condition::Always, domain: 5, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 10, targets: Range { start: 23, end: 24 }, trigger: Trigger::Events(Range { start: 22, end: 23 }), condition: Condition::Always, domain: 9, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 11, targets: Range { start: 25, end: 26 }, trigger: Trigger::Events(Range { start: 24, end: 25 }), condition: Condition::Always, domain: 9, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 0, targets: Range { start: 26, end: 27 }, trigger: Trigger::Eventless, condition: Condition::Always, domain: NONE, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 2, targets: Range { start: 27, end: 28 }, trigger: Trigger::Eventless, condition: Condition::Always, domain: 0, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 5, targets: Range { start: 28, end: 29 }, trigger: Trigger::Eventless, condition: Condition::Always, domain: 2, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
+        Transition { source: 9, targets: Range { start: 29, end: 30 }, trigger: Trigger::Eventless, condition: Condition::Always, domain: 0, through_history: false, internal: false, actions: Range { start: 4, end: 4 } },
     ];
+
     const EVENTS: &[Cow<'static, str>] = &[
-        Cow::Borrowed("go"),
-        Cow::Borrowed("battery.full"),
-        Cow::Borrowed("stop"),
-        Cow::Borrowed("battery.low"),
-        Cow::Borrowed("obstacle"),
-        Cow::Borrowed("clear"),
-        Cow::Borrowed("stuck"),
-        Cow::Borrowed("again"),
+        Cow::Borrowed("go"), Cow::Borrowed("battery.full"), Cow::Borrowed("stop"), Cow::Borrowed("battery.low"),
+        Cow::Borrowed("obstacle"), Cow::Borrowed("clear"), Cow::Borrowed("stuck"), Cow::Borrowed("again"),
     ];
-    const LISTS: &[u16] = &[
-        0, 5, 0, 4, 1, 5, 2, 3, 3, 4, 2, 3, 4, 7, 5, 6, 6, 8, 5, 6, 7, 7, 3, 11, 1, 10,
-        1, 3, 6, 10,
-    ];
+
+    const LISTS: &[u16] = &[0,5,0,4,1,5,2,3,3,4,2,3,4,7,5,6,6,8,5,6,7,7,3,11,1,10,1,3,6,10,];
+
     const BLOCKS: &[Range] = &[
-        Range { start: 0, end: 1 },
-        Range { start: 1, end: 2 },
-        Range { start: 2, end: 3 },
-        Range { start: 3, end: 4 },
+        Range { start: 0, end: 1 }, Range { start: 1, end: 2 }, Range { start: 2, end: 3 }, Range { start: 3, end: 4 },
     ];
+
     const ACTIONS: &[Action] = &[
-        Action::Send {
-            event: 6,
-            delay: 10000000000,
-            id: 0,
-        },
-        Action::Cancel(0),
-        Action::Send {
-            event: 7,
-            delay: 5000000000,
-            id: 1,
-        },
-        Action::Cancel(1),
+        Action::Send { event: 6, delay: 10000000000, id: 0 }, Action::Cancel(0),
+        Action::Send { event: 7, delay: 5000000000, id: 1 }, Action::Cancel(1),
     ];
+
     const TEXTS: &[Cow<'static, str>] = &[];
+
     const GUARDS: &[Cow<'static, str>] = &[];
+
     const FUNCTIONS: &[Cow<'static, str>] = &[];
     Chart {
         name: Cow::Borrowed("avoider"),

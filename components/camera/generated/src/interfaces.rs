@@ -3,4 +3,4 @@
 
 pub use ::interfaces::robo_comp_camera::camera;
 pub use ::interfaces::robo_comp_camera::camera_pub;
-pub use self::camera_pub::CameraPubPublisher;
+pub use self::camera_pub::{ CameraPubPublisher };

@@ -2,8 +2,7 @@
 //! The context of the worker: its parameters, its clients and its publishers.
 
 use crate::parameters::Params;
-use rc_runtime::middleware::OpenError;
-use rc_runtime::{Core, Ports, TimeSource, Values};
+use rc_runtime::{Core, Ports, StartError, TimeSource, Values, WorkerContext};
 use std::ops::{Deref, DerefMut};
 
 /// The first argument of every function of the worker. It dereferences to [`Core`], which knows the name, the time and
@@ -23,12 +22,8 @@ pub struct Context {
     pub time: TimeSource,
 }
 
-impl Context {
-    pub(crate) fn new(
-        core: Core,
-        ports: &Ports,
-        values: &Values,
-    ) -> Result<Self, OpenError> {
+impl WorkerContext for Context {
+    fn open(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError> {
         Ok(Self {
             core,
             params: Params::from_values(values),
@@ -36,11 +31,7 @@ impl Context {
         })
     }
 
-    pub(crate) fn core(&mut self) -> &mut Core {
-        &mut self.core
-    }
-
-    pub(crate) fn set_parameters(&mut self, values: &Values) {
+    fn set_parameters(&mut self, values: &Values) {
         self.params = Params::from_values(values);
     }
 }

@@ -2,5 +2,5 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_camera::camera;
-pub use self::camera::CameraClient;
+pub use self::camera::{ CameraClient };
 pub use ::interfaces::robo_comp_camera::camera_pub;

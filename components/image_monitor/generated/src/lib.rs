@@ -2,6 +2,7 @@
 //! The generic layer of the component `image_monitor`.
 //!
 //! [`rc_runtime::guide`] describes how its worker is written and tested.
+
 #![allow(
     clippy::too_many_arguments,
     clippy::type_complexity,
@@ -14,12 +15,15 @@ mod context;
 mod description;
 pub mod interfaces;
 mod slots;
+
 #[cfg(feature = "testing")]
 pub mod testing;
 pub mod types;
 
-pub use adapter::{Worker, embed, run};
+pub use adapter::{Handlers, embed, run};
 pub use context::Context;
+pub use rc_runtime::Worker;
+pub use rc_runtime::middleware::typed::{HandlerError, Request};
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;

@@ -2,7 +2,4 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_camera;
-pub use self::robo_comp_camera::{
-    PixelFormat, PixelFormatInPlace, Image, ImageInPlace, CloudPoint, CloudPointInPlace,
-    Cloud, CloudInPlace,
-};
+pub use self::robo_comp_camera::{ PixelFormat, PixelFormatInPlace, Image, ImageInPlace, CloudPoint, CloudPointInPlace, Cloud, CloudInPlace };

@@ -80,16 +80,8 @@ pub(crate) static DESCRIPTION: Description = Description {
     period: Duration::new(0, 20000000),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[
-        SLOT_INNER_MODEL,
-        SLOT_INNER_MODEL_MANAGER,
-        SLOT_INNER_MODEL_PUB,
-        SLOT_LEADER,
-    ],
-    types: &[
-        ::interfaces::rc_inner_model::RC_DESCRIPTION,
-        ::interfaces::robo_comp_inner_model_manager::RC_DESCRIPTION,
-    ],
+    slots: &[SLOT_INNER_MODEL, SLOT_INNER_MODEL_MANAGER, SLOT_INNER_MODEL_PUB, SLOT_LEADER],
+    types: &[::interfaces::rc_inner_model::RC_DESCRIPTION, ::interfaces::robo_comp_inner_model_manager::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
     managed: false,

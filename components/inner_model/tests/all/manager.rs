@@ -50,16 +50,17 @@ fn mesh(path: &str, scale: f32) -> MeshType {
 fn nodes_are_added_listed_and_removed() {
     let (mut worker, mut test) = start("robot.xml");
     let ctx: &mut Context = &mut test;
-    let it: &mut dyn InnerModelManager = &mut worker;
-    let add = |it: &mut dyn InnerModelManager, ctx: &mut Context, item: &str, engine: &str| {
-        it.add_transform(
-            ctx,
-            item.into(),
-            engine.into(),
-            "root".into(),
-            at(100.0, 0.0, 0.0),
-        )
-    };
+    let it: &mut dyn InnerModelManager<Context> = &mut worker.manager(ctx);
+    let add =
+        |it: &mut dyn InnerModelManager<Context>, ctx: &mut Context, item: &str, engine: &str| {
+            it.add_transform(
+                ctx,
+                item.into(),
+                engine.into(),
+                "root".into(),
+                at(100.0, 0.0, 0.0),
+            )
+        };
     assert_eq!(add(it, ctx, "stand", "static"), Ok(true));
     let again = add(it, ctx, "stand", "bullet");
     assert_eq!(
@@ -161,7 +162,7 @@ fn nodes_are_added_listed_and_removed() {
 fn poses_planes_and_scales() {
     let (mut worker, mut test) = start("arm.xml");
     let ctx: &mut Context = &mut test;
-    let it: &mut dyn InnerModelManager = &mut worker;
+    let it: &mut dyn InnerModelManager<Context> = &mut worker.manager(ctx);
     assert_eq!(
         it.set_pose(ctx, "root".into(), "cup".into(), at(1.0, 2.0, 3.0)),
         Ok(true)
@@ -232,7 +233,7 @@ fn poses_planes_and_scales() {
     let ctx: &mut Context = &mut test;
     inner_model_generated::Worker::params_changed(&mut worker, ctx, &[]).expect("a change");
     let into = InnerModelManager::set_pose(
-        &mut worker,
+        &mut worker.manager(ctx),
         ctx,
         "arm".into(),
         "cup".into(),
@@ -245,7 +246,7 @@ fn poses_planes_and_scales() {
 fn scales_attributes_and_clouds() {
     let (mut worker, mut test) = start("house.xml");
     let ctx: &mut Context = &mut test;
-    let it: &mut dyn InnerModelManager = &mut worker;
+    let it: &mut dyn InnerModelManager<Context> = &mut worker.manager(ctx);
     assert_eq!(
         it.set_scale(ctx, "mast_body".into(), 1.0, 2.0, 3.0),
         Ok(true)
@@ -308,7 +309,7 @@ fn scales_attributes_and_clouds() {
 fn a_result_that_is_no_float_is_an_internal_error() {
     let (mut worker, mut test) = start("robot.xml");
     let ctx: &mut Context = &mut test;
-    let it: &mut dyn InnerModelManager = &mut worker;
+    let it: &mut dyn InnerModelManager<Context> = &mut worker.manager(ctx);
     for (item, base) in [("far", "root"), ("farther", "far")] {
         let pose = at(3e38, 0.0, 0.0);
         let added = it.add_transform(ctx, item.into(), "static".into(), base.into(), pose);

@@ -7,97 +7,203 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompFullPoseEstimationPub","t
 {"name":"newFullPose","id":-1003851669,"hash":"21ddbe7f0f48f693","pattern":"command","inputs":[{"name":"pose","type":"RoboCompFullPoseEstimation::FullPoseEuler"}]}
 ]}
 ]}"#;
-
 /// The interface `FullPoseEstimationPub`.
 ///
 /// The poses of one estimator, as they are found.
 pub mod full_pose_estimation_pub {
-    use rc_middleware::typed::Operation;
-    use rc_middleware::{CallError, DecodeError, OpenError, Reader, SendError};
+    use rc_middleware::typed;
 
     /// `newFullPose`
-    pub const NEW_FULL_POSE: Operation = Operation {
-        name: "newFullPose",
-        id: -1003851669,
-        type_hash: 0x21ddbe7f0f48f693,
-        two_way: false,
-        replies: &[],
-    };
+    pub const NEW_FULL_POSE: typed::Operation = typed::Operation::one_way(
+        "newFullPose", -1003851669, 0x21ddbe7f0f48f693,
+    );
 
     /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[Operation] = &[NEW_FULL_POSE];
+    pub const OPERATIONS: &[typed::Operation] = &[NEW_FULL_POSE];
 
-    /// Reads the parameters of `newFullPose`.
-    pub fn read_new_full_pose(
-        reader: &mut Reader<'_>,
-    ) -> Result<crate::robo_comp_full_pose_estimation::FullPoseEuler, DecodeError> {
-        let pose: crate::robo_comp_full_pose_estimation::FullPoseEuler = reader.get()?;
-        Ok(pose)
+    /// The handlers of `FullPoseEstimationPub`, over the context `C` of a worker. `S` tells slots of one interface apart.
+    ///
+    /// The poses of one estimator, as they are found.
+    pub trait FullPoseEstimationPub<C, S = ()> {
+        fn new_full_pose(&mut self, ctx: &mut C, pose: crate::robo_comp_full_pose_estimation::FullPoseEuler);
     }
 
-    /// A client of `FullPoseEstimationPub`.
-    pub struct FullPoseEstimationPubClient {
-        client: rc_middleware::typed::TypedClient,
+    /// Answers the requests of a slot. Who implements [`FullPoseEstimationPub`] does; a worker may implement this trait instead, and let
+    /// a value answer.
+    pub trait ServeFullPoseEstimationPub<C, S = ()> {
+        /// Answers one request.
+        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
     }
+
+    impl<C, S, W: FullPoseEstimationPub<C, S>> ServeFullPoseEstimationPub<C, S> for W {
+        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
+            match request.place(OPERATIONS) {
+                Some(0) => request.command(
+                    &NEW_FULL_POSE, typed::read, |(pose,)| FullPoseEstimationPub::new_full_pose(self, ctx, pose),
+                ),
+                _ => request.unknown(),
+            }
+        }
+    }
+
+    /// Takes the samples of a slot. Who implements [`FullPoseEstimationPub`] does; a worker may implement this trait instead, and let
+    /// a value take them.
+    pub trait ReceiveFullPoseEstimationPub<C, S = ()> {
+        /// Takes one sample of the topic with this number.
+        fn receive(
+            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
+        ) -> Result<(), typed::HandlerError>;
+    }
+
+    impl<C, S, W: FullPoseEstimationPub<C, S>> ReceiveFullPoseEstimationPub<C, S> for W {
+        fn receive(
+            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
+        ) -> Result<(), typed::HandlerError> {
+            match topic {
+                0 => {
+                    let (pose,) = typed::read(reader)?;
+                    FullPoseEstimationPub::new_full_pose(self, ctx, pose);
+                }
+                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
+            }
+            Ok(())
+        }
+    }
+
+    /// The handlers of `FullPoseEstimationPub` for the members of a slot array.
+    pub trait FullPoseEstimationPubMembers<C, S = ()> {
+        fn new_full_pose(
+            &mut self, ctx: &mut C, member: &rc_middleware::Member,
+            pose: crate::robo_comp_full_pose_estimation::FullPoseEuler,
+        );
+    }
+
+    /// Answers the requests of a slot. Who implements [`FullPoseEstimationPubMembers`] does; a worker may implement this trait instead, and let
+    /// a value answer.
+    pub trait ServeFullPoseEstimationPubMembers<C, S = ()> {
+        /// Answers one request.
+        fn serve(
+            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
+        ) -> Result<(), typed::HandlerError>;
+    }
+
+    impl<C, S, W: FullPoseEstimationPubMembers<C, S>> ServeFullPoseEstimationPubMembers<C, S> for W {
+        fn serve(
+            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
+        ) -> Result<(), typed::HandlerError> {
+            match request.place(OPERATIONS) {
+                Some(0) => request.command(
+                    &NEW_FULL_POSE, typed::read,
+                    |(pose,)| FullPoseEstimationPubMembers::new_full_pose(self, ctx, member, pose),
+                ),
+                _ => request.unknown(),
+            }
+        }
+    }
+
+    /// Takes the samples of a slot. Who implements [`FullPoseEstimationPubMembers`] does; a worker may implement this trait instead, and let
+    /// a value take them.
+    pub trait ReceiveFullPoseEstimationPubMembers<C, S = ()> {
+        /// Takes one sample of the topic with this number.
+        fn receive(
+            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
+            reader: &mut rc_middleware::Reader<'_>,
+        ) -> Result<(), typed::HandlerError>;
+    }
+
+    impl<C, S, W: FullPoseEstimationPubMembers<C, S>> ReceiveFullPoseEstimationPubMembers<C, S> for W {
+        fn receive(
+            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
+            reader: &mut rc_middleware::Reader<'_>,
+        ) -> Result<(), typed::HandlerError> {
+            match topic {
+                0 => {
+                    let (pose,) = typed::read(reader)?;
+                    FullPoseEstimationPubMembers::new_full_pose(self, ctx, member, pose);
+                }
+                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
+            }
+            Ok(())
+        }
+    }
+
+    rc_middleware::client!(FullPoseEstimationPubClient);
 
     impl FullPoseEstimationPubClient {
-        /// Calls the operations through `client`.
-        pub fn new(client: rc_middleware::typed::TypedClient) -> Self {
-            Self { client }
-        }
-
-        /// Sets the longest time that a call may take.
-        pub fn set_timeout(&mut self, timeout: std::time::Duration) {
-            self.client.set_timeout(timeout);
-        }
-
-        /// Whether there is a server.
-        pub fn is_connected(&self) -> bool {
-            self.client.peers() > 0
-        }
-
         pub fn new_full_pose(
-            &mut self,
-            pose: &crate::robo_comp_full_pose_estimation::FullPoseEuler,
-        ) -> Result<(), CallError> {
-            self.client
-                .send_with(
-                    &NEW_FULL_POSE,
-                    |writer| {
-                        writer.put(pose);
-                    },
-                )
+            &mut self, pose: &crate::robo_comp_full_pose_estimation::FullPoseEuler,
+        ) -> Result<(), rc_middleware::CallError> {
+            self.client.send(&NEW_FULL_POSE, (pose,))
         }
     }
 
-    /// A publisher of `FullPoseEstimationPub`: each operation is a topic.
-    pub struct FullPoseEstimationPubPublisher {
-        new_full_pose: rc_middleware::typed::TypedPublisher,
-    }
+    rc_middleware::publisher!(FullPoseEstimationPubPublisher: new_full_pose);
 
     impl FullPoseEstimationPubPublisher {
-        /// Publishes each topic through the publisher that `open` returns for its number, from 0.
-        pub fn new(
-            mut open: impl FnMut(
-                usize,
-            ) -> Result<rc_middleware::typed::TypedPublisher, OpenError>,
-        ) -> Result<Self, OpenError> {
-            Ok(Self { new_full_pose: open(0)? })
-        }
-
-        /// The number of subscribers of the topic that has most.
-        pub fn subscribers(&self) -> usize {
-            [self.new_full_pose.peers()].into_iter().max().unwrap_or(0)
-        }
-
         pub fn new_full_pose(
-            &mut self,
-            pose: &crate::robo_comp_full_pose_estimation::FullPoseEuler,
-        ) -> Result<(), SendError> {
-            self.new_full_pose
-                .publish_with(|writer| {
-                    writer.put(pose);
-                })
+            &mut self, pose: &crate::robo_comp_full_pose_estimation::FullPoseEuler,
+        ) -> Result<(), rc_middleware::SendError> {
+            self.new_full_pose.publish_parts((pose,))
+        }
+    }
+
+    /// Fakes of the peers of `FullPoseEstimationPub`, for tests of workers.
+    #[cfg(feature = "testing")]
+    pub mod testing {
+        use super::*;
+
+        /// A call.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Call {
+            /// `newFullPose`
+            NewFullPose { pose: crate::robo_comp_full_pose_estimation::FullPoseEuler },
+        }
+
+        impl rc_runtime::testing::FakeCall for Call {
+            const ANSWERED: &'static [typed::Operation] = &[];
+
+            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
+                match request.place(OPERATIONS) {
+                    Some(0) => request.arguments(&NEW_FULL_POSE, typed::read).map(|(pose,)| Self::NewFullPose { pose }),
+                    _ => Err(rc_runtime::testing::unknown(request)),
+                }
+            }
+
+            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
+                match request.place(OPERATIONS) {
+                    Some(0) => request.command(
+                        &NEW_FULL_POSE, typed::read, |_: (crate::robo_comp_full_pose_estimation::FullPoseEuler,)| {},
+                    ),
+                    _ => Err(rc_runtime::testing::unknown(request)),
+                }
+            }
+        }
+
+        rc_runtime::fake_server!(Fake: Call);
+
+        impl Fake {
+            /// Answers `newFullPose`, a command, by a call of `answer`.
+            pub fn on_new_full_pose(
+                &self, mut answer: impl FnMut(crate::robo_comp_full_pose_estimation::FullPoseEuler) + 'static,
+            ) {
+                self.0.on_command(&NEW_FULL_POSE, typed::read, move |(pose,)| answer(pose));
+            }
+        }
+
+        /// A sample.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Sample {
+            /// `newFullPose`
+            NewFullPose { pose: crate::robo_comp_full_pose_estimation::FullPoseEuler },
+        }
+
+        impl rc_runtime::testing::FakeSample for Sample {
+            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
+                match topic {
+                    0 => typed::read(reader).map(|(pose,)| Self::NewFullPose { pose }),
+                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
+                }
+            }
         }
     }
 }

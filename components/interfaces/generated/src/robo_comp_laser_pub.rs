@@ -7,97 +7,202 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompLaserPub","types":[],"int
 {"name":"pushLaserData","id":-1012867455,"hash":"d213d6e6ff641804","pattern":"command","inputs":[{"name":"laserData","type":"sequence<RoboCompLaser::TData>"}]}
 ]}
 ]}"#;
-
 /// The interface `LaserPub`.
 ///
 /// The scans of one scanner, as they are taken.
 pub mod laser_pub {
-    use rc_middleware::typed::Operation;
-    use rc_middleware::{CallError, DecodeError, OpenError, Reader, SendError};
+    use rc_middleware::typed;
 
     /// `pushLaserData`
-    pub const PUSH_LASER_DATA: Operation = Operation {
-        name: "pushLaserData",
-        id: -1012867455,
-        type_hash: 0xd213d6e6ff641804,
-        two_way: false,
-        replies: &[],
-    };
+    pub const PUSH_LASER_DATA: typed::Operation = typed::Operation::one_way(
+        "pushLaserData", -1012867455, 0xd213d6e6ff641804,
+    );
 
     /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[Operation] = &[PUSH_LASER_DATA];
+    pub const OPERATIONS: &[typed::Operation] = &[PUSH_LASER_DATA];
 
-    /// Reads the parameters of `pushLaserData`.
-    pub fn read_push_laser_data(
-        reader: &mut Reader<'_>,
-    ) -> Result<crate::robo_comp_laser::TLaserData, DecodeError> {
-        let laser_data: crate::robo_comp_laser::TLaserData = reader.get()?;
-        Ok(laser_data)
+    /// The handlers of `LaserPub`, over the context `C` of a worker. `S` tells slots of one interface apart.
+    ///
+    /// The scans of one scanner, as they are taken.
+    pub trait LaserPub<C, S = ()> {
+        fn push_laser_data(&mut self, ctx: &mut C, laser_data: crate::robo_comp_laser::TLaserData);
     }
 
-    /// A client of `LaserPub`.
-    pub struct LaserPubClient {
-        client: rc_middleware::typed::TypedClient,
+    /// Answers the requests of a slot. Who implements [`LaserPub`] does; a worker may implement this trait instead, and let
+    /// a value answer.
+    pub trait ServeLaserPub<C, S = ()> {
+        /// Answers one request.
+        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
     }
+
+    impl<C, S, W: LaserPub<C, S>> ServeLaserPub<C, S> for W {
+        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
+            match request.place(OPERATIONS) {
+                Some(0) => request.command(
+                    &PUSH_LASER_DATA, typed::read, |(laser_data,)| LaserPub::push_laser_data(self, ctx, laser_data),
+                ),
+                _ => request.unknown(),
+            }
+        }
+    }
+
+    /// Takes the samples of a slot. Who implements [`LaserPub`] does; a worker may implement this trait instead, and let
+    /// a value take them.
+    pub trait ReceiveLaserPub<C, S = ()> {
+        /// Takes one sample of the topic with this number.
+        fn receive(
+            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
+        ) -> Result<(), typed::HandlerError>;
+    }
+
+    impl<C, S, W: LaserPub<C, S>> ReceiveLaserPub<C, S> for W {
+        fn receive(
+            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
+        ) -> Result<(), typed::HandlerError> {
+            match topic {
+                0 => {
+                    let (laser_data,) = typed::read(reader)?;
+                    LaserPub::push_laser_data(self, ctx, laser_data);
+                }
+                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
+            }
+            Ok(())
+        }
+    }
+
+    /// The handlers of `LaserPub` for the members of a slot array.
+    pub trait LaserPubMembers<C, S = ()> {
+        fn push_laser_data(
+            &mut self, ctx: &mut C, member: &rc_middleware::Member, laser_data: crate::robo_comp_laser::TLaserData,
+        );
+    }
+
+    /// Answers the requests of a slot. Who implements [`LaserPubMembers`] does; a worker may implement this trait instead, and let
+    /// a value answer.
+    pub trait ServeLaserPubMembers<C, S = ()> {
+        /// Answers one request.
+        fn serve(
+            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
+        ) -> Result<(), typed::HandlerError>;
+    }
+
+    impl<C, S, W: LaserPubMembers<C, S>> ServeLaserPubMembers<C, S> for W {
+        fn serve(
+            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
+        ) -> Result<(), typed::HandlerError> {
+            match request.place(OPERATIONS) {
+                Some(0) => request.command(
+                    &PUSH_LASER_DATA, typed::read,
+                    |(laser_data,)| LaserPubMembers::push_laser_data(self, ctx, member, laser_data),
+                ),
+                _ => request.unknown(),
+            }
+        }
+    }
+
+    /// Takes the samples of a slot. Who implements [`LaserPubMembers`] does; a worker may implement this trait instead, and let
+    /// a value take them.
+    pub trait ReceiveLaserPubMembers<C, S = ()> {
+        /// Takes one sample of the topic with this number.
+        fn receive(
+            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
+            reader: &mut rc_middleware::Reader<'_>,
+        ) -> Result<(), typed::HandlerError>;
+    }
+
+    impl<C, S, W: LaserPubMembers<C, S>> ReceiveLaserPubMembers<C, S> for W {
+        fn receive(
+            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
+            reader: &mut rc_middleware::Reader<'_>,
+        ) -> Result<(), typed::HandlerError> {
+            match topic {
+                0 => {
+                    let (laser_data,) = typed::read(reader)?;
+                    LaserPubMembers::push_laser_data(self, ctx, member, laser_data);
+                }
+                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
+            }
+            Ok(())
+        }
+    }
+
+    rc_middleware::client!(LaserPubClient);
 
     impl LaserPubClient {
-        /// Calls the operations through `client`.
-        pub fn new(client: rc_middleware::typed::TypedClient) -> Self {
-            Self { client }
-        }
-
-        /// Sets the longest time that a call may take.
-        pub fn set_timeout(&mut self, timeout: std::time::Duration) {
-            self.client.set_timeout(timeout);
-        }
-
-        /// Whether there is a server.
-        pub fn is_connected(&self) -> bool {
-            self.client.peers() > 0
-        }
-
         pub fn push_laser_data(
-            &mut self,
-            laser_data: &[crate::robo_comp_laser::TData],
-        ) -> Result<(), CallError> {
-            self.client
-                .send_with(
-                    &PUSH_LASER_DATA,
-                    |writer| {
-                        rc_middleware::cdr::sequence(laser_data, writer);
-                    },
-                )
+            &mut self, laser_data: &[crate::robo_comp_laser::TData],
+        ) -> Result<(), rc_middleware::CallError> {
+            self.client.send(&PUSH_LASER_DATA, (laser_data,))
         }
     }
 
-    /// A publisher of `LaserPub`: each operation is a topic.
-    pub struct LaserPubPublisher {
-        push_laser_data: rc_middleware::typed::TypedPublisher,
-    }
+    rc_middleware::publisher!(LaserPubPublisher: push_laser_data);
 
     impl LaserPubPublisher {
-        /// Publishes each topic through the publisher that `open` returns for its number, from 0.
-        pub fn new(
-            mut open: impl FnMut(
-                usize,
-            ) -> Result<rc_middleware::typed::TypedPublisher, OpenError>,
-        ) -> Result<Self, OpenError> {
-            Ok(Self { push_laser_data: open(0)? })
-        }
-
-        /// The number of subscribers of the topic that has most.
-        pub fn subscribers(&self) -> usize {
-            [self.push_laser_data.peers()].into_iter().max().unwrap_or(0)
-        }
-
         pub fn push_laser_data(
-            &mut self,
-            laser_data: &[crate::robo_comp_laser::TData],
-        ) -> Result<(), SendError> {
-            self.push_laser_data
-                .publish_with(|writer| {
-                    rc_middleware::cdr::sequence(laser_data, writer);
-                })
+            &mut self, laser_data: &[crate::robo_comp_laser::TData],
+        ) -> Result<(), rc_middleware::SendError> {
+            self.push_laser_data.publish_parts((laser_data,))
+        }
+    }
+
+    /// Fakes of the peers of `LaserPub`, for tests of workers.
+    #[cfg(feature = "testing")]
+    pub mod testing {
+        use super::*;
+
+        /// A call.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Call {
+            /// `pushLaserData`
+            PushLaserData { laser_data: crate::robo_comp_laser::TLaserData },
+        }
+
+        impl rc_runtime::testing::FakeCall for Call {
+            const ANSWERED: &'static [typed::Operation] = &[];
+
+            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
+                match request.place(OPERATIONS) {
+                    Some(0) => request.arguments(&PUSH_LASER_DATA, typed::read).map(
+                        |(laser_data,)| Self::PushLaserData { laser_data }
+                    ),
+                    _ => Err(rc_runtime::testing::unknown(request)),
+                }
+            }
+
+            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
+                match request.place(OPERATIONS) {
+                    Some(0) => request.command(
+                        &PUSH_LASER_DATA, typed::read, |_: (crate::robo_comp_laser::TLaserData,)| {},
+                    ),
+                    _ => Err(rc_runtime::testing::unknown(request)),
+                }
+            }
+        }
+
+        rc_runtime::fake_server!(Fake: Call);
+
+        impl Fake {
+            /// Answers `pushLaserData`, a command, by a call of `answer`.
+            pub fn on_push_laser_data(&self, mut answer: impl FnMut(crate::robo_comp_laser::TLaserData) + 'static) {
+                self.0.on_command(&PUSH_LASER_DATA, typed::read, move |(laser_data,)| answer(laser_data));
+            }
+        }
+
+        /// A sample.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Sample {
+            /// `pushLaserData`
+            PushLaserData { laser_data: crate::robo_comp_laser::TLaserData },
+        }
+
+        impl rc_runtime::testing::FakeSample for Sample {
+            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
+                match topic {
+                    0 => typed::read(reader).map(|(laser_data,)| Self::PushLaserData { laser_data }),
+                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
+                }
+            }
         }
     }
 }

@@ -3,8 +3,7 @@
 
 use crate::interfaces;
 use crate::parameters::Params;
-use rc_runtime::middleware::OpenError;
-use rc_runtime::{Core, Ports, Values};
+use rc_runtime::{Core, Ports, StartError, Values, WorkerContext};
 use std::ops::{Deref, DerefMut};
 
 /// The first argument of every function of the worker. It dereferences to [`Core`], which knows the name, the time and
@@ -34,19 +33,13 @@ pub struct Context {
     pub archive: interfaces::archive::ArchivePublisher,
 }
 
-impl Context {
-    pub(crate) fn new(
-        core: Core,
-        ports: &Ports,
-        values: &Values,
-    ) -> Result<Self, OpenError> {
+impl WorkerContext for Context {
+    fn open(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError> {
         Ok(Self {
             core,
             params: Params::from_values(values),
             oracle: interfaces::oracle::OracleClient::new(ports.client(3)?),
-            camera_driver: interfaces::camera_driver::CameraDriverClient::new(
-                ports.client(4)?,
-            ),
+            camera_driver: interfaces::camera_driver::CameraDriverClient::new(ports.client(4)?),
             echoes: interfaces::echoes::EchoesPublisher::new(ports.publishers(8))?,
             gossip: interfaces::gossip::GossipPublisher::new(ports.publishers(9))?,
             images: interfaces::images::ImagesPublisher::new(ports.publishers(10))?,
@@ -54,15 +47,11 @@ impl Context {
         })
     }
 
-    pub(crate) fn core(&mut self) -> &mut Core {
-        &mut self.core
-    }
-
-    pub(crate) fn set_parameters(&mut self, values: &Values) {
+    fn set_parameters(&mut self, values: &Values) {
         self.params = Params::from_values(values);
     }
 
-    pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
+    fn sending_peers(&self, peers: &mut [usize]) {
         peers[3] = usize::from(self.oracle.is_connected());
         peers[4] = usize::from(self.camera_driver.is_connected());
         peers[8] = self.echoes.subscribers();

@@ -2,22 +2,22 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_interop::archive;
-pub use self::archive::ArchivePublisher;
+pub use self::archive::{ ArchivePublisher };
 pub use ::interfaces::rc_interop::camera;
 pub use ::interfaces::rc_interop::camera_driver;
-pub use self::camera_driver::CameraDriverClient;
+pub use self::camera_driver::{ CameraDriverClient };
 pub use ::interfaces::rc_interop::echoes;
-pub use self::echoes::EchoesPublisher;
+pub use self::echoes::{ EchoesPublisher };
 pub use ::interfaces::rc_interop::gossip;
-pub use self::gossip::GossipPublisher;
+pub use self::gossip::{ GossipPublisher };
 pub use ::interfaces::rc_interop::images;
-pub use self::images::ImagesPublisher;
+pub use self::images::{ ImagesPublisher };
 pub use ::interfaces::rc_interop::interop;
-pub use self::interop::{ShiftError, ShiftAnswer};
+pub use self::interop::{ ShiftError, ShiftAnswer };
 pub use ::interfaces::rc_types::mirror;
-pub use self::mirror::FailError;
+pub use self::mirror::{ FailError };
 pub use ::interfaces::rc_interop::oracle;
-pub use self::oracle::{OracleClient, AskError, AskAnswer};
+pub use self::oracle::{ OracleClient, AskError, AskAnswer };
 pub use ::interfaces::rc_interop::orders;
 pub use ::interfaces::rc_interop::reports;
 pub use ::interfaces::rc_interop::talk;

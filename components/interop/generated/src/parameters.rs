@@ -98,11 +98,7 @@ impl Params {
             speed: values.float("speed") as f32,
             count: values.int("count") as i32,
             token: values.text("token"),
-            wheels: values
-                .list("wheels")
-                .iter()
-                .map(WheelsParams::from_values)
-                .collect(),
+            wheels: values.list("wheels").iter().map(WheelsParams::from_values).collect(),
             images: ImagesParams::from_values(values.group("images")),
             arm: ArmParams::from_values(values.group("arm")),
         }
@@ -113,12 +109,12 @@ impl Params {
 impl std::fmt::Debug for Params {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Params")
-            .field("speed", &self.speed)
-            .field("count", &self.count)
-            .field("token", &"***")
-            .field("wheels", &self.wheels)
-            .field("images", &self.images)
-            .field("arm", &self.arm)
-            .finish()
+        .field("speed", &self.speed)
+        .field("count", &self.count)
+        .field("token", &"***")
+        .field("wheels", &self.wheels)
+        .field("images", &self.images)
+        .field("arm", &self.arm)
+        .finish()
     }
 }

@@ -2,15 +2,6 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_interop;
-pub use self::rc_interop::{
-    Mark, Scores, Report, Nonsense, Time, TimeInPlace, Header, RegionOfInterest,
-    RegionOfInterestInPlace, CameraInfo, Image,
-};
+pub use self::rc_interop::{ Mark, Scores, Report, Nonsense, Time, TimeInPlace, Header, RegionOfInterest, RegionOfInterestInPlace, CameraInfo, Image };
 pub use ::interfaces::rc_types;
-pub use self::rc_types::{
-    Bare, BareInPlace, Outline, Outlines, Numbers, NumbersInPlace, Sequences, Bounded,
-    BoundedInPlaceTextsItem, BoundedInPlaceRowsItem, BoundedInPlace, Arrays, Names,
-    ByBool, ByByte, ByInt8, ByShort, ByUint16, ByInt, ByUint32, ByLong, ByUint64, ByWord,
-    ByKind, Dictionaries, Optionals, Defaults, Everything, Picture, PictureInPlace,
-    Broken, VeryBroken, Gone,
-};
+pub use self::rc_types::{ Bare, BareInPlace, Outline, Outlines, Numbers, NumbersInPlace, Sequences, Bounded, BoundedInPlaceTextsItem, BoundedInPlaceRowsItem, BoundedInPlace, Arrays, Names, ByBool, ByByte, ByInt8, ByShort, ByUint16, ByInt, ByUint32, ByLong, ByUint64, ByWord, ByKind, Dictionaries, Optionals, Defaults, Everything, Picture, PictureInPlace, Broken, VeryBroken, Gone };

@@ -2,8 +2,4 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_joint_motor;
-pub use self::robo_comp_joint_motor::{
-    HardwareFailedException, OutOfRangeException, UnknownMotorException, MotorState,
-    MotorStateMap, MotorParams, MotorParamsList, BusParams, MotorGoalPosition,
-    MotorGoalPositionList, MotorGoalVelocity, MotorGoalVelocityList, MotorList,
-};
+pub use self::robo_comp_joint_motor::{ HardwareFailedException, OutOfRangeException, UnknownMotorException, MotorState, MotorStateMap, MotorParams, MotorParamsList, BusParams, MotorGoalPosition, MotorGoalPositionList, MotorGoalVelocity, MotorGoalVelocityList, MotorList };

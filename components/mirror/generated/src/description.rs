@@ -44,10 +44,7 @@ pub(crate) static DESCRIPTION: Description = Description {
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_SEEN, SLOT_IMAGINED],
-    types: &[
-        ::interfaces::rc_inner_model::RC_DESCRIPTION,
-        ::interfaces::rc_simulation::RC_DESCRIPTION,
-    ],
+    types: &[::interfaces::rc_inner_model::RC_DESCRIPTION, ::interfaces::rc_simulation::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
     managed: false,

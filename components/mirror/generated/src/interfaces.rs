@@ -2,11 +2,4 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_simulation::simulation;
-pub use self::simulation::{
-    SimulationClient, GetClockError, StepError, AddError, RemoveError, SetError,
-    TeleportError, MoveToError, ReParentError, SetAttributeError, RemoveAttributeError,
-    SetSignalError, GetSignalError, CollideError, GetPoseError, PrintError, DrawError,
-    GetDigestError, GetSkeletonError, GetIdImageError, SetPhysicsError, PushError,
-    ReleaseError, SnapshotError, RestoreError, ForgetSnapshotError, PredictError,
-    CloneError, RemoveCloneError, DriveError,
-};
+pub use self::simulation::{ SimulationClient, GetClockError, StepError, AddError, RemoveError, SetError, TeleportError, MoveToError, ReParentError, SetAttributeError, RemoveAttributeError, SetSignalError, GetSignalError, CollideError, GetPoseError, PrintError, DrawError, GetDigestError, GetSkeletonError, GetIdImageError, SetPhysicsError, PushError, ReleaseError, SnapshotError, RestoreError, ForgetSnapshotError, PredictError, CloneError, RemoveCloneError, DriveError };

@@ -2,8 +2,4 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_joint_motor::joint_motor;
-pub use self::joint_motor::{
-    SetPositionError, SetVelocityError, SetZeroPosError, SetSyncPositionError,
-    SetSyncVelocityError, SetSyncZeroPosError, GetMotorParamsError, GetMotorStateError,
-    GetMotorStateMapError, GetAllMotorStateError,
-};
+pub use self::joint_motor::{ SetPositionError, SetVelocityError, SetZeroPosError, SetSyncPositionError, SetSyncVelocityError, SetSyncZeroPosError, GetMotorParamsError, GetMotorStateError, GetMotorStateMapError, GetAllMotorStateError };

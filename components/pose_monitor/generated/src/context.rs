@@ -2,8 +2,7 @@
 //! The context of the worker: its parameters, its clients and its publishers.
 
 use crate::parameters::Params;
-use rc_runtime::middleware::OpenError;
-use rc_runtime::{Core, Ports, Values};
+use rc_runtime::{Core, Ports, StartError, Values, WorkerContext};
 use std::ops::{Deref, DerefMut};
 
 /// The first argument of every function of the worker. It dereferences to [`Core`], which knows the name, the time and
@@ -21,12 +20,8 @@ pub struct Context {
     pub params: Params,
 }
 
-impl Context {
-    pub(crate) fn new(
-        core: Core,
-        ports: &Ports,
-        values: &Values,
-    ) -> Result<Self, OpenError> {
+impl WorkerContext for Context {
+    fn open(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError> {
         let _ = ports;
         Ok(Self {
             core,
@@ -34,11 +29,7 @@ impl Context {
         })
     }
 
-    pub(crate) fn core(&mut self) -> &mut Core {
-        &mut self.core
-    }
-
-    pub(crate) fn set_parameters(&mut self, values: &Values) {
+    fn set_parameters(&mut self, values: &Values) {
         self.params = Params::from_values(values);
     }
 }

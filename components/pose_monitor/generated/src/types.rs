@@ -2,5 +2,5 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_full_pose_estimation;
-pub use self::robo_comp_full_pose_estimation::FullPoseEuler;
+pub use self::robo_comp_full_pose_estimation::{ FullPoseEuler };
 pub use ::interfaces::robo_comp_full_pose_estimation_pub;

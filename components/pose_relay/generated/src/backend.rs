@@ -8,25 +8,19 @@ pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 
 /// All middlewares of the component.
 pub(crate) const BACKENDS: &[Linked] = &[
-    rc_iceoryx2::LINKED,
-    Linked {
-        connect: |environment| rc_ros2::connect(environment, ROS_TYPES),
-        ..rc_ros2::LINKED
-    },
+    rc_iceoryx2::LINKED, Linked { connect: |environment| rc_ros2::connect(environment, ROS_TYPES), ..rc_ros2::LINKED },
 ];
 
 /// Definitions of the messages and services that are not part of ROS 2 itself.
 const ROS_TYPES: &[&str] = &[
-    "robocomp_full_pose_estimation_msgs/msg/FullPoseEuler: string source, float32 x, float32 y, float32 z, float32 rx, float32 ry, float32 rz, float32 vx, float32 vy, float32 vz, float32 vrx, float32 vry, float32 vrz, int32 confidence",
+    "robocomp_full_pose_estimation_msgs/msg/FullPoseEuler: string source, float32 x, float32 y, float32 z, float32 rx, float32 ry, float32 rz, float32 vx, float32 vy, float32 vz, float32 vrx, float32 vry, float32 vrz, int32 confidence"
 ];
 
 /// The middleware's names for the types of `robot`, if it has its own.
 pub(crate) const TYPES_ROBOT: &[&str] = &[];
 
 /// The middleware's names for the types of `ros`, if it has its own.
-pub(crate) const TYPES_ROS: &[&str] = &[
-    "robocomp_full_pose_estimation_msgs/msg/FullPoseEuler",
-];
+pub(crate) const TYPES_ROS: &[&str] = &["robocomp_full_pose_estimation_msgs/msg/FullPoseEuler"];
 
 /// The middleware's names for the types of `tf`, if it has its own.
 pub(crate) const TYPES_TF: &[&str] = &["tf2_msgs/msg/TFMessage"];

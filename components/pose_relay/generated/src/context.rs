@@ -3,8 +3,7 @@
 
 use crate::interfaces;
 use crate::parameters::Params;
-use rc_runtime::middleware::OpenError;
-use rc_runtime::{Core, Ports, Values};
+use rc_runtime::{Core, Ports, StartError, Values, WorkerContext};
 use std::ops::{Deref, DerefMut};
 
 /// The first argument of every function of the worker. It dereferences to [`Core`], which knows the name, the time and
@@ -26,33 +25,21 @@ pub struct Context {
     pub tf: interfaces::transform_pub::TransformPubPublisher,
 }
 
-impl Context {
-    pub(crate) fn new(
-        core: Core,
-        ports: &Ports,
-        values: &Values,
-    ) -> Result<Self, OpenError> {
+impl WorkerContext for Context {
+    fn open(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError> {
         Ok(Self {
             core,
             params: Params::from_values(values),
-            ros: interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::new(
-                ports.publishers(1),
-            )?,
-            tf: interfaces::transform_pub::TransformPubPublisher::new(
-                ports.publishers(2),
-            )?,
+            ros: interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::new(ports.publishers(1))?,
+            tf: interfaces::transform_pub::TransformPubPublisher::new(ports.publishers(2))?,
         })
     }
 
-    pub(crate) fn core(&mut self) -> &mut Core {
-        &mut self.core
-    }
-
-    pub(crate) fn set_parameters(&mut self, values: &Values) {
+    fn set_parameters(&mut self, values: &Values) {
         self.params = Params::from_values(values);
     }
 
-    pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
+    fn sending_peers(&self, peers: &mut [usize]) {
         peers[1] = self.ros.subscribers();
         peers[2] = self.tf.subscribers();
     }

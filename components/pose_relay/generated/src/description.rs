@@ -72,8 +72,7 @@ pub(crate) static DESCRIPTION: Description = Description {
     slots: &[SLOT_ROBOT, SLOT_ROS, SLOT_TF],
     types: &[
         ::interfaces::robo_comp_full_pose_estimation::RC_DESCRIPTION,
-        ::interfaces::robo_comp_full_pose_estimation_pub::RC_DESCRIPTION,
-        ::interfaces::transforms::RC_DESCRIPTION,
+        ::interfaces::robo_comp_full_pose_estimation_pub::RC_DESCRIPTION, ::interfaces::transforms::RC_DESCRIPTION,
     ],
     backends: backend::BACKENDS,
     simulates_time: false,

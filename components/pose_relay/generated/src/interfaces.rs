@@ -2,6 +2,6 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_full_pose_estimation_pub::full_pose_estimation_pub;
-pub use self::full_pose_estimation_pub::FullPoseEstimationPubPublisher;
+pub use self::full_pose_estimation_pub::{ FullPoseEstimationPubPublisher };
 pub use ::interfaces::transforms::transform_pub;
-pub use self::transform_pub::TransformPubPublisher;
+pub use self::transform_pub::{ TransformPubPublisher };

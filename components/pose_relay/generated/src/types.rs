@@ -2,10 +2,7 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_full_pose_estimation;
-pub use self::robo_comp_full_pose_estimation::FullPoseEuler;
+pub use self::robo_comp_full_pose_estimation::{ FullPoseEuler };
 pub use ::interfaces::robo_comp_full_pose_estimation_pub;
 pub use ::interfaces::transforms;
-pub use self::transforms::{
-    Time, TimeInPlace, Header, Vector3, Vector3InPlace, Quaternion, QuaternionInPlace,
-    Transform, TransformInPlace, TransformStamped,
-};
+pub use self::transforms::{ Time, TimeInPlace, Header, Vector3, Vector3InPlace, Quaternion, QuaternionInPlace, Transform, TransformInPlace, TransformStamped };

@@ -4,9 +4,8 @@
 use crate::interfaces;
 use crate::parameters::Params;
 use innermodel_viewer::Viewer;
-use innermodel_viewer::innermodel::{self, Folders, InnerModel};
-use rc_runtime::StartError;
-use rc_runtime::{Core, Ports, SlotArray, TimeSource, Values};
+use innermodel_viewer::innermodel::InnerModel;
+use rc_runtime::{Core, Ports, SlotArray, StartError, TimeSource, Values, WorkerContext};
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
@@ -28,7 +27,7 @@ pub struct Context {
     /// The window of the tree.
     pub viewer: Viewer,
     /// Why the window that a change of the parameter wants cannot be opened.
-    pub(crate) no_window: Option<String>,
+    no_window: Option<String>,
     /// Advances the time of the network.
     pub time: TimeSource,
     /// implements `Laser[]`: open its members in `initialize`.
@@ -64,27 +63,29 @@ pub struct Context {
     /// implements `JointMotor[]`: open its members in `initialize`.
     pub motors: SlotArray<()>,
     /// publishes `FullPoseEstimationPub[]`: open its members in `initialize`.
-    pub pose_topics: SlotArray<
-        interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher,
-    >,
+    pub pose_topics: SlotArray<interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher>,
 }
 
-impl Context {
-    pub(crate) fn new(
-        core: Core,
-        ports: &Ports,
-        values: &Values,
-    ) -> Result<Self, StartError> {
+impl WorkerContext for Context {
+    fn open(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError> {
         let params = Params::from_values(values);
+
+        // A run that is repeated needs no window.
+
         if params.viewer && !core.is_replay() {
-            innermodel_viewer::reach().map_err(no_window)?;
+            innermodel_viewer::reach().map_err(
+                |error| StartError::Configuration(
+                    format!(
+                        "error: the parameter `viewer` is true: {error}\n  = help: set `viewer = false`, or the variable DISPLAY to a display that takes connections\n"
+                    )
+                )
+            )?;
         }
-        let tree = tree(&params).map_err(StartError::Configuration)?;
-        let title = core.name().to_owned();
+        let tree = innermodel_viewer::parameter_tree(
+            &params.inner_model, |line| rc_runtime::tracing::warn!("{line}"),
+        ).map_err(StartError::Configuration)?;
         let viewer = Viewer::new(
-            title,
-            Arc::clone(&tree),
-            |line: &str| rc_runtime::tracing::info!("{line}"),
+            core.name().to_owned(), Arc::clone(&tree), |line: &str| rc_runtime::tracing::info!("{line}"),
         );
         Ok(Self {
             core,
@@ -109,39 +110,40 @@ impl Context {
             omni_bases: ports.array(15, |_, _| Ok(())),
             generic_bases: ports.array(16, |_, _| Ok(())),
             motors: ports.array(17, |_, _| Ok(())),
-            pose_topics: ports
-                .array(
-                    18,
-                    |ports, slot| interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::new(
-                        ports.publishers(slot),
-                    ),
-                ),
+            pose_topics: ports.array(
+                18,
+                |ports, slot| interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::new(ports.publishers(slot)),
+            ),
         })
     }
 
-    pub(crate) fn core(&mut self) -> &mut Core {
-        &mut self.core
-    }
+    fn initialized(&mut self) {
+        // The display was there a moment ago.
 
-    pub(crate) fn set_parameters(&mut self, values: &Values) {
-        let was_shown = self.params.viewer;
-        self.params = Params::from_values(values);
-        if self.params.viewer != was_shown {
-            self.no_window = self.update_viewer().err();
+        if let Err(error) = self.viewer.show(self.params.viewer) {
+            rc_runtime::tracing::warn!("{error}");
         }
     }
 
-    /// Opens or closes the window. The error says why there is none.
-    pub(crate) fn update_viewer(&mut self) -> Result<(), String> {
-        self.viewer.show(self.params.viewer).map_err(|error| error.to_string())
+    fn refusal(&mut self) -> Option<String> {
+        self.no_window.take()
     }
 
-    pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
-        self.pose_topics
-            .count_peers(
-                peers,
-                interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::subscribers,
-            );
+    fn set_parameters(&mut self, values: &Values) {
+        let was_shown = self.params.viewer;
+        self.params = Params::from_values(values);
+
+        // The user may have closed the window: another parameter does not open it again.
+
+        if self.params.viewer != was_shown {
+            self.no_window = self.viewer.show(self.params.viewer).err().map(|error| error.to_string());
+        }
+    }
+
+    fn sending_peers(&self, peers: &mut [usize]) {
+        self.pose_topics.count_peers(
+            peers, interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::subscribers,
+        );
     }
 }
 
@@ -157,27 +159,4 @@ impl DerefMut for Context {
     fn deref_mut(&mut self) -> &mut Core {
         &mut self.core
     }
-}
-
-/// The parameter `viewer` asks for a window, and there is none.
-fn no_window(error: innermodel_viewer::WindowError) -> StartError {
-    StartError::Configuration(
-        format!(
-            "error: the parameter `viewer` is true: {error}\n  = help: set `viewer = false`, or the variable DISPLAY to a display that takes connections\n"
-        ),
-    )
-}
-
-/// Reads the tree. Without a file it is empty.
-fn tree(params: &Params) -> Result<Arc<InnerModel>, String> {
-    if params.inner_model.as_os_str().is_empty() {
-        return Ok(Arc::default());
-    }
-    let read = innermodel::read(&params.inner_model, &Folders::default());
-    let (document, warnings) = read.map_err(|error| error.to_string())?;
-    for warning in warnings.lines() {
-        rc_runtime::tracing::warn!("{warning}");
-    }
-    let tree = InnerModel::from_document(&document);
-    tree.map(Arc::new).map_err(|error| error.to_string())
 }

@@ -2,50 +2,30 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_battery_status::battery_status;
-pub use self::battery_status::GetBatteryStateError;
+pub use self::battery_status::{ GetBatteryStateError };
 pub use ::interfaces::robo_comp_bumper::bumper;
 pub use ::interfaces::robo_comp_camera::camera;
 pub use ::interfaces::robo_comp_camera_rgbd_simple::camera_rgbd_simple;
-pub use self::camera_rgbd_simple::{GetPointsError, GetAllError};
+pub use self::camera_rgbd_simple::{ GetPointsError, GetAllError };
 pub use ::interfaces::robo_comp_camera_simple::camera_simple;
 pub use ::interfaces::robo_comp_differential_robot::differential_robot;
 pub use ::interfaces::robo_comp_full_pose_estimation::full_pose_estimation;
 pub use ::interfaces::robo_comp_full_pose_estimation_pub::full_pose_estimation_pub;
-pub use self::full_pose_estimation_pub::FullPoseEstimationPubPublisher;
+pub use self::full_pose_estimation_pub::{ FullPoseEstimationPubPublisher };
 pub use ::interfaces::robo_comp_generic_base::generic_base;
 pub use ::interfaces::robo_comp_imu::imu;
 pub use ::interfaces::robo_comp_inner_model_manager::inner_model_manager;
-pub use self::inner_model_manager::{
-    AddTransformError, AddJointError, AddMeshError, AddPlaneError,
-    GetAllNodeInformationError, SetPoseError, SetPoseFromParentError,
-    GetPoseFromParentError, GetPoseFromParentAnswer, SetPlaneError, TransformError,
-    TransformAnswer, GetTransformationMatrixError, SetScaleError, AddAttributeError,
-    GetAttributeError, GetAttributeAnswer, RemoveNodeError, MoveNodeError,
-};
+pub use self::inner_model_manager::{ AddTransformError, AddJointError, AddMeshError, AddPlaneError, GetAllNodeInformationError, SetPoseError, SetPoseFromParentError, GetPoseFromParentError, GetPoseFromParentAnswer, SetPlaneError, TransformError, TransformAnswer, GetTransformationMatrixError, SetScaleError, AddAttributeError, GetAttributeError, GetAttributeAnswer, RemoveNodeError, MoveNodeError };
 pub use ::interfaces::robo_comp_joint_motor::joint_motor;
-pub use self::joint_motor::{
-    SetPositionError, SetVelocityError, SetZeroPosError, SetSyncPositionError,
-    SetSyncVelocityError, SetSyncZeroPosError, GetMotorParamsError, GetMotorStateError,
-    GetMotorStateMapError, GetAllMotorStateError,
-};
+pub use self::joint_motor::{ SetPositionError, SetVelocityError, SetZeroPosError, SetSyncPositionError, SetSyncVelocityError, SetSyncZeroPosError, GetMotorParamsError, GetMotorStateError, GetMotorStateMapError, GetAllMotorStateError };
 pub use ::interfaces::robo_comp_laser::laser;
-pub use self::laser::GetLaserAndBStateDataAnswer;
+pub use self::laser::{ GetLaserAndBStateDataAnswer };
 pub use ::interfaces::robo_comp_lidar3_d::lidar3_d;
 pub use ::interfaces::robo_comp_omni_robot::omni_robot;
 pub use ::interfaces::robo_comp_rgbd::rgbd;
-pub use self::rgbd::{
-    SetRegistrationError, GetRegistrationError, GetDataError, GetDataAnswer,
-    GetDepthInIRError, GetDepthInIRAnswer, GetRGBError, GetRGBAnswer, GetXYZError,
-    GetXYZAnswer,
-};
+pub use self::rgbd::{ SetRegistrationError, GetRegistrationError, GetDataError, GetDataAnswer, GetDepthInIRError, GetDepthInIRAnswer, GetRGBError, GetRGBAnswer, GetXYZError, GetXYZAnswer };
 pub use ::interfaces::rc_simulation::simulation;
-pub use self::simulation::{
-    GetClockError, StepError, AddError, RemoveError, SetError, TeleportError,
-    MoveToError, ReParentError, SetSignalError, GetSignalError, PrintError, DrawError,
-    GetDigestError, GetSkeletonError, GetIdImageError, SetPhysicsError, PushError,
-    ReleaseError, SnapshotError, RestoreError, ForgetSnapshotError, PredictError,
-    CloneError, RemoveCloneError, DriveError,
-};
+pub use self::simulation::{ GetClockError, StepError, AddError, RemoveError, SetError, TeleportError, MoveToError, ReParentError, SetSignalError, GetSignalError, PrintError, DrawError, GetDigestError, GetSkeletonError, GetIdImageError, SetPhysicsError, PushError, ReleaseError, SnapshotError, RestoreError, ForgetSnapshotError, PredictError, CloneError, RemoveCloneError, DriveError };
 pub use ::interfaces::robo_comp_touch_sensor::touch_sensor;
 pub use ::interfaces::robo_comp_ultrasound::ultrasound;
-pub use self::ultrasound::{GetSensorDistanceError, GetAllSensorDistancesError};
+pub use self::ultrasound::{ GetSensorDistanceError, GetAllSensorDistancesError };

@@ -2,74 +2,38 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_inner_model;
-pub use self::rc_inner_model::{
-    Point, PointInPlace, Direction, DirectionInPlace, Pose, PoseInPlace, MatrixInPlace,
-    InnerModelError, Attribute, Node, Nodes, JointPosition, JointPositions, Contact,
-    Contacts, Near, Hit, ColouredPoint, ColouredPointInPlace, Stamp, ChangedNode,
-    RemovedNode, Changes,
-};
+pub use self::rc_inner_model::{ Point, PointInPlace, Direction, DirectionInPlace, Pose, PoseInPlace, MatrixInPlace, InnerModelError, Attribute, Node, Nodes, JointPosition, JointPositions, Contact, Contacts, Near, Hit, ColouredPoint, ColouredPointInPlace, Stamp, ChangedNode, RemovedNode, Changes };
 pub use ::interfaces::rc_simulation;
-pub use self::rc_simulation::{
-    SimulationError, Clock, ClockInPlace, Signal, SignalInPlace, Collision, Prediction,
-    BodyJoint, Skeleton, Names, Pixels, IdImage, Viewpoint, Png,
-};
+pub use self::rc_simulation::{ SimulationError, Clock, ClockInPlace, Signal, SignalInPlace, Collision, Prediction, BodyJoint, Skeleton, Names, Pixels, IdImage, Viewpoint, Png };
 pub use ::interfaces::robo_comp_battery_status;
-pub use self::robo_comp_battery_status::{
-    BatteryStates, BatteryStatesInPlace, TBattery, TBatteryInPlace,
-};
+pub use self::robo_comp_battery_status::{ BatteryStates, BatteryStatesInPlace, TBattery, TBatteryInPlace };
 pub use ::interfaces::robo_comp_bumper;
-pub use self::robo_comp_bumper::{SensorStateInPlace, SensorStateMap};
+pub use self::robo_comp_bumper::{ SensorStateInPlace, SensorStateMap };
 pub use ::interfaces::robo_comp_camera;
-pub use self::robo_comp_camera::{
-    PixelFormat, PixelFormatInPlace, Image, ImageInPlace, CloudPoint, CloudPointInPlace,
-    CloudInPlace,
-};
+pub use self::robo_comp_camera::{ PixelFormat, PixelFormatInPlace, Image, ImageInPlace, CloudPoint, CloudPointInPlace, CloudInPlace };
 pub use ::interfaces::robo_comp_camera_rgbd_simple;
-pub use self::robo_comp_camera_rgbd_simple::{
-    Point3D, Point3DInPlace, PointsType, TDepth, Trgbd,
-};
+pub use self::robo_comp_camera_rgbd_simple::{ Point3D, Point3DInPlace, PointsType, TDepth, Trgbd };
 pub use ::interfaces::robo_comp_camera_simple;
 pub use ::interfaces::robo_comp_differential_robot;
 pub use ::interfaces::robo_comp_full_pose_estimation;
-pub use self::robo_comp_full_pose_estimation::FullPoseEuler;
+pub use self::robo_comp_full_pose_estimation::{ FullPoseEuler };
 pub use ::interfaces::robo_comp_full_pose_estimation_pub;
 pub use ::interfaces::robo_comp_generic_base;
-pub use self::robo_comp_generic_base::{TBaseState, TBaseStateInPlace};
+pub use self::robo_comp_generic_base::{ TBaseState, TBaseStateInPlace };
 pub use ::interfaces::robo_comp_imu;
-pub use self::robo_comp_imu::{
-    DataImu, DataImuInPlace, Acceleration, AccelerationInPlace, Wgyr, WgyrInPlace,
-    Magnetic, MagneticInPlace, Orientation, OrientationInPlace,
-};
+pub use self::robo_comp_imu::{ DataImu, DataImuInPlace, Acceleration, AccelerationInPlace, Wgyr, WgyrInPlace, Magnetic, MagneticInPlace, Orientation, OrientationInPlace };
 pub use ::interfaces::robo_comp_inner_model_manager;
-pub use self::robo_comp_inner_model_manager::{
-    NodeType, NodeTypeInPlace, AttributeType, AttributeMap, NodeInformation,
-    NodeInformationSequence, ErrorType, ErrorTypeInPlace, InnerModelManagerError,
-    Colored3DPoint, Colored3DPointInPlace, PointCloudVector, Plane3D, Coord3D,
-    Coord3DInPlace, Pose3D, Pose3DInPlace, JointType, MeshType, FloatSeq,
-};
+pub use self::robo_comp_inner_model_manager::{ NodeType, NodeTypeInPlace, AttributeType, AttributeMap, NodeInformation, NodeInformationSequence, ErrorType, ErrorTypeInPlace, InnerModelManagerError, Colored3DPoint, Colored3DPointInPlace, PointCloudVector, Plane3D, Coord3D, Coord3DInPlace, Pose3D, Pose3DInPlace, JointType, MeshType, FloatSeq };
 pub use ::interfaces::robo_comp_joint_motor;
-pub use self::robo_comp_joint_motor::{
-    OutOfRangeException, UnknownMotorException, MotorState, MotorStateMap, MotorParams,
-    MotorParamsList, MotorGoalPosition, MotorGoalPositionList, MotorGoalVelocity,
-    MotorGoalVelocityList, MotorList,
-};
+pub use self::robo_comp_joint_motor::{ OutOfRangeException, UnknownMotorException, MotorState, MotorStateMap, MotorParams, MotorParamsList, MotorGoalPosition, MotorGoalPositionList, MotorGoalVelocity, MotorGoalVelocityList, MotorList };
 pub use ::interfaces::robo_comp_laser;
-pub use self::robo_comp_laser::{LaserConfData, TDataInPlace, TLaserData};
+pub use self::robo_comp_laser::{ LaserConfData, TDataInPlace, TLaserData };
 pub use ::interfaces::robo_comp_lidar3_d;
-pub use self::robo_comp_lidar3_d::{
-    TPoint, TPointInPlace, TFloatArray, TIntArray, TDataImage,
-};
+pub use self::robo_comp_lidar3_d::{ TPoint, TPointInPlace, TFloatArray, TIntArray, TDataImage };
 pub use ::interfaces::robo_comp_omni_robot;
 pub use ::interfaces::robo_comp_rgbd;
-pub use self::robo_comp_rgbd::{
-    Registration, RegistrationInPlace, ColorRGB, ColorRGBInPlace, PointXYZ,
-    PointXYZInPlace, DepthSeq, ColorSeq, PointSeq, CameraParameters,
-    CameraParametersInPlace, TRGBDParams,
-};
+pub use self::robo_comp_rgbd::{ Registration, RegistrationInPlace, ColorRGB, ColorRGBInPlace, PointXYZ, PointXYZInPlace, DepthSeq, ColorSeq, PointSeq, CameraParameters, CameraParametersInPlace, TRGBDParams };
 pub use ::interfaces::robo_comp_touch_sensor;
-pub use self::robo_comp_touch_sensor::SensorMap;
+pub use self::robo_comp_touch_sensor::{ SensorMap };
 pub use ::interfaces::robo_comp_ultrasound;
-pub use self::robo_comp_ultrasound::{
-    UnknownSensorException, BusParamsInPlace, SonarPose, SonarPoseInPlace, SensorsState,
-    SonarPoseList,
-};
+pub use self::robo_comp_ultrasound::{ UnknownSensorException, BusParamsInPlace, SonarPose, SonarPoseInPlace, SensorsState, SonarPoseList };

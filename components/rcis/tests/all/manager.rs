@@ -49,7 +49,9 @@ fn bodies_are_not_put_into_each_other_if_that_is_refused() {
         </innerModel>"#;
     let (mut worker, mut test) = start(scene);
     let put = |worker: &mut SpecificWorker, ctx: &mut Context, z: f32| {
-        worker.set_pose(ctx, "root".into(), "cup".into(), at(0.0, 0.0, z))
+        worker
+            .manager()
+            .set_pose(ctx, "root".into(), "cup".into(), at(0.0, 0.0, z))
     };
     // Without the parameter, all is possible; what touches may go on to touch.
     let ctx: &mut Context = &mut test;
@@ -64,9 +66,11 @@ fn bodies_are_not_put_into_each_other_if_that_is_refused() {
     };
     assert_eq!(error.err, ErrorType::Collision);
     assert_eq!(error.text, "`wall` would collide with `ball`");
-    let there = worker.get_pose_from_parent(ctx, "cup".into());
+    let there = worker.manager().get_pose_from_parent(ctx, "cup".into());
     assert_eq!(there.expect("a pose").1.z, 0.0);
-    let moved = worker.move_node(ctx, "cup".into(), "below".into());
+    let moved = worker
+        .manager()
+        .move_node(ctx, "cup".into(), "below".into());
     assert_eq!(code!(moved, MoveNodeError), ErrorType::Collision);
     assert_eq!(put(&mut worker, ctx, 800.0), Ok(true));
 }
@@ -85,7 +89,7 @@ fn changes_are_in_the_next_frame() {
     };
     let free = ahead(&mut worker, ctx);
     let stand = || "stand".to_owned();
-    let added = worker.add_transform(
+    let added = worker.manager().add_transform(
         ctx,
         stand(),
         "static".into(),
@@ -93,40 +97,55 @@ fn changes_are_in_the_next_frame() {
         at(2000.0, 0.0, -700.0),
     );
     assert_eq!(added, Ok(true));
-    let added = worker.add_plane(ctx, "board".into(), stand(), board(300.0));
+    let added = worker
+        .manager()
+        .add_plane(ctx, "board".into(), stand(), board(300.0));
     assert_eq!(added, Ok(true));
     assert!((ahead(&mut worker, ctx) - 790.0).abs() < 60.0);
-    let moved = worker.set_pose(ctx, "root".into(), stand(), at(2000.0, 0.0, -200.0));
+    let moved = worker
+        .manager()
+        .set_pose(ctx, "root".into(), stand(), at(2000.0, 0.0, -200.0));
     assert_eq!(moved, Ok(true));
     assert!((ahead(&mut worker, ctx) - 1290.0).abs() < 60.0);
-    let moved = worker.set_pose_from_parent(ctx, stand(), at(2000.0, 0.0, 100.0));
+    let moved = worker
+        .manager()
+        .set_pose_from_parent(ctx, stand(), at(2000.0, 0.0, 100.0));
     assert_eq!(moved, Ok(true));
     assert!((ahead(&mut worker, ctx) - 1590.0).abs() < 60.0);
     let (_, there) =
-        InnerModelManager::get_pose(&mut worker, ctx, "root".into(), stand()).expect("a pose");
+        InnerModelManager::get_pose(&mut worker.manager(), ctx, "root".into(), stand())
+            .expect("a pose");
     assert_eq!((there.x, there.z), (2000.0, 100.0));
     let (_, point) = worker
+        .manager()
         .transform(ctx, "root".into(), stand(), Coord3D::default())
         .expect("a point");
     assert_eq!((point.x, point.z), (2000.0, 100.0));
     assert_eq!(
-        worker.set_plane(ctx, "board".into(), board(2000.0)),
+        worker
+            .manager()
+            .set_plane(ctx, "board".into(), board(2000.0)),
         Ok(true)
     );
     // It is above the laser now.
     assert!((ahead(&mut worker, ctx) - free).abs() < 60.0);
-    let moved = worker.move_node(ctx, "board".into(), "lamp".into());
+    let moved = worker
+        .manager()
+        .move_node(ctx, "board".into(), "lamp".into());
     assert_eq!(moved, Ok(true));
-    let nodes = worker.get_all_node_information(ctx).expect("nodes");
+    let nodes = worker
+        .manager()
+        .get_all_node_information(ctx)
+        .expect("nodes");
     let board = nodes.iter().find(|node| node.id == "board").expect("it");
     assert_eq!(board.parent_id, "lamp");
     assert!(!InnerModelManager::collide(
-        &mut worker,
+        &mut worker.manager(),
         ctx,
         "lamp".into(),
         "bed".into()
     ));
-    assert_eq!(worker.remove_node(ctx, stand()), Ok(true));
+    assert_eq!(worker.manager().remove_node(ctx, stand()), Ok(true));
 }
 
 #[test]
@@ -140,12 +159,14 @@ fn refusals_have_the_codes_of_the_interface() {
     let mut test = crate::context(r#"<innerModel><transform id="table"/></innerModel>"#);
     test.params.inner_model = folder.path().join("scene.xml");
     let mut worker =
-        <SpecificWorker as rcis_generated::Worker>::initialize(&mut test).expect("a worker");
+        <SpecificWorker as rcis_generated::Worker<_>>::initialize(&mut test).expect("a worker");
     let ctx: &mut Context = &mut test;
     let (table, root) = (|| "table".to_owned(), || "root".to_owned());
     let transform = |worker: &mut SpecificWorker, ctx: &mut Context, id: &str, engine: &str| {
         let (id, engine) = (id.to_owned(), engine.to_owned());
-        worker.add_transform(ctx, id, engine, "root".into(), at(0.0, 0.0, 0.0))
+        worker
+            .manager()
+            .add_transform(ctx, id, engine, "root".into(), at(0.0, 0.0, 0.0))
     };
     let again = transform(&mut worker, ctx, "table", "static");
     assert_eq!(
@@ -158,7 +179,7 @@ fn refusals_have_the_codes_of_the_interface() {
         axis: "w".into(),
         ..JointType::default()
     };
-    let axis = worker.add_joint(ctx, "a".into(), root(), joint);
+    let axis = worker.manager().add_joint(ctx, "a".into(), root(), joint);
     assert_eq!(code!(axis, AddJointError), ErrorType::InvalidValues);
     let mesh = |path: &str| MeshType {
         mesh_path: path.to_owned(),
@@ -167,14 +188,18 @@ fn refusals_have_the_codes_of_the_interface() {
         scale_z: 1.0,
         ..MeshType::default()
     };
-    let chair = worker.add_mesh(ctx, "chair".into(), table(), mesh("chair.obj"));
+    let chair = worker
+        .manager()
+        .add_mesh(ctx, "chair".into(), table(), mesh("chair.obj"));
     assert_eq!(chair, Ok(true));
     let name = outside.path().file_name().and_then(|name| name.to_str());
     let above = format!("../{}/chair.obj", name.expect("a name"));
     let outside = outside.path().join("chair.obj");
     let outside = outside.to_str().expect("a path");
     for path in ["stool.obj", "torn.obj", &above, outside] {
-        let refused = worker.add_mesh(ctx, "other".into(), table(), mesh(path));
+        let refused = worker
+            .manager()
+            .add_mesh(ctx, "other".into(), table(), mesh(path));
         assert_eq!(
             code!(refused, AddMeshError),
             ErrorType::InvalidPath,
@@ -184,50 +209,79 @@ fn refusals_have_the_codes_of_the_interface() {
         let refused = Simulation::add(&mut worker, ctx, String::new(), table(), element);
         assert!(refused.is_err(), "{path}");
     }
-    let scaled = worker.set_scale(ctx, "chair".into(), 2.0, 2.0, 2.0);
+    let scaled = worker
+        .manager()
+        .set_scale(ctx, "chair".into(), 2.0, 2.0, 2.0);
     assert_eq!(scaled, Ok(true));
-    let kind = worker.set_scale(ctx, table(), 2.0, 2.0, 2.0);
+    let kind = worker.manager().set_scale(ctx, table(), 2.0, 2.0, 2.0);
     assert_eq!(code!(kind, SetScaleError), ErrorType::OperationInvalidNode);
-    let unknown = worker.set_plane(ctx, "nowhere".into(), board(0.0));
+    let unknown = worker
+        .manager()
+        .set_plane(ctx, "nowhere".into(), board(0.0));
     assert_eq!(code!(unknown, SetPlaneError), ErrorType::NonExistingNode);
-    let unknown = worker.remove_node(ctx, "nowhere".into());
+    let unknown = worker.manager().remove_node(ctx, "nowhere".into());
     assert_eq!(code!(unknown, RemoveNodeError), ErrorType::NonExistingNode);
-    let circle = worker.move_node(ctx, root(), table());
+    let circle = worker.manager().move_node(ctx, root(), table());
     assert_eq!(
         code!(circle, MoveNodeError),
         ErrorType::OperationInvalidNode
     );
     let name = || "colour".to_owned();
     let text = || "string".to_owned();
-    let missing = worker.get_attribute(ctx, table(), name());
+    let missing = worker.manager().get_attribute(ctx, table(), name());
     assert_eq!(
         code!(missing, GetAttributeError),
         ErrorType::NonExistingAttribute
     );
-    let added =
-        InnerModelManager::add_attribute(&mut worker, ctx, table(), name(), text(), "red".into());
+    let added = InnerModelManager::add_attribute(
+        &mut worker.manager(),
+        ctx,
+        table(),
+        name(),
+        text(),
+        "red".into(),
+    );
     assert_eq!(added, Ok(true));
-    let again =
-        InnerModelManager::add_attribute(&mut worker, ctx, table(), name(), text(), "red".into());
+    let again = InnerModelManager::add_attribute(
+        &mut worker.manager(),
+        ctx,
+        table(),
+        name(),
+        text(),
+        "red".into(),
+    );
     assert_eq!(
         code!(again, AddAttributeError),
         ErrorType::AttributeAlreadyExists
     );
-    let set =
-        InnerModelManager::set_attribute(&mut worker, ctx, table(), name(), text(), "blue".into());
+    let set = InnerModelManager::set_attribute(
+        &mut worker.manager(),
+        ctx,
+        table(),
+        name(),
+        text(),
+        "blue".into(),
+    );
     assert_eq!(set, Ok(true));
-    let found = worker.get_attribute(ctx, table(), name());
+    let found = worker.manager().get_attribute(ctx, table(), name());
     assert_eq!(found, Ok((true, text(), "blue".to_owned())));
     assert_eq!(
-        InnerModelManager::remove_attribute(&mut worker, ctx, table(), name()),
+        InnerModelManager::remove_attribute(&mut worker.manager(), ctx, table(), name()),
         Ok(true)
     );
-    let matrix = worker.get_transformation_matrix(ctx, root(), table());
+    let matrix = worker
+        .manager()
+        .get_transformation_matrix(ctx, root(), table());
     assert_eq!(matrix.expect("a matrix").data.len(), 16);
-    let (_, pose) = worker.get_pose_from_parent(ctx, table()).expect("a pose");
+    let (_, pose) = worker
+        .manager()
+        .get_pose_from_parent(ctx, table())
+        .expect("a pose");
     assert_eq!(pose, at(0.0, 0.0, 0.0));
     // No sensor sees points: this is logged, and changes nothing.
-    worker.set_point_cloud_data(ctx, table(), Vec::new());
+    worker
+        .manager()
+        .set_point_cloud_data(ctx, table(), Vec::new());
 }
 
 /// With these, every code of the interface is reached but `Collision`: the simulator refuses no
@@ -236,19 +290,26 @@ fn refusals_have_the_codes_of_the_interface() {
 fn results_that_no_float_holds_are_internal_errors() {
     let mut test = crate::context("<innerModel/>");
     let mut worker =
-        <SpecificWorker as rcis_generated::Worker>::initialize(&mut test).expect("a worker");
+        <SpecificWorker as rcis_generated::Worker<_>>::initialize(&mut test).expect("a worker");
     let ctx: &mut Context = &mut test;
     for (item, base) in [("far", "root"), ("farther", "far")] {
         let pose = at(3e38, 0.0, 0.0);
-        let added = worker.add_transform(ctx, item.into(), "static".into(), base.into(), pose);
+        let added =
+            worker
+                .manager()
+                .add_transform(ctx, item.into(), "static".into(), base.into(), pose);
         assert_eq!(added, Ok(true));
     }
     let (root, farther) = (|| "root".to_owned(), || "farther".to_owned());
-    let pose = InnerModelManager::get_pose(&mut worker, ctx, root(), farther());
+    let pose = InnerModelManager::get_pose(&mut worker.manager(), ctx, root(), farther());
     assert_eq!(code!(pose, GetPoseError), ErrorType::InternalError);
-    let point = worker.transform(ctx, root(), farther(), Coord3D::default());
+    let point = worker
+        .manager()
+        .transform(ctx, root(), farther(), Coord3D::default());
     assert_eq!(code!(point, TransformError), ErrorType::InternalError);
-    let matrix = worker.get_transformation_matrix(ctx, root(), farther());
+    let matrix = worker
+        .manager()
+        .get_transformation_matrix(ctx, root(), farther());
     assert_eq!(
         code!(matrix, GetTransformationMatrixError),
         ErrorType::InternalError

@@ -2,12 +2,10 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_battery_status::battery_status;
-pub use self::battery_status::GetBatteryStateError;
+pub use self::battery_status::{ GetBatteryStateError };
 pub use ::interfaces::robo_comp_differential_robot::differential_robot;
-pub use self::differential_robot::{
-    GetBaseStateError, GetBasePoseError, GetBasePoseAnswer,
-};
+pub use self::differential_robot::{ GetBaseStateError, GetBasePoseError, GetBasePoseAnswer };
 pub use ::interfaces::robo_comp_full_pose_estimation_pub::full_pose_estimation_pub;
-pub use self::full_pose_estimation_pub::FullPoseEstimationPubPublisher;
+pub use self::full_pose_estimation_pub::{ FullPoseEstimationPubPublisher };
 pub use ::interfaces::robo_comp_laser::laser;
-pub use self::laser::GetLaserAndBStateDataAnswer;
+pub use self::laser::{ GetLaserAndBStateDataAnswer };

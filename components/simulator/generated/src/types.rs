@@ -2,15 +2,13 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_battery_status;
-pub use self::robo_comp_battery_status::{
-    BatteryStates, BatteryStatesInPlace, TBattery, TBatteryInPlace,
-};
+pub use self::robo_comp_battery_status::{ BatteryStates, BatteryStatesInPlace, TBattery, TBatteryInPlace };
 pub use ::interfaces::robo_comp_differential_robot;
-pub use self::robo_comp_differential_robot::TMechParams;
+pub use self::robo_comp_differential_robot::{ TMechParams };
 pub use ::interfaces::robo_comp_full_pose_estimation;
-pub use self::robo_comp_full_pose_estimation::FullPoseEuler;
+pub use self::robo_comp_full_pose_estimation::{ FullPoseEuler };
 pub use ::interfaces::robo_comp_full_pose_estimation_pub;
 pub use ::interfaces::robo_comp_generic_base;
-pub use self::robo_comp_generic_base::{TBaseState, TBaseStateInPlace};
+pub use self::robo_comp_generic_base::{ TBaseState, TBaseStateInPlace };
 pub use ::interfaces::robo_comp_laser;
-pub use self::robo_comp_laser::{LaserConfData, TData, TDataInPlace, TLaserData};
+pub use self::robo_comp_laser::{ LaserConfData, TData, TDataInPlace, TLaserData };

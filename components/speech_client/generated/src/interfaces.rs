@@ -2,4 +2,4 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_speech::speech;
-pub use self::speech::SpeechClient;
+pub use self::speech::{ SpeechClient };

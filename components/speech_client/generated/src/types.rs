@@ -2,7 +2,4 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_speech;
-pub use self::robo_comp_speech::{
-    Datasayin, DataenableSynchronizationin, DataenableSynchronizationinInPlace,
-    Dataresponse,
-};
+pub use self::robo_comp_speech::{ Datasayin, DataenableSynchronizationin, DataenableSynchronizationinInPlace, Dataresponse };

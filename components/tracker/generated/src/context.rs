@@ -3,8 +3,7 @@
 
 use crate::interfaces;
 use crate::parameters::Params;
-use rc_runtime::middleware::OpenError;
-use rc_runtime::{Core, Ports, Values};
+use rc_runtime::{Core, Ports, StartError, Values, WorkerContext};
 use std::ops::{Deref, DerefMut};
 
 /// The first argument of every function of the worker. It dereferences to [`Core`], which knows the name, the time and
@@ -26,33 +25,21 @@ pub struct Context {
     pub human_camera_body: interfaces::human_camera_body::HumanCameraBodyPublisher,
 }
 
-impl Context {
-    pub(crate) fn new(
-        core: Core,
-        ports: &Ports,
-        values: &Values,
-    ) -> Result<Self, OpenError> {
+impl WorkerContext for Context {
+    fn open(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError> {
         Ok(Self {
             core,
             params: Params::from_values(values),
-            camera_rgbd_simple: interfaces::camera_rgbd_simple::CameraRGBDSimpleClient::new(
-                ports.client(0)?,
-            ),
-            human_camera_body: interfaces::human_camera_body::HumanCameraBodyPublisher::new(
-                ports.publishers(1),
-            )?,
+            camera_rgbd_simple: interfaces::camera_rgbd_simple::CameraRGBDSimpleClient::new(ports.client(0)?),
+            human_camera_body: interfaces::human_camera_body::HumanCameraBodyPublisher::new(ports.publishers(1))?,
         })
     }
 
-    pub(crate) fn core(&mut self) -> &mut Core {
-        &mut self.core
-    }
-
-    pub(crate) fn set_parameters(&mut self, values: &Values) {
+    fn set_parameters(&mut self, values: &Values) {
         self.params = Params::from_values(values);
     }
 
-    pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
+    fn sending_peers(&self, peers: &mut [usize]) {
         peers[0] = usize::from(self.camera_rgbd_simple.is_connected());
         peers[1] = self.human_camera_body.subscribers();
     }

@@ -2,8 +2,6 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_camera_rgbd_simple::camera_rgbd_simple;
-pub use self::camera_rgbd_simple::{
-    CameraRGBDSimpleClient, GetImageError, GetDepthError, GetPointsError, GetAllError,
-};
+pub use self::camera_rgbd_simple::{ CameraRGBDSimpleClient, GetImageError, GetDepthError, GetPointsError, GetAllError };
 pub use ::interfaces::robo_comp_human_camera_body::human_camera_body;
-pub use self::human_camera_body::HumanCameraBodyPublisher;
+pub use self::human_camera_body::{ HumanCameraBodyPublisher };

@@ -2,6 +2,7 @@
 //! The generic layer of the component `tracker`.
 //!
 //! [`rc_runtime::guide`] describes how its worker is written and tested.
+
 #![allow(
     clippy::too_many_arguments,
     clippy::type_complexity,
@@ -14,13 +15,16 @@ mod context;
 mod description;
 pub mod interfaces;
 pub mod parameters;
+
 #[cfg(feature = "testing")]
 pub mod testing;
 pub mod types;
 
-pub use adapter::{Worker, embed, run};
+pub use adapter::{Handlers, embed, run};
 pub use context::Context;
 pub use parameters::Params;
+pub use rc_runtime::Worker;
+pub use rc_runtime::middleware::typed::{HandlerError, Request};
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;

@@ -2,12 +2,6 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_camera_rgbd_simple;
-pub use self::robo_comp_camera_rgbd_simple::{
-    HardwareFailedException, DepthType, Point3D, Point3DInPlace, PointsType, TPoints,
-    TDepth, Trgbd,
-};
+pub use self::robo_comp_camera_rgbd_simple::{ HardwareFailedException, DepthType, Point3D, Point3DInPlace, PointsType, TPoints, TDepth, Trgbd };
 pub use ::interfaces::robo_comp_human_camera_body;
-pub use self::robo_comp_human_camera_body::{
-    DescriptorFloat, DescriptorByte, DescByteList, DescFloatList, KeyPoint, TJoints,
-    Person, People, PeopleData,
-};
+pub use self::robo_comp_human_camera_body::{ DescriptorFloat, DescriptorByte, DescByteList, DescFloatList, KeyPoint, TJoints, Person, People, PeopleData };

@@ -3,11 +3,12 @@
 
 use rc_middleware::typed::{HandlerError, Operation, Request};
 use rc_middleware::{
-    Backend, Client, Endpoint, Environment, Linked, OpenError, Publisher, Qos, Reader, Reliability,
-    Server, Settings, Subscriber,
+    Backend, Client, Endpoint, Environment, Linked, OpenError, Publisher, Qos, Reliability, Server,
+    Settings, Subscriber,
 };
 use rc_runtime::{
-    Component, Core, Description, Ports, Role, Slot, StartError, Values, WorkerError, embed,
+    Component, Core, Description, Member, Ports, Role, Sample, Slot, StartError, Values,
+    WorkerError, embed,
 };
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -174,11 +175,22 @@ impl Component for Worker {
 
     fn sending_peers(&self, _: &mut [usize]) {}
 
-    fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+    fn serve(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
         request.unknown()
     }
 
-    fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
+    fn receive(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        _: usize,
+        _: Sample<'_>,
+    ) -> Result<(), HandlerError> {
         Ok(())
     }
 }

@@ -7,7 +7,8 @@ use rc_middleware::{
     Qos, Reader, RunDirectory, Settings, TypeIdentity, WakeEvent, Writer,
 };
 use rc_runtime::{
-    Component, Core, Description, ParamChange, Ports, StartError, Values, WorkerError, embed,
+    Component, Core, Description, Member, ParamChange, Ports, Sample, StartError, Values,
+    WorkerError, embed,
 };
 use rc_vocabulary::Value;
 use rc_vocabulary::ros::Remapping;
@@ -72,11 +73,22 @@ impl Component for Worker {
 
     fn sending_peers(&self, _: &mut [usize]) {}
 
-    fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+    fn serve(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
         request.unknown()
     }
 
-    fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
+    fn receive(
+        &mut self,
+        _: usize,
+        _: Option<&Member>,
+        _: usize,
+        _: Sample<'_>,
+    ) -> Result<(), HandlerError> {
         Ok(())
     }
 }

@@ -10,7 +10,7 @@ pub struct SpecificWorker {
     times: Vec<i64>,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         ready()?;
         Ok(Self {

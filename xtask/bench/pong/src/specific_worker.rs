@@ -3,14 +3,15 @@
 use bench_protocol::{now, ready, report};
 use pong_generated::tracing::error;
 use pong_generated::{
-    Awake, Context, Echo, ParamChange, PictureInPlace, Pictures, Sample, Worker, WorkerError,
+    Awake, AwakeSlot, Context, Echo, ParamChange, PictureInPlace, Pictures, Sample, Worker,
+    WorkerError,
 };
 
 pub struct SpecificWorker {
     times: Vec<i64>,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         ready()?;
         Ok(Self { times: Vec::new() })
@@ -35,19 +36,19 @@ impl Worker for SpecificWorker {
     }
 }
 
-impl Echo for SpecificWorker {
+impl Echo<Context> for SpecificWorker {
     fn echo(&mut self, _ctx: &mut Context, data: Vec<u8>) -> Vec<u8> {
         data
     }
 }
 
-impl Awake for SpecificWorker {
+impl Awake<Context, AwakeSlot> for SpecificWorker {
     fn echo(&mut self, _ctx: &mut Context, data: Vec<u8>) -> Vec<u8> {
         data
     }
 }
 
-impl Sample for SpecificWorker {
+impl Sample<Context> for SpecificWorker {
     fn sample(&mut self, _ctx: &mut Context, sent: i64, data: Vec<u8>) {
         if !data.is_empty() {
             self.times.push(now() - sent);
@@ -60,7 +61,7 @@ impl Sample for SpecificWorker {
     }
 }
 
-impl Pictures for SpecificWorker {
+impl Pictures<Context> for SpecificWorker {
     fn picture(&mut self, _ctx: &mut Context, picture: &PictureInPlace) {
         self.times.push(now() - picture.sent);
     }

@@ -15,7 +15,7 @@ pub struct SpecificWorker {
     stalled: bool,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self {
             pattern: pattern(),
@@ -56,14 +56,14 @@ impl SpecificWorker {
     }
 }
 
-impl Echo for SpecificWorker {
+impl Echo<Context> for SpecificWorker {
     fn echo(&mut self, _ctx: &mut Context, data: Vec<u8>) -> Vec<u8> {
         self.answered += 1;
         data
     }
 }
 
-impl Ticks for SpecificWorker {
+impl Ticks<Context> for SpecificWorker {
     fn tick(&mut self, _ctx: &mut Context, number: i64, _data: Vec<u8>) {
         self.ticks.note(number.unsigned_abs(), WARM_UP_TICKS);
         if !self.stalled && number.unsigned_abs() >= STALL_AT {
@@ -73,7 +73,7 @@ impl Ticks for SpecificWorker {
     }
 }
 
-impl Images for SpecificWorker {
+impl Images<Context> for SpecificWorker {
     fn image(&mut self, _ctx: &mut Context, picture: &ImageInPlace) {
         let number = picture.number.unsigned_abs();
         self.images.note(number, WARM_UP_IMAGES);

@@ -33,7 +33,7 @@ pub struct SpecificWorker {
     printed: u64,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self {
             pattern: pattern(),

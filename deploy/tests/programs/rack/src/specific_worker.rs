@@ -2,10 +2,10 @@
 //! the second.
 
 use rack_generated::{
-    BatteryStatusClient, CallError, Context, DdsBatteries, DdsTracks,
+    BatteryStatusClient, CallError, Context, DdsBatteries, DdsTracks, DdsTracksSlot,
     FullPoseEstimationPubPublisher, FullPoseEuler, GetBatteryStateError, LaserConfData, Lasers,
-    Member, RosBatteries, RosTracks, SendError, SlotArray, TBaseState, TBattery, TData, Tracks,
-    Worker, WorkerError,
+    Member, RosBatteries, RosBatteriesSlot, RosTracks, RosTracksSlot, SendError, SlotArray,
+    TBaseState, TBattery, TData, Tracks, Worker, WorkerError,
 };
 
 /// The last pose that each member of an array has heard.
@@ -17,7 +17,7 @@ pub struct SpecificWorker {
     heard_over_ros: Heard,
 }
 
-impl Worker for SpecificWorker {
+impl Worker<Context> for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         if ctx.params.members.is_empty() {
             ctx.lasers.open_listed()?;
@@ -100,7 +100,7 @@ fn scan(ctx: &mut Context, member: &Member) -> Result<Vec<TData>, CallError> {
     ctx.sources[&source].get_laser_data()
 }
 
-impl Lasers for SpecificWorker {
+impl Lasers<Context> for SpecificWorker {
     fn get_laser_data(&mut self, ctx: &mut Context, member: &Member) -> Vec<TData> {
         scan(ctx, member).unwrap_or_default()
     }
@@ -123,7 +123,7 @@ impl Lasers for SpecificWorker {
     }
 }
 
-impl DdsBatteries for SpecificWorker {
+impl DdsBatteries<Context> for SpecificWorker {
     fn get_battery_state(
         &mut self,
         ctx: &mut Context,
@@ -133,7 +133,7 @@ impl DdsBatteries for SpecificWorker {
     }
 }
 
-impl RosBatteries for SpecificWorker {
+impl RosBatteries<Context, RosBatteriesSlot> for SpecificWorker {
     fn get_battery_state(
         &mut self,
         ctx: &mut Context,
@@ -143,21 +143,21 @@ impl RosBatteries for SpecificWorker {
     }
 }
 
-impl Tracks for SpecificWorker {
+impl Tracks<Context> for SpecificWorker {
     fn new_full_pose(&mut self, ctx: &mut Context, member: &Member, pose: FullPoseEuler) {
         let _ = ctx;
         self.heard[member.index()] = Some(pose);
     }
 }
 
-impl DdsTracks for SpecificWorker {
+impl DdsTracks<Context, DdsTracksSlot> for SpecificWorker {
     fn new_full_pose(&mut self, ctx: &mut Context, member: &Member, pose: FullPoseEuler) {
         let _ = ctx;
         self.heard_over_dds[member.index()] = Some(pose);
     }
 }
 
-impl RosTracks for SpecificWorker {
+impl RosTracks<Context, RosTracksSlot> for SpecificWorker {
     fn new_full_pose(&mut self, ctx: &mut Context, member: &Member, pose: FullPoseEuler) {
         let _ = ctx;
         self.heard_over_ros[member.index()] = Some(pose);

@@ -97,7 +97,7 @@ fn samples_come_with_their_member() -> Result<(), WorkerError> {
         x: 42.0,
         ..FullPoseEuler::default()
     };
-    worker.new_full_pose(&mut test, &back, pose);
+    <SpecificWorker as Tracks<Context>>::new_full_pose(&mut worker, &mut test, &back, pose);
     worker.compute(&mut test)?;
     let x = |name: &str| {
         let samples = test.poses.member(name).samples();

@@ -2,8 +2,7 @@
 //! The context of the worker: its parameters, its clients and its publishers.
 
 use crate::interfaces;
-use rc_runtime::middleware::OpenError;
-use rc_runtime::{Core, Ports, Values};
+use rc_runtime::{Core, Ports, StartError, Values, WorkerContext};
 use std::ops::{Deref, DerefMut};
 
 /// The first argument of every function of the worker. It dereferences to [`Core`], which knows the name, the time and
@@ -27,12 +26,8 @@ pub struct Context {
     pub pictures: interfaces::pictures::PicturesPublisher,
 }
 
-impl Context {
-    pub(crate) fn new(
-        core: Core,
-        ports: &Ports,
-        values: &Values,
-    ) -> Result<Self, OpenError> {
+impl WorkerContext for Context {
+    fn open(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError> {
         let _ = values;
         Ok(Self {
             core,
@@ -43,11 +38,7 @@ impl Context {
         })
     }
 
-    pub(crate) fn core(&mut self) -> &mut Core {
-        &mut self.core
-    }
-
-    pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
+    fn sending_peers(&self, peers: &mut [usize]) {
         peers[0] = usize::from(self.echo.is_connected());
         peers[1] = usize::from(self.awake.is_connected());
         peers[2] = self.sample.subscribers();

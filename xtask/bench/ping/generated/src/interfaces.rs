@@ -2,8 +2,8 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_bench::echo;
-pub use self::echo::EchoClient;
+pub use self::echo::{ EchoClient };
 pub use ::interfaces::rc_bench::pictures;
-pub use self::pictures::PicturesPublisher;
+pub use self::pictures::{ PicturesPublisher };
 pub use ::interfaces::rc_bench::sample;
-pub use self::sample::SamplePublisher;
+pub use self::sample::{ SamplePublisher };

@@ -59,10 +59,7 @@ pub(crate) static DESCRIPTION: Description = Description {
     parameters: None,
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_ECHO, SLOT_TICKS, SLOT_IMAGES],
-    types: &[
-        ::interfaces::rc_bench::RC_DESCRIPTION,
-        ::interfaces::rc_soak::RC_DESCRIPTION,
-    ],
+    types: &[::interfaces::rc_bench::RC_DESCRIPTION, ::interfaces::rc_soak::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
     managed: false,

@@ -2,8 +2,8 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_bench::echo;
-pub use self::echo::EchoClient;
+pub use self::echo::{ EchoClient };
 pub use ::interfaces::rc_soak::images;
-pub use self::images::ImagesPublisher;
+pub use self::images::{ ImagesPublisher };
 pub use ::interfaces::rc_soak::ticks;
-pub use self::ticks::TicksPublisher;
+pub use self::ticks::{ TicksPublisher };

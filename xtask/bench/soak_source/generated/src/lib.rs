@@ -2,6 +2,7 @@
 //! The generic layer of the component `soak_source`.
 //!
 //! [`rc_runtime::guide`] describes how its worker is written and tested.
+
 #![allow(
     clippy::too_many_arguments,
     clippy::type_complexity,
@@ -13,12 +14,15 @@ mod backend;
 mod context;
 mod description;
 pub mod interfaces;
+
 #[cfg(feature = "testing")]
 pub mod testing;
 pub mod types;
 
-pub use adapter::{Worker, embed, run};
+pub use adapter::{Handlers, embed, run};
 pub use context::Context;
+pub use rc_runtime::Worker;
+pub use rc_runtime::middleware::typed::{HandlerError, Request};
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;

@@ -8,12 +8,8 @@ pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 
 /// All middlewares of the component.
 pub(crate) const BACKENDS: &[Linked] = &[
-    rc_iceoryx2::LINKED,
-    rc_dds::LINKED,
-    Linked {
-        connect: |environment| rc_ros2::connect(environment, ROS_TYPES),
-        ..rc_ros2::LINKED
-    },
+    rc_iceoryx2::LINKED, rc_dds::LINKED,
+    Linked { connect: |environment| rc_ros2::connect(environment, ROS_TYPES), ..rc_ros2::LINKED },
 ];
 
 /// Definitions of the messages and services that are not part of ROS 2 itself.
@@ -31,9 +27,7 @@ pub(crate) const TYPES_LASERS: &[&str] = &[];
 pub(crate) const TYPES_DDS_BATTERIES: &[&str] = &[];
 
 /// The middleware's names for the types of `ros_batteries`, if it has its own.
-pub(crate) const TYPES_ROS_BATTERIES: &[&str] = &[
-    "robocomp_battery_status_msgs/srv/BatteryStatusGetBatteryState",
-];
+pub(crate) const TYPES_ROS_BATTERIES: &[&str] = &["robocomp_battery_status_msgs/srv/BatteryStatusGetBatteryState"];
 
 /// The middleware's names for the types of `sources`, if it has its own.
 pub(crate) const TYPES_SOURCES: &[&str] = &[];
@@ -42,9 +36,7 @@ pub(crate) const TYPES_SOURCES: &[&str] = &[];
 pub(crate) const TYPES_DDS_SOURCES: &[&str] = &[];
 
 /// The middleware's names for the types of `ros_sources`, if it has its own.
-pub(crate) const TYPES_ROS_SOURCES: &[&str] = &[
-    "robocomp_battery_status_msgs/srv/BatteryStatusGetBatteryState",
-];
+pub(crate) const TYPES_ROS_SOURCES: &[&str] = &["robocomp_battery_status_msgs/srv/BatteryStatusGetBatteryState"];
 
 /// The middleware's names for the types of `poses`, if it has its own.
 pub(crate) const TYPES_POSES: &[&str] = &[];
@@ -53,9 +45,7 @@ pub(crate) const TYPES_POSES: &[&str] = &[];
 pub(crate) const TYPES_DDS_POSES: &[&str] = &[];
 
 /// The middleware's names for the types of `ros_poses`, if it has its own.
-pub(crate) const TYPES_ROS_POSES: &[&str] = &[
-    "robocomp_full_pose_estimation_msgs/msg/FullPoseEuler",
-];
+pub(crate) const TYPES_ROS_POSES: &[&str] = &["robocomp_full_pose_estimation_msgs/msg/FullPoseEuler"];
 
 /// The middleware's names for the types of `tracks`, if it has its own.
 pub(crate) const TYPES_TRACKS: &[&str] = &[];
@@ -64,9 +54,7 @@ pub(crate) const TYPES_TRACKS: &[&str] = &[];
 pub(crate) const TYPES_DDS_TRACKS: &[&str] = &[];
 
 /// The middleware's names for the types of `ros_tracks`, if it has its own.
-pub(crate) const TYPES_ROS_TRACKS: &[&str] = &[
-    "robocomp_full_pose_estimation_msgs/msg/FullPoseEuler",
-];
+pub(crate) const TYPES_ROS_TRACKS: &[&str] = &["robocomp_full_pose_estimation_msgs/msg/FullPoseEuler"];
 
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"rack\",\"model\":\"614c31216445bc79\",\"middleware\":\"iceoryx2\"}\0";

@@ -3,8 +3,7 @@
 
 use crate::interfaces;
 use crate::parameters::Params;
-use rc_runtime::middleware::OpenError;
-use rc_runtime::{Core, Ports, SlotArray, Values};
+use rc_runtime::{Core, Ports, SlotArray, StartError, Values, WorkerContext};
 use std::ops::{Deref, DerefMut};
 
 /// The first argument of every function of the worker. It dereferences to [`Core`], which knows the name, the time and
@@ -33,17 +32,11 @@ pub struct Context {
     /// requires `BatteryStatus[]`: open its members in `initialize`.
     pub ros_sources: SlotArray<interfaces::battery_status::BatteryStatusClient>,
     /// publishes `FullPoseEstimationPub[]`: open its members in `initialize`.
-    pub poses: SlotArray<
-        interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher,
-    >,
+    pub poses: SlotArray<interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher>,
     /// publishes `FullPoseEstimationPub[]`: open its members in `initialize`.
-    pub dds_poses: SlotArray<
-        interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher,
-    >,
+    pub dds_poses: SlotArray<interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher>,
     /// publishes `FullPoseEstimationPub[]`: open its members in `initialize`.
-    pub ros_poses: SlotArray<
-        interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher,
-    >,
+    pub ros_poses: SlotArray<interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher>,
     /// subscribesTo `FullPoseEstimationPub[]`: open its members in `initialize`.
     pub tracks: SlotArray<()>,
     /// subscribesTo `FullPoseEstimationPub[]`: open its members in `initialize`.
@@ -52,97 +45,56 @@ pub struct Context {
     pub ros_tracks: SlotArray<()>,
 }
 
-impl Context {
-    pub(crate) fn new(
-        core: Core,
-        ports: &Ports,
-        values: &Values,
-    ) -> Result<Self, OpenError> {
+impl WorkerContext for Context {
+    fn open(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError> {
         Ok(Self {
             core,
             params: Params::from_values(values),
             lasers: ports.array(0, |_, _| Ok(())),
             dds_batteries: ports.array(1, |_, _| Ok(())),
             ros_batteries: ports.array(2, |_, _| Ok(())),
-            sources: ports
-                .array(
-                    3,
-                    |ports, slot| Ok(
-                        interfaces::laser::LaserClient::new(ports.client(slot)?),
-                    ),
-                ),
-            dds_sources: ports
-                .array(
-                    4,
-                    |ports, slot| Ok(
-                        interfaces::battery_status::BatteryStatusClient::new(
-                            ports.client(slot)?,
-                        ),
-                    ),
-                ),
-            ros_sources: ports
-                .array(
-                    5,
-                    |ports, slot| Ok(
-                        interfaces::battery_status::BatteryStatusClient::new(
-                            ports.client(slot)?,
-                        ),
-                    ),
-                ),
-            poses: ports
-                .array(
-                    6,
-                    |ports, slot| interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::new(
-                        ports.publishers(slot),
-                    ),
-                ),
-            dds_poses: ports
-                .array(
-                    7,
-                    |ports, slot| interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::new(
-                        ports.publishers(slot),
-                    ),
-                ),
-            ros_poses: ports
-                .array(
-                    8,
-                    |ports, slot| interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::new(
-                        ports.publishers(slot),
-                    ),
-                ),
+            sources: ports.array(3, |ports, slot| Ok(interfaces::laser::LaserClient::new(ports.client(slot)?))),
+            dds_sources: ports.array(
+                4, |ports, slot| Ok(interfaces::battery_status::BatteryStatusClient::new(ports.client(slot)?)),
+            ),
+            ros_sources: ports.array(
+                5, |ports, slot| Ok(interfaces::battery_status::BatteryStatusClient::new(ports.client(slot)?)),
+            ),
+            poses: ports.array(
+                6,
+                |ports, slot| interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::new(ports.publishers(slot)),
+            ),
+            dds_poses: ports.array(
+                7,
+                |ports, slot| interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::new(ports.publishers(slot)),
+            ),
+            ros_poses: ports.array(
+                8,
+                |ports, slot| interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::new(ports.publishers(slot)),
+            ),
             tracks: ports.array(9, |_, _| Ok(())),
             dds_tracks: ports.array(10, |_, _| Ok(())),
             ros_tracks: ports.array(11, |_, _| Ok(())),
         })
     }
 
-    pub(crate) fn core(&mut self) -> &mut Core {
-        &mut self.core
-    }
-
-    pub(crate) fn set_parameters(&mut self, values: &Values) {
+    fn set_parameters(&mut self, values: &Values) {
         self.params = Params::from_values(values);
     }
 
-    pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
+    fn sending_peers(&self, peers: &mut [usize]) {
         self.sources.count_peers(peers, |client| usize::from(client.is_connected()));
         self.dds_sources.count_peers(peers, |client| usize::from(client.is_connected()));
         self.ros_sources.count_peers(peers, |client| usize::from(client.is_connected()));
-        self.poses
-            .count_peers(
-                peers,
-                interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::subscribers,
-            );
-        self.dds_poses
-            .count_peers(
-                peers,
-                interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::subscribers,
-            );
-        self.ros_poses
-            .count_peers(
-                peers,
-                interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::subscribers,
-            );
+        self.poses.count_peers(
+            peers, interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::subscribers,
+        );
+        self.dds_poses.count_peers(
+            peers, interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::subscribers,
+        );
+        self.ros_poses.count_peers(
+            peers, interfaces::full_pose_estimation_pub::FullPoseEstimationPubPublisher::subscribers,
+        );
     }
 }
 

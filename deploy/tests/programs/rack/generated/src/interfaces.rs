@@ -2,8 +2,8 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_battery_status::battery_status;
-pub use self::battery_status::{BatteryStatusClient, GetBatteryStateError};
+pub use self::battery_status::{ BatteryStatusClient, GetBatteryStateError };
 pub use ::interfaces::robo_comp_full_pose_estimation_pub::full_pose_estimation_pub;
-pub use self::full_pose_estimation_pub::FullPoseEstimationPubPublisher;
+pub use self::full_pose_estimation_pub::{ FullPoseEstimationPubPublisher };
 pub use ::interfaces::robo_comp_laser::laser;
-pub use self::laser::{LaserClient, GetLaserAndBStateDataAnswer};
+pub use self::laser::{ LaserClient, GetLaserAndBStateDataAnswer };

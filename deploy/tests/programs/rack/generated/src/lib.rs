@@ -4,6 +4,7 @@
 //! Serves and publishes for many members: what sources and tracks of the same names give, else values of its own.
 //!
 //! [`rc_runtime::guide`] describes how its worker is written and tested.
+
 #![allow(
     clippy::too_many_arguments,
     clippy::type_complexity,
@@ -17,13 +18,16 @@ mod description;
 pub mod interfaces;
 pub mod parameters;
 mod slots;
+
 #[cfg(feature = "testing")]
 pub mod testing;
 pub mod types;
 
-pub use adapter::{Worker, embed, run};
+pub use adapter::{Handlers, embed, run};
 pub use context::Context;
 pub use parameters::Params;
+pub use rc_runtime::Worker;
+pub use rc_runtime::middleware::typed::{HandlerError, Request};
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::network_time;
 pub use rc_runtime::tracing;
@@ -32,9 +36,12 @@ pub use rc_runtime::{Member, MemberError, SlotArray};
 pub use self::interfaces::*;
 pub use slots::DdsBatteries;
 pub use slots::DdsTracks;
+pub use slots::DdsTracksSlot;
 pub use slots::Lasers;
 pub use slots::RosBatteries;
+pub use slots::RosBatteriesSlot;
 pub use slots::RosTracks;
+pub use slots::RosTracksSlot;
 pub use slots::Tracks;
 pub use types::*;
 

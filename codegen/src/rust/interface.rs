@@ -1,0 +1,329 @@
+//! Names and types of Rust for an interface: what `templates/rust/interface.tera` prints.
+
+use super::library::{Member, member};
+use super::operation_names::{
+    answer_name, bare, error_name, exception_constant, operation_constant, plain, variant,
+};
+use super::shapes::{self, Shape};
+use super::{in_place, names, types};
+use crate::view::documentation;
+use crate::view::library as view;
+use crate::view::members;
+use crate::view::types::Type;
+use serde::Serialize;
+use std::collections::BTreeSet;
+
+/// The most parts of a tuple that `rc_middleware::typed` reads and writes.
+const MOST_PARTS: usize = 8;
+
+/// An interface.
+#[derive(Debug, Serialize)]
+pub(crate) struct Interface<'a> {
+    name: &'a str,
+    module: String,
+    doc: &'a [String],
+    client: String,
+    publisher: String,
+    calls: bool,
+    topics: bool,
+    operations: Vec<Operation<'a>>,
+    exceptions: Vec<(String, i32)>,
+    /// One for each set of exceptions that operations throw.
+    errors: Vec<ErrorEnum>,
+    /// The traits of handlers.
+    shapes: Vec<Shape>,
+}
+
+/// The error of all operations that throw the same exceptions.
+#[derive(Debug, Serialize)]
+struct ErrorEnum {
+    name: String,
+    throws: Vec<Exception>,
+}
+
+#[derive(Debug, Serialize)]
+struct Operation<'a> {
+    name: &'a str,
+    method: String,
+    /// The functions that lend a sample, and that read a reply in place.
+    loan: String,
+    read_in_place: String,
+    /// The operation as a part of the name of a function.
+    plain: String,
+    constant: String,
+    doc: Vec<String>,
+    id: i32,
+    type_hash: &'a str,
+    two_way: bool,
+    inputs: Vec<Member<'a>>,
+    /// The inputs as a tuple of variables, of types, and as a client sends them.
+    pattern: String,
+    arguments: String,
+    sent: String,
+    /// Whether reading and writing them takes a function of its own.
+    own_read: bool,
+    own_write: bool,
+    /// The functions that read them, write a reply, and read it.
+    read: String,
+    reply: String,
+    take: String,
+    own_reply: bool,
+    own_result: bool,
+    /// Members of the reply, in the order of the wire.
+    replies: Vec<Member<'a>>,
+    /// The same variables in the order of the returned tuple, whose first is the value of the
+    /// operation.
+    returned: Vec<String>,
+    result: String,
+    /// The name of the tuple, and its types; empty where it is none.
+    answer: String,
+    answer_types: Vec<String>,
+    /// The error under the name of the operation, and the enum that it is; empty if it throws
+    /// nothing.
+    error: String,
+    error_enum: String,
+    throws: Vec<Exception>,
+    /// The structure of a sample, and of a result, in shared memory; else empty.
+    sample_in_place: String,
+    result_in_place: String,
+    /// How a fake names a call, and sets its answer.
+    variant: String,
+    on: String,
+    /// The inputs, their tuple and the result as types of the fakes' module.
+    kept: Vec<String>,
+    kept_arguments: String,
+    kept_result: String,
+    /// The result of an unset answer.
+    default: String,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Exception {
+    variant: String,
+    ty: String,
+    constant: String,
+}
+
+pub(super) fn of(interface: &view::Interface) -> Interface<'_> {
+    let name = names::camel(&interface.name);
+    let mut exceptions: Vec<(String, i32)> = interface
+        .operations
+        .iter()
+        .flat_map(|operation| &operation.throws)
+        .map(|exception| (constant(interface, exception), exception.id))
+        .collect();
+    exceptions.sort();
+    exceptions.dedup();
+    let all = interface.operations.iter();
+    let methods = all.clone().map(|o| names::method(&o.name));
+    let mut functions: BTreeSet<String> = methods.collect();
+    let mut variants = BTreeSet::new();
+    let mut operations: Vec<Operation> = all
+        .map(|o| operation(interface, o, &mut functions, &mut variants))
+        .collect();
+    let errors = errors(interface, &mut operations);
+    Interface {
+        name: &interface.name,
+        module: names::module(&interface.name),
+        doc: &interface.doc,
+        client: format!("{name}Client"),
+        publisher: format!("{name}Publisher"),
+        calls: interface.calls,
+        topics: interface.topics,
+        shapes: shapes::all(interface),
+        operations,
+        exceptions,
+        errors,
+    }
+}
+
+/// Gives the operations that throw the same exceptions one error.
+fn errors(interface: &view::Interface, operations: &mut [Operation]) -> Vec<ErrorEnum> {
+    let mut taken = shapes::own_names(interface);
+    let mut errors: Vec<(Vec<String>, ErrorEnum)> = Vec::new();
+    for operation in operations.iter_mut().filter(|o| !o.throws.is_empty()) {
+        let throws: Vec<String> = operation.throws.iter().map(|e| e.ty.clone()).collect();
+        let known = errors.iter().find(|(set, _)| *set == throws);
+        operation.error_enum = match known {
+            Some((_, error)) => error.name.clone(),
+            None => {
+                let variants = operation.throws.iter().map(|e| bare(&e.variant));
+                let variants: Vec<&str> = variants.collect();
+                let name = names::free(format!("{}OrCall", variants.join("Or")), &mut taken);
+                let throws = (throws, operation.throws.clone());
+                let error = ErrorEnum {
+                    name: name.clone(),
+                    throws: throws.1,
+                };
+                errors.push((throws.0, error));
+                name
+            }
+        };
+    }
+    errors.into_iter().map(|(_, error)| error).collect()
+}
+
+fn constant(interface: &view::Interface, exception: &view::Exception) -> String {
+    let operations = interface.operations.iter().map(|o| o.name.as_str());
+    exception_constant(operations, type_name(&exception.ty))
+}
+
+fn type_name(ty: &Type) -> &str {
+    match ty {
+        Type::Named { name, .. } => name,
+        _ => "",
+    }
+}
+
+/// The structure of a type in shared memory; empty if there is none.
+pub(super) fn placed(ty: Option<&Type>, path: types::Path) -> String {
+    match ty {
+        Some(Type::Named { module, name, .. }) => in_place::path(&path(module, name)),
+        _ => String::new(),
+    }
+}
+
+/// A tuple of Rust, which has a comma behind its only part.
+pub(super) fn tuple(parts: &[String]) -> String {
+    match parts {
+        [one] => format!("({one},)"),
+        all => format!("({})", all.join(", ")),
+    }
+}
+
+/// `functions` are those that the client or the publisher has by now, `variants` those of the
+/// calls that fakes keep.
+fn operation<'a>(
+    interface: &'a view::Interface,
+    of: &'a view::Operation,
+    functions: &mut BTreeSet<String>,
+    variants: &mut BTreeSet<String>,
+) -> Operation<'a> {
+    let path = types::in_interface(&interface.module);
+    let parameters = |members: &'a [members::Member]| -> Vec<Member<'a>> {
+        let members = members.iter();
+        members
+            .map(|m| member(m, names::local(&m.name), &path))
+            .collect()
+    };
+    let inputs = parameters(&of.inputs);
+    let mut replies = parameters(&of.outputs);
+    let mut returned: Vec<String> = replies.iter().map(|m| m.name.clone()).collect();
+    let mut answer_types: Vec<String> = replies.iter().map(|m| m.ty.clone()).collect();
+    if let Some(result) = &of.result {
+        let ty = types::owned(result, &path);
+        returned.insert(0, "result".to_owned());
+        answer_types.insert(0, ty.clone());
+        replies.push(Member {
+            idsl: "result",
+            name: "result".to_owned(),
+            doc: Vec::new(),
+            ty,
+            default: String::new(),
+            optional: false,
+            checks: &of.result_checks,
+            borrowed: String::new(),
+            write: "reference",
+        });
+    }
+    let (answer, result) = match answer_types.as_slice() {
+        [] => (String::new(), "()".to_owned()),
+        [one] => (String::new(), one.clone()),
+        _ => (answer_name(&of.name), answer_name(&of.name)),
+    };
+    let method = names::method(&of.name);
+    let mut function = |there: bool, wanted: String| {
+        let name = there.then(|| names::free(wanted, functions));
+        name.unwrap_or_default()
+    };
+    let loan = function(
+        of.sample_in_place.is_some(),
+        format!("loan_{}", bare(&method)),
+    );
+    let read_in_place = function(
+        of.result_in_place.is_some(),
+        format!("{}_in_place", bare(&method)),
+    );
+    let throws = of.throws.iter().map(|exception| Exception {
+        variant: variant(type_name(&exception.ty)),
+        ty: types::owned(&exception.ty, &path),
+        constant: constant(interface, exception),
+    });
+    let plain = plain(&of.name);
+    let checked = |members: &[Member]| members.iter().any(|m| !m.checks.is_empty());
+    let own_write = checked(&inputs) || inputs.len() > MOST_PARTS;
+    let own_read = own_write || of.sample_in_place.is_some();
+    // The result is the first part in Rust, and the last one on the wire.
+    let turned = of.result.is_some() && !of.outputs.is_empty();
+    let own_reply = turned || checked(&replies) || replies.len() > MOST_PARTS;
+    let own_result = own_reply || of.result_in_place.is_some();
+    let function = |own: bool, name: &str| {
+        if own {
+            format!("{name}_{plain}")
+        } else {
+            format!("typed::{name}")
+        }
+    };
+    let everywhere = types::in_crate();
+    let kept = of.inputs.iter().map(|m| types::member(m, &everywhere));
+    let kept: Vec<String> = kept.collect();
+    let outputs = of.outputs.iter().map(|m| types::member(m, &everywhere));
+    let one_result = of.result.iter().map(|ty| types::owned(ty, &everywhere));
+    let kept_result = match one_result.chain(outputs).collect::<Vec<_>>().as_slice() {
+        [] => "()".to_owned(),
+        [one] => one.clone(),
+        _ => answer.clone(),
+    };
+    let names: Vec<String> = inputs.iter().map(|m| m.name.clone()).collect();
+    let types: Vec<String> = inputs.iter().map(|m| m.ty.clone()).collect();
+    let sent = inputs.iter().map(|m| match m.write {
+        "value" => format!("&{}", m.name),
+        _ => m.name.clone(),
+    });
+    Operation {
+        name: &of.name,
+        loan,
+        read_in_place,
+        constant: operation_constant(&of.name),
+        doc: documentation::of_operation(of, names::local),
+        id: of.id,
+        type_hash: &of.type_hash,
+        two_way: of.two_way,
+        pattern: tuple(&names),
+        arguments: tuple(&types),
+        sent: tuple(&sent.collect::<Vec<_>>()),
+        read: function(own_read, "read"),
+        reply: function(own_reply, "reply"),
+        take: function(own_result, "result"),
+        own_read,
+        own_write,
+        own_reply,
+        own_result,
+        default: match replies.len() {
+            1 => "Default::default()".to_owned(),
+            count => format!("({})", vec!["Default::default()"; count].join(", ")),
+        },
+        inputs,
+        replies,
+        returned,
+        result,
+        answer,
+        answer_types,
+        error: if of.throws.is_empty() {
+            String::new()
+        } else {
+            error_name(&of.name)
+        },
+        error_enum: String::new(),
+        throws: throws.collect(),
+        sample_in_place: placed(of.sample_in_place.as_ref(), &path),
+        result_in_place: placed(of.result_in_place.as_ref(), &path),
+        variant: names::free(names::camel(&of.name), variants),
+        on: format!("on_{}", bare(&method)),
+        kept_arguments: tuple(&kept),
+        kept,
+        kept_result,
+        method,
+        plain,
+    }
+}

@@ -1,0 +1,249 @@
+//! Implementations that are the same for each structure: generated code names the structure and its
+//! members.
+
+/// Implements [`Cdr`](crate::Cdr) for a structure: its members in their order.
+///
+/// ```
+/// use rc_middleware::{Cdr, Reader, Writer};
+///
+/// #[derive(Debug, PartialEq)]
+/// struct Point {
+///     x: f32,
+///     name: String,
+/// }
+/// rc_middleware::cdr_struct!(Point: x, name);
+///
+/// let point = Point { x: 1.0, name: "a".to_owned() };
+/// let mut writer = Writer::default();
+/// writer.put(&point);
+/// assert_eq!(Reader::new(&writer.into_bytes()).get(), Ok(point));
+/// ```
+#[macro_export]
+macro_rules! cdr_struct {
+    ($name:ident: $($member:ident),+ $(,)?) => {
+        impl $crate::Cdr for $name {
+            fn encode(&self, writer: &mut $crate::Writer<'_>) {
+                $(writer.put(&self.$member);)+
+            }
+
+            fn decode(
+                reader: &mut $crate::Reader<'_>,
+            ) -> ::std::result::Result<Self, $crate::DecodeError> {
+                ::std::result::Result::Ok(Self { $($member: reader.get()?),+ })
+            }
+        }
+    };
+}
+
+/// Implements [`InPlace`](crate::InPlace) for a structure whose members have the trait: the second
+/// name is that of the type that owns its values.
+///
+/// ```
+/// use rc_middleware::InPlace;
+///
+/// #[derive(Debug, PartialEq)]
+/// struct Point {
+///     x: f32,
+///     y: f32,
+/// }
+///
+/// #[derive(
+///     rc_middleware::in_place::FromBytes, rc_middleware::in_place::Immutable,
+///     rc_middleware::in_place::IntoBytes, rc_middleware::in_place::KnownLayout,
+/// )]
+/// #[zerocopy(crate = "rc_middleware::in_place::zerocopy")]
+/// #[repr(C)]
+/// struct PointInPlace {
+///     x: f32,
+///     y: f32,
+/// }
+/// rc_middleware::in_place_struct!(PointInPlace for Point: x, y);
+///
+/// let mut place = PointInPlace { x: 1.0, y: 2.0 };
+/// assert_eq!(place.value(), Ok(Point { x: 1.0, y: 2.0 }));
+/// place.reset();
+/// assert_eq!(place.value(), Ok(Point { x: 0.0, y: 0.0 }));
+/// ```
+#[macro_export]
+macro_rules! in_place_struct {
+    ($name:ident for $value:ident: $($member:ident),+ $(,)?) => {
+        impl $crate::InPlace for $name {
+            type Value = $value;
+
+            const NAME: &'static str = ::std::stringify!($value);
+
+            fn reset(&mut self) {
+                $($crate::InPlace::reset(&mut self.$member);)+
+            }
+
+            fn set(&mut self, value: &$value) -> ::std::result::Result<(), $crate::EncodeError> {
+                $($crate::InPlace::set(&mut self.$member, &value.$member)?;)+
+                ::std::result::Result::Ok(())
+            }
+
+            fn value(&self) -> ::std::result::Result<$value, $crate::DecodeError> {
+                ::std::result::Result::Ok($value {
+                    $($member: $crate::InPlace::value(&self.$member)?),+
+                })
+            }
+        }
+    };
+}
+
+/// Declares the error of the operations that throw the same exceptions, each with the constant that
+/// tells it on the wire.
+///
+/// ```
+/// # use rc_middleware::CallError;
+/// #[derive(Clone, Debug, Default, PartialEq)]
+/// pub struct Full {
+///     what: String,
+/// }
+/// # impl std::fmt::Display for Full {
+/// #     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+/// #         f.write_str(&self.what)
+/// #     }
+/// # }
+/// rc_middleware::cdr_struct!(Full: what);
+///
+/// const FULL: i32 = 7;
+/// rc_middleware::call_error!(FullOrCall: Full(Full) = FULL);
+///
+/// let error = FullOrCall::from(Full { what: "no room".to_owned() });
+/// assert_eq!(error.to_string(), "no room");
+/// assert!(matches!(FullOrCall::from(CallError::Stopping), FullOrCall::Call(_)));
+/// ```
+#[macro_export]
+macro_rules! call_error {
+    ($name:ident: $($variant:ident($exception:ty) = $case:expr),+ $(,)?) => {
+        /// An error of the operations that throw these exceptions.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum $name {
+            $(
+                #[doc = ::std::concat!("The server threw the exception `", ::std::stringify!($variant), "`.")]
+                $variant($exception),
+            )+
+            /// The call brought no reply.
+            Call($crate::CallError),
+        }
+
+        impl ::std::fmt::Display for $name {
+            fn fmt(&self, f: &mut ::std::fmt::Formatter<'_>) -> ::std::fmt::Result {
+                match self {
+                    $(Self::$variant(error) => ::std::fmt::Display::fmt(error, f),)+
+                    Self::Call(error) => ::std::fmt::Display::fmt(error, f),
+                }
+            }
+        }
+
+        impl ::std::error::Error for $name {}
+
+        impl ::std::convert::From<$crate::CallError> for $name {
+            fn from(error: $crate::CallError) -> Self {
+                Self::Call(error)
+            }
+        }
+
+        impl ::std::convert::From<$crate::DecodeError> for $name {
+            fn from(error: $crate::DecodeError) -> Self {
+                Self::Call(error.into())
+            }
+        }
+
+        $(
+            impl ::std::convert::From<$exception> for $name {
+                fn from(error: $exception) -> Self {
+                    Self::$variant(error)
+                }
+            }
+        )+
+
+        impl $crate::typed::Throws for $name {
+            fn read(
+                case: i32,
+                reader: &mut $crate::Reader<'_>,
+            ) -> ::std::result::Result<Self, $crate::DecodeError> {
+                match case {
+                    $(case if case == $case => reader.get().map(Self::$variant),)+
+                    _ => ::std::result::Result::Err($crate::DecodeError::Unknown(
+                        "exception in the reply",
+                    )),
+                }
+            }
+
+            fn refuse(
+                self,
+                request: &mut $crate::typed::Request<'_>,
+            ) -> ::std::result::Result<(), $crate::typed::HandlerError> {
+                match self {
+                    $(Self::$variant(error) => {
+                        request.reply_with($case, |writer| writer.put(&error))
+                    })+
+                    Self::Call(error) => request.fail(&error),
+                }
+            }
+        }
+    };
+}
+
+/// Declares a client of an interface. Generated code adds its operations.
+#[macro_export]
+macro_rules! client {
+    ($name:ident) => {
+        /// A client of the interface.
+        pub struct $name {
+            client: $crate::typed::TypedClient,
+        }
+
+        impl $name {
+            /// Calls the operations through `client`.
+            pub fn new(client: $crate::typed::TypedClient) -> Self {
+                Self { client }
+            }
+
+            /// Sets the longest time that a call may take.
+            pub fn set_timeout(&mut self, timeout: ::std::time::Duration) {
+                self.client.set_timeout(timeout);
+            }
+
+            /// Whether there is a server.
+            pub fn is_connected(&self) -> bool {
+                self.client.peers() > 0
+            }
+        }
+    };
+}
+
+/// Declares a publisher of an interface with these topics. Generated code adds functions that
+/// publish.
+#[macro_export]
+macro_rules! publisher {
+    ($name:ident: $($topic:ident),+ $(,)?) => {
+        /// A publisher of the interface: each operation is a topic.
+        pub struct $name {
+            $($topic: $crate::typed::TypedPublisher,)+
+        }
+
+        impl $name {
+            /// Publishes each topic through the publisher that `open` returns for its number, from 0.
+            ///
+            /// # Errors
+            /// That of `open`.
+            pub fn new(
+                mut open: impl ::std::ops::FnMut(usize) -> ::std::result::Result<
+                    $crate::typed::TypedPublisher,
+                    $crate::OpenError,
+                >,
+            ) -> ::std::result::Result<Self, $crate::OpenError> {
+                let mut next = 0_usize..;
+                let mut open = || open(next.next().unwrap_or_default());
+                ::std::result::Result::Ok(Self { $($topic: open()?),+ })
+            }
+
+            /// The number of subscribers of the topic that has most.
+            pub fn subscribers(&self) -> usize {
+                [$(self.$topic.peers()),+].into_iter().max().unwrap_or(0)
+            }
+        }
+    };
+}

@@ -1,0 +1,433 @@
+//! Joins a worker with the runtime: the component that the event loop runs.
+//!
+//! [`Adapter`] has the order of things: what a period of a component with a state machine is, when
+//! the machine starts, which state serves which slot. It runs anything that is [`Joined`]: a worker
+//! of Rust with its context ([`Pair`]), or a worker of another language.
+
+use crate::component::{Component, Sample};
+use crate::context::Core;
+use crate::dispatch::{Dispatch, Handler, Serving, WorkerContext};
+use crate::error::StartError;
+use crate::lifecycle::{Hook, Transition};
+use crate::machine::{self, Hooks, MachineEvents, Parts};
+use crate::ports::Ports;
+use crate::process::Embedded;
+use crate::testing::DefaultReply;
+use crate::worker_error::WorkerError;
+use rc_configuration::{ParamChange, Values};
+use rc_middleware::Member;
+use rc_middleware::typed::{HandlerError, Request};
+use std::ops::DerefMut;
+use std::process::ExitCode;
+
+/// The life of a worker, joined with its context. The functions of a state machine are those of
+/// [`Hooks`].
+pub trait Living: Hooks {
+    /// The state machine, if there is one.
+    fn machine(&mut self) -> Option<&mut Parts>;
+
+    /// The events that the runtime fires itself.
+    fn machine_events(&self) -> MachineEvents {
+        MachineEvents::NONE
+    }
+
+    /// Runs `compute()`.
+    fn compute(&mut self) -> Result<(), WorkerError>;
+
+    /// Runs a function of the life cycle.
+    fn hook(&mut self, hook: Hook<'_>) -> Result<(), WorkerError>;
+}
+
+/// A worker joined with its context, with all that a component needs.
+pub trait Joined: Living {
+    /// Gives the context new values of its parameters.
+    fn set_parameters(&mut self, values: &Values);
+
+    /// Runs `params_changed()`.
+    fn parameters_changed(&mut self, changes: &[ParamChange]) -> Result<(), WorkerError>;
+
+    /// Runs `emergency()`.
+    fn emergency(&mut self);
+
+    /// Runs `restore()`.
+    fn restore(&mut self);
+
+    /// Runs `finalize()`.
+    fn finalize(&mut self);
+
+    /// As [`Component::sending_peers`].
+    fn sending_peers(&self, peers: &mut [usize]);
+
+    /// The states of the machine in which a slot serves requests; in all if there is none.
+    fn states(&self, slot: usize) -> &[u16];
+
+    /// As [`Component::serve`].
+    fn serve(
+        &mut self,
+        slot: usize,
+        member: Option<&Member>,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError>;
+
+    /// As [`Component::receive`].
+    fn receive(
+        &mut self,
+        slot: usize,
+        member: Option<&Member>,
+        operation: usize,
+        sample: Sample<'_>,
+    ) -> Result<(), HandlerError>;
+
+    /// As [`Component::keeps`].
+    fn keeps(&self, slot: usize, operation: usize) -> bool {
+        let _ = (slot, operation);
+        false
+    }
+}
+
+/// Ends the opening of members, and starts the machine of a component that is not managed. Runs
+/// after `initialize`.
+pub fn begin(joined: &mut impl Living, is_managed: bool, ports: &Ports) -> Result<(), StartError> {
+    ports.complete_members()?;
+    if !is_managed && joined.machine().is_some() {
+        start_machine(joined)?;
+    }
+    Ok(())
+}
+
+fn start_machine(joined: &mut impl Living) -> Result<(), WorkerError> {
+    machine::start(joined)?;
+    let first = joined.machine_events().first;
+    if let (Some(machine), Some(event)) = (joined.machine(), first) {
+        machine.fire(event);
+    }
+    Ok(())
+}
+
+/// One period: what the active states do, or `compute`, then the events that wait.
+pub fn step(joined: &mut impl Living) -> Result<(), WorkerError> {
+    if joined.machine().is_none() {
+        return joined.compute();
+    }
+    let result = match machine::during(joined) {
+        Ok(true) => joined.compute(),
+        Ok(false) => Ok(()),
+        Err(error) => Err(error),
+    };
+    let period = joined.machine_events().period;
+    if let (Some(machine), Some((state, event))) = (joined.machine(), period)
+        && machine.is_in(state)
+    {
+        machine.fire(event);
+    }
+    let rested = machine::rest(joined);
+    if matches!(result, Err(WorkerError::Fatal(_))) {
+        result
+    } else {
+        rested.and(result)
+    }
+}
+
+/// Handles the events of the machine that wait.
+pub fn react(joined: &mut impl Living) -> Result<(), WorkerError> {
+    match joined.machine() {
+        Some(_) => machine::react(joined),
+        None => Ok(()),
+    }
+}
+
+/// Runs a function of the life cycle. The first `activate` starts the machine.
+pub fn run_hook(joined: &mut impl Living, hook: Hook<'_>) -> Result<(), WorkerError> {
+    joined.hook(hook)?;
+    let starts = hook == Hook::Transition(Transition::Activate);
+    match joined.machine().filter(|_| starts) {
+        Some(machine) if !machine.has_started() => start_machine(joined),
+        _ => Ok(()),
+    }
+}
+
+/// A component: a worker that the event loop runs.
+///
+/// Generated crates export [`run`] and [`embed`] for their workers.
+pub struct Adapter<J>(J);
+
+impl<J: Joined> Adapter<J> {
+    /// Joins a worker that was initialized with the runtime, see [`begin`].
+    pub fn new(mut joined: J, is_managed: bool, ports: &Ports) -> Result<Self, StartError> {
+        begin(&mut joined, is_managed, ports)?;
+        Ok(Self(joined))
+    }
+}
+
+impl<J: Joined> Component for Adapter<J> {
+    fn core(&mut self) -> &mut Core {
+        self.0.core()
+    }
+
+    fn compute(&mut self) -> Result<(), WorkerError> {
+        step(&mut self.0)
+    }
+
+    fn set_parameters(&mut self, values: &Values) {
+        self.0.set_parameters(values);
+    }
+
+    fn parameters_changed(&mut self, changes: &[ParamChange]) -> Result<(), WorkerError> {
+        self.0.parameters_changed(changes)
+    }
+
+    fn react(&mut self) -> Result<(), WorkerError> {
+        react(&mut self.0)
+    }
+
+    fn machine(&mut self) -> Option<&mut Parts> {
+        self.0.machine()
+    }
+
+    fn run_hook(&mut self, hook: Hook<'_>) -> Result<(), WorkerError> {
+        run_hook(&mut self.0, hook)
+    }
+
+    fn emergency(&mut self) {
+        self.0.emergency();
+    }
+
+    fn restore(&mut self) {
+        self.0.restore();
+    }
+
+    fn finalize(&mut self) {
+        if self.0.machine().is_some() {
+            machine::stop(&mut self.0);
+        }
+        self.0.finalize();
+    }
+
+    fn sending_peers(&self, peers: &mut [usize]) {
+        self.0.sending_peers(peers);
+    }
+
+    fn unavailable(&mut self, slot: usize) -> Option<String> {
+        if self.0.states(slot).is_empty() {
+            return None;
+        }
+        let states = self.0.states(slot).to_vec();
+        self.0.machine()?.unavailable(&states)
+    }
+
+    fn serve(
+        &mut self,
+        slot: usize,
+        member: Option<&Member>,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
+        self.0.serve(slot, member, request)
+    }
+
+    fn receive(
+        &mut self,
+        slot: usize,
+        member: Option<&Member>,
+        operation: usize,
+        sample: Sample<'_>,
+    ) -> Result<(), HandlerError> {
+        self.0.receive(slot, member, operation, sample)
+    }
+
+    fn keeps(&self, slot: usize, operation: usize) -> bool {
+        self.0.keeps(slot, operation)
+    }
+}
+
+/// A worker of Rust and its context, owned or borrowed, with the functions of its [`Dispatch`].
+pub struct Pair<W, C> {
+    /// The worker.
+    pub worker: W,
+    /// The context.
+    pub ctx: C,
+}
+
+/// No function of a machine runs in a component without one.
+const NO_MACHINE: &str = "a function of a machine runs only in a component that has one";
+
+impl<W, C> Hooks for Pair<W, C>
+where
+    W: DerefMut<Target: Sized + 'static>,
+    C: DerefMut<Target: Dispatch<W::Target>>,
+{
+    fn parts(&mut self) -> &mut Parts {
+        WorkerContext::machine(&mut *self.ctx).expect(NO_MACHINE)
+    }
+
+    fn core(&mut self) -> &mut Core {
+        &mut self.ctx
+    }
+
+    fn guard(&mut self, guard: u16) -> bool {
+        let guards = C::Target::MACHINE.guards;
+        let guard = guards.get(usize::from(guard));
+        guard.is_some_and(|guard| guard(&mut self.worker, &mut self.ctx))
+    }
+
+    fn action(&mut self, action: u16) -> Result<(), WorkerError> {
+        let actions = C::Target::MACHINE.actions;
+        let action = actions.get(usize::from(action));
+        action.map_or(Ok(()), |action| action(&mut self.worker, &mut self.ctx))
+    }
+
+    fn entry(&mut self, state: u16) -> Result<(), WorkerError> {
+        let mut states = C::Target::MACHINE.states.iter();
+        let of = states.find(|of| of.state == state);
+        of.map_or(Ok(()), |of| (of.entry)(&mut self.worker, &mut self.ctx))
+    }
+
+    fn exit(&mut self, state: u16) -> Result<(), WorkerError> {
+        let mut states = C::Target::MACHINE.states.iter();
+        let of = states.find(|of| of.state == state);
+        of.map_or(Ok(()), |of| (of.exit)(&mut self.worker, &mut self.ctx))
+    }
+
+    fn during(&mut self, state: u16) -> Result<(), WorkerError> {
+        let mut states = C::Target::MACHINE.states.iter();
+        let of = states.find(|of| of.state == state);
+        of.map_or(Ok(()), |of| (of.during)(&mut self.worker, &mut self.ctx))
+    }
+}
+
+fn no_slot() -> HandlerError {
+    HandlerError("the component has no such slot".to_owned())
+}
+
+impl<W, C> Living for Pair<W, C>
+where
+    W: DerefMut<Target: Sized + 'static>,
+    C: DerefMut<Target: Dispatch<W::Target>>,
+{
+    fn machine(&mut self) -> Option<&mut Parts> {
+        WorkerContext::machine(&mut *self.ctx)
+    }
+
+    fn machine_events(&self) -> MachineEvents {
+        C::Target::MACHINE.events
+    }
+
+    fn compute(&mut self) -> Result<(), WorkerError> {
+        (C::Target::WORKER.compute)(&mut self.worker, &mut self.ctx)
+    }
+
+    fn hook(&mut self, hook: Hook<'_>) -> Result<(), WorkerError> {
+        (C::Target::WORKER.hook)(&mut self.worker, &mut self.ctx, hook)
+    }
+}
+
+impl<W, C> Joined for Pair<W, C>
+where
+    W: DerefMut<Target: Sized + 'static>,
+    C: DerefMut<Target: Serving<W::Target>>,
+{
+    fn set_parameters(&mut self, values: &Values) {
+        WorkerContext::set_parameters(&mut *self.ctx, values);
+    }
+
+    fn parameters_changed(&mut self, changes: &[ParamChange]) -> Result<(), WorkerError> {
+        if let Some(reason) = self.ctx.refusal() {
+            return Err(WorkerError::Failed(reason));
+        }
+        (C::Target::WORKER.params_changed)(&mut self.worker, &mut self.ctx, changes)
+    }
+
+    fn emergency(&mut self) {
+        (C::Target::WORKER.emergency)(&mut self.worker, &mut self.ctx);
+    }
+
+    fn restore(&mut self) {
+        (C::Target::WORKER.restore)(&mut self.worker, &mut self.ctx);
+    }
+
+    fn finalize(&mut self) {
+        (C::Target::WORKER.finalize)(&mut self.worker, &mut self.ctx);
+    }
+
+    fn sending_peers(&self, peers: &mut [usize]) {
+        WorkerContext::sending_peers(&*self.ctx, peers);
+    }
+
+    fn states(&self, slot: usize) -> &[u16] {
+        let entry = C::Target::SLOTS.get(slot);
+        entry.map_or(&[], |entry| entry.states)
+    }
+
+    fn serve(
+        &mut self,
+        slot: usize,
+        member: Option<&Member>,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
+        let (worker, ctx) = (&mut *self.worker, &mut *self.ctx);
+        match (
+            C::Target::SLOTS.get(slot).map(|entry| &entry.handler),
+            member,
+        ) {
+            (Some(Handler::Serve(serve)), _) => serve(worker, ctx, request),
+            (Some(Handler::ServeMember(serve)), Some(member)) => {
+                serve(worker, ctx, member, request)
+            }
+            _ => request.unknown(),
+        }
+    }
+
+    fn receive(
+        &mut self,
+        slot: usize,
+        member: Option<&Member>,
+        operation: usize,
+        sample: Sample<'_>,
+    ) -> Result<(), HandlerError> {
+        let (worker, ctx) = (&mut *self.worker, &mut *self.ctx);
+        let reader = &mut sample.reader();
+        match (
+            C::Target::SLOTS.get(slot).map(|entry| &entry.handler),
+            member,
+        ) {
+            (Some(Handler::Receive(receive)), _) => receive(worker, ctx, operation, reader),
+            (Some(Handler::ReceiveMember(receive)), Some(member)) => {
+                receive(worker, ctx, member, operation, reader)
+            }
+            _ => Err(no_slot()),
+        }
+    }
+}
+
+type Owned<W, C> = Adapter<Pair<Box<W>, Box<C>>>;
+
+/// Opens the connections, makes the context and the worker, and joins them.
+fn start<W: 'static, C: Serving<W>>(
+    core: Core,
+    ports: &Ports,
+    values: &Values,
+) -> Result<Owned<W, C>, StartError> {
+    let mut ctx = Box::new(C::open(core, ports, values)?);
+    let worker = Box::new((C::WORKER.initialize)(&mut ctx)?);
+    let mut component = Adapter::new(Pair { worker, ctx }, C::DESCRIPTION.managed, ports)?;
+    component.0.ctx.initialized();
+    Ok(component)
+}
+
+/// Runs the component with the command line of this process until it ends.
+pub fn run<W: 'static, C: Serving<W>>() -> ExitCode {
+    crate::process::run(C::DESCRIPTION, start::<W, C>)
+}
+
+/// Runs the component on a thread of this process, with a command line as for its binary: for
+/// tests.
+pub fn embed<W: 'static, C: Serving<W>>(args: &[&str]) -> Result<Embedded, StartError> {
+    crate::process::embed(C::DESCRIPTION, start::<W, C>, args)
+}
+
+/// [`embed`], with default values for the calls of these slots that no server takes.
+pub fn embed_with_defaults<W: 'static, C: Serving<W>>(
+    defaults: &'static [(usize, DefaultReply)],
+    args: &[&str],
+) -> Result<Embedded, StartError> {
+    crate::process::embed_with_defaults(C::DESCRIPTION, start::<W, C>, defaults, args)
+}

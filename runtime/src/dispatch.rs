@@ -1,0 +1,223 @@
+//! The tables of generated code: which functions of a worker serve its slots, its state machine and
+//! its life cycle.
+
+use crate::context::Core;
+use crate::description::Description;
+use crate::error::StartError;
+use crate::lifecycle::{Hook, Transition};
+use crate::machine::{MachineEvents, Parts};
+use crate::ports::Ports;
+use crate::worker::{ManagedWorker, Worker};
+use crate::worker_error::WorkerError;
+use rc_configuration::{ParamChange, Values};
+use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::{Member, Reader};
+use std::ops::DerefMut;
+
+/// The context of a worker, which generated code declares: parameters, clients and publishers.
+pub trait WorkerContext: DerefMut<Target = Core> + Sized {
+    /// Opens the clients and publishers.
+    fn open(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError>;
+
+    /// Takes new values of the parameters.
+    fn set_parameters(&mut self, values: &Values) {
+        let _ = values;
+    }
+
+    /// Runs after the worker was initialized.
+    fn initialized(&mut self) {}
+
+    /// Why the context itself cannot take the last values of the parameters.
+    fn refusal(&mut self) -> Option<String> {
+        None
+    }
+
+    /// Writes the number of peers of each slot that requires or publishes into `peers`.
+    fn sending_peers(&self, peers: &mut [usize]) {
+        let _ = peers;
+    }
+
+    /// The state machine, if the component has one.
+    fn machine(&mut self) -> Option<&mut Parts> {
+        None
+    }
+}
+
+/// The tables of a component whose worker is `W`. Generated code implements it for its context, for
+/// workers that have the functions of the machine.
+pub trait Dispatch<W: 'static>: WorkerContext + 'static {
+    /// The component.
+    const DESCRIPTION: &'static Description;
+    /// The functions of the worker.
+    const WORKER: WorkerTable<W, Self>;
+    /// The functions of the state machine.
+    const MACHINE: MachineTable<W, Self> = MachineTable::NONE;
+}
+
+/// [`Dispatch`] for workers that have the handlers of all slots.
+pub trait Serving<W: 'static>: Dispatch<W> {
+    /// One entry for each slot, in the order of the description.
+    const SLOTS: &'static [SlotEntry<W, Self>];
+}
+
+type Fallible<W, C> = fn(&mut W, &mut C) -> Result<(), WorkerError>;
+type Infallible<W, C> = fn(&mut W, &mut C);
+
+/// The functions of a [`Worker`] or a [`ManagedWorker`].
+pub struct WorkerTable<W, C> {
+    pub(crate) initialize: fn(&mut C) -> Result<W, WorkerError>,
+    pub(crate) compute: Fallible<W, C>,
+    pub(crate) params_changed: fn(&mut W, &mut C, &[ParamChange]) -> Result<(), WorkerError>,
+    pub(crate) emergency: Infallible<W, C>,
+    pub(crate) restore: Infallible<W, C>,
+    pub(crate) finalize: Infallible<W, C>,
+    pub(crate) hook: fn(&mut W, &mut C, Hook<'_>) -> Result<(), WorkerError>,
+}
+
+impl<W, C> WorkerTable<W, C> {
+    /// The functions of a worker.
+    pub const fn plain() -> Self
+    where
+        W: Worker<C>,
+    {
+        Self {
+            initialize: W::initialize,
+            compute: W::compute,
+            params_changed: W::params_changed,
+            emergency: W::emergency,
+            restore: W::restore,
+            finalize: W::finalize,
+            hook: |_, _, _| Ok(()),
+        }
+    }
+
+    /// The functions of a managed worker.
+    pub const fn managed() -> Self
+    where
+        W: ManagedWorker<C>,
+    {
+        Self {
+            initialize: W::initialize,
+            compute: W::compute,
+            params_changed: W::params_changed,
+            emergency: W::emergency,
+            restore: W::restore,
+            finalize: W::finalize,
+            hook: hook::<W, C>,
+        }
+    }
+}
+
+fn hook<W: ManagedWorker<C>, C>(
+    worker: &mut W,
+    ctx: &mut C,
+    hook: Hook<'_>,
+) -> Result<(), WorkerError> {
+    match hook {
+        Hook::Transition(Transition::Configure) => worker.configure(ctx),
+        Hook::Transition(Transition::Activate) => worker.activate(ctx),
+        Hook::Transition(Transition::Deactivate) => worker.deactivate(ctx),
+        Hook::Transition(Transition::Cleanup) => worker.cleanup(ctx),
+        Hook::Transition(Transition::Shutdown) => worker.shutdown(ctx),
+        Hook::Error(transition, reason) => worker.error(ctx, transition, reason),
+    }
+}
+
+/// The function that serves a slot.
+pub(crate) enum Handler<W, C> {
+    None,
+    Serve(fn(&mut W, &mut C, &mut Request<'_>) -> Result<(), HandlerError>),
+    ServeMember(fn(&mut W, &mut C, &Member, &mut Request<'_>) -> Result<(), HandlerError>),
+    Receive(fn(&mut W, &mut C, usize, &mut Reader<'_>) -> Result<(), HandlerError>),
+    ReceiveMember(fn(&mut W, &mut C, &Member, usize, &mut Reader<'_>) -> Result<(), HandlerError>),
+}
+
+/// How a slot is served.
+pub struct SlotEntry<W, C> {
+    pub(crate) handler: Handler<W, C>,
+    /// The states in which its requests are served; in all if there is none.
+    pub(crate) states: &'static [u16],
+}
+
+impl<W, C> SlotEntry<W, C> {
+    const fn new(handler: Handler<W, C>) -> Self {
+        Self {
+            handler,
+            states: &[],
+        }
+    }
+
+    /// A slot that receives nothing.
+    pub const fn sends() -> Self {
+        Self::new(Handler::None)
+    }
+
+    /// A slot whose requests `serve` answers.
+    pub const fn serves(
+        serve: fn(&mut W, &mut C, &mut Request<'_>) -> Result<(), HandlerError>,
+    ) -> Self {
+        Self::new(Handler::Serve(serve))
+    }
+
+    /// The same for an array.
+    pub const fn serves_members(
+        serve: fn(&mut W, &mut C, &Member, &mut Request<'_>) -> Result<(), HandlerError>,
+    ) -> Self {
+        Self::new(Handler::ServeMember(serve))
+    }
+
+    /// A slot whose samples `receive` handles, by the number of the topic.
+    pub const fn receives(
+        receive: fn(&mut W, &mut C, usize, &mut Reader<'_>) -> Result<(), HandlerError>,
+    ) -> Self {
+        Self::new(Handler::Receive(receive))
+    }
+
+    /// The same for an array.
+    pub const fn receives_members(
+        receive: fn(&mut W, &mut C, &Member, usize, &mut Reader<'_>) -> Result<(), HandlerError>,
+    ) -> Self {
+        Self::new(Handler::ReceiveMember(receive))
+    }
+
+    /// The slot serves requests in these states of the machine only.
+    #[must_use]
+    pub const fn in_states(mut self, states: &'static [u16]) -> Self {
+        self.states = states;
+        self
+    }
+}
+
+/// The functions of a state machine, by the numbers of the chart.
+pub struct MachineTable<W: 'static, C: 'static> {
+    /// The guards.
+    pub guards: &'static [fn(&mut W, &mut C) -> bool],
+    /// The actions.
+    pub actions: &'static [Fallible<W, C>],
+    /// The functions of the states.
+    pub states: &'static [StateFunctions<W, C>],
+    /// The events that the runtime fires itself.
+    pub events: MachineEvents,
+}
+
+impl<W: 'static, C: 'static> MachineTable<W, C> {
+    /// That of a component without a machine.
+    pub const NONE: Self = Self {
+        guards: &[],
+        actions: &[],
+        states: &[],
+        events: MachineEvents::NONE,
+    };
+}
+
+/// The functions of one state.
+pub struct StateFunctions<W, C> {
+    /// The number of the state.
+    pub state: u16,
+    /// Runs when the state is entered.
+    pub entry: Fallible<W, C>,
+    /// Runs when the state is left.
+    pub exit: Fallible<W, C>,
+    /// Runs once a period while the state is active.
+    pub during: Fallible<W, C>,
+}

@@ -1,0 +1,177 @@
+//! A worker under test with its context, its time and its life cycle.
+
+use super::{Configured, Parts, TestBed, configured};
+use crate::adapter::{self, Pair};
+use crate::clock::Time;
+use crate::description::Description;
+use crate::dispatch::{Dispatch, WorkerContext};
+use crate::error::StartError;
+use crate::lifecycle::{LifecycleState, Missed, Transition};
+use crate::ports::Ports;
+use crate::worker_error::WorkerError;
+use rc_configuration::Values;
+use rc_management::component::State as ComponentState;
+use std::ops::{Deref, DerefMut};
+use std::time::Duration;
+
+/// The context of a worker under test. It dereferences to the context `C`, and the `TestContext` of
+/// generated code, which has the fake peers, dereferences to it.
+pub struct Bench<C> {
+    ctx: C,
+    bed: TestBed,
+    ports: Ports,
+}
+
+impl<C: WorkerContext> Bench<C> {
+    /// A context with these parameters.
+    ///
+    /// # Errors
+    /// The context cannot be made of them, or the system has no descriptor left.
+    pub fn new(description: &'static Description, values: &Values) -> Result<Self, StartError> {
+        let Parts { bed, core, ports } = TestBed::parts(description)?;
+        let ctx = C::open(core, &ports, values)?;
+        Ok(Self { ctx, bed, ports })
+    }
+
+    /// A context with the parameters and the period of `etc/config.toml`, which is checked as when
+    /// the component starts.
+    ///
+    /// # Errors
+    /// Those of the check, and of [`Bench::new`].
+    pub fn configured(description: &'static Description) -> Result<Self, StartError> {
+        let Configured { values, period } = configured(description)?;
+        let mut bench = Self::new(description, &values)?;
+        if let Some(period) = period {
+            bench.ctx.set_period(period);
+        }
+        Ok(bench)
+    }
+
+    /// For the fake peers.
+    #[doc(hidden)]
+    pub fn bed(&self) -> &TestBed {
+        &self.bed
+    }
+
+    /// Creates the worker. No member can be opened afterwards, and the open members must be those
+    /// that the test has listed. The state machine starts, unless the component is managed.
+    ///
+    /// # Errors
+    /// Those of the worker, and other members than the listed ones.
+    pub fn start<W: 'static>(&mut self) -> Result<W, StartError>
+    where
+        C: Dispatch<W>,
+    {
+        let mut worker = (C::WORKER.initialize)(&mut self.ctx)?;
+        let mut pair = Pair {
+            worker: &mut worker,
+            ctx: &mut self.ctx,
+        };
+        adapter::begin(&mut pair, C::DESCRIPTION.managed, &self.ports)?;
+        Ok(worker)
+    }
+
+    /// Takes the worker of a managed component through a transition of its life cycle, as its
+    /// process does, and returns the state afterwards. The worker is unconfigured at first.
+    ///
+    /// # Errors
+    /// The transition is not possible in this state, or its function has failed.
+    pub fn transition<W: 'static>(
+        &mut self,
+        worker: &mut W,
+        transition: Transition,
+    ) -> Result<LifecycleState, Missed>
+    where
+        C: Dispatch<W>,
+    {
+        let ctx = &mut self.ctx;
+        let mut pair = Pair { worker, ctx };
+        self.bed
+            .take(transition, |hook| adapter::run_hook(&mut pair, hook))
+    }
+
+    /// Runs the worker for this time, as its process does: `compute` now and after each period, and
+    /// in the state Emergency, into which `WorkerError::Emergency` leads, `emergency` in its place.
+    /// Ends when the worker stops the component. A `compute` that fails otherwise ends the run with
+    /// its error. A state machine takes its steps, too; while a managed component is not active,
+    /// only time passes.
+    ///
+    /// # Errors
+    /// That of `compute`.
+    pub fn run<W: 'static>(&mut self, worker: &mut W, time: Duration) -> Result<(), WorkerError>
+    where
+        C: Dispatch<W>,
+    {
+        let mut left = time;
+        while !left.is_zero() && !self.ctx.is_stopping() {
+            let state = self.ctx.lifecycle();
+            if state.is_none_or(|state| state == LifecycleState::Active) {
+                self.turn(worker)?;
+            }
+            self.bed.end_period(&mut self.ctx, &mut left);
+        }
+        Ok(())
+    }
+
+    /// One period of an active component.
+    fn turn<W: 'static>(&mut self, worker: &mut W) -> Result<(), WorkerError>
+    where
+        C: Dispatch<W>,
+    {
+        let (ctx, bed) = (&mut self.ctx, &self.bed);
+        let mut pair = Pair { worker, ctx };
+        let noted = |result| match result {
+            Err(WorkerError::Emergency(_)) => {
+                bed.set_state(ComponentState::Emergency);
+                Ok(())
+            }
+            other => other,
+        };
+        noted(adapter::react(&mut pair))?;
+        if pair.ctx.is_stopping() {
+            return Ok(());
+        }
+        if pair.ctx.state() == ComponentState::Emergency {
+            (C::WORKER.emergency)(pair.worker, pair.ctx);
+            return Ok(());
+        }
+        noted(adapter::step(&mut pair))
+    }
+
+    /// Lists the members of a slot array, as `slots` in a .ddsl does, before the worker opens them.
+    ///
+    /// # Panics
+    /// The component has no such array.
+    pub fn list_members(&mut self, array: &str, members: &[&str]) {
+        self.bed.list_members(array, members);
+    }
+
+    /// Moves the time of `ctx.now()` forward. It begins at zero.
+    pub fn advance(&mut self, step: Duration) {
+        self.bed.advance(step);
+    }
+
+    /// Sets the time of `ctx.now()`, possibly to an earlier one.
+    pub fn set_time(&mut self, time: Time) {
+        self.bed.set_time(time);
+    }
+
+    /// Sets what `ctx.state()` returns. It is `Running` otherwise.
+    pub fn set_state(&mut self, state: ComponentState) {
+        self.bed.set_state(state);
+    }
+}
+
+impl<C> Deref for Bench<C> {
+    type Target = C;
+
+    fn deref(&self) -> &C {
+        &self.ctx
+    }
+}
+
+impl<C> DerefMut for Bench<C> {
+    fn deref_mut(&mut self) -> &mut C {
+        &mut self.ctx
+    }
+}
