@@ -7,6 +7,7 @@ mod caller;
 mod camera;
 mod changed;
 mod completion;
+mod converting;
 mod dds;
 mod dds_bytes;
 mod dds_python;

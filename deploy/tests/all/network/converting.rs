@@ -1,0 +1,144 @@
+//! A network whose monitor wants metres and degrees, and whose simulator sends millimetres and
+//! radians.
+
+use rc_codegen::{FileLoader, Project};
+use rc_diagnostics::SourceMap;
+use rc_test_site::site::Site;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+/// The hash of the model of a component.
+fn model(cdsl: &Path) -> String {
+    let mut sources = SourceMap::new();
+    let (project, found) =
+        Project::load(cdsl, &mut sources, &FileLoader::new(&[])).expect("a file");
+    let project = project.unwrap_or_else(|| panic!("{found:?}"));
+    format!("{:016x}", project.hash)
+}
+
+/// Replaces a text in a file by one of the same length.
+fn patch(file: &Path, from: &str, to: &str) {
+    let mut bytes = fs::read(file).expect("a program");
+    let places = bytes.windows(from.len()).enumerate();
+    let places = places.filter(|(_, bytes)| *bytes == from.as_bytes());
+    let places: Vec<usize> = places.map(|(at, _)| at).collect();
+    assert!(!places.is_empty(), "{from} is not in {}", file.display());
+    for at in places {
+        bytes[at..at + to.len()].copy_from_slice(to.as_bytes());
+    }
+    fs::write(file, bytes).expect("a program");
+}
+
+/// The monitor with poses in m and deg. Its program is the one for mm and rad: units are not part
+/// of the code, only of the hash in its note.
+fn metric_monitor(site: &Site) {
+    let own = site.path("networks/metric");
+    fs::create_dir_all(&own).expect("a folder");
+    let components = Site::components();
+    let copy = |from: &str, change: &dyn Fn(String) -> String| {
+        let text = fs::read_to_string(components.join(from)).expect("a file");
+        let name = Path::new(from).file_name().expect("a name");
+        fs::write(own.join(name), change(text)).expect("to write");
+    };
+    copy("interfaces/FullPoseEstimation.idsl", &|text| {
+        text.replace("\"mm\"", "\"m\"")
+            .replace("\"rad\"", "\"deg\"")
+    });
+    copy("interfaces/FullPoseEstimationPub.idsl", &|text| text);
+    copy("pose_monitor/pose_monitor.cdsl", &|text| text);
+    copy("pose_monitor/pose_monitor.pdsl", &|text| text);
+    let program = own.join("monitor");
+    fs::copy(Site::executable("pose_monitor"), &program).expect("to copy");
+    patch(
+        &program,
+        &model(&components.join("pose_monitor/pose_monitor.cdsl")),
+        &model(&own.join("pose_monitor.cdsl")),
+    );
+}
+
+fn network(site: &Site, block: &str) -> String {
+    let components = Site::components().display().to_string();
+    let simulator = Site::executable("simulator").display().to_string();
+    format!(
+        "Deployment {}\n{{\n\
+         Component simulator {{ cdsl \"{components}/simulator/simulator.cdsl\"; executable \"{simulator}\"; }};\n\
+         Component monitor {{ cdsl \"metric/pose_monitor.cdsl\"; executable \"metric/monitor\"; \
+         parameters {{ svg \"\"; trace \"{}\"; map \"{components}/maps/house.map\"; }}; after simulator; }};\n\
+         bind monitor.FullPoseEstimationPub -> simulator.FullPoseEstimationPub{block};\n}};\n",
+        site.network,
+        site.path("trace.txt").display()
+    )
+}
+
+#[test]
+fn a_monitor_in_metres_follows_a_simulator_in_millimetres() {
+    let site = Site::new("metric");
+    metric_monitor(&site);
+    site.write("patrol.ddsl", &network(&site, ""));
+    let refused = site.rcdeploy(&["check", "--profile", "dev"], true);
+    assert_ne!(refused.code, 0, "{refused:?}");
+    let said = format!("{}{}", refused.stdout, refused.stderr);
+    let help = "help: they mean the same quantity (length; mm ×1/1000 = m): `bind monitor.FullPoseEstimationPub -> simulator.FullPoseEstimationPub { convert; };` converts (1 operation a number)";
+    assert!(said.contains(help), "{said}");
+
+    site.write("patrol.ddsl", &network(&site, " { convert; }"));
+    let plan = site.rcdeploy(&["plan", "--format", "json", "--profile", "dev"], true);
+    let plan: Value = serde_json::from_str(&plan.stdout).expect("JSON");
+    let arguments = plan["components"][1]["arguments"].to_string();
+    let passed = "\"--convert\",\"FullPoseEstimationPub=0i:s3f{1/1000}3f{180p-1}\"";
+    assert!(arguments.contains(passed), "{arguments}");
+    let converts = plan["connections"][0]["converts"].to_string();
+    let member =
+        "RoboCompFullPoseEstimation::FullPoseEuler.rz rad ×180/π = deg, 2 operations a number";
+    assert!(converts.contains(member), "{converts}");
+    let graph = site.rcdeploy(&["graph", "--format", "dot", "--profile", "dev"], true);
+    assert!(graph.stdout.contains("converts RoboComp"), "{graph:?}");
+
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let slot = || site.ask("monitor", "status")["slots"][0].clone();
+    Site::until("a converted pose", || {
+        slot()["converted"]["messages"].as_u64() > Some(0)
+    });
+    assert_eq!(slot()["converted"]["bad_values"], 0);
+    // A tool looks at the publisher, and sees its units. The robot stands: nobody drives it.
+    let network = site.network.clone();
+    let sent = site.rcdeploy(
+        &[
+            "echo",
+            &network,
+            "newFullPose",
+            "--once",
+            "--format",
+            "json",
+        ],
+        false,
+    );
+    let sent: Value = serde_json::from_str(&sent.stdout).expect("JSON");
+    let sent = |name: &str| {
+        let pose = sent.pointer(&format!("/value/pose/{name}"));
+        pose.and_then(Value::as_f64)
+            .unwrap_or_else(|| panic!("{name} in {sent}"))
+    };
+    // The monitor writes its trace when it ends.
+    let down = site.rcdeploy(&["down", &network], false);
+    assert_eq!(down.code, 0, "{down:?}");
+    let trace = fs::read_to_string(site.path("trace.txt")).expect("a trace");
+    let last = trace.lines().last().expect("a pose");
+    let received: Vec<f64> = last
+        .split(',')
+        .filter_map(|number| number.parse().ok())
+        .collect();
+    for (number, expected) in [
+        (1, sent("x") / 1e3),
+        (2, sent("y") / 1e3),
+        (3, sent("rz").to_degrees()),
+    ] {
+        let found = received[number];
+        assert!(
+            (found - expected).abs() < 1e-4,
+            "{found} and {expected}: {last}"
+        );
+    }
+}
