@@ -17,6 +17,76 @@ pub(super) static LIMIT: LazyLock<usize> = LazyLock::new(|| {
     STARTS_PER_PROCESSOR * std::thread::available_parallelism().map_or(1, usize::from)
 });
 
+/// Lets a few components start at a time: a few in a turn of the loop, a few on each machine.
+#[derive(Debug)]
+pub(super) struct StartQuota {
+    /// How many start at once on a machine.
+    limit: usize,
+    /// The ends of the times for which starts count, of each machine. `None` is this one.
+    starting: HashMap<Option<usize>, Vec<Instant>>,
+    /// How many have started in this turn.
+    started: usize,
+    /// When a component may start that waits for the starts of others, or for the next turn.
+    next: Option<Instant>,
+}
+
+impl StartQuota {
+    /// At most `limit` components start at once on a machine.
+    pub(super) fn new(limit: usize) -> Self {
+        Self {
+            limit,
+            starting: HashMap::new(),
+            started: 0,
+            next: None,
+        }
+    }
+
+    /// Begins a turn. `starting` has the machine of each component that starts, and until when it
+    /// counts.
+    fn begin_turn(&mut self, starting: impl IntoIterator<Item = (Option<usize>, Instant)>) {
+        self.starting.clear();
+        self.started = 0;
+        self.next = None;
+        for (machine, end) in starting {
+            self.starting.entry(machine).or_default().push(end);
+        }
+    }
+
+    /// Whether no more component starts in this turn.
+    fn is_used_up(&self) -> bool {
+        self.started >= STARTS
+    }
+
+    /// Whether a component of this machine may start now. If not, [`Self::next`] says when one may.
+    fn has_room(&mut self, machine: Option<usize>) -> bool {
+        let beside = self.starting.entry(machine).or_default();
+        if beside.len() < self.limit {
+            return true;
+        }
+        self.next = beside.iter().copied().chain(self.next).min();
+        false
+    }
+
+    /// Notes a start. It counts until `end`; `None` if the component could not be started.
+    fn note(&mut self, machine: Option<usize>, end: Option<Instant>) {
+        self.started += 1;
+        self.starting.entry(machine).or_default().extend(end);
+    }
+
+    /// Ends a turn. More components may start at once if some have, also those that waited for one
+    /// that could not be started.
+    fn end_turn(&mut self, now: Instant) {
+        if self.started > 0 {
+            self.next = Some(now);
+        }
+    }
+
+    /// When a component may start that waits.
+    pub(super) fn next(&self) -> Option<Instant> {
+        self.next
+    }
+}
+
 impl Supervisor<'_> {
     /// The processes that have ended for good, or that a command has stopped.
     pub(super) fn gone(&self) -> BTreeSet<String> {
@@ -27,40 +97,77 @@ impl Supervisor<'_> {
     /// Starts a few of the units that may start, and notes when it is the turn of the next ones.
     pub(super) fn start_ready_units(&mut self) {
         let now = Instant::now();
-        let mut started = 0;
-        self.next_start = None;
-        // The ends of the times for which starts count, of each machine.
-        let mut starting: HashMap<Option<usize>, Vec<Instant>> = HashMap::new();
-        for (unit, host) in self.units.iter().zip(&self.host_of) {
-            if let Some(end) = unit.starting().filter(|end| now < *end) {
-                starting.entry(*host).or_default().push(end);
-            }
-        }
+        let units = self.units.iter().zip(&self.host_of);
+        let starting = units.filter_map(|(unit, host)| Some((*host, unit.starting()?)));
+        let starting = starting.filter(|(_, end)| now < *end);
+        self.quota.begin_turn(starting);
         for i in 0..self.units.len() {
-            let lets = |&j: &usize| self.units[j].lets_start(&self.units[i]);
-            let may = self.needs[i].iter().all(lets);
-            let name = self.units[i].name();
-            let due = self.units[i].is_due() && !self.sweeps.hold_back(name);
-            let held = self.host_of[i].is_some() || self.custody.lets_start(name);
-            if self.ending.is_some() || !(may && due && held && self.has_host(i)) {
+            if !self.may_start(i) {
                 continue;
             }
-            if started >= STARTS {
+            if self.quota.is_used_up() {
                 break;
             }
-            let beside = starting.entry(self.host_of[i]).or_default();
-            if beside.len() >= *LIMIT {
-                let next = beside.iter().copied().chain(self.next_start).min();
-                self.next_start = next;
-                continue;
+            if self.quota.has_room(self.host_of[i]) {
+                self.start(i);
+                self.quota.note(self.host_of[i], self.units[i].starting());
             }
-            self.start(i);
-            started += 1;
-            beside.extend(self.units[i].starting());
         }
-        // More may start at once, also those that waited for one that could not be started.
-        if started > 0 {
-            self.next_start = Some(now);
+        self.quota.end_turn(now);
+    }
+
+    /// Whether nothing but the number of starts holds a unit back.
+    fn may_start(&self, i: usize) -> bool {
+        let lets = |&j: &usize| self.units[j].lets_start(&self.units[i]);
+        let name = self.units[i].name();
+        self.ending.is_none()
+            && self.needs[i].iter().all(lets)
+            && self.units[i].is_due()
+            && !self.sweeps.hold_back(name)
+            && (self.host_of[i].is_some() || self.custody.lets_start(name))
+            && self.has_host(i)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn a_turn_starts_a_few() {
+        let mut quota = StartQuota::new(10);
+        let now = Instant::now();
+        quota.begin_turn([]);
+        for _ in 0..STARTS {
+            assert!(!quota.is_used_up() && quota.has_room(None));
+            quota.note(None, None);
         }
+        assert!(quota.is_used_up());
+        quota.end_turn(now);
+        assert_eq!(quota.next(), Some(now), "the others are not forgotten");
+        quota.begin_turn([]);
+        quota.end_turn(now);
+        assert_eq!(quota.next(), None);
+    }
+
+    #[test]
+    fn each_machine_has_a_limit() {
+        let mut quota = StartQuota::new(2);
+        let now = Instant::now();
+        let after = |seconds| now + Duration::from_secs(seconds);
+        quota.begin_turn([(None, after(3)), (None, after(2)), (Some(0), after(9))]);
+        assert!(!quota.has_room(None));
+        assert_eq!(
+            quota.next(),
+            Some(after(2)),
+            "when the first one counts no more"
+        );
+        assert!(quota.has_room(Some(0)) && quota.has_room(Some(1)));
+        quota.note(Some(0), Some(after(1)));
+        assert!(!quota.has_room(Some(0)));
+        assert_eq!(quota.next(), Some(after(1)));
+        quota.end_turn(now);
+        assert_eq!(quota.next(), Some(now));
     }
 }

@@ -19,6 +19,7 @@ use crate::supervisor::network_troubles::NetworkTroubles;
 use crate::supervisor::options::{Options, Outcome};
 use crate::supervisor::renewal::Renewal;
 use crate::supervisor::start_order::{configured_first, in_order_of_start};
+use crate::supervisor::starts::{self, StartQuota};
 use crate::supervisor::unit::{Overdue, Unit, until};
 use rc_deploy_client::digest;
 use rc_deploy_client::error::{Error, ErrorContext};
@@ -83,8 +84,7 @@ pub(crate) struct Supervisor<'p> {
     pub(super) renewal: Renewal,
     pub(super) control: Control,
     pub(super) commands: Commands,
-    /// When a component may start that waits for the starts of others, or for the next turn.
-    pub(super) next_start: Option<Instant>,
+    pub(super) quota: StartQuota,
     pub(super) signals: Signals,
     pub(super) relay: Option<Relay>,
     pub(super) rotation: Rotation,
@@ -176,7 +176,7 @@ impl<'p> Supervisor<'p> {
             look: Instant::now() + LOOK,
             renewal: Renewal::default(),
             control,
-            next_start: None,
+            quota: StartQuota::new(*starts::LIMIT),
             signals,
             relay,
             rotation,
@@ -344,7 +344,7 @@ impl<'p> Supervisor<'p> {
         let deadline = deadline.chain(self.control.deadline());
         let deadline = deadline
             .chain(self.custody.deadline())
-            .chain(self.next_start);
+            .chain(self.quota.next());
         let deadline = deadline.chain(self.rotation.deadline());
         let recorder = self.recorder.as_ref();
         let deadline = deadline.chain(recorder.and_then(FlightRecorder::deadline));

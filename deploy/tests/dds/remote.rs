@@ -3,6 +3,7 @@
 
 use crate::hosts::{Cable, cable, install, run};
 use crate::{await_well, place, rcdeploy, tools};
+use rc_middleware::RunDirectory;
 use rc_test_site::site::{PATROL, Site};
 use rc_test_support::python::skipped;
 use rustix::process::{Pid, Signal, kill_process};
@@ -314,9 +315,29 @@ fn tools_reach_the_shared_memory_of_another_host() {
     assert_eq!(component(&site, "simulator")["host"], "robot");
     tools::look(&site, "iceoryx2");
     tools::delay(&site, "robot");
+    heals(&site, &robot, &up);
     assert_eq!(up.interrupt(), Some(0));
     site.assert_nothing_left();
     robot.assert_nothing_left(&site);
+}
+
+/// The shared memory of the robot is removed: its components restart in order.
+fn heals(site: &Site, robot: &Robot, up: &Up) {
+    let directory = RunDirectory::below(&robot.path("run/robocomp"), &site.network);
+    let memory = rc_iceoryx2::leftovers(&directory).into_iter();
+    let memory: Vec<_> = memory.filter(|path| path.starts_with("/dev/shm")).collect();
+    assert!(!memory.is_empty(), "{directory:?}");
+    let before = component(site, "simulator")["pid"].clone();
+    for path in memory {
+        // A component may have removed it in the meantime.
+        let _ = fs::remove_file(path);
+    }
+    let lost = up.await_event("memory-lost");
+    assert!(lost.starts_with("host robot: shared memory"), "{lost}");
+    up.await_event("memory-back");
+    assert_ne!(component(site, "simulator")["pid"], before);
+    assert_eq!(site.status()["troubles"], serde_json::json!([]));
+    await_patrol(site);
 }
 
 #[test]
