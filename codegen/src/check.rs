@@ -1,6 +1,7 @@
 //! Checks files of any of the languages, and configurations.
 
 use crate::configuration;
+use crate::graphs;
 use crate::innermodel;
 use crate::languages;
 use crate::project::Project;
@@ -17,8 +18,8 @@ use std::path::{Path, PathBuf};
 
 /// The endings of the files that are checked. Components come first, since they read what they are
 /// made of.
-const ENDINGS: [&str; 9] = [
-    "cdsl", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "xml", "toml",
+const ENDINGS: [&str; 10] = [
+    "cdsl", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "graph", "xml", "toml",
 ];
 
 /// Files to check: those of the command line as they are, and the description files of its folders,
@@ -154,6 +155,7 @@ pub fn file(
             let source = sources.add(path, rc_files::read(path)?);
             found.extend(graph_language::load(sources, loader, source).1);
         }
+        Some("graph" | "json") => graphs::check(path, sources, loader, found)?,
         Some("xml") => {
             let source = sources.add(path, rc_files::read(path)?);
             found.extend(innermodel::check(sources, source, include));
@@ -175,8 +177,7 @@ pub fn file(
         _ if !path.exists() => return Err(paths::missing()),
         _ => {
             let source = sources.add(path, "");
-            let message =
-                "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .xml and .toml";
+            let message = "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .graph, .json, .xml and .toml";
             found.push(Diagnostic::error(
                 "unknown-language",
                 Span::new(source, 0, 0),

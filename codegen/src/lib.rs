@@ -18,6 +18,7 @@ pub mod format;
 pub mod generate;
 pub mod generation;
 mod generator;
+pub mod graphs;
 pub mod innermodel;
 pub mod interface_crate;
 pub mod languages;

@@ -69,6 +69,8 @@ fn every_code_has_a_page() {
         "smdsl",
         "ddsl",
         "graph/language",
+        "graph/exchange",
+        "graph/query",
         "codegen",
         "deploy",
         "innermodel/language",

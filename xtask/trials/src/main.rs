@@ -12,6 +12,7 @@ mod deploy;
 mod exact;
 mod experiment;
 mod figure;
+mod graph;
 mod ice;
 mod innermodel;
 mod languages;
@@ -56,6 +57,7 @@ fn main() -> ExitCode {
         ["bench", "time"] => lockstep::run(false).map_err(|e| e.to_string()),
         ["bench", "time", "--smoke"] => lockstep::run(true).map_err(|e| e.to_string()),
         ["bench", "innermodel"] => innermodel::run().map_err(|e| e.to_string()),
+        ["bench", "graph"] => graph::run().map_err(|e| e.to_string()),
         ["bench", "rcis"] => rcis::run().map_err(|e| e.to_string()),
         ["bench", "machine"] => machine::run().map_err(|e| e.to_string()),
         ["bench", "languages"] => bench::languages().map_err(|e| e.to_string()),

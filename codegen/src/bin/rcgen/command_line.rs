@@ -86,9 +86,9 @@ pub(crate) enum Command {
     },
     /// Checks description files and configurations; reports all findings at once.
     Check {
-        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl files, .xml files of InnerModel, .toml files
-        /// that lie in a component's etc/, and folders with any of them.
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "xml", "toml"]))]
+        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .graph files, .json files of DSR, .xml files of
+        /// InnerModel, .toml files that lie in a component's etc/, and folders with any of them.
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "graph", "json", "xml", "toml"]))]
         files: Vec<PathBuf>,
         /// Takes files as RoboComp does: an operation that returns a value may stand under
         /// subscribesTo, with a warning. Generating code for it is still refused.
@@ -139,10 +139,11 @@ pub(crate) enum Command {
     Export {
         /// The interfaces: a file, or the name of one in an -I folder or of those that come with
         /// rcgen. To ros2 also a component, as a package that `ros2 run` and launch files start.
-        /// To urdf and gltf an InnerModel file.
-        #[arg(value_name = "FILE.idsl|FILE.cdsl|FILE.xml", add = files(&["idsl", "cdsl", "xml"]))]
+        /// To urdf and gltf an InnerModel file, to dsr and graphml a graph.
+        #[arg(value_name = "FILE.idsl|FILE.cdsl|FILE.xml|FILE.graph|FILE.json", add = files(&["idsl", "cdsl", "xml", "graph", "json"]))]
         file: PathBuf,
-        /// What to write: dds (OMG IDL 4.2), ros2 (packages), urdf, gltf (a scene as .glb).
+        /// What to write: dds (OMG IDL 4.2), ros2 (packages), urdf, gltf (a scene as .glb), dsr
+        /// (JSON), graphml.
         #[arg(long, value_name = "FORMAT", value_parser = target, add = words(&TARGETS))]
         to: Target,
         /// The folder that the files are written to.
@@ -154,17 +155,39 @@ pub(crate) enum Command {
         #[arg(long)]
         dry_run: bool,
     },
-    /// Makes an InnerModel file of a URDF file. Warnings list what does not fit.
+    /// Makes an InnerModel file of a URDF file, or a graph of a URDF, InnerModel or DSR file.
+    /// Warnings list what does not fit.
     Import {
-        /// The robot.
-        #[arg(value_name = "FILE.urdf", add = files(&["urdf"]))]
+        /// The robot, or the graph of DSR.
+        #[arg(value_name = "FILE.urdf|FILE.xml|FILE.json", add = files(&["urdf", "xml", "json"]))]
         file: PathBuf,
-        /// The new file.
-        #[arg(long, value_name = "FILE.xml")]
+        /// The new file. Its ending says what it is.
+        #[arg(long, value_name = "FILE.xml|FILE.graph")]
         out: PathBuf,
         /// How findings are printed: human, short or json (one object a line).
         #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>(), add = words(&FORMATS))]
         format: Format,
+    },
+    /// Runs a query, in openCypher, on a graph, and prints the rows. A query changes nothing.
+    Query {
+        /// The graph: a .graph file, or a .json file of DSR.
+        #[arg(value_name = "FILE", add = files(&["graph", "json"]))]
+        file: PathBuf,
+        /// The text, as in 'MATCH (p:person)-[:in]->(r:room) RETURN p.name', or the name of a
+        /// query of the schema.
+        #[arg(value_name = "QUERY")]
+        query: String,
+        /// The value of a parameter, as in `room=kitchen`. A number is one if it looks so.
+        #[arg(short, long, value_name = "NAME=VALUE")]
+        parameter: Vec<String>,
+        /// The most steps that the query takes.
+        #[arg(long, default_value_t = 10_000_000)]
+        steps: u64,
+        /// The most rows that the query makes, also on the way.
+        #[arg(long, default_value_t = 100_000)]
+        rows: usize,
+        #[command(flatten)]
+        common: Common,
     },
     /// Prints the handlers that src/ still lacks, ready to paste; writes nothing.
     Stubs {
@@ -316,9 +339,11 @@ pub(crate) enum Target {
     Ros2,
     Urdf,
     Gltf,
+    Dsr,
+    Graphml,
 }
 
-const TARGETS: [&str; 4] = ["dds", "ros2", "urdf", "gltf"];
+const TARGETS: [&str; 6] = ["dds", "ros2", "urdf", "gltf", "dsr", "graphml"];
 
 pub(crate) fn target(text: &str) -> Result<Target, String> {
     match text {
@@ -326,13 +351,16 @@ pub(crate) fn target(text: &str) -> Result<Target, String> {
         "ros2" => Ok(Target::Ros2),
         "urdf" => Ok(Target::Urdf),
         "gltf" => Ok(Target::Gltf),
+        "dsr" => Ok(Target::Dsr),
+        "graphml" => Ok(Target::Graphml),
         "slice" => Err(format!(
-            "{text} comes with a later version; there are dds, ros2, urdf and gltf"
+            "{text} comes with a later version; there are dds, ros2, urdf, gltf, dsr and graphml"
         )),
         _ => {
             let near = rc_diagnostics::nearest(text, TARGETS.into_iter().chain(["slice"]));
             let hint = near.map(|near| format!("did you mean `{near}`?"));
-            Err(hint.unwrap_or_else(|| "there are dds, ros2, urdf and gltf".to_owned()))
+            Err(hint
+                .unwrap_or_else(|| "there are dds, ros2, urdf, gltf, dsr and graphml".to_owned()))
         }
     }
 }

@@ -1,8 +1,8 @@
 //! `rcgen export`.
 
 use crate::command_line::{Common, Target};
-use crate::innermodel;
 use crate::reports::{Failure, load, print_line, report, tell, unreadable};
+use crate::{graphs, innermodel};
 use rc_codegen::files::Change;
 use rc_codegen::{FileLoader, Files, export};
 use rc_diagnostics::{Diagnostics, SourceMap};
@@ -17,6 +17,9 @@ pub(crate) fn export(
 ) -> Result<(), Failure> {
     if matches!(target, Target::Urdf | Target::Gltf) {
         return innermodel::export(target, file, out, common, dry_run);
+    }
+    if matches!(target, Target::Dsr | Target::Graphml) {
+        return graphs::export(target, file, out, common, dry_run);
     }
     let is_component = file.extension().is_some_and(|e| e == "cdsl");
     if is_component && matches!(target, Target::Ros2) {

@@ -10,6 +10,7 @@ mod configuration;
 mod export;
 mod generation;
 mod graph;
+mod graphs;
 mod innermodel;
 mod reports;
 mod start;
@@ -59,7 +60,27 @@ fn main() -> ExitCode {
             common,
             dry_run,
         }) => export::export(to, &file, &out, &common, dry_run),
-        Some(Command::Import { file, out, format }) => innermodel::import(&file, &out, format),
+        Some(Command::Import { file, out, format }) => {
+            if out.extension().is_some_and(|ending| ending == "graph") {
+                graphs::import(&file, &out, format)
+            } else {
+                innermodel::import(&file, &out, format)
+            }
+        }
+        Some(Command::Query {
+            file,
+            query,
+            parameter,
+            steps,
+            rows,
+            common,
+        }) => graphs::query(
+            &file,
+            &query,
+            &parameter,
+            graph_query::Budget::new(steps, rows),
+            &common,
+        ),
         Some(Command::Stubs { file, common, out }) => component::print_stubs(&file, &common, out),
         Some(Command::Venv {
             file,

@@ -232,7 +232,61 @@ fn transforms(length: usize) {
     );
 }
 
+/// Loads a file of 1,000 nodes, which it leaves at `path` for others.
+fn load(path: &str) {
+    let graph = Graph::new(schema().into(), 0);
+    let made = graph.change(Time::ZERO, |edit| {
+        let root = edit.add_node("root")?;
+        let mut random = fastrand::Rng::with_seed(3);
+        for at in 1..1000 {
+            let node = edit.add_node("plane")?;
+            edit.set(node, "name", format!("node{at}"))?;
+            edit.set(node, "color", "SteelBlue")?;
+            edit.set(node, "level", 3_i64)?;
+            edit.set(node, "pos_x", (random.f64() * 1e6).round() / 1e6)?;
+            edit.set(node, "pos_y", (random.f64() * 1e6).round() / 1e6)?;
+            edit.set(node, "width", random.i64(0..1000))?;
+            let edge = edit.add_edge("in", root, node)?;
+            edit.set(edge, "rt_translation", [random.f64().round(), 2.5, 0.0])?;
+            edit.set(edge, "rt_rotation_euler_xyz", [0.0, 0.25, 0.0])?;
+        }
+        Ok::<_, Error>(())
+    });
+    made.expect("a graph");
+    let (text, _) = graph_exchange::dsr::write(&graph_exchange::Document::of(&graph.snapshot()));
+    std::fs::write(path, &text).expect("a file");
+    let schema = graph_language::builtin("dsr.gdsl").expect("a schema");
+    let read = best(1, || {
+        let text = std::fs::read_to_string(path).expect("the file");
+        let mut sources = rc_diagnostics::SourceMap::new();
+        let source = sources.add("a.json", text);
+        let document = graph_exchange::dsr::read(&sources, source).0.expect("a document");
+        black_box(document.kept(&schema, 1).expect("a graph"));
+    });
+    println!("load of 1,000 nodes, {} bytes: {:.2} ms", text.len(), read / 1e6);
+}
+
+/// A query over two hops, prepared.
+fn query() {
+    let (graph, _, _) = random(1000);
+    let now = graph.snapshot();
+    let mut sources = rc_diagnostics::SourceMap::new();
+    let text = "MATCH (a:thing)-[:to]->(b)-[:to]->(c) WHERE a.x = 7.0 RETURN c.x";
+    let source = sources.add("query", text);
+    let (query, _) = graph_query::Query::prepare(&sources, source, now.schema());
+    let query = query.expect("a query");
+    let none = std::collections::HashMap::new();
+    let time = best(1, || {
+        let rows = query.run(&now, &none, graph_query::Budget::default());
+        black_box(rows.expect("rows"));
+    });
+    println!("a query over two hops from one of 1,000 nodes: {:.1} µs", time / 1e3);
+}
+
 fn main() {
+    let path = std::env::args().nth(1).unwrap_or_else(|| "graph.json".to_owned());
+    load(&path);
+    query();
     for count in [100, 1_000, 10_000, 100_000] {
         hops(count);
     }

@@ -1,0 +1,186 @@
+//! `rcgen query`, and `rcgen import` and `rcgen export` of graphs.
+
+use crate::command_line::{Common, Target};
+use crate::reports::{Failure, print_line, report, system, tell};
+use graph_exchange::{Document, dsr, graph_json, graphml};
+use graph_query::{Budget, Cell, Query};
+use innermodel_exchange::urdf;
+use rc_codegen::FileLoader;
+use rc_codegen::graphs::{Loaded, load};
+use rc_codegen::innermodel::Folders;
+use rc_diagnostics::{Diagnostics, Format, SourceMap};
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+fn unreadable(file: &Path, error: &std::io::Error) -> Failure {
+    system(format!("{}: {error}", file.display()))
+}
+
+/// Reads a graph; reports findings about its form.
+fn loaded(file: &Path, sources: &mut SourceMap, common: &Common) -> Result<Loaded, Failure> {
+    let loader = FileLoader::new(&common.include);
+    let mut found = Diagnostics::new();
+    let loaded = load(file, sources, &loader, &mut found).map_err(|e| unreadable(file, &e))?;
+    report(sources, &found, common.format)?;
+    loaded.ok_or(Failure::Input)
+}
+
+/// A value of the command line.
+fn cell(text: &str) -> Cell {
+    let number = text.parse().map(Cell::Int).ok();
+    let number = number.or_else(|| text.parse().map(Cell::Float).ok());
+    number.unwrap_or_else(|| text.into())
+}
+
+pub(crate) fn query(
+    file: &Path,
+    text: &str,
+    parameters: &[String],
+    budget: Budget,
+    common: &Common,
+) -> Result<(), Failure> {
+    let mut values = HashMap::new();
+    for parameter in parameters {
+        let Some((name, value)) = parameter.split_once('=') else {
+            let message = format!("expected NAME=VALUE, found `{parameter}`");
+            return Err(Failure::Usage(message));
+        };
+        values.insert(name.to_owned(), cell(value));
+    }
+    let mut sources = SourceMap::new();
+    let loaded = loaded(file, &mut sources, common)?;
+    // The graph is asked as it is: `check` says what does not fit its schema.
+    let graph = loaded.document.kept(&loaded.schema, 1);
+    let graph = graph.map_err(|error| {
+        tell(format_args!("{}: {error}", file.display()));
+        Failure::Input
+    })?;
+    let graph = graph.snapshot();
+    let named = loaded
+        .schema
+        .queries
+        .iter()
+        .find(|query| query.name == text);
+    let text = named.map_or(text, |query| query.text.as_str());
+    if let Some(query) = named {
+        // A parameter that is a node is given by its name.
+        for (name, kind) in &query.parameters {
+            let is_node = loaded.schema.entity(kind).is_some();
+            if let (true, Some(Cell::Text(value))) = (is_node, values.get(name)) {
+                let Some(node) = graph.named(value).next() else {
+                    return Err(Failure::Usage(format!("no node has the name `{value}`")));
+                };
+                values.insert(name.clone(), Cell::Node(node));
+            }
+        }
+    }
+    let source = sources.add("query", text);
+    let known: HashSet<String> = values.keys().cloned().collect();
+    let (query, found) = Query::with_parameters(&sources, source, &loaded.schema, &known);
+    report(&sources, &found, common.format)?;
+    let query = query.ok_or(Failure::Input)?;
+    let rows = query.run(&graph, &values, budget).map_err(|error| {
+        tell(format_args!("error: {error}"));
+        Failure::Input
+    })?;
+    let columns = rows
+        .columns
+        .iter()
+        .map(|name| rc_diagnostics::foreign::clean(name));
+    let mut lines: Vec<Vec<String>> = vec![columns.collect()];
+    for row in &rows.cells {
+        lines.push(row.iter().map(|cell| cell.shown(&graph)).collect());
+    }
+    let count = rows.columns.len();
+    let width = |at: usize| lines.iter().map(|line| line[at].chars().count()).max();
+    let widths: Vec<usize> = (0..count).map(|at| width(at).unwrap_or_default()).collect();
+    for line in &lines {
+        let cells = line
+            .iter()
+            .zip(&widths)
+            .map(|(cell, width)| format!("{cell:<width$}"));
+        let cells: Vec<String> = cells.collect();
+        print_line(format_args!("{}", cells.join("  ").trim_end()));
+    }
+    Ok(())
+}
+
+pub(crate) fn import(file: &Path, out: &Path, format: Format) -> Result<(), Failure> {
+    let mut sources = SourceMap::new();
+    let ending = file.extension().and_then(|ending| ending.to_str());
+    let (document, found) = match ending {
+        Some("json") => {
+            let common = Common {
+                format,
+                ..Common::default()
+            };
+            let loaded = loaded(file, &mut sources, &common)?;
+            // The ids of edges are those that a graph gives them.
+            let graph = loaded.document.kept(&loaded.schema, 1);
+            let graph = graph.map_err(|error| {
+                tell(format_args!("{}: {error}", file.display()));
+                Failure::Input
+            })?;
+            let mut document = Document::of(&graph.snapshot());
+            document.schema = Some("dsr.gdsl".to_owned());
+            (document, Diagnostics::new())
+        }
+        Some("xml" | "urdf") => {
+            let text = rc_files::read(file).map_err(|error| unreadable(file, &error))?;
+            let source = sources.add(file, text);
+            let (tree, found) = if ending == Some("urdf") {
+                urdf::read(&sources, source)
+            } else {
+                let folders = Folders { search: &[] };
+                innermodel_language::load(&mut sources, &folders, source)
+            };
+            (graph_exchange::innermodel::document(&tree), found)
+        }
+        _ => {
+            let message = format!("{} is no .json, .xml or .urdf file", file.display());
+            return Err(Failure::Usage(message));
+        }
+    };
+    report(&sources, &found, format)?;
+    if std::fs::symlink_metadata(out).is_ok() {
+        let message = format!("{} is there already; name another file", out.display());
+        return Err(Failure::Usage(message));
+    }
+    let text = graph_json::write(&document);
+    rc_files::write(out, text.as_bytes()).map_err(|error| unreadable(out, &error))?;
+    print_line(format_args!("create {}", out.display()));
+    Ok(())
+}
+
+pub(crate) fn export(
+    target: Target,
+    file: &Path,
+    out: &Path,
+    common: &Common,
+    dry_run: bool,
+) -> Result<(), Failure> {
+    let mut sources = SourceMap::new();
+    let loaded = loaded(file, &mut sources, common)?;
+    let (text, ending) = if matches!(target, Target::Dsr) {
+        let (text, lost) = dsr::write(&loaded.document);
+        for lost in lost {
+            tell(format_args!("warning: {lost}"));
+        }
+        (text, "json")
+    } else {
+        (graphml::write(&loaded.document), "graphml")
+    };
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    let path = out.join(format!("{name}.{ending}"));
+    if std::fs::symlink_metadata(&path).is_ok() {
+        let message = format!("{} is there already; name another folder", path.display());
+        return Err(Failure::Usage(message));
+    }
+    if !dry_run {
+        let written =
+            std::fs::create_dir_all(out).and_then(|()| rc_files::write(&path, text.as_bytes()));
+        written.map_err(|error| unreadable(&path, &error))?;
+    }
+    print_line(format_args!("create {}", path.display()));
+    Ok(())
+}

@@ -1,0 +1,437 @@
+//! What is wrong with a document, each finding at its place.
+
+use crate::document::{Document, Edge, Node};
+use crate::places::{Places, SEPARATOR};
+use graph_schema::{Attribute, PoseOf, Relation, Schema};
+use property_graph::{Id, Value, fits};
+use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap, foreign, nearest};
+use std::collections::HashMap;
+
+/// A finding whose place is not known yet.
+struct Finding {
+    severity: Severity,
+    code: &'static str,
+    path: String,
+    message: String,
+    help: Option<String>,
+}
+
+struct Checker<'a> {
+    schema: &'a Schema,
+    document: &'a Document,
+    /// The nodes by id.
+    nodes: HashMap<Id, &'a Node>,
+    findings: Vec<Finding>,
+}
+
+/// Compares a document with a schema. All findings are at their places in `source`.
+pub fn check(
+    document: &Document,
+    schema: &Schema,
+    sources: &SourceMap,
+    source: SourceId,
+) -> Diagnostics {
+    let mut checker = Checker {
+        schema,
+        document,
+        nodes: HashMap::with_capacity(document.nodes.len()),
+        findings: Vec::new(),
+    };
+    for node in &document.nodes {
+        if checker.nodes.insert(node.id, node).is_some() {
+            let message = format!("two nodes have the id {}", shown(node.id));
+            checker.error("duplicate-id", &node.path, message);
+        }
+    }
+    for node in &document.nodes {
+        checker.node(node);
+    }
+    for edge in &document.edges {
+        checker.edge(edge);
+    }
+    checker.ports();
+    checker.keys();
+    for relation in schema.relations.iter().filter(|r| r.tree.is_some()) {
+        checker.tree(relation);
+    }
+    let mut found = Diagnostics::new();
+    if !checker.findings.is_empty() {
+        let places = Places::new(source, sources.text(source));
+        for finding in checker.findings {
+            let span = places.of(&finding.path);
+            let mut diagnostic = match finding.severity {
+                Severity::Error => Diagnostic::error(finding.code, span, finding.message),
+                _ => Diagnostic::warning(finding.code, span, finding.message),
+            };
+            if let Some(help) = finding.help {
+                diagnostic = diagnostic.help(help);
+            }
+            found.push(diagnostic);
+        }
+    }
+    found
+}
+
+impl Checker<'_> {
+    fn push(
+        &mut self,
+        severity: Severity,
+        code: &'static str,
+        path: &str,
+        message: String,
+        help: Option<String>,
+    ) {
+        self.findings.push(Finding {
+            severity,
+            code,
+            path: path.to_owned(),
+            message,
+            help,
+        });
+    }
+
+    fn error(&mut self, code: &'static str, path: &str, message: String) {
+        self.push(Severity::Error, code, path, message, None);
+    }
+
+    /// Unknown types and attributes are errors in a strict domain, and kept in an open one.
+    fn unknown(&mut self, code: &'static str, path: &str, message: String, near: Option<String>) {
+        let severity = if self.schema.open {
+            Severity::Warning
+        } else {
+            Severity::Error
+        };
+        let help = near.map(|near| format!("did you mean `{near}`?"));
+        self.push(severity, code, path, message, help);
+    }
+
+    fn node(&mut self, node: &Node) {
+        let kind = foreign::clean(&node.kind);
+        let Some(entity) = self.schema.entity(&node.kind) else {
+            let known = self.schema.entities.iter().map(|e| e.name.as_str());
+            let near = nearest(&node.kind, known).map(str::to_owned);
+            let message = format!("the schema has no entity `{kind}`");
+            let path = format!("{}{SEPARATOR}type", node.path);
+            self.unknown("unknown-type", &path, message, near);
+            return;
+        };
+        self.attributes(&node.path, &node.attributes, &entity.attributes, &kind);
+        if self.schema.name != "dsr" {
+            return;
+        }
+        // DSR repeats the parent as an attribute.
+        let parent = node.attributes.iter().find(|(name, ..)| name == "parent");
+        if let Some(Value::Int(id)) = parent.map(|(_, value, _)| value)
+            && *id != 0
+            && !self.nodes.contains_key(&Id(*id as u128))
+        {
+            let path = path_of(&node.path, "attribute", "parent");
+            let message = format!("`parent` is {id}, which is no node");
+            self.error("unknown-node", &path, message);
+        }
+    }
+
+    fn attributes(
+        &mut self,
+        above: &str,
+        all: &[(String, Value, Option<String>)],
+        described: &[Attribute],
+        kind: &str,
+    ) {
+        let member = if all_in_links(above) {
+            "linkAttribute"
+        } else {
+            "attribute"
+        };
+        let mut seen: Vec<&str> = Vec::new();
+        for (name, value, unit) in all {
+            let path = path_of(above, member, name);
+            let shown = foreign::clean(name);
+            if seen.contains(&name.as_str()) {
+                let message = format!("`{shown}` is there twice");
+                self.error("duplicate-member", &path, message);
+            }
+            seen.push(name);
+            let Some(attribute) = described.iter().find(|a| a.name == *name) else {
+                let known = described.iter().map(|a| a.name.as_str());
+                let near = nearest(name, known).map(str::to_owned);
+                let message = format!("`{kind}` has no attribute `{shown}`");
+                self.unknown("unknown-attribute", &path, message, near);
+                continue;
+            };
+            if let Some(unit) = unit
+                && attribute.unit.as_ref() != Some(unit)
+            {
+                let expected = match &attribute.unit {
+                    Some(unit) => format!("`{unit}`"),
+                    None => "no unit".to_owned(),
+                };
+                let unit = foreign::clean(unit);
+                let message = format!("`{shown}` is in `{unit}`, expected {expected}");
+                self.error("unit-mismatch", &path, message);
+                continue;
+            }
+            if let Err((expected, found)) = fits(attribute, value) {
+                let message = format!("`{shown}` of `{kind}` is {expected}, found {found}");
+                let help = thousandth(attribute, value);
+                self.push(Severity::Error, "wrong-value", &path, message, help);
+            }
+        }
+        for attribute in described.iter().filter(|a| !a.optional) {
+            if all.iter().all(|(name, ..)| *name != attribute.name) {
+                let message = format!(
+                    "`{kind}` has no `{}`, which is not optional",
+                    attribute.name
+                );
+                self.error("missing-value", above, message);
+            }
+        }
+    }
+
+    fn edge(&mut self, edge: &Edge) {
+        let kind = foreign::clean(&edge.kind);
+        let relation = self.schema.relation(&edge.kind);
+        for (end, member) in [(edge.from, "from"), (edge.to, "to")] {
+            if !self.nodes.contains_key(&end) {
+                let member = match (all_in_links(&edge.path), member) {
+                    (true, "from") => "src",
+                    (true, _) => "dst",
+                    (false, member) => member,
+                };
+                let path = format!("{}{SEPARATOR}{member}", edge.path);
+                let message = format!("an edge `{kind}` ends at {}, which is no node", shown(end));
+                self.error("unknown-node", &path, message);
+            }
+        }
+        let Some(relation) = relation else {
+            let known = self.schema.relations.iter().map(|r| r.name.as_str());
+            let near = nearest(&edge.kind, known).map(str::to_owned);
+            let message = format!("the schema has no relation `{kind}`");
+            let member = if all_in_links(&edge.path) {
+                "label"
+            } else {
+                "type"
+            };
+            let path = format!("{}{SEPARATOR}{member}", edge.path);
+            self.unknown("unknown-type", &path, message, near);
+            return;
+        };
+        self.attributes(&edge.path, &edge.attributes, &relation.attributes, &kind);
+        for (port, end) in relation.ports.iter().zip([edge.from, edge.to]) {
+            let Some(node) = self.nodes.get(&end) else {
+                continue;
+            };
+            let is_known = self.schema.entity(&node.kind).is_some();
+            if is_known && !self.schema.is_a(&node.kind, &port.entity) {
+                let message = format!(
+                    "port `{}` of `{kind}` is for {}, found {}",
+                    port.name,
+                    port.entity,
+                    foreign::clean(&node.kind)
+                );
+                self.error("wrong-port", &edge.path, message);
+            }
+        }
+        if relation.tree.is_some() && edge.from == edge.to {
+            let message = format!(
+                "an edge `{kind}` leads from node {} to itself",
+                shown(edge.from)
+            );
+            self.error("edge-to-itself", &edge.path, message);
+        }
+        self.rules(edge, &kind);
+    }
+
+    fn rules(&mut self, edge: &Edge, kind: &str) {
+        for rule in self.schema.rules.iter().filter(|r| r.relation == edge.kind) {
+            let number = |(port, name): &(usize, String)| {
+                let node = self.nodes.get([&edge.from, &edge.to][*port])?;
+                let value = node.attributes.iter().find(|(known, ..)| known == name)?;
+                value.1.as_f64()
+            };
+            let (Some(a), Some(b)) = (number(&rule.left), number(&rule.right)) else {
+                continue;
+            };
+            if !rule.comparison.holds(a, b) {
+                let comparison = rule.comparison.text();
+                let message = format!(
+                    "{}: {a} {comparison} {b} does not hold for an edge of `{kind}`",
+                    rule.message
+                );
+                self.error("broken-rule", &edge.path, message);
+            }
+        }
+    }
+
+    /// Counts the edges of each node at ports with a bound.
+    fn ports(&mut self) {
+        let mut counts: HashMap<(&str, usize, Id), u32> = HashMap::new();
+        for edge in &self.document.edges {
+            for (port, end) in [edge.from, edge.to].into_iter().enumerate() {
+                *counts.entry((edge.kind.as_str(), port, end)).or_default() += 1;
+            }
+        }
+        let mut wrong = Vec::new();
+        for relation in &self.schema.relations {
+            for (at, port) in relation.ports.iter().enumerate() {
+                if port.min == 0 && port.max.is_none() {
+                    continue;
+                }
+                for node in &self.document.nodes {
+                    let is_of = self.schema.is_a(&node.kind, &port.entity);
+                    let count = counts.get(&(relation.name.as_str(), at, node.id));
+                    let count = count.copied().unwrap_or_default();
+                    let fits = count >= port.min && port.max.is_none_or(|most| count <= most);
+                    if is_of && !fits {
+                        let most = port.max.map(|most| most.to_string()).unwrap_or_default();
+                        let message = format!(
+                            "node {} is {count} times `{}` of `{}`; expected {}:{most}",
+                            shown(node.id),
+                            port.name,
+                            relation.name,
+                            port.min
+                        );
+                        wrong.push((node.path.clone(), message));
+                    }
+                }
+            }
+        }
+        for (path, message) in wrong {
+            self.error("wrong-count", &path, message);
+        }
+    }
+
+    fn keys(&mut self) {
+        let mut wrong = Vec::new();
+        for entity in &self.schema.entities {
+            for key in entity.attributes.iter().filter(|a| a.key) {
+                // A type that inherits the key is compared with the one that declares it.
+                let parent = entity.parent.as_deref().and_then(|p| self.schema.entity(p));
+                if parent.is_some_and(|p| p.attribute(&key.name).is_some()) {
+                    continue;
+                }
+                let mut seen: HashMap<String, Id> = HashMap::new();
+                for node in &self.document.nodes {
+                    if !self.schema.is_a(&node.kind, &entity.name) {
+                        continue;
+                    }
+                    let mut all = node.attributes.iter();
+                    let Some((_, value, _)) = all.find(|(name, ..)| *name == key.name) else {
+                        continue;
+                    };
+                    let text = format!("{value:?}");
+                    if let Some(first) = seen.insert(text, node.id) {
+                        let message = format!(
+                            "nodes {} and {} have the same `{}`, which is a key",
+                            shown(first),
+                            shown(node.id),
+                            key.name
+                        );
+                        wrong.push((path_of(&node.path, "attribute", &key.name), message));
+                    }
+                }
+            }
+        }
+        for (path, message) in wrong {
+            self.error("duplicate-key", &path, message);
+        }
+    }
+
+    /// Each child has one parent, and no node is above itself.
+    fn tree(&mut self, relation: &Relation) {
+        let Some(tree) = &relation.tree else { return };
+        let mut parents: HashMap<Id, (Id, &str)> = HashMap::new();
+        let mut wrong = Vec::new();
+        let edges = self.document.edges.iter();
+        for edge in edges.filter(|e| e.kind == relation.name && e.from != e.to) {
+            let (child, parent) = match tree.child {
+                0 => (edge.from, edge.to),
+                _ => (edge.to, edge.from),
+            };
+            if let Some((first, _)) = parents.get(&child) {
+                let message = format!(
+                    "node {} has two parents in `{}`: {} and {}",
+                    shown(child),
+                    relation.name,
+                    shown(*first),
+                    shown(parent)
+                );
+                wrong.push(("two-parents", edge.path.clone(), message));
+            } else {
+                parents.insert(child, (parent, &edge.path));
+            }
+            if let Some(PoseOf::Two(..)) = &tree.pose {
+                // Missing numbers are reported with the attributes.
+            }
+        }
+        // Nodes that are known to lead to a top.
+        let mut good: std::collections::HashSet<Id> = std::collections::HashSet::new();
+        let mut starts: Vec<Id> = parents.keys().copied().collect();
+        starts.sort_unstable();
+        for start in starts {
+            let mut way = Vec::new();
+            let mut on_way = std::collections::HashSet::new();
+            let mut here = start;
+            while !good.contains(&here) {
+                if !on_way.insert(here) {
+                    let path = parents.get(&here).map(|(_, path)| (*path).to_owned());
+                    let message = format!(
+                        "node {} is above itself in `{}`",
+                        shown(here),
+                        relation.name
+                    );
+                    wrong.push(("cycle-in-tree", path.unwrap_or_default(), message));
+                    break;
+                }
+                way.push(here);
+                match parents.get(&here) {
+                    Some((parent, _)) => here = *parent,
+                    None => break,
+                }
+            }
+            good.extend(way);
+        }
+        for (code, path, message) in wrong {
+            self.error(code, &path, message);
+        }
+    }
+}
+
+/// An id as its file has it.
+fn shown(id: Id) -> String {
+    match id.writer() {
+        0 => id.count().to_string(),
+        writer => format!("{writer}:{}", id.count()),
+    }
+}
+
+/// Whether a path is that of a link of DSR.
+fn all_in_links(path: &str) -> bool {
+    path.split(SEPARATOR).any(|part| part == "links")
+}
+
+/// The path of an attribute: in DSR below `attribute` or `linkAttribute`, in ours below
+/// `attributes`.
+fn path_of(above: &str, member: &str, name: &str) -> String {
+    let is_dsr = above.split(SEPARATOR).any(|part| part == "DSRModel");
+    let member = if is_dsr { member } else { "attributes" };
+    if is_dsr && name == "name" && member == "attribute" {
+        return format!("{above}{SEPARATOR}name");
+    }
+    format!("{above}{SEPARATOR}{member}{SEPARATOR}{name}")
+}
+
+/// A help for lengths that are a thousand times too large: the usual mistake.
+fn thousandth(attribute: &Attribute, value: &Value) -> Option<String> {
+    if attribute.unit.as_deref() != Some("m") {
+        return None;
+    }
+    let smaller = match value {
+        Value::Float(number) => Value::Float(number / 1000.0),
+        Value::Int(number) => Value::Float(*number as f64 / 1000.0),
+        Value::Floats(all) => Value::Floats(all.iter().map(|number| number / 1000.0).collect()),
+        _ => return None,
+    };
+    let fits = fits(attribute, &smaller).is_ok();
+    fits.then(|| "the schema says metres, and the value fits if it is in millimetres".to_owned())
+}

@@ -1,0 +1,157 @@
+//! A graph as a file has it.
+
+use graph_schema::{Entity, Port, PoseOf, Relation, Schema, Tree};
+use property_graph::{Edit, Error, Graph, Id, NodeId, Snapshot, Time, Value};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A graph as a file has it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Document {
+    /// The file of the schema, if the document names one.
+    pub schema: Option<String>,
+    /// Nodes, in the order of the file.
+    pub nodes: Vec<Node>,
+    /// Edges, in the order of the file.
+    pub edges: Vec<Edge>,
+}
+
+/// A node of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// The id.
+    pub id: Id,
+    /// Type of the node.
+    pub kind: String,
+    /// Names, values and units as written.
+    pub attributes: Vec<(String, Value, Option<String>)>,
+    /// Where it is in the file.
+    pub(crate) path: String,
+}
+
+/// An edge of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// The id. Files of DSR have none: the graph makes one.
+    pub id: Option<Id>,
+    /// The relation.
+    pub kind: String,
+    /// The id of the node where it starts.
+    pub from: Id,
+    /// The id of the node where it ends.
+    pub to: Id,
+    /// Names, values and units as written.
+    pub attributes: Vec<(String, Value, Option<String>)>,
+    /// Where it is in the file.
+    pub(crate) path: String,
+}
+
+impl Document {
+    /// Makes a graph of the document, for this schema.
+    ///
+    /// # Errors
+    /// The schema does not allow the graph, or an edge has an end that is no node.
+    pub fn graph(&self, schema: Arc<Schema>, writer: u64) -> Result<Graph, Error> {
+        let graph = Graph::new(schema, writer);
+        graph.change(Time::ZERO, |edit| self.add(edit))?;
+        Ok(graph)
+    }
+
+    /// Makes a graph that keeps everything, whatever its schema says: with the trees of the schema,
+    /// or without trees if the document breaks one or has no pose for an edge.
+    ///
+    /// # Errors
+    /// An edge has an end that is no node, or an id is there twice.
+    pub fn kept(&self, schema: &Schema, writer: u64) -> Result<Graph, Error> {
+        self.graph(lenient(schema).into(), writer)
+            .or_else(|_| self.graph(Schema::anything().into(), writer))
+    }
+
+    /// Adds the document to a graph.
+    pub fn add(&self, edit: &mut Edit) -> Result<(), Error> {
+        let mut places: HashMap<Id, NodeId> = HashMap::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            let made = edit.add_node_as(node.id, node.kind.as_str())?;
+            for (name, value, _) in &node.attributes {
+                edit.set(made, name.as_str(), value.clone())?;
+            }
+            places.insert(node.id, made);
+        }
+        let known = |id: Id| places.get(&id).copied().ok_or(Error::UnknownId(id.0));
+        for edge in &self.edges {
+            let (from, to) = (known(edge.from)?, known(edge.to)?);
+            let made = match edge.id {
+                Some(id) => edit.add_edge_as(id, edge.kind.as_str(), from, to)?,
+                None => edit.add_edge(edge.kind.as_str(), from, to)?,
+            };
+            for (name, value, _) in &edge.attributes {
+                edit.set(made, name.as_str(), value.clone())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The document of a graph, in the order of ids; attributes in the order of their names.
+    pub fn of(graph: &Snapshot) -> Self {
+        let list = |attributes: &mut dyn Iterator<Item = (&str, &Value)>| {
+            let mut all: Vec<_> = attributes
+                .map(|(name, value)| (name.to_owned(), value.clone(), None))
+                .collect();
+            all.sort_by(|a: &(String, Value, Option<String>), b| a.0.cmp(&b.0));
+            all
+        };
+        let id_of = |node: NodeId| graph.node(node).map(|node| node.id()).unwrap_or_default();
+        let mut nodes: Vec<Node> = graph
+            .nodes()
+            .map(|node| Node {
+                id: node.id(),
+                kind: node.type_name().to_owned(),
+                attributes: list(&mut node.attributes()),
+                path: String::new(),
+            })
+            .collect();
+        nodes.sort_by_key(|node| node.id);
+        let mut edges: Vec<Edge> = graph
+            .edges()
+            .map(|edge| Edge {
+                id: Some(edge.id()),
+                kind: edge.type_name().to_owned(),
+                from: id_of(edge.from()),
+                to: id_of(edge.to()),
+                attributes: list(&mut edge.attributes()),
+                path: String::new(),
+            })
+            .collect();
+        edges.sort_by_key(|edge| edge.id);
+        Self {
+            schema: None,
+            nodes,
+            edges,
+        }
+    }
+}
+
+/// A schema that keeps everything, with the trees of another one: for files that are not checked,
+/// such as those of DSR whose lengths are millimetres.
+pub fn lenient(schema: &Schema) -> Schema {
+    let relations = schema.relations.iter().filter_map(|relation| {
+        let pose: Option<PoseOf> = relation.tree.as_ref()?.pose.clone();
+        Some(Relation {
+            name: relation.name.clone(),
+            domain: relation.domain.clone(),
+            ports: vec![Port::default(), Port::default()],
+            tree: Some(Tree {
+                child: relation.tree.as_ref()?.child,
+                pose,
+            }),
+            ..Relation::default()
+        })
+    });
+    Schema {
+        name: schema.name.clone(),
+        open: true,
+        entities: Vec::<Entity>::new(),
+        relations: relations.collect(),
+        ..Schema::default()
+    }
+}

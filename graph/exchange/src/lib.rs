@@ -1,0 +1,18 @@
+//! Files of graphs: `.graph` of ours and DSR's JSON, both ways; `GraphML` out; InnerModel in.
+//!
+//! A file becomes a [`Document`], which [`check`] compares with a schema, with the place of each
+//! finding, and [`Document::graph`] makes a graph of. Reading does not keep places: if there is a
+//! finding, the text is scanned once more for them.
+
+mod check;
+mod document;
+pub mod dsr;
+pub mod graph_json;
+pub mod graphml;
+pub mod innermodel;
+mod json;
+mod places;
+
+pub use check::check;
+pub use document::{Document, Edge, Node, lenient};
+pub use json::add;

@@ -1,0 +1,302 @@
+//! Files with one fault each: the finding is at its place.
+
+use graph_exchange::{check, dsr, graph_json};
+use rc_diagnostics::{Format, SourceMap, render};
+
+/// Findings of a file of DSR or of ours.
+fn findings(schema: &str, text: &str) -> String {
+    let mut sources = SourceMap::new();
+    let source = sources.add("a.gdsl", schema);
+    let loader = rc_syntax::MemoryLoader::default();
+    let (schema, found) = graph_language::load(&mut sources, &loader, source);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    let (source, mark) = graph_exchange::add(&mut sources, "a", text.to_owned());
+    if let Some(error) = mark {
+        let mut found = rc_diagnostics::Diagnostics::new();
+        found.push(error);
+        return render(&sources, &found, Format::Short);
+    }
+    let (document, mut found) = if dsr::is_dsr(text) {
+        dsr::read(&sources, source)
+    } else {
+        graph_json::read(&sources, source)
+    };
+    if let Some(document) = document {
+        let schema = schema.expect("a schema");
+        found.extend(check(&document, &schema, &sources, source));
+        // The library refuses what the check calls an error.
+        let graph = document.graph(schema.into(), 1);
+        let checked = found.has_errors() || graph.is_ok();
+        assert!(checked, "{:?} in {text}", graph.err());
+    }
+    render(&sources, &found, Format::Short)
+}
+
+const KITCHEN: &str = r#"Domain kitchen
+{
+    entity Object { name string key; mass float unit "kg" 0:100 optional; colour { red, green } optional; size float[3] optional; };
+    entity Cup : Object { };
+    entity Room { name string key; };
+    entity Gripper { payload float unit "kg"; };
+    relation in { what Object; where Room; tree; };
+    relation near { what Object; other Object; tree; };
+    relation grasp { by Gripper :1; what Object :1; };
+    relation lies { what Cup 0:1; on Object; since int; };
+    require what.mass <= by.payload of grasp "heavier than the payload";
+};
+"#;
+
+/// A graph of our kind with these nodes and edges.
+fn ours(nodes: &str, edges: &str) -> String {
+    format!("{{\"nodes\": [\n{nodes}\n], \"edges\": [\n{edges}\n]}}")
+}
+
+const CUP: &str = r#"{"id": "1:1", "type": "Cup", "attributes": {"name": "cup"}}"#;
+const ROOM: &str = r#"{"id": "1:2", "type": "Room", "attributes": {"name": "kitchen"}}"#;
+
+fn edge(number: u32, kind: &str, from: u32, to: u32) -> String {
+    format!(r#"{{"id": "1:{number}", "type": "{kind}", "from": "1:{from}", "to": "1:{to}"}}"#)
+}
+
+#[test]
+fn a_right_graph_has_no_finding() {
+    let nodes = format!("{CUP},\n{ROOM}");
+    assert_eq!(findings(KITCHEN, &ours(&nodes, &edge(9, "in", 1, 2))), "");
+}
+
+#[test]
+fn each_fault_is_found_at_its_place() {
+    let cup = |attributes: &str| {
+        format!(r#"{{"id": "1:1", "type": "Cup", "attributes": {{"name": "cup", {attributes}}}}}"#)
+    };
+    let object = |number: u32, name: &str| {
+        format!(r#"{{"id": "1:{number}", "type": "Object", "attributes": {{"name": "{name}"}}}}"#)
+    };
+    let two = format!("{CUP},\n{ROOM}");
+    let three = format!(
+        "{},\n{},\n{}",
+        object(1, "a"),
+        object(2, "b"),
+        object(3, "c")
+    );
+    let grip = r#"{"id": "1:5", "type": "Gripper", "attributes": {"payload": 1.0}}"#;
+    let cases = [
+        // Values.
+        (ours(&cup(r#""mass": -1.0"#), ""), "wrong-value", "-1.0"),
+        (ours(&cup(r#""mass": 101"#), ""), "wrong-value", "101"),
+        (ours(&cup(r#""mass": "1""#), ""), "wrong-value", "\"1\"}"),
+        (ours(&cup(r#""mass": true"#), ""), "wrong-value", "true"),
+        (ours(&cup(r#""mass": [1.0]"#), ""), "wrong-value", "[1.0]"),
+        (ours(&cup(r#""mass": null"#), ""), "wrong-json", "null"),
+        (ours(&cup(r#""mass": 1e999"#), ""), "malformed-json", ""),
+        (ours(&cup(r#""mass": NaN"#), ""), "malformed-json", ""),
+        (
+            ours(&cup(r#""mass": {"value": 1, "unit": "g"}"#), ""),
+            "unit-mismatch",
+            "{\"value\"",
+        ),
+        (
+            ours(&cup(r#""mass": {"value": 1}"#), ""),
+            "wrong-json",
+            "{\"value\"",
+        ),
+        (
+            ours(&cup(r#""colour": "blue""#), ""),
+            "wrong-value",
+            "\"blue\"",
+        ),
+        (
+            ours(&cup(r#""size": [1.0, 2.0]"#), ""),
+            "wrong-value",
+            "[1.0",
+        ),
+        (
+            ours(&cup(r#""size": [1.0, "2", 3.0]"#), ""),
+            "wrong-json",
+            "[1.0",
+        ),
+        (
+            ours(&cup(r#""masss": 1.0"#), ""),
+            "unknown-attribute",
+            "1.0}",
+        ),
+        (
+            ours(&cup(r#""mass": 1.0, "mass": 2.0"#), ""),
+            "duplicate-member",
+            "",
+        ),
+        (
+            ours(r#"{"id": "1:1", "type": "Cup"}"#, ""),
+            "missing-value",
+            "{\"id\": \"1:1\"",
+        ),
+        // Nodes.
+        (
+            ours(&format!("{CUP},\n{}", object(1, "other")), ""),
+            "duplicate-id",
+            "{\"id\"",
+        ),
+        (
+            ours(&format!("{},\n{}", object(1, "a"), object(2, "a")), ""),
+            "duplicate-key",
+            "\"a\"",
+        ),
+        (
+            ours(&format!("{CUP},\n{}", object(2, "cup")), ""),
+            "duplicate-key",
+            "\"cup\"",
+        ),
+        (
+            ours(r#"{"id": "1:1", "type": "Cupp"}"#, ""),
+            "unknown-type",
+            "\"Cupp\"",
+        ),
+        (
+            ours(r#"{"id": 1, "type": "Cup"}"#, ""),
+            "malformed-json",
+            "",
+        ),
+        (
+            ours(r#"{"id": "one", "type": "Cup"}"#, ""),
+            "wrong-json",
+            "\"one\"",
+        ),
+        (ours(r#"{"id": "1:1"}"#, ""), "malformed-json", ""),
+        (
+            ours(r#"{"id": "1:1", "type": "Cup", "colour": "red"}"#, ""),
+            "malformed-json",
+            "",
+        ),
+        // Edges.
+        (ours(&two, &edge(9, "in", 1, 7)), "unknown-node", "\"1:7\""),
+        (ours(&two, &edge(9, "in", 7, 2)), "unknown-node", "\"1:7\""),
+        (ours(&two, &edge(9, "on", 1, 2)), "unknown-type", "\"on\""),
+        (ours(&three, &edge(9, "in", 1, 2)), "wrong-port", "{\"id\""),
+        (
+            ours(&three, &edge(9, "grasp", 1, 2)),
+            "wrong-port",
+            "{\"id\"",
+        ),
+        (
+            ours(&three, &edge(9, "near", 1, 1)),
+            "edge-to-itself",
+            "{\"id\"",
+        ),
+        (
+            ours(
+                &three,
+                &format!("{},\n{}", edge(8, "near", 1, 2), edge(9, "near", 1, 3)),
+            ),
+            "two-parents",
+            "{\"id\"",
+        ),
+        (
+            ours(
+                &three,
+                &format!("{},\n{}", edge(8, "near", 1, 2), edge(9, "near", 2, 1)),
+            ),
+            "cycle-in-tree",
+            "{\"id\": \"1:8\"",
+        ),
+        (
+            ours(
+                &three,
+                &[
+                    edge(7, "near", 1, 2),
+                    edge(8, "near", 2, 3),
+                    edge(9, "near", 3, 1),
+                ]
+                .join(",\n"),
+            ),
+            "cycle-in-tree",
+            "{\"id\": \"1:7\"",
+        ),
+        (
+            ours(
+                &format!("{CUP},\n{}", object(2, "tray")),
+                &edge(9, "lies", 1, 2),
+            ),
+            "missing-value",
+            "{\"id\": \"1:9\"",
+        ),
+        (
+            ours(
+                &format!("{three},\n{grip}"),
+                &format!("{},\n{}", edge(8, "grasp", 5, 1), edge(9, "grasp", 5, 2)),
+            ),
+            "wrong-count",
+            "{\"id\": \"1:5\"",
+        ),
+        (
+            ours(
+                &format!("{},\n{grip}", cup(r#""mass": 2.0"#)),
+                &edge(9, "grasp", 5, 1),
+            ),
+            "broken-rule",
+            "{\"id\"",
+        ),
+        // Texts.
+        (
+            String::from("\u{feff}{\"nodes\": []}"),
+            "malformed-json",
+            "",
+        ),
+        (String::from("{\"nodes\": []} x"), "malformed-json", ""),
+        (String::from("{\"nodes\": [}"), "malformed-json", ""),
+        (
+            String::from("{\"nodes\": [], \"nods\": []}"),
+            "malformed-json",
+            "",
+        ),
+        (
+            format!("{{\"nodes\": {}", "[".repeat(100_000)),
+            "malformed-json",
+            "",
+        ),
+        (String::from("[]"), "malformed-json", ""),
+    ];
+    assert!(cases.len() >= 40);
+    for (text, code, needle) in &cases {
+        let found = findings(KITCHEN, text);
+        assert!(
+            found.contains(&format!("error[{code}]")),
+            "{found} for {code} in\n{text}"
+        );
+        assert_eq!(found.lines().count(), 1, "{found} for\n{text}");
+        if !needle.is_empty() {
+            let before = &text[..text.rfind(needle).expect("the place")];
+            let line = before.matches('\n').count() + 1;
+            let column = before.len() - before.rfind('\n').map_or(0, |at| at + 1) + 1;
+            let place = format!("a:{line}:{column}: ");
+            assert!(found.starts_with(&place), "{found} at {place} in\n{text}");
+        }
+    }
+}
+
+#[test]
+fn faults_of_dsr_are_found_at_their_places() {
+    let (_, dsr) = graph_language::DOMAINS[3];
+    let text = r#"{"DSRModel": {"symbols": {
+"100": {"id": "100", "name": "root", "type": "root", "attribute": {"level": {"type": 1, "value": 0}}, "links": [
+{"src": "100", "dst": "200", "label": "RT", "linkAttribute": {
+"rt_translation": {"type": 3, "value": [1500, 0, 0]},
+"rt_rotation_euler_xyz": {"type": 3, "value": [0, 0, 0]}}},
+{"src": "100", "dst": "100", "label": "RT", "linkAttribute": {
+"rt_translation": {"type": 3, "value": [0, 0, 0]},
+"rt_rotation_euler_xyz": {"type": 3, "value": [0, 0, 0]}}},
+{"src": "100", "dst": "300", "label": "has", "linkAttribute": {}}]},
+"200": {"id": "200", "name": "robot", "type": "omnirobot", "links": [], "attribute": {
+"parent": {"type": 7, "value": "150"},
+"levle": {"type": 1, "value": 3},
+"width": {"type": 1, "value": "wide"}}}
+}}}"#;
+    let expected = "\
+a:4:19: error[wrong-value]: `rt_translation` of `RT` is in -100:100 m, found 1500 (the schema says metres, and the value fits if it is in millimetres)
+a:6:1: error[edge-to-itself]: an edge `RT` leads from node 100 to itself
+a:9:23: error[unknown-node]: an edge `has` ends at 300, which is no node
+a:11:11: error[unknown-node]: `parent` is 150, which is no node
+a:12:10: warning[unknown-attribute]: `omnirobot` has no attribute `levle` (did you mean `level`?)
+a:13:31: error[wrong-json]: expected a value of DSR's type 1 (int), found a string
+";
+    assert_eq!(findings(dsr, text), expected);
+}

@@ -1,0 +1,135 @@
+//! What is written is read again.
+
+use graph_exchange::{Document, dsr, graph_json, graphml, innermodel, lenient};
+use property_graph::{Error, Graph, Id, Schema, Time, Value};
+use rc_diagnostics::{Format, SourceMap, render};
+use std::sync::Arc;
+
+/// A file that includes none.
+struct NoFiles;
+
+impl innermodel_language::Loader for NoFiles {
+    fn read(&self, _: &std::path::Path) -> std::io::Result<String> {
+        Err(std::io::ErrorKind::NotFound.into())
+    }
+
+    fn is_file(&self, _: &std::path::Path) -> bool {
+        false
+    }
+
+    fn search(&self) -> &[std::path::PathBuf] {
+        &[]
+    }
+}
+
+fn all_values() -> Graph {
+    let graph = Graph::new(Schema::anything().into(), 7);
+    let made = graph.change(Time::ZERO, |edit| {
+        let a = edit.add_node("thing")?;
+        edit.set(a, "name", "a \"quoted\" näme\n")?;
+        edit.set(a, "yes", true)?;
+        edit.set(a, "count", -3_i64)?;
+        edit.set(a, "large", i64::MAX)?;
+        edit.set(a, "whole", 2.0)?;
+        edit.set(a, "small", 1e-300)?;
+        edit.set(a, "bytes", [0_u8, 255, 7].as_slice())?;
+        edit.set(a, "numbers", [1.0, 2.5])?;
+        edit.set(a, "none", Value::Floats(Arc::new([])))?;
+        edit.set(a, "ints", Value::Ints([1, 2].into()))?;
+        edit.set(a, "no_ints", Value::Ints(Arc::new([])))?;
+        edit.set(a, "texts", Value::Texts([Arc::from("x")].into()))?;
+        edit.set(a, "no_texts", Value::Texts(Arc::new([])))?;
+        let b = edit.add_node("other")?;
+        let edge = edit.add_edge("to", a, b)?;
+        edit.set(edge, "weight", 0.5)?;
+        edit.add_edge("to", a, b)?;
+        edit.add_edge("to", b, b)?;
+        Ok::<(), Error>(())
+    });
+    made.expect("a graph");
+    graph
+}
+
+/// Without the places in files.
+fn plain(document: &Document) -> Document {
+    let graph = document
+        .graph(Schema::anything().into(), 1)
+        .expect("a graph");
+    Document::of(&graph.snapshot())
+}
+
+#[test]
+fn a_graph_is_written_and_read_equal() {
+    let document = Document::of(&all_values().snapshot());
+    let text = graph_json::write(&document);
+    let mut sources = SourceMap::new();
+    let source = sources.add("a.graph", text.as_str());
+    let (read, found) = graph_json::read(&sources, source);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    let read = plain(&read.expect("a document"));
+    assert_eq!(read, document);
+    // Equal graphs give equal texts.
+    assert_eq!(graph_json::write(&read), text);
+}
+
+#[test]
+fn a_graph_of_dsr_is_written_and_read_equal() {
+    let text = r#"{"DSRModel": {"symbols": {
+        "100": {"id": "100", "name": "root", "type": "root", "attribute": {"level": {"type": 1, "value": 0}},
+            "links": [{"src": "100", "dst": 200, "label": "RT", "linkAttribute": {
+                "rt_translation": {"type": 3, "value": [1, 2.5, 0]},
+                "rt_rotation_euler_xyz": {"type": 3, "value": [0, 0, 0.5]}}}]},
+        "200": {"id": 200, "name": "robot", "type": "omnirobot", "links": [], "attribute": {
+            "parent": {"type": 7, "value": "100"}, "colour": {"type": 0, "value": "Blue"},
+            "on": {"type": 4, "value": true}, "image": {"type": 5, "value": [1, 2]}}}
+    }}}"#;
+    let mut sources = SourceMap::new();
+    let source = sources.add("a.json", text);
+    assert!(dsr::is_dsr(text));
+    let (read, found) = dsr::read(&sources, source);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    let schema = graph_language::builtin("dsr.gdsl").expect("a schema");
+    let graph = read.expect("a document").graph(lenient(&schema).into(), 1);
+    let now = graph.expect("a graph").snapshot();
+    let robot = now.named("robot").next().expect("the robot");
+    let root = now.named("root").next().expect("the root");
+    assert_eq!(now.get(robot, "parent"), Some(&Value::Int(100)));
+    let pose = now.pose(root, robot).expect("a pose");
+    assert_eq!(pose.translation, [1.0, 2.5, 0.0]);
+    let (printed, lost) = dsr::write(&Document::of(&now));
+    assert!(lost.is_empty(), "{lost:?}");
+    let source = sources.add("b.json", printed.as_str());
+    let (again, found) = dsr::read(&sources, source);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    let again = again.expect("a document").graph(lenient(&schema).into(), 1);
+    let again = Document::of(&again.expect("a graph").snapshot());
+    assert_eq!(again, Document::of(&now));
+    assert_eq!(dsr::write(&again).0, printed);
+}
+
+#[test]
+fn graphml_has_all_nodes_and_edges() {
+    let text = graphml::write(&Document::of(&all_values().snapshot()));
+    assert_eq!(text.matches("<node ").count(), 2);
+    assert_eq!(text.matches("<edge ").count(), 3);
+    assert!(text.contains("a &quot;quoted&quot; näme&#10;</data>"));
+    assert!(text.contains("attr.name=\"whole\" attr.type=\"double\""));
+}
+
+#[test]
+fn an_innermodel_is_a_tree_of_frames() {
+    let mut sources = SourceMap::new();
+    let text = "<innerModel><transform id=\"base\" tx=\"1000\"><translation id=\"hand\" ty=\"500\"/></transform></innerModel>";
+    let source = sources.add("a.xml", text);
+    let loader = NoFiles;
+    let (tree, _) = innermodel_language::load(&mut sources, &loader, source);
+    let schema = graph_language::builtin("geometry.gdsl").expect("a schema");
+    let graph = innermodel::document(&tree).graph(schema.into(), 1);
+    let now = graph.expect("a graph").snapshot();
+    assert_eq!((now.node_count(), now.edge_count()), (3, 2));
+    let hand = now.named("hand").next().expect("the hand");
+    let root = now.named("root").next().expect("the root");
+    let pose = now.pose(root, hand).expect("a pose");
+    assert_eq!(pose.translation, [1.0, 0.5, 0.0]);
+    assert_eq!(now.node(root).expect("there").id(), Id::new(1, 1));
+}

@@ -1,0 +1,5 @@
+//! Tests of files of graphs.
+
+mod faults;
+mod files;
+mod real;

@@ -1,0 +1,210 @@
+//! What a replica shows: a graph that its schema allows, and what had to stay out of it.
+
+use crate::replica::{Made, Replica, Stamp};
+use graph_schema::{Relation, Schema};
+use property_graph::{Error, Graph, Id, NodeId, Time, Value};
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::sync::Arc;
+
+/// Why an element is not shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Reason {
+    /// An older node has the same key.
+    Key,
+    /// The child has a parent by a later edge.
+    SecondParent,
+    /// With later edges, the edge would close a circle in a tree.
+    Cycle,
+    /// The node has as many later edges at this port as the schema allows.
+    Cardinality,
+}
+
+/// An element that is not shown, because another replica made one against which it loses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Conflict {
+    /// The element.
+    pub id: Id,
+    /// Why it loses.
+    pub reason: Reason,
+}
+
+/// Type and attributes of a node.
+type NodeOf = (String, BTreeMap<String, Value>);
+/// Relation, ends and attributes of an edge.
+type EdgeOf = (String, Id, Id, BTreeMap<String, Value>);
+
+/// The graph that a replica shows. Equal replicas have equal views.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct View {
+    /// Nodes.
+    pub nodes: BTreeMap<Id, NodeOf>,
+    /// Edges.
+    pub edges: BTreeMap<Id, EdgeOf>,
+    /// What is not shown. It is kept, and shown again as soon as nothing is against it.
+    pub conflicts: Vec<Conflict>,
+}
+
+impl Replica {
+    /// The view for a schema.
+    pub fn view(&self, schema: &Schema) -> View {
+        let mut view = View::default();
+        let mut nodes: Vec<(Stamp, Id, &str)> = Vec::new();
+        let mut edges: Vec<(Stamp, Id, &str, Id, Id)> = Vec::new();
+        for (id, element) in &self.elements {
+            match element.made.as_ref().filter(|_| element.removed.is_none()) {
+                Some((stamp, Made::Node(kind))) => nodes.push((*stamp, *id, kind)),
+                Some((stamp, Made::Edge(kind, from, to))) => {
+                    edges.push((*stamp, *id, kind, *from, *to));
+                }
+                None => {}
+            }
+        }
+        let attributes = |id: &Id| -> BTreeMap<String, Value> {
+            let element = self.elements.get(id);
+            let all = element.into_iter().flat_map(|e| &e.attributes);
+            let set = all.filter_map(|(name, (_, value))| Some((name.clone(), value.clone()?)));
+            set.collect()
+        };
+        // The older node keeps its key.
+        nodes.sort_unstable();
+        let mut keys: HashSet<(String, String, String)> = HashSet::new();
+        for (_, id, kind) in nodes {
+            let attributes = attributes(&id);
+            let own = keys_of(schema, kind, &attributes);
+            if own.iter().any(|key| keys.contains(key)) {
+                view.conflicts.push(Conflict {
+                    id,
+                    reason: Reason::Key,
+                });
+                continue;
+            }
+            keys.extend(own);
+            view.nodes.insert(id, (kind.to_owned(), attributes));
+        }
+        // The later edge wins.
+        edges.sort_unstable();
+        let mut taken: HashMap<(&str, usize, Id), u32> = HashMap::new();
+        let mut parents: HashMap<(&str, Id), Id> = HashMap::new();
+        for (_, id, kind, from, to) in edges.into_iter().rev() {
+            // An edge goes with its nodes.
+            if !view.nodes.contains_key(&from) || !view.nodes.contains_key(&to) {
+                continue;
+            }
+            let relation = schema.relation(kind);
+            if let Some(reason) = relation.and_then(|r| loses(r, from, to, &taken, &parents)) {
+                view.conflicts.push(Conflict { id, reason });
+                continue;
+            }
+            *taken.entry((kind, 0, from)).or_default() += 1;
+            *taken.entry((kind, 1, to)).or_default() += 1;
+            if let Some(tree) = relation.and_then(|r| r.tree.as_ref()) {
+                let (child, parent) = if tree.child == 0 {
+                    (from, to)
+                } else {
+                    (to, from)
+                };
+                parents.insert((kind, child), parent);
+            }
+            view.edges
+                .insert(id, (kind.to_owned(), from, to, attributes(&id)));
+        }
+        view.conflicts.sort_unstable();
+        view
+    }
+}
+
+/// The keys of a node: the type that declares one, its name, its value.
+fn keys_of(
+    schema: &Schema,
+    kind: &str,
+    attributes: &BTreeMap<String, Value>,
+) -> Vec<(String, String, String)> {
+    let Some(entity) = schema.entity(kind) else {
+        return Vec::new();
+    };
+    let keys = entity.attributes.iter().filter(|attribute| attribute.key);
+    let keys = keys.filter_map(|key| {
+        let value = attributes.get(&key.name)?;
+        let mut declarer = entity;
+        while let Some(parent) = declarer.parent.as_deref().and_then(|p| schema.entity(p)) {
+            if parent.attribute(&key.name).is_none() {
+                break;
+            }
+            declarer = parent;
+        }
+        Some((
+            declarer.name.clone(),
+            key.name.clone(),
+            format!("{value:?}"),
+        ))
+    });
+    keys.collect()
+}
+
+/// Whether an edge loses against those that are shown already.
+fn loses(
+    relation: &Relation,
+    from: Id,
+    to: Id,
+    taken: &HashMap<(&str, usize, Id), u32>,
+    parents: &HashMap<(&str, Id), Id>,
+) -> Option<Reason> {
+    let kind = relation.name.as_str();
+    if let Some(tree) = &relation.tree {
+        let (child, parent) = if tree.child == 0 {
+            (from, to)
+        } else {
+            (to, from)
+        };
+        if parents.contains_key(&(kind, child)) {
+            return Some(Reason::SecondParent);
+        }
+        let mut here = Some(parent);
+        while let Some(node) = here {
+            if node == child {
+                return Some(Reason::Cycle);
+            }
+            here = parents.get(&(kind, node)).copied();
+        }
+    }
+    for (at, (port, node)) in relation.ports.iter().zip([from, to]).enumerate() {
+        let count = taken.get(&(kind, at, node)).copied().unwrap_or_default();
+        if port.max.is_some_and(|most| count >= most) {
+            return Some(Reason::Cardinality);
+        }
+    }
+    None
+}
+
+impl View {
+    /// The view as a graph.
+    ///
+    /// # Errors
+    /// A value does not fit the schema, or one is missing: that is nothing that two replicas did
+    /// against each other.
+    pub fn graph(&self, schema: Arc<Schema>, writer: u64) -> Result<Graph, Error> {
+        let graph = Graph::new(schema, writer);
+        graph.change(Time::ZERO, |edit| {
+            let mut places: HashMap<Id, NodeId> = HashMap::new();
+            for (id, (kind, attributes)) in &self.nodes {
+                let node = edit.add_node_as(*id, kind.as_str())?;
+                for (name, value) in attributes {
+                    edit.set(node, name.as_str(), value.clone())?;
+                }
+                places.insert(*id, node);
+            }
+            for (id, (kind, from, to, attributes)) in &self.edges {
+                let ends = [from, to].map(|end| places.get(end).copied());
+                let [Some(from), Some(to)] = ends else {
+                    return Err(Error::Removed);
+                };
+                let edge = edit.add_edge_as(*id, kind.as_str(), from, to)?;
+                for (name, value) in attributes {
+                    edit.set(edge, name.as_str(), value.clone())?;
+                }
+            }
+            Ok(())
+        })?;
+        Ok(graph)
+    }
+}

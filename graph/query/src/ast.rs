@@ -1,0 +1,150 @@
+//! The syntax tree of a query.
+
+use rc_diagnostics::Span;
+
+/// A name with its place.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Name {
+    pub(crate) text: String,
+    pub(crate) span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum Clause {
+    Match(Match),
+    /// `WITH`, or `RETURN` at the end.
+    Project(Project),
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Match {
+    pub(crate) optional: bool,
+    pub(crate) chains: Vec<Chain>,
+    pub(crate) condition: Option<Expr>,
+}
+
+/// Nodes, and the edges between them.
+#[derive(Clone, Debug)]
+pub(crate) struct Chain {
+    pub(crate) nodes: Vec<NodePattern>,
+    pub(crate) edges: Vec<EdgePattern>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct NodePattern {
+    pub(crate) variable: usize,
+    pub(crate) label: Option<Name>,
+    pub(crate) properties: Vec<(Name, Expr)>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Direction {
+    Out,
+    In,
+    Both,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct EdgePattern {
+    pub(crate) variable: usize,
+    pub(crate) direction: Direction,
+    /// No type is any type.
+    pub(crate) types: Vec<Name>,
+    pub(crate) properties: Vec<(Name, Expr)>,
+    /// The least and the greatest number of edges. `None` is one edge, which is no list.
+    pub(crate) length: Option<(usize, usize)>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Project {
+    pub(crate) distinct: bool,
+    pub(crate) items: Vec<Item>,
+    pub(crate) order: Vec<(Expr, bool)>,
+    pub(crate) skip: Option<Expr>,
+    pub(crate) limit: Option<Expr>,
+    /// `WHERE` after `WITH`.
+    pub(crate) condition: Option<Expr>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Item {
+    pub(crate) value: Expr,
+    /// The variable that it becomes.
+    pub(crate) variable: usize,
+    pub(crate) name: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Operator {
+    Or,
+    Xor,
+    And,
+    Equal,
+    NotEqual,
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+    In,
+    StartsWith,
+    EndsWith,
+    Contains,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Modulo,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Aggregate {
+    Count,
+    Sum,
+    Average,
+    Least,
+    Greatest,
+    Collect,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Function {
+    Id,
+    Type,
+    Size,
+    Absolute,
+    Coalesce,
+    ToText,
+    StartNode,
+    EndNode,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum Expr {
+    Literal(crate::Cell),
+    Variable(usize),
+    Parameter(Name),
+    Property(Box<Expr>, Name),
+    Index(Box<Expr>, Box<Expr>),
+    List(Vec<Expr>),
+    Not(Box<Expr>),
+    Negate(Box<Expr>),
+    IsNull(Box<Expr>, bool),
+    Binary(Operator, Box<Expr>, Box<Expr>),
+    Call(Function, Vec<Expr>),
+    /// `count(*)` has no argument.
+    Aggregate(Aggregate, bool, Option<Box<Expr>>),
+}
+
+impl Expr {
+    pub(crate) fn has_aggregate(&self) -> bool {
+        match self {
+            Self::Aggregate(..) => true,
+            Self::Literal(_) | Self::Variable(_) | Self::Parameter(_) => false,
+            Self::Property(a, _) | Self::Not(a) | Self::Negate(a) | Self::IsNull(a, _) => {
+                a.has_aggregate()
+            }
+            Self::Index(a, b) | Self::Binary(_, a, b) => a.has_aggregate() || b.has_aggregate(),
+            Self::List(all) | Self::Call(_, all) => all.iter().any(Self::has_aggregate),
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Values of a query, with the three-valued logic of openCypher.
+
+use property_graph::{EdgeId, NodeId, Snapshot, Value};
+use std::cmp::Ordering;
+use std::sync::Arc;
+
+/// A value in a row.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// Nothing, or not known.
+    Null,
+    /// A truth value.
+    Bool(bool),
+    /// An integer.
+    Int(i64),
+    /// A number.
+    Float(f64),
+    /// A text.
+    Text(Arc<str>),
+    /// Several values.
+    List(Arc<[Cell]>),
+    /// Bytes.
+    Bytes(Arc<[u8]>),
+    /// A node.
+    Node(NodeId),
+    /// An edge.
+    Edge(EdgeId),
+}
+
+impl From<&Value> for Cell {
+    fn from(value: &Value) -> Self {
+        match value {
+            Value::Bool(yes) => Self::Bool(*yes),
+            Value::Int(number) => Self::Int(*number),
+            Value::Float(number) => Self::Float(*number),
+            Value::Text(text) => Self::Text(Arc::clone(text)),
+            Value::Bytes(bytes) => Self::Bytes(Arc::clone(bytes)),
+            Value::Ints(all) => Self::List(all.iter().map(|n| Self::Int(*n)).collect()),
+            Value::Floats(all) => Self::List(all.iter().map(|n| Self::Float(*n)).collect()),
+            Value::Texts(all) => Self::List(
+                all.iter()
+                    .map(|text| Self::Text(Arc::clone(text)))
+                    .collect(),
+            ),
+        }
+    }
+}
+
+impl Cell {
+    pub(crate) fn number(&self) -> Option<f64> {
+        match self {
+            Self::Int(number) => Some(*number as f64),
+            Self::Float(number) => Some(*number),
+            _ => None,
+        }
+    }
+
+    /// Whether two values are equal. `None` is not known.
+    pub(crate) fn equals(&self, other: &Self) -> Option<bool> {
+        match (self, other) {
+            (Self::Null, _) | (_, Self::Null) => None,
+            (Self::List(a), Self::List(b)) => {
+                if a.len() != b.len() {
+                    return Some(false);
+                }
+                let mut known = true;
+                for (a, b) in a.iter().zip(b.iter()) {
+                    match a.equals(b) {
+                        Some(false) => return Some(false),
+                        Some(true) => {}
+                        None => known = false,
+                    }
+                }
+                known.then_some(true)
+            }
+            (Self::Int(a), Self::Int(b)) => Some(a == b),
+            (a, b) => match (a.number(), b.number()) {
+                (Some(a), Some(b)) => Some(a == b),
+                _ => Some(a == b),
+            },
+        }
+    }
+
+    /// The order of two values of one kind. `None` is not known.
+    pub(crate) fn compared(&self, other: &Self) -> Option<Ordering> {
+        match (self, other) {
+            (Self::Int(a), Self::Int(b)) => Some(a.cmp(b)),
+            (Self::Text(a), Self::Text(b)) => Some(a.cmp(b)),
+            (Self::Bool(a), Self::Bool(b)) => Some(a.cmp(b)),
+            (a, b) => a.number()?.partial_cmp(&b.number()?),
+        }
+    }
+
+    fn rank(&self) -> u8 {
+        match self {
+            Self::Node(_) => 0,
+            Self::Edge(_) => 1,
+            Self::List(_) => 2,
+            Self::Text(_) => 3,
+            Self::Bytes(_) => 4,
+            Self::Bool(_) => 5,
+            Self::Int(_) | Self::Float(_) => 6,
+            Self::Null => 7,
+        }
+    }
+
+    /// The order of any two values, as `ORDER BY` has it: nothing is the greatest.
+    pub fn sorted(&self, other: &Self) -> Ordering {
+        match (self, other) {
+            (Self::Int(a), Self::Int(b)) => a.cmp(b),
+            (Self::Text(a), Self::Text(b)) => a.cmp(b),
+            (Self::Bool(a), Self::Bool(b)) => a.cmp(b),
+            (Self::Bytes(a), Self::Bytes(b)) => a.cmp(b),
+            (Self::Node(a), Self::Node(b)) => a.cmp(b),
+            (Self::Edge(a), Self::Edge(b)) => a.cmp(b),
+            (Self::List(a), Self::List(b)) => {
+                let pairs = a.iter().zip(b.iter()).map(|(a, b)| a.sorted(b));
+                let first = pairs.into_iter().find(|order| order.is_ne());
+                first.unwrap_or_else(|| a.len().cmp(&b.len()))
+            }
+            (a, b) => match (a.number(), b.number()) {
+                (Some(a), Some(b)) => a.total_cmp(&b),
+                _ => a.rank().cmp(&b.rank()),
+            },
+        }
+    }
+
+    /// The value as a table shows it.
+    pub fn shown(&self, graph: &Snapshot) -> String {
+        match self {
+            Self::Null => "null".to_owned(),
+            Self::Bool(yes) => yes.to_string(),
+            Self::Int(number) => number.to_string(),
+            Self::Float(number) => format!("{number:?}"),
+            Self::Text(text) => rc_diagnostics::foreign::clean(text),
+            Self::Bytes(bytes) => format!("{} bytes", bytes.len()),
+            Self::List(all) => {
+                let all = all.iter().map(|cell| cell.shown(graph));
+                format!("[{}]", all.collect::<Vec<_>>().join(", "))
+            }
+            Self::Node(node) => match graph.node(*node) {
+                Ok(node) => {
+                    let name = rc_diagnostics::foreign::clean(node.name());
+                    let kind = rc_diagnostics::foreign::clean(node.type_name());
+                    format!("({name}:{kind})")
+                }
+                Err(_) => "a removed node".to_owned(),
+            },
+            Self::Edge(edge) => match graph.edge(*edge) {
+                Ok(edge) => format!("[:{}]", rc_diagnostics::foreign::clean(edge.type_name())),
+                Err(_) => "a removed edge".to_owned(),
+            },
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! Expressions.
+
+use crate::ast::{Expr, Function, Operator};
+use crate::cell::Cell;
+use crate::run::Error;
+use property_graph::{Id, Snapshot};
+use std::cmp::Ordering;
+use std::collections::HashMap;
+
+/// What expressions are evaluated in.
+pub(crate) struct Scope<'a> {
+    pub(crate) graph: &'a Snapshot,
+    pub(crate) parameters: &'a HashMap<String, Cell>,
+}
+
+/// An id as a query shows it: the count alone for files of DSR, which have no writer.
+fn id_cell(id: Id) -> Cell {
+    match (id.writer(), i64::try_from(id.count())) {
+        (0, Ok(count)) => Cell::Int(count),
+        (writer, _) => Cell::Text(format!("{writer}:{}", id.count()).into()),
+    }
+}
+
+fn wrong(what: &str, value: &Cell) -> Error {
+    let kind = match value {
+        Cell::Null => "null",
+        Cell::Bool(_) => "a truth value",
+        Cell::Int(_) => "an integer",
+        Cell::Float(_) => "a number",
+        Cell::Text(_) => "a text",
+        Cell::List(_) => "a list",
+        Cell::Bytes(_) => "bytes",
+        Cell::Node(_) => "a node",
+        Cell::Edge(_) => "an edge",
+    };
+    Error::Type(format!("expected {what}, found {kind}"))
+}
+
+/// A truth value, or nothing.
+pub(crate) fn truth(value: &Cell) -> Result<Option<bool>, Error> {
+    match value {
+        Cell::Null => Ok(None),
+        Cell::Bool(yes) => Ok(Some(*yes)),
+        other => Err(wrong("a truth value", other)),
+    }
+}
+
+fn cell(truth: Option<bool>) -> Cell {
+    truth.map_or(Cell::Null, Cell::Bool)
+}
+
+impl Scope<'_> {
+    pub(crate) fn eval(&self, expr: &Expr, row: &[Cell]) -> Result<Cell, Error> {
+        match expr {
+            Expr::Literal(value) => Ok(value.clone()),
+            Expr::Variable(slot) => Ok(row.get(*slot).cloned().unwrap_or(Cell::Null)),
+            Expr::Parameter(name) => {
+                let value = self.parameters.get(&name.text).cloned();
+                value.ok_or_else(|| Error::Parameter(rc_diagnostics::foreign::clean(&name.text)))
+            }
+            Expr::Property(of, name) => match self.eval(of, row)? {
+                Cell::Null => Ok(Cell::Null),
+                Cell::Node(node) => Ok(self.attribute(node.into(), &name.text)),
+                Cell::Edge(edge) => Ok(self.attribute(edge.into(), &name.text)),
+                other => Err(wrong("a node or an edge", &other)),
+            },
+            Expr::Index(of, index) => match (self.eval(of, row)?, self.eval(index, row)?) {
+                (Cell::Null, _) | (_, Cell::Null) => Ok(Cell::Null),
+                (Cell::List(all), Cell::Int(at)) => {
+                    let at = if at < 0 { at + all.len() as i64 } else { at };
+                    let item = usize::try_from(at).ok().and_then(|at| all.get(at));
+                    Ok(item.cloned().unwrap_or(Cell::Null))
+                }
+                (Cell::List(_), other) => Err(wrong("an integer", &other)),
+                (other, _) => Err(wrong("a list", &other)),
+            },
+            Expr::List(all) => {
+                let all: Result<Vec<Cell>, Error> =
+                    all.iter().map(|item| self.eval(item, row)).collect();
+                Ok(Cell::List(all?.into()))
+            }
+            Expr::Not(of) => Ok(cell(truth(&self.eval(of, row)?)?.map(|yes| !yes))),
+            Expr::Negate(of) => match self.eval(of, row)? {
+                Cell::Null => Ok(Cell::Null),
+                Cell::Int(number) => number.checked_neg().map(Cell::Int).ok_or(Error::Overflow),
+                Cell::Float(number) => Ok(Cell::Float(-number)),
+                other => Err(wrong("a number", &other)),
+            },
+            Expr::IsNull(of, wanted) => {
+                let is = self.eval(of, row)? == Cell::Null;
+                Ok(Cell::Bool(is == *wanted))
+            }
+            Expr::Binary(operator, a, b) => self.binary(*operator, a, b, row),
+            Expr::Call(function, arguments) => self.call(*function, arguments, row),
+            Expr::Aggregate(..) => Err(Error::Type("a sum is not possible here".to_owned())),
+        }
+    }
+
+    pub(crate) fn attribute(&self, element: property_graph::Element, name: &str) -> Cell {
+        self.graph.get(element, name).map_or(Cell::Null, Cell::from)
+    }
+
+    fn binary(&self, operator: Operator, a: &Expr, b: &Expr, row: &[Cell]) -> Result<Cell, Error> {
+        let left = self.eval(a, row)?;
+        if matches!(operator, Operator::And | Operator::Or | Operator::Xor) {
+            let left = truth(&left)?;
+            match (operator, left) {
+                (Operator::And, Some(false)) => return Ok(Cell::Bool(false)),
+                (Operator::Or, Some(true)) => return Ok(Cell::Bool(true)),
+                _ => {}
+            }
+            let right = truth(&self.eval(b, row)?)?;
+            return Ok(cell(match operator {
+                Operator::And => match (left, right) {
+                    (_, Some(false)) => Some(false),
+                    (Some(true), Some(true)) => Some(true),
+                    _ => None,
+                },
+                Operator::Or => match (left, right) {
+                    (_, Some(true)) => Some(true),
+                    (Some(false), Some(false)) => Some(false),
+                    _ => None,
+                },
+                _ => left.zip(right).map(|(a, b)| a != b),
+            }));
+        }
+        let right = self.eval(b, row)?;
+        let ordered = |wanted: fn(Ordering) -> bool| cell(left.compared(&right).map(wanted));
+        match operator {
+            Operator::Equal => Ok(cell(left.equals(&right))),
+            Operator::NotEqual => Ok(cell(left.equals(&right).map(|yes| !yes))),
+            Operator::Less => Ok(ordered(Ordering::is_lt)),
+            Operator::LessOrEqual => Ok(ordered(Ordering::is_le)),
+            Operator::Greater => Ok(ordered(Ordering::is_gt)),
+            Operator::GreaterOrEqual => Ok(ordered(Ordering::is_ge)),
+            Operator::In => match &right {
+                Cell::Null => Ok(Cell::Null),
+                Cell::List(all) => {
+                    let mut known = true;
+                    for item in all.iter() {
+                        match left.equals(item) {
+                            Some(true) => return Ok(Cell::Bool(true)),
+                            Some(false) => {}
+                            None => known = false,
+                        }
+                    }
+                    Ok(if known { Cell::Bool(false) } else { Cell::Null })
+                }
+                other => Err(wrong("a list", other)),
+            },
+            Operator::StartsWith | Operator::EndsWith | Operator::Contains => {
+                let (Cell::Text(text), Cell::Text(part)) = (&left, &right) else {
+                    return Ok(Cell::Null);
+                };
+                Ok(Cell::Bool(match operator {
+                    Operator::StartsWith => text.starts_with(&**part),
+                    Operator::EndsWith => text.ends_with(&**part),
+                    _ => text.contains(&**part),
+                }))
+            }
+            _ => arithmetic(operator, &left, &right),
+        }
+    }
+
+    fn call(&self, function: Function, arguments: &[Expr], row: &[Cell]) -> Result<Cell, Error> {
+        if function == Function::Coalesce {
+            for argument in arguments {
+                let value = self.eval(argument, row)?;
+                if value != Cell::Null {
+                    return Ok(value);
+                }
+            }
+            return Ok(Cell::Null);
+        }
+        let value = match arguments.first() {
+            Some(argument) => self.eval(argument, row)?,
+            None => Cell::Null,
+        };
+        if value == Cell::Null {
+            return Ok(Cell::Null);
+        }
+        let removed = |_| Error::Type("the element was removed".to_owned());
+        match (function, &value) {
+            (Function::Id, Cell::Node(node)) => {
+                Ok(id_cell(self.graph.node(*node).map_err(removed)?.id()))
+            }
+            (Function::Id, Cell::Edge(edge)) => {
+                Ok(id_cell(self.graph.edge(*edge).map_err(removed)?.id()))
+            }
+            (Function::Type, Cell::Node(node)) => {
+                let node = self.graph.node(*node).map_err(removed)?;
+                Ok(Cell::Text(node.type_name().into()))
+            }
+            (Function::Type, Cell::Edge(edge)) => {
+                let edge = self.graph.edge(*edge).map_err(removed)?;
+                Ok(Cell::Text(edge.type_name().into()))
+            }
+            (Function::StartNode, Cell::Edge(edge)) => {
+                Ok(Cell::Node(self.graph.edge(*edge).map_err(removed)?.from()))
+            }
+            (Function::EndNode, Cell::Edge(edge)) => {
+                Ok(Cell::Node(self.graph.edge(*edge).map_err(removed)?.to()))
+            }
+            (Function::Size, Cell::List(all)) => Ok(Cell::Int(all.len() as i64)),
+            (Function::Size, Cell::Text(text)) => Ok(Cell::Int(text.chars().count() as i64)),
+            (Function::Absolute, Cell::Int(number)) => {
+                number.checked_abs().map(Cell::Int).ok_or(Error::Overflow)
+            }
+            (Function::Absolute, Cell::Float(number)) => Ok(Cell::Float(number.abs())),
+            (Function::ToText, Cell::Text(_)) => Ok(value),
+            (Function::ToText, Cell::Bool(_) | Cell::Int(_) | Cell::Float(_)) => {
+                Ok(Cell::Text(value.shown(self.graph).into()))
+            }
+            (Function::Id | Function::Type, other) => Err(wrong("a node or an edge", other)),
+            (Function::StartNode | Function::EndNode, other) => Err(wrong("an edge", other)),
+            (Function::Size, other) => Err(wrong("a list or a text", other)),
+            (_, other) => Err(wrong("a number", other)),
+        }
+    }
+}
+
+fn arithmetic(operator: Operator, left: &Cell, right: &Cell) -> Result<Cell, Error> {
+    match (operator, left, right) {
+        (_, Cell::Null, _) | (_, _, Cell::Null) => Ok(Cell::Null),
+        (Operator::Add, Cell::Text(a), Cell::Text(b)) => {
+            if a.len() + b.len() > crate::run::LONGEST_TEXT {
+                return Err(Error::Overflow);
+            }
+            Ok(Cell::Text(format!("{a}{b}").into()))
+        }
+        (Operator::Add, Cell::List(a), Cell::List(b)) => {
+            Ok(Cell::List(a.iter().chain(b.iter()).cloned().collect()))
+        }
+        (_, Cell::Int(a), Cell::Int(b)) => {
+            let number = match operator {
+                Operator::Add => a.checked_add(*b),
+                Operator::Subtract => a.checked_sub(*b),
+                Operator::Multiply => a.checked_mul(*b),
+                Operator::Divide | Operator::Modulo if *b == 0 => {
+                    return Err(Error::Type("a division by zero".to_owned()));
+                }
+                Operator::Divide => a.checked_div(*b),
+                _ => a.checked_rem(*b),
+            };
+            number.map(Cell::Int).ok_or(Error::Overflow)
+        }
+        _ => {
+            let a = left.number().ok_or_else(|| wrong("a number", left))?;
+            let b = right.number().ok_or_else(|| wrong("a number", right))?;
+            Ok(Cell::Float(match operator {
+                Operator::Add => a + b,
+                Operator::Subtract => a - b,
+                Operator::Multiply => a * b,
+                Operator::Divide => a / b,
+                _ => a % b,
+            }))
+        }
+    }
+}

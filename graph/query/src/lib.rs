@@ -1,0 +1,147 @@
+//! Queries of a property graph.
+//!
+//! [`Query`] is a text in a read-only subset of openCypher, checked against a schema before it runs,
+//! within a [`Budget`]. [`traverse`] starts a typed traversal with Gremlin's words.
+//!
+//! ```
+//! use graph_query::{Budget, Query};
+//! use property_graph::{Error, Graph, Schema, Time};
+//! use rc_diagnostics::SourceMap;
+//!
+//! let graph = Graph::new(Schema::anything().into(), 1);
+//! graph.change(Time::ZERO, |edit| {
+//!     let ada = edit.add_node("person")?;
+//!     edit.set(ada, "name", "Ada")?;
+//!     let kitchen = edit.add_node("room")?;
+//!     edit.set(kitchen, "name", "kitchen")?;
+//!     edit.add_edge("in", ada, kitchen)
+//! })?;
+//! let now = graph.snapshot();
+//! let mut sources = SourceMap::new();
+//! let text = "MATCH (p:person)-[:in]->(r) WHERE r.name = $room RETURN p.name";
+//! let source = sources.add("query", text);
+//! let (query, found) = Query::prepare(&sources, source, now.schema());
+//! assert!(found.is_empty());
+//! let query = query.expect("a query");
+//! let parameters = [("room".to_owned(), "kitchen".into())].into();
+//! let rows = query.run(&now, &parameters, Budget::default()).expect("rows");
+//! assert_eq!(rows.cells, [["Ada".into()]]);
+//! # Ok::<(), Error>(())
+//! ```
+
+mod ast;
+mod cell;
+mod check;
+mod eval;
+mod lexer;
+mod matching;
+mod parse;
+mod run;
+mod traversal;
+
+pub use cell::Cell;
+pub use run::{Budget, Error};
+pub use traversal::{Mark, Traversal, Walker, traverse};
+
+use eval::Scope;
+use property_graph::{Schema, Snapshot};
+use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
+use std::collections::{HashMap, HashSet};
+
+/// The longest text of a query, in bytes.
+pub const LONGEST_QUERY: usize = 64 * 1024;
+
+/// A query that was read and checked.
+#[derive(Clone, Debug)]
+pub struct Query {
+    parsed: parse::Parsed,
+    columns: Vec<String>,
+}
+
+/// What a query has found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rows {
+    /// Names of the columns.
+    pub columns: Vec<String>,
+    /// The rows.
+    pub cells: Vec<Vec<Cell>>,
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Self::Text(text.into())
+    }
+}
+
+impl Query {
+    /// Reads a text, and compares it with the schema. `None` if it cannot be read, or if a strict
+    /// schema does not have what it names.
+    pub fn prepare(
+        sources: &SourceMap,
+        source: SourceId,
+        schema: &Schema,
+    ) -> (Option<Self>, Diagnostics) {
+        Self::prepared(sources, source, schema, None)
+    }
+
+    /// The same, for a query with these parameters and no others.
+    pub fn with_parameters(
+        sources: &SourceMap,
+        source: SourceId,
+        schema: &Schema,
+        parameters: &HashSet<String>,
+    ) -> (Option<Self>, Diagnostics) {
+        Self::prepared(sources, source, schema, Some(parameters))
+    }
+
+    fn prepared(
+        sources: &SourceMap,
+        source: SourceId,
+        schema: &Schema,
+        parameters: Option<&HashSet<String>>,
+    ) -> (Option<Self>, Diagnostics) {
+        let mut found = Diagnostics::new();
+        let text = sources.text(source);
+        if text.len() > LONGEST_QUERY {
+            let span = rc_diagnostics::Span::new(source, 0, 0);
+            let message = format!("a query has at most {LONGEST_QUERY} bytes");
+            found.push(rc_diagnostics::Diagnostic::error(
+                "query-syntax",
+                span,
+                message,
+            ));
+            return (None, found);
+        }
+        let parsed = match parse::parse(text, source) {
+            Ok(parsed) => parsed,
+            Err(error) => {
+                found.push(error);
+                return (None, found);
+            }
+        };
+        found.extend(check::check(&parsed, schema, parameters));
+        let columns = match parsed.clauses.last() {
+            Some(ast::Clause::Project(last)) => {
+                last.items.iter().map(|item| item.name.clone()).collect()
+            }
+            _ => Vec::new(),
+        };
+        let query = (!found.has_errors()).then_some(Self { parsed, columns });
+        (query, found)
+    }
+
+    /// The rows of the query in a version of a graph.
+    pub fn run(
+        &self,
+        graph: &Snapshot,
+        parameters: &HashMap<String, Cell>,
+        mut budget: Budget,
+    ) -> Result<Rows, Error> {
+        let scope = Scope { graph, parameters };
+        let cells = run::run(&self.parsed, &scope, &mut budget)?;
+        Ok(Rows {
+            columns: self.columns.clone(),
+            cells,
+        })
+    }
+}

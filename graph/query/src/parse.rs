@@ -1,0 +1,705 @@
+//! The parser: a read-only subset of openCypher.
+
+use crate::Cell;
+use crate::ast::{
+    Aggregate, Chain, Clause, Direction, EdgePattern, Expr, Function, Item, Match, Name,
+    NodePattern, Operator, Project,
+};
+use crate::lexer::{Token, tokens};
+use rc_diagnostics::{Diagnostic, SourceId, Span, foreign};
+
+/// How deeply expressions are nested at most. The parser is recursive.
+const DEEPEST: usize = 64;
+/// The longest path that a pattern may ask for.
+pub(crate) const LONGEST: usize = 64;
+
+/// A query whose names are slots of a row.
+#[derive(Clone, Debug)]
+pub(crate) struct Parsed {
+    pub(crate) clauses: Vec<Clause>,
+    /// All variables, with the places where they are named first; unnamed ones have no text.
+    pub(crate) variables: Vec<Name>,
+}
+
+struct Parser<'a> {
+    text: &'a str,
+    source: SourceId,
+    tokens: Vec<(Token, usize, usize)>,
+    at: usize,
+    depth: usize,
+    variables: Vec<Name>,
+    /// The variables that the present clause may name.
+    scope: Vec<usize>,
+}
+
+type Result<T> = std::result::Result<T, Diagnostic>;
+
+pub(crate) fn parse(text: &str, source: SourceId) -> Result<Parsed> {
+    let mut parser = Parser {
+        text,
+        source,
+        tokens: tokens(text, source)?,
+        at: 0,
+        depth: 0,
+        variables: Vec::new(),
+        scope: Vec::new(),
+    };
+    let clauses = parser.query()?;
+    Ok(Parsed {
+        clauses,
+        variables: parser.variables,
+    })
+}
+
+impl Parser<'_> {
+    fn peek(&self) -> &Token {
+        &self.tokens[self.at.min(self.tokens.len() - 1)].0
+    }
+
+    fn span(&self) -> Span {
+        let (_, start, end) = &self.tokens[self.at.min(self.tokens.len() - 1)];
+        Span::new(self.source, *start, *end)
+    }
+
+    fn error<T>(&self, code: &'static str, message: String) -> Result<T> {
+        Err(Diagnostic::error(code, self.span(), message))
+    }
+
+    fn expected<T>(&self, what: &str) -> Result<T> {
+        let span = self.span();
+        let found = match self.peek() {
+            Token::End => "the end of the query".to_owned(),
+            _ => format!("`{}`", foreign::clean(&self.text[span.start..span.end])),
+        };
+        self.error("query-syntax", format!("expected {what}, found {found}"))
+    }
+
+    fn is_word(&self, word: &str) -> bool {
+        matches!(self.peek(), Token::Word(text) if text.eq_ignore_ascii_case(word))
+    }
+
+    fn word(&mut self, word: &str) -> bool {
+        let is = self.is_word(word);
+        self.at += usize::from(is);
+        is
+    }
+
+    fn sign(&mut self, sign: &str) -> bool {
+        let is = matches!(self.peek(), Token::Sign(text) if *text == sign);
+        self.at += usize::from(is);
+        is
+    }
+
+    fn need(&mut self, sign: &str) -> Result<()> {
+        if self.sign(sign) {
+            return Ok(());
+        }
+        self.expected(&format!("`{sign}`"))
+    }
+
+    fn name(&mut self, what: &str) -> Result<Name> {
+        let span = self.span();
+        match self.peek() {
+            Token::Word(text) => {
+                let text = text.clone();
+                self.at += 1;
+                Ok(Name { text, span })
+            }
+            _ => self.expected(what),
+        }
+    }
+
+    fn query(&mut self) -> Result<Vec<Clause>> {
+        let mut clauses = Vec::new();
+        loop {
+            let writes = [
+                "CREATE", "MERGE", "SET", "DELETE", "DETACH", "REMOVE", "CALL",
+            ];
+            if let Some(word) = writes.iter().find(|word| self.is_word(word)) {
+                let message = format!("`{word}` is not possible: a query changes nothing");
+                return self.error("query-writes", message);
+            }
+            if self.is_word("OPTIONAL") || self.is_word("MATCH") {
+                let optional = self.word("OPTIONAL");
+                if !self.word("MATCH") {
+                    return self.expected("`MATCH`");
+                }
+                clauses.push(Clause::Match(self.pattern(optional)?));
+            } else if self.word("WITH") {
+                clauses.push(Clause::Project(self.project(true)?));
+            } else if self.word("RETURN") {
+                clauses.push(Clause::Project(self.project(false)?));
+                self.sign(";");
+                if *self.peek() != Token::End {
+                    return self.expected("the end of the query");
+                }
+                return Ok(clauses);
+            } else {
+                return self.expected("`MATCH`, `OPTIONAL MATCH`, `WITH` or `RETURN`");
+            }
+        }
+    }
+
+    fn pattern(&mut self, optional: bool) -> Result<Match> {
+        let mut chains = vec![self.chain()?];
+        while self.sign(",") {
+            chains.push(self.chain()?);
+        }
+        let condition = if self.word("WHERE") {
+            Some(self.condition()?)
+        } else {
+            None
+        };
+        Ok(Match {
+            optional,
+            chains,
+            condition,
+        })
+    }
+
+    /// A condition, in which nothing is counted or summed.
+    fn condition(&mut self) -> Result<Expr> {
+        let start = self.at;
+        let condition = self.expr()?;
+        if condition.has_aggregate() {
+            self.at = start;
+            return self.error(
+                "query-aggregate",
+                "a condition cannot count or sum".to_owned(),
+            );
+        }
+        Ok(condition)
+    }
+
+    /// The slot of a variable. An unnamed one gets a slot of its own.
+    fn declare(&mut self, name: Option<Name>) -> usize {
+        if let Some(name) = &name {
+            let known = self
+                .scope
+                .iter()
+                .find(|at| self.variables[**at].text == name.text);
+            if let Some(known) = known {
+                return *known;
+            }
+        }
+        let slot = self.variables.len();
+        let span = self.span();
+        self.variables.push(name.unwrap_or(Name {
+            text: String::new(),
+            span,
+        }));
+        self.scope.push(slot);
+        slot
+    }
+
+    fn chain(&mut self) -> Result<Chain> {
+        let mut chain = Chain {
+            nodes: vec![self.node()?],
+            edges: Vec::new(),
+        };
+        while matches!(self.peek(), Token::Sign("-" | "<")) {
+            chain.edges.push(self.edge()?);
+            chain.nodes.push(self.node()?);
+        }
+        Ok(chain)
+    }
+
+    fn variable(&mut self) -> Option<Name> {
+        let Token::Word(text) = self.peek() else {
+            return None;
+        };
+        let (text, span) = (text.clone(), self.span());
+        self.at += 1;
+        Some(Name { text, span })
+    }
+
+    fn node(&mut self) -> Result<NodePattern> {
+        self.need("(")?;
+        let variable = self.variable();
+        let variable = self.declare(variable);
+        let label = if self.sign(":") {
+            Some(self.name("a type of nodes")?)
+        } else {
+            None
+        };
+        let properties = self.properties()?;
+        self.need(")")?;
+        Ok(NodePattern {
+            variable,
+            label,
+            properties,
+        })
+    }
+
+    fn properties(&mut self) -> Result<Vec<(Name, Expr)>> {
+        let mut all = Vec::new();
+        if !self.sign("{") {
+            return Ok(all);
+        }
+        loop {
+            let name = self.name("an attribute")?;
+            self.need(":")?;
+            all.push((name, self.condition()?));
+            if !self.sign(",") {
+                break;
+            }
+        }
+        self.need("}")?;
+        Ok(all)
+    }
+
+    fn edge(&mut self) -> Result<EdgePattern> {
+        let back = self.sign("<");
+        self.need("-")?;
+        let (mut variable, mut types, mut properties, mut length) = (None, vec![], vec![], None);
+        if self.sign("[") {
+            variable = self.variable();
+            if self.sign(":") {
+                types.push(self.name("a relation")?);
+                while self.sign("|") {
+                    self.sign(":");
+                    types.push(self.name("a relation")?);
+                }
+            }
+            let star = self.span();
+            if self.sign("*") {
+                length = Some(self.length(star)?);
+            }
+            properties = self.properties()?;
+            self.need("]")?;
+        }
+        self.need("-")?;
+        let forth = self.sign(">");
+        let variable = self.declare(variable);
+        Ok(EdgePattern {
+            variable,
+            direction: match (back, forth) {
+                (true, false) => Direction::In,
+                (false, true) => Direction::Out,
+                _ => Direction::Both,
+            },
+            types,
+            properties,
+            length,
+        })
+    }
+
+    /// What follows `*`: `3`, `1..3`, `..3`.
+    fn length(&mut self, star: Span) -> Result<(usize, usize)> {
+        let number = |parser: &mut Self| match parser.peek() {
+            Token::Int(number) => {
+                let number = usize::try_from(*number).unwrap_or(usize::MAX);
+                parser.at += 1;
+                Some(number)
+            }
+            _ => None,
+        };
+        let least = number(self);
+        let most = if self.sign("..") { number(self) } else { least };
+        let Some(most) = most.filter(|most| *most <= LONGEST) else {
+            let message = format!("the path has no bound, or one beyond {LONGEST}");
+            let diagnostic = Diagnostic::error("unbounded-path", star, message);
+            return Err(diagnostic.help("write the most edges, as in `*1..5`"));
+        };
+        Ok((least.unwrap_or(1), most))
+    }
+
+    fn project(&mut self, goes_on: bool) -> Result<Project> {
+        let distinct = self.word("DISTINCT");
+        let mut items = Vec::new();
+        let outer = self.scope.clone();
+        let mut named: Vec<(String, Expr)> = Vec::new();
+        if self.sign("*") {
+            for slot in &outer {
+                let name = self.variables[*slot].text.clone();
+                if !name.is_empty() {
+                    named.push((name, Expr::Variable(*slot)));
+                }
+            }
+            if named.is_empty() {
+                return self.expected("a value, since there is no variable");
+            }
+        } else {
+            loop {
+                let start = self.span().start;
+                let value = self.expr()?;
+                let end = self.tokens[self.at - 1].2;
+                let name = if self.word("AS") {
+                    self.name("a name")?.text
+                } else if goes_on && !matches!(value, Expr::Variable(_)) {
+                    return self.expected("`AS` and a name");
+                } else {
+                    self.text[start..end].to_owned()
+                };
+                if named.iter().any(|(known, _)| *known == name) {
+                    let name = foreign::clean(&name);
+                    return self.error("duplicate-name", format!("two columns are named `{name}`"));
+                }
+                named.push((name, value));
+                if !self.sign(",") {
+                    break;
+                }
+            }
+        }
+        // From now on, only these names are known; `ORDER BY` knows the earlier ones, too.
+        let mut inner = Vec::new();
+        for (name, value) in named {
+            let slot = self.variables.len();
+            let span = self.span();
+            self.variables.push(Name {
+                text: name.clone(),
+                span,
+            });
+            inner.push(slot);
+            items.push(Item {
+                value,
+                variable: slot,
+                name,
+            });
+        }
+        let is_grouped = distinct || items.iter().any(|item| item.value.has_aggregate());
+        let mut order = Vec::new();
+        if self.word("ORDER") {
+            if !self.word("BY") {
+                return self.expected("`BY`");
+            }
+            loop {
+                let (start, at) = (self.span().start, self.at);
+                // A value may be named again as it was written.
+                self.scope = inner.iter().chain(&outer).copied().collect();
+                let mut value = self.condition();
+                let text = &self.text[start..self.tokens[self.at.max(at + 1) - 1].2];
+                let same = items.iter().find(|item| item.name == text);
+                if let (Ok(_), Some(item)) = (&value, same) {
+                    value = Ok(Expr::Variable(item.variable));
+                } else if is_grouped {
+                    self.at = at;
+                    self.scope.clone_from(&inner);
+                    value = self.condition();
+                }
+                let value = value?;
+                let down = self.word("DESC") || self.word("DESCENDING");
+                if !down && !self.word("ASC") {
+                    self.word("ASCENDING");
+                }
+                order.push((value, down));
+                if !self.sign(",") {
+                    break;
+                }
+            }
+        }
+        self.scope = Vec::new();
+        let skip = if self.word("SKIP") {
+            Some(self.condition()?)
+        } else {
+            None
+        };
+        let limit = if self.word("LIMIT") {
+            Some(self.condition()?)
+        } else {
+            None
+        };
+        self.scope = inner;
+        let condition = if goes_on && self.word("WHERE") {
+            Some(self.condition()?)
+        } else {
+            None
+        };
+        Ok(Project {
+            distinct,
+            items,
+            order,
+            skip,
+            limit,
+            condition,
+        })
+    }
+
+    fn expr(&mut self) -> Result<Expr> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            let message = format!("expressions are nested more than {DEEPEST} levels deep");
+            return self.error("nested-too-deep", message);
+        }
+        let result = self.or();
+        self.depth -= 1;
+        result
+    }
+
+    fn binary(
+        &mut self,
+        next: fn(&mut Self) -> Result<Expr>,
+        operator: fn(&mut Self) -> Option<Operator>,
+    ) -> Result<Expr> {
+        let mut left = next(self)?;
+        let mut count = 0;
+        while let Some(operator) = operator(self) {
+            count += 1;
+            // A long chain is a deep tree.
+            if count > DEEPEST {
+                let message = format!("an expression has more than {DEEPEST} operators in a row");
+                return self.error("nested-too-deep", message);
+            }
+            let right = next(self)?;
+            left = Expr::Binary(operator, Box::new(left), Box::new(right));
+        }
+        Ok(left)
+    }
+
+    fn or(&mut self) -> Result<Expr> {
+        self.binary(Self::xor, |p| p.word("OR").then_some(Operator::Or))
+    }
+
+    fn xor(&mut self) -> Result<Expr> {
+        self.binary(Self::and, |p| p.word("XOR").then_some(Operator::Xor))
+    }
+
+    fn and(&mut self) -> Result<Expr> {
+        self.binary(Self::not, |p| p.word("AND").then_some(Operator::And))
+    }
+
+    fn not(&mut self) -> Result<Expr> {
+        let mut count = 0;
+        while self.word("NOT") {
+            count += 1;
+        }
+        let mut value = self.comparison()?;
+        // Two of them are none, but make a truth value.
+        for _ in 0..(if count == 0 { 0 } else { 2 - count % 2 }) {
+            value = Expr::Not(Box::new(value));
+        }
+        Ok(value)
+    }
+
+    fn comparison(&mut self) -> Result<Expr> {
+        let left = self.sum()?;
+        let sign = |p: &mut Self| {
+            let signs = [
+                ("=", Operator::Equal),
+                ("<>", Operator::NotEqual),
+                ("<=", Operator::LessOrEqual),
+                (">=", Operator::GreaterOrEqual),
+                ("<", Operator::Less),
+                (">", Operator::Greater),
+            ];
+            let found = signs.into_iter().find(|(sign, _)| p.sign(sign));
+            found.map(|(_, operator)| operator)
+        };
+        if let Some(operator) = sign(self) {
+            let right = self.sum()?;
+            if matches!(
+                self.peek(),
+                Token::Sign("=" | "<>" | "<=" | ">=" | "<" | ">")
+            ) {
+                return self.expected("`AND` between two comparisons");
+            }
+            return Ok(Expr::Binary(operator, Box::new(left), Box::new(right)));
+        }
+        let operator = if self.word("IN") {
+            Operator::In
+        } else if self.word("CONTAINS") {
+            Operator::Contains
+        } else if self.is_word("STARTS") || self.is_word("ENDS") {
+            let operator = if self.word("STARTS") {
+                Operator::StartsWith
+            } else {
+                self.word("ENDS");
+                Operator::EndsWith
+            };
+            if !self.word("WITH") {
+                return self.expected("`WITH`");
+            }
+            operator
+        } else if self.word("IS") {
+            let not = self.word("NOT");
+            if !self.word("NULL") {
+                return self.expected("`NULL`");
+            }
+            return Ok(Expr::IsNull(Box::new(left), !not));
+        } else {
+            return Ok(left);
+        };
+        let right = self.sum()?;
+        Ok(Expr::Binary(operator, Box::new(left), Box::new(right)))
+    }
+
+    fn sum(&mut self) -> Result<Expr> {
+        self.binary(Self::product, |p| {
+            if p.sign("+") {
+                Some(Operator::Add)
+            } else {
+                p.sign("-").then_some(Operator::Subtract)
+            }
+        })
+    }
+
+    fn product(&mut self) -> Result<Expr> {
+        self.binary(Self::unary, |p| {
+            let signs = [
+                ("*", Operator::Multiply),
+                ("/", Operator::Divide),
+                ("%", Operator::Modulo),
+            ];
+            let found = signs.into_iter().find(|(sign, _)| p.sign(sign));
+            found.map(|(_, operator)| operator)
+        })
+    }
+
+    fn unary(&mut self) -> Result<Expr> {
+        let mut count = 0;
+        while self.sign("-") {
+            count += 1;
+        }
+        let mut value = self.postfix()?;
+        if count % 2 == 1 {
+            value = Expr::Negate(Box::new(value));
+        }
+        Ok(value)
+    }
+
+    fn postfix(&mut self) -> Result<Expr> {
+        let mut value = self.atom()?;
+        let mut count = 0;
+        loop {
+            count += 1;
+            if count > DEEPEST {
+                return self.error("nested-too-deep", "too many steps in a row".to_owned());
+            }
+            if self.sign(".") {
+                value = Expr::Property(Box::new(value), self.name("an attribute")?);
+            } else if self.sign("[") {
+                let index = self.expr()?;
+                self.need("]")?;
+                value = Expr::Index(Box::new(value), Box::new(index));
+            } else {
+                return Ok(value);
+            }
+        }
+    }
+
+    fn atom(&mut self) -> Result<Expr> {
+        match self.peek().clone() {
+            Token::Int(number) => {
+                self.at += 1;
+                Ok(Expr::Literal(Cell::Int(number)))
+            }
+            Token::Float(number) => {
+                self.at += 1;
+                Ok(Expr::Literal(Cell::Float(number)))
+            }
+            Token::Text(text) => {
+                self.at += 1;
+                Ok(Expr::Literal(Cell::Text(text.into())))
+            }
+            Token::Sign("(") => {
+                self.at += 1;
+                let value = self.expr()?;
+                self.need(")")?;
+                Ok(value)
+            }
+            Token::Sign("[") => {
+                self.at += 1;
+                let mut all = Vec::new();
+                if !self.sign("]") {
+                    all.push(self.expr()?);
+                    while self.sign(",") {
+                        all.push(self.expr()?);
+                    }
+                    self.need("]")?;
+                }
+                Ok(Expr::List(all))
+            }
+            Token::Sign("$") => {
+                self.at += 1;
+                Ok(Expr::Parameter(self.name("a parameter")?))
+            }
+            Token::Word(word) => self.named(&word),
+            _ => self.expected("a value"),
+        }
+    }
+
+    fn named(&mut self, word: &str) -> Result<Expr> {
+        let span = self.span();
+        let literal = match word.to_ascii_lowercase().as_str() {
+            "true" => Some(Cell::Bool(true)),
+            "false" => Some(Cell::Bool(false)),
+            "null" => Some(Cell::Null),
+            _ => None,
+        };
+        self.at += 1;
+        if let Some(literal) = literal {
+            return Ok(Expr::Literal(literal));
+        }
+        if self.sign("(") {
+            return self.call(word, span);
+        }
+        let known = self
+            .scope
+            .iter()
+            .find(|at| self.variables[**at].text == word);
+        if let Some(slot) = known {
+            return Ok(Expr::Variable(*slot));
+        }
+        let names = self
+            .scope
+            .iter()
+            .map(|at| self.variables[*at].text.as_str());
+        let names: Vec<&str> = names.filter(|name| !name.is_empty()).collect();
+        let message = format!("unknown variable `{}`", foreign::clean(word));
+        let diagnostic = Diagnostic::error("unknown-variable", span, message);
+        Err(diagnostic.suggest(word, names))
+    }
+
+    fn call(&mut self, word: &str, span: Span) -> Result<Expr> {
+        let aggregates = [
+            ("count", Aggregate::Count),
+            ("sum", Aggregate::Sum),
+            ("avg", Aggregate::Average),
+            ("min", Aggregate::Least),
+            ("max", Aggregate::Greatest),
+            ("collect", Aggregate::Collect),
+        ];
+        let functions = [
+            ("id", Function::Id, 1),
+            ("type", Function::Type, 1),
+            ("size", Function::Size, 1),
+            ("abs", Function::Absolute, 1),
+            ("coalesce", Function::Coalesce, 0),
+            ("toString", Function::ToText, 1),
+            ("startNode", Function::StartNode, 1),
+            ("endNode", Function::EndNode, 1),
+        ];
+        let is = |name: &str| name.eq_ignore_ascii_case(word);
+        if let Some((_, aggregate)) = aggregates.iter().find(|(name, _)| is(name)) {
+            if *aggregate == Aggregate::Count && self.sign("*") {
+                self.need(")")?;
+                return Ok(Expr::Aggregate(*aggregate, false, None));
+            }
+            let distinct = self.word("DISTINCT");
+            let value = self.expr()?;
+            if value.has_aggregate() {
+                let message = "a sum of a sum is not possible";
+                return Err(Diagnostic::error("query-aggregate", span, message));
+            }
+            self.need(")")?;
+            return Ok(Expr::Aggregate(*aggregate, distinct, Some(Box::new(value))));
+        }
+        let Some((_, function, count)) = functions.iter().find(|(name, ..)| is(name)) else {
+            let message = format!("unknown function `{}`", foreign::clean(word));
+            let names = functions.iter().map(|(name, ..)| *name);
+            let names = names.chain(aggregates.iter().map(|(name, _)| *name));
+            let diagnostic = Diagnostic::error("unknown-function", span, message);
+            return Err(diagnostic.suggest(word, names));
+        };
+        let mut arguments = vec![self.expr()?];
+        while self.sign(",") {
+            arguments.push(self.expr()?);
+        }
+        self.need(")")?;
+        if *count != 0 && arguments.len() != *count {
+            let message = format!("`{word}` takes {count} argument, found {}", arguments.len());
+            return Err(Diagnostic::error("query-syntax", span, message));
+        }
+        Ok(Expr::Call(*function, arguments))
+    }
+}

@@ -1,0 +1,5 @@
+//! Tests of queries and traversals.
+
+mod random;
+mod texts;
+mod traversals;
