@@ -9,18 +9,35 @@
 use crate::transform::Transform;
 use crate::{Point, Vector};
 use nalgebra::{Isometry3, Matrix3};
+use rc_quantity::{Axes, rotation};
+use std::sync::LazyLock;
 
 /// Millimetres in a metre.
 const METRE: f64 = 1000.0;
 
+fn matrix(rows: &rotation::Matrix) -> Matrix3<f64> {
+    Matrix3::from_fn(|row, column| rows[row][column])
+}
+
 /// Takes a direction of `InnerModel` to ROS.
 fn to_body() -> Matrix3<f64> {
-    Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    static MATRIX: LazyLock<Matrix3<f64>> =
+        LazyLock::new(|| matrix(&Axes::INNER_MODEL.matrix_to(Axes::ROS)));
+    *MATRIX
 }
 
 /// Takes a direction of `InnerModel` to an optical frame of ROS.
 fn to_optical() -> Matrix3<f64> {
-    Matrix3::new(1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0)
+    static MATRIX: LazyLock<Matrix3<f64>> =
+        LazyLock::new(|| matrix(&Axes::INNER_MODEL.matrix_to(Axes::ROS_OPTICAL)));
+    *MATRIX
+}
+
+/// Takes an axial vector of `InnerModel`, as an angular velocity, to ROS.
+fn axial_to_body() -> Matrix3<f64> {
+    static MATRIX: LazyLock<Matrix3<f64>> =
+        LazyLock::new(|| matrix(&Axes::INNER_MODEL.axial_matrix_to(Axes::ROS)));
+    *MATRIX
 }
 
 /// The point in ROS, in metres.
@@ -45,12 +62,12 @@ pub fn vector_from_ros(vector: &Vector) -> Vector {
 
 /// The angular velocity in ROS. A rotation changes its sense where the hand changes.
 pub fn rotation_vector_to_ros(vector: &Vector) -> Vector {
-    -(to_body() * vector)
+    axial_to_body() * vector
 }
 
 /// The angular velocity in `InnerModel`.
 pub fn rotation_vector_from_ros(vector: &Vector) -> Vector {
-    -(to_body().transpose() * vector)
+    axial_to_body().transpose() * vector
 }
 
 /// The transform between two frames of ROS that have the same origins as those of `transform`.

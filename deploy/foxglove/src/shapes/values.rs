@@ -2,6 +2,7 @@
 
 use super::{Context, Shape};
 use rc_middleware::{Writer, cdr};
+use rc_quantity::rotation::{EulerOrder, Quaternion};
 use rc_record::ENCAPSULATION;
 use rc_values::{Numbers, Value};
 
@@ -131,15 +132,13 @@ fn pose(value: &Value) -> Option<([f64; 3], [f64; 4])> {
     for (at, name) in place.iter_mut().zip(["x", "y", "z"]) {
         *at = number(value, name)? * MM;
     }
-    let half = |name| Some((number(value, name)? / 2.0).sin_cos());
-    let ((sx, cx), (sy, cy), (sz, cz)) = (half("rx")?, half("ry")?, half("rz")?);
-    let rotation = [
-        sx * cy * cz + cx * sy * sz,
-        cx * sy * cz - sx * cy * sz,
-        cx * cy * sz + sx * sy * cz,
-        cx * cy * cz - sx * sy * sz,
+    let angles = [
+        number(value, "rx")?,
+        number(value, "ry")?,
+        number(value, "rz")?,
     ];
-    Some((place, rotation))
+    let rotation = EulerOrder::XYZ_MOVING.matrix(angles);
+    Some((place, Quaternion::of_matrix(&rotation).to_xyzw()))
 }
 
 fn image(value: &Value, context: &Context<'_>, writer: &mut Writer<'_>) -> Option<()> {
