@@ -144,20 +144,19 @@ fn errors(interface: &view::Interface, operations: &mut [Operation]) -> Vec<Erro
     for operation in operations.iter_mut().filter(|o| !o.throws.is_empty()) {
         let throws: Vec<String> = operation.throws.iter().map(|e| e.ty.clone()).collect();
         let known = errors.iter().find(|(set, _)| *set == throws);
-        operation.error_enum = match known {
-            Some((_, error)) => error.name.clone(),
-            None => {
-                let variants = operation.throws.iter().map(|e| bare(&e.variant));
-                let variants: Vec<&str> = variants.collect();
-                let name = names::free(format!("{}OrCall", variants.join("Or")), &mut taken);
-                let throws = (throws, operation.throws.clone());
-                let error = ErrorEnum {
-                    name: name.clone(),
-                    throws: throws.1,
-                };
-                errors.push((throws.0, error));
-                name
-            }
+        operation.error_enum = if let Some((_, error)) = known {
+            error.name.clone()
+        } else {
+            let variants = operation.throws.iter().map(|e| bare(&e.variant));
+            let variants: Vec<&str> = variants.collect();
+            let name = names::free(format!("{}OrCall", variants.join("Or")), &mut taken);
+            let throws = (throws, operation.throws.clone());
+            let error = ErrorEnum {
+                name: name.clone(),
+                throws: throws.1,
+            };
+            errors.push((throws.0, error));
+            name
         };
     }
     errors.into_iter().map(|(_, error)| error).collect()

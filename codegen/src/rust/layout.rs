@@ -241,8 +241,8 @@ fn literal(code: &str) -> Literal {
             };
         }
     }
-    if code.starts_with("'\\") {
-        let end = code[2..].find('\'');
+    if let Some(rest) = code.strip_prefix("'\\") {
+        let end = rest.find('\'');
         return Literal::Ends(end.map_or(2, |at| at + 3));
     }
     // `'a'` is a character, `'a` a lifetime.

@@ -123,7 +123,7 @@ pub(super) fn all(interface: &Interface) -> Vec<Shape> {
             continue;
         }
         for array in [false, true] {
-            all.push(shape(interface, in_place, array, serves, receives));
+            all.push(shape(interface, (in_place, array), (serves, receives)));
         }
     }
     all
@@ -131,10 +131,8 @@ pub(super) fn all(interface: &Interface) -> Vec<Shape> {
 
 fn shape(
     interface: &Interface,
-    in_place: bool,
-    array: bool,
-    serves: bool,
-    receives: bool,
+    (in_place, array): (bool, bool),
+    (serves, receives): (bool, bool),
 ) -> Shape {
     let name = trait_name(interface, in_place, array);
     let mut member = String::new();

@@ -3,11 +3,12 @@
 use crate::other_end::OtherEnd;
 use crate::values::{LEAST, MOST, SOME, broken, outline, picture, sample, very_broken};
 use crate::{LIMIT, LOOK, topics, until};
+use interfaces::rc_types::mirror::FailError as MirrorError;
 use interfaces::rc_types::types::{self, FailError, TypesClient};
-use interfaces::rc_types::{Gone, Kind, Point};
+use interfaces::rc_types::{Everything, Gone, Kind, Point};
 use interfaces::rc_types::{mirror, repeats};
 use rc_middleware::in_place::InPlace;
-use rc_middleware::typed::{Request, TypedClient};
+use rc_middleware::typed::{self, Request, Throws, TypedClient};
 use rc_middleware::{Backend, CallError, Header, Reply, Server, wait};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{TryRecvError, channel};
@@ -118,20 +119,22 @@ pub(crate) fn replies_travel_in_place(other: &OtherEnd) {
 fn answer(header: Header, body: &[u8], reply: &mut dyn Reply) {
     let mut request = Request::open(header, body, reply).expect("an envelope");
     if request.operation == mirror::ECHO.id {
-        let all = request.arguments(&mirror::ECHO, mirror::read_echo);
-        let _ = mirror::reply_echo(&mut request, all.expect("a value"));
+        let same = |(all,): (Everything,)| all;
+        let _ = request.answer(&mirror::ECHO, typed::read, typed::reply, same);
         return request.close();
     }
-    let which = request.arguments(&mirror::FAIL, mirror::read_fail);
-    let _ = match which.expect("a number") {
-        LEAST => mirror::refuse_fail(&mut request, broken().into()),
-        MOST => mirror::refuse_fail(&mut request, very_broken().into()),
-        SOME => mirror::refuse_fail(&mut request, Gone {}.into()),
+    let which = request.arguments(&mirror::FAIL, typed::read);
+    let which: (i32,) = which.expect("a number");
+    let refuse = |error: MirrorError, request: &mut Request<'_>| error.refuse(request);
+    let _ = match which.0 {
+        LEAST => refuse(broken().into(), &mut request),
+        MOST => refuse(very_broken().into(), &mut request),
+        SOME => refuse(Gone {}.into(), &mut request),
         REFUSES => request.fail(&"not today"),
         IS_SLOW => {
             // Longer than the limit of the call.
             std::thread::sleep(Duration::from_millis(300));
-            mirror::reply_fail(&mut request)
+            request.reply_with(0, |writer| typed::reply(&(), writer))
         }
         which => panic!("{which} is no number of the mirror"),
     };

@@ -114,7 +114,7 @@ pub mod ticks {
     /// All operations, in the order of the IDSL.
     pub const OPERATIONS: &[typed::Operation] = &[TICK];
 
-    fn read_tick(reader: &mut rc_middleware::Reader<'_>) -> Result<(i64, Vec<u8>), rc_middleware::DecodeError> {
+    pub fn read_tick(reader: &mut rc_middleware::Reader<'_>) -> Result<(i64, Vec<u8>), rc_middleware::DecodeError> {
         let number: i64 = reader.get()?;
         let data: Vec<u8> = reader.get()?;
         reader.bound("Ticks.tick.data", data.len(), 48)?;
@@ -317,7 +317,7 @@ pub mod images {
     /// All operations, in the order of the IDSL.
     pub const OPERATIONS: &[typed::Operation] = &[IMAGE];
 
-    fn read_image(reader: &mut rc_middleware::Reader<'_>) -> Result<(super::Image,), rc_middleware::DecodeError> {
+    pub fn read_image(reader: &mut rc_middleware::Reader<'_>) -> Result<(super::Image,), rc_middleware::DecodeError> {
         let image = reader.value::<super::ImageInPlace>()?;
         Ok((image,))
     }

@@ -1380,7 +1380,7 @@ pub mod types {
     /// The reply of `several`.
     pub type SeveralAnswer = (i32, String, super::Outline, super::Kind, Option<super::Point>);
 
-    fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
+    pub fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
         i32, String, super::Outline, super::Kind, Option<super::Point>,
     ), rc_middleware::DecodeError> {
         let number: i32 = reader.get()?;
@@ -1417,7 +1417,7 @@ pub mod types {
     /// The reply of `outputs`.
     pub type OutputsAnswer = (i64, Vec<String>);
 
-    fn read_ranged(reader: &mut rc_middleware::Reader<'_>) -> Result<(i32,), rc_middleware::DecodeError> {
+    pub fn read_ranged(reader: &mut rc_middleware::Reader<'_>) -> Result<(i32,), rc_middleware::DecodeError> {
         let number: i32 = reader.get()?;
         reader.range("Types.ranged.number", f64::from(number), (0.0, 9.0), "0 to 9")?;
         Ok((number,))
@@ -2194,7 +2194,7 @@ pub mod samples {
     /// All operations, in the order of the IDSL.
     pub const OPERATIONS: &[typed::Operation] = &[ALL, SEVERAL, NOTHING];
 
-    fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
+    pub fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
         i32, f64, String, super::Outline, super::Kind, Option<super::Point>,
     ), rc_middleware::DecodeError> {
         let number: i32 = reader.get()?;
@@ -2378,7 +2378,7 @@ pub mod repeats {
     /// All operations, in the order of the IDSL.
     pub const OPERATIONS: &[typed::Operation] = &[ALL, SEVERAL, NOTHING];
 
-    fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
+    pub fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
         i32, f64, String, super::Outline, super::Kind, Option<super::Point>,
     ), rc_middleware::DecodeError> {
         let number: i32 = reader.get()?;
@@ -2556,7 +2556,7 @@ pub mod pictures {
     /// All operations, in the order of the IDSL.
     pub const OPERATIONS: &[typed::Operation] = &[PICTURE];
 
-    fn read_picture(reader: &mut rc_middleware::Reader<'_>) -> Result<(super::Picture,), rc_middleware::DecodeError> {
+    pub fn read_picture(reader: &mut rc_middleware::Reader<'_>) -> Result<(super::Picture,), rc_middleware::DecodeError> {
         let picture = reader.value::<super::PictureInPlace>()?;
         Ok((picture,))
     }
@@ -2736,7 +2736,7 @@ pub mod copies {
     /// All operations, in the order of the IDSL.
     pub const OPERATIONS: &[typed::Operation] = &[COPY];
 
-    fn read_copy(reader: &mut rc_middleware::Reader<'_>) -> Result<(super::Picture,), rc_middleware::DecodeError> {
+    pub fn read_copy(reader: &mut rc_middleware::Reader<'_>) -> Result<(super::Picture,), rc_middleware::DecodeError> {
         let picture = reader.value::<super::PictureInPlace>()?;
         Ok((picture,))
     }
