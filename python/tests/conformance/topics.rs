@@ -7,7 +7,7 @@ use interfaces::rc_types::earlier::{self, EarlierPublisher};
 use interfaces::rc_types::pictures::{self, PicturesPublisher};
 use interfaces::rc_types::samples::{self, SamplesPublisher};
 use interfaces::rc_types::types::{self, TypesClient};
-use interfaces::rc_types::{Kind, PictureInPlace, Point, copies, latest, repeats};
+use interfaces::rc_types::{Everything, Kind, PictureInPlace, Point, copies, latest, repeats};
 use rc_middleware::in_place::InPlace as _;
 use rc_middleware::typed::{self, Operation, TypedClient, TypedPublisher};
 use rc_middleware::{
@@ -174,7 +174,11 @@ pub(crate) fn earlier_values_arrive(other: &OtherEnd) {
         let taken = take(&mut *subscriber, LIMIT, one);
         assert_eq!(taken, Some(value));
     }
-    let more = take(&mut *subscriber, Duration::from_millis(100), one);
+    let more = take(
+        &mut *subscriber,
+        Duration::from_millis(100),
+        one::<Everything>,
+    );
     assert_eq!(more, None);
 }
 
@@ -244,7 +248,7 @@ pub(crate) fn samples_are_repeated(other: &OtherEnd) {
     let mut nothing = listen(&repeats::NOTHING);
     until("nothing comes back", || {
         publisher.nothing().expect("to be sent");
-        take(&mut *nothing, Duration::from_millis(100), typed::read).is_some()
+        take(&mut *nothing, Duration::from_millis(100), typed::read::<()>).is_some()
     });
 }
 
