@@ -1,15 +1,12 @@
 //! Exports: golden texts, and acceptance by the tools they are made for.
 
+use crate::kubernetes::{Manifest, Restart};
 use expect_test::expect_file;
-use k8s_openapi::api::apps::v1::Deployment;
-use k8s_openapi::api::batch::v1::Job;
 use rc_codegen::FileLoader;
 use rc_deploy_export::{Engine, Export, export};
 use rc_deploy_network::{self as network, Profile};
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_test_support::python;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::fs;
 use std::io::Write;
@@ -236,15 +233,6 @@ fn systemd_detects_faults() {
     }
 }
 
-/// Reads a manifest as the type it declares. The types of Kubernetes ignore unknown keys, so the
-/// manifest must be complete again when it is written.
-fn read<T: DeserializeOwned + Serialize>(manifest: &Value) -> T {
-    let read: T =
-        serde_json::from_value(manifest.clone()).unwrap_or_else(|e| panic!("{e}: {manifest:#}"));
-    assert_eq!(&serde_json::to_value(&read).expect("JSON"), manifest);
-    read
-}
-
 fn documents(export: &Export) -> Vec<Value> {
     let mut all = Vec::new();
     let yaml = |path: &Path| path.extension().is_some_and(|e| e == "yaml");
@@ -263,31 +251,48 @@ fn every_manifest_fits_the_types_of_kubernetes() {
         let (export, _) = exported(network, Engine::Kubernetes);
         let documents = documents(&export);
         assert!(documents.len() >= 2);
-        for manifest in &documents {
-            let pod = match manifest["kind"].as_str() {
-                Some("Deployment") => {
-                    read::<Deployment>(manifest)
-                        .spec
-                        .expect("a spec")
-                        .template
-                        .spec
-                }
-                Some("Job") => read::<Job>(manifest).spec.expect("a spec").template.spec,
-                other => panic!("{other:?}"),
+        for document in documents {
+            let manifest: Manifest = serde_json::from_value(document.clone())
+                .unwrap_or_else(|error| panic!("{error}: {document:#}"));
+            let pod = manifest.pod();
+            let [container] = &pod.containers[..] else {
+                panic!("{document:#}")
             };
-            let pod = pod.expect("a Pod");
-            let container = &pod.containers[0];
-            let probe = container
-                .readiness_probe
-                .as_ref()
-                .and_then(|probe| probe.exec.as_ref());
-            let command = probe
-                .and_then(|exec| exec.command.as_ref())
-                .expect("a probe");
+            let command = &container.readiness_probe.exec.command;
             assert_eq!(command[1], "--probe");
-            let wanted = pod.restart_policy.as_deref() != Some("Never");
+            let wanted = pod.restart_policy != Restart::Never;
             assert_eq!(container.liveness_probe.is_some(), wanted);
         }
+    }
+}
+
+#[test]
+fn the_types_of_kubernetes_reject_faults() {
+    let (export, _) = exported("components/networks/patrol.ddsl", Engine::Kubernetes);
+    let right = documents(&export).remove(0);
+    let read = |manifest: &Value| serde_json::from_value::<Manifest>(manifest.clone());
+    assert!(read(&right).is_ok());
+    let pod = "/spec/template/spec";
+    for (object, key, value) in [
+        (pod.to_owned(), "restartPolicy", Value::from("Sometimes")),
+        (pod.to_owned(), "hostPid", Value::from(true)),
+        (
+            pod.to_owned(),
+            "terminationGracePeriodSeconds",
+            Value::from("3s"),
+        ),
+        (format!("{pod}/containers/0"), "readynessProbe", Value::Null),
+        (
+            format!("{pod}/containers/0"),
+            "args",
+            Value::from("--active"),
+        ),
+        (String::new(), "kind", Value::from("Pod")),
+    ] {
+        let mut wrong = right.clone();
+        let object = wrong.pointer_mut(&object).expect("an object");
+        object[key] = value;
+        assert!(read(&wrong).is_err(), "{key}");
     }
 }
 

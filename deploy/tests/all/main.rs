@@ -10,6 +10,7 @@ mod explain;
 mod export;
 mod interpreters;
 mod killed;
+mod kubernetes;
 mod lifecycle;
 mod logs;
 mod network;
