@@ -183,17 +183,36 @@ pub fn share_target(files: &mut Files, root: &Path, framework: &Framework) -> Re
     let lock = rc_files::read(&lock).map_err(|error| format!("{}: {error}", lock.display()))?;
     files.add("Cargo.lock", Owner::Specific, lock);
     let target = toml_edit::Value::from(path.join("target").to_string_lossy().as_ref());
+    // Here, cargo accepts profiles of packages that the workspace does not have. In Cargo.toml, it
+    // would warn of each at every build.
+    let profiles = profiles(&root.join(path).join("Cargo.toml"))?;
     let configuration = format!(
         "# The target folder of the framework: crates that it has compiled are not compiled again.\n\
-         [build]\ntarget-dir = {target}\n"
+         [build]\ntarget-dir = {target}\n\n\
+         # The profiles of the framework. A crate with another one is compiled again.\n{profiles}"
     );
     files.add(".cargo/config.toml", Owner::Specific, configuration);
-    let manifest = files.text(Path::new("Cargo.toml")).unwrap_or_default();
-    // As in the manifest of the framework.
-    let profile = "\n[profile.dev.package.\"*\"]\nopt-level = 1\ndebug = false\n";
-    let manifest = format!("{manifest}{profile}");
-    files.add("Cargo.toml", Owner::Specific, manifest);
     Ok(())
+}
+
+/// The profiles of the workspace with this manifest, without their comments.
+fn profiles(manifest: &Path) -> Result<String, String> {
+    let read = rc_files::read(manifest).map_err(|error| error.to_string());
+    let parsed = read.and_then(|text| {
+        text.parse()
+            .map_err(|e: toml_edit::TomlError| e.to_string())
+    });
+    let parsed: toml_edit::DocumentMut =
+        parsed.map_err(|error| format!("{}: {error}", manifest.display()))?;
+    let mut profiles = toml_edit::DocumentMut::new();
+    if let Some(profile) = parsed.get("profile") {
+        profiles.insert("profile", profile.clone());
+    }
+    let text = profiles.to_string();
+    let lines = text
+        .lines()
+        .filter(|line| !line.is_empty() && !line.starts_with('#'));
+    Ok(lines.map(|line| format!("{line}\n")).collect())
 }
 
 #[cfg(test)]
