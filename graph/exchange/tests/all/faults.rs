@@ -66,7 +66,10 @@ fn a_right_graph_has_no_finding() {
 
 #[test]
 fn a_graph_without_a_schema_may_have_any_type() {
-    let text = ours(r#"{"id": "1:1", "type": "anything"}"#, &edge(2, "any", 1, 1));
+    let text = ours(
+        r#"{"id": "1:1", "type": "anything"}"#,
+        &edge(2, "any", 1, 1),
+    );
     assert_eq!(findings("Domain any open { };", &text), "");
 }
 
