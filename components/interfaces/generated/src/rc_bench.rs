@@ -406,7 +406,9 @@ pub mod pictures {
     /// All operations, in the order of the IDSL.
     pub const OPERATIONS: &[typed::Operation] = &[PICTURE];
 
-    pub fn read_picture(reader: &mut rc_middleware::Reader<'_>) -> Result<(super::Picture,), rc_middleware::DecodeError> {
+    pub fn read_picture(
+        reader: &mut rc_middleware::Reader<'_>
+    ) -> Result<(super::Picture,), rc_middleware::DecodeError> {
         let picture = reader.value::<super::PictureInPlace>()?;
         Ok((picture,))
     }

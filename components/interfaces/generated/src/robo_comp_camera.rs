@@ -545,12 +545,16 @@ pub mod camera_pub {
     /// All operations, in the order of the IDSL.
     pub const OPERATIONS: &[typed::Operation] = &[NEW_IMAGE, NEW_CLOUD];
 
-    pub fn read_new_image(reader: &mut rc_middleware::Reader<'_>) -> Result<(super::Image,), rc_middleware::DecodeError> {
+    pub fn read_new_image(
+        reader: &mut rc_middleware::Reader<'_>
+    ) -> Result<(super::Image,), rc_middleware::DecodeError> {
         let image = reader.value::<super::ImageInPlace>()?;
         Ok((image,))
     }
 
-    pub fn read_new_cloud(reader: &mut rc_middleware::Reader<'_>) -> Result<(super::Cloud,), rc_middleware::DecodeError> {
+    pub fn read_new_cloud(
+        reader: &mut rc_middleware::Reader<'_>
+    ) -> Result<(super::Cloud,), rc_middleware::DecodeError> {
         let cloud = reader.value::<super::CloudInPlace>()?;
         Ok((cloud,))
     }
