@@ -124,6 +124,9 @@ impl ComponentInfo {
         let slots = all.iter().zip(&status.slots);
         let slots = slots.filter(|(slot, _)| !slot.is_whole_array());
         let lost = slots.clone().filter(|(_, counters)| counters.lost > 0);
+        let converted = self
+            .slots()
+            .filter_map(|(at, slot)| Some((slot.name.to_string(), status.converted(at)?)));
         let needing =
             slots.filter(|(slot, _)| matches!(slot.role, Role::Requires | Role::SubscribesTo));
         Heartbeat {
@@ -131,6 +134,7 @@ impl ComponentInfo {
             lost: lost
                 .map(|(slot, counters)| (slot.name.to_string(), counters.lost))
                 .collect(),
+            converted: converted.collect(),
             peers: needing
                 .map(|(slot, counters)| (slot.name.to_string(), counters.peers))
                 .collect(),

@@ -246,6 +246,7 @@ fn heartbeat_line(mut heartbeat: Heartbeat) -> Vec<u8> {
         return line;
     }
     heartbeat.lost.clear();
+    heartbeat.converted.clear();
     heartbeat.peers.clear();
     heartbeat.silent.clear();
     if let Some(clock) = &mut heartbeat.clock {

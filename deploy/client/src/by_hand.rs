@@ -78,6 +78,8 @@ pub fn networks() -> Vec<String> {
 /// The status of a component that was started by hand, from its own report.
 pub fn status(report: &component::Status) -> ComponentStatus {
     let lost = report.slots.iter().filter(|slot| slot.lost > 0);
+    let converted = report.slots.iter();
+    let converted = converted.filter_map(|slot| Some((slot.name.clone(), slot.converted?)));
     let pid = i32::try_from(report.pid).ok();
     let runs = matches!(report.state, State::Running | State::Emergency)
         && report.lifecycle.is_none_or(LifecycleState::is_configured);
@@ -98,6 +100,7 @@ pub fn status(report: &component::Status) -> ComponentStatus {
         lost: lost
             .map(|slot| (slot.name.clone(), slot.lost))
             .collect::<BTreeMap<String, u64>>(),
+        converted: converted.collect(),
         ..silent(&report.name)
     }
 }
@@ -122,6 +125,7 @@ fn silent(name: &str) -> ComponentStatus {
         ready_ms: 0,
         stop_ms: 0,
         lost: BTreeMap::new(),
+        converted: BTreeMap::new(),
         troubles: Vec::new(),
         clock: None,
         machine: None,

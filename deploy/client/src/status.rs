@@ -194,6 +194,12 @@ fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Res
         for (slot, lost) in &component.lost {
             write!(f, "  {slot} lost {lost}")?;
         }
+        for (slot, converted) in &component.converted {
+            write!(f, "  {slot} converted {}", converted.messages)?;
+            if converted.bad_values > 0 {
+                write!(f, " and refused {}", converted.bad_values)?;
+            }
+        }
         if let Some(clock) = &component.clock {
             write!(f, "  {}", clock_text(clock))?;
         }

@@ -15,7 +15,7 @@ use crate::supervisor::restart::{Next, Restarts};
 use rc_deploy_client::connection::KILL_LIMIT;
 use rc_deploy_network::plan::{Component, Policy};
 use rc_management::agent::Exit;
-use rc_management::component::State;
+use rc_management::component::{ConvertedStatus, State};
 use rc_management::event::Severity;
 use rc_management::supervisor::{ComponentState, ComponentStatus};
 use std::collections::{BTreeMap, BTreeSet};
@@ -49,6 +49,8 @@ pub(crate) struct Unit {
     pub(super) reported: Option<State>,
     /// How many samples its slots have lost, from the last heartbeat.
     pub(super) lost: BTreeMap<String, u64>,
+    /// What its slots have converted, from the last heartbeat.
+    pub(super) converted: BTreeMap<String, ConvertedStatus>,
     /// Since when its loop has not turned, or no heartbeat came, if it hangs.
     pub(super) hung: Option<Instant>,
     /// When the last heartbeat came, or it became ready.
@@ -143,6 +145,7 @@ impl Unit {
             ready: false,
             reported: None,
             lost: BTreeMap::new(),
+            converted: BTreeMap::new(),
             hung: None,
             heard: Instant::now(),
             garbage: 0,
@@ -310,6 +313,7 @@ impl Unit {
         self.heard = now;
         self.reported = None;
         self.lost.clear();
+        self.converted.clear();
         self.unkept = self.changes.lost();
         self.hung = None;
         self.garbage = 0;
@@ -558,6 +562,7 @@ impl Unit {
             ready_ms: self.component.ready.as_millis() as u64,
             stop_ms: self.component.stop.as_millis() as u64,
             lost: self.lost.clone(),
+            converted: self.converted.clone(),
             troubles: running.map_or_else(Vec::new, |_| self.health.troubles()),
             clock: running.and_then(|_| self.health.clock().cloned()),
             machine: running.and_then(|_| self.health.machine().cloned()),

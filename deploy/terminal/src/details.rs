@@ -266,6 +266,12 @@ fn slot_line<'t>(model: &Model, slot: &SlotStatus, per_second: Option<Rate>) -> 
     if slot.role == Role::SubscribesTo {
         facts += &format!("  {} lost", slot.lost);
     }
+    if let Some(converted) = slot.converted {
+        facts += &format!("  {} converted", converted.messages);
+        if converted.bad_values > 0 {
+            facts += &format!(", {} refused", converted.bad_values);
+        }
+    }
     vec![
         Span::styled(slot.name.clone(), strong()),
         Span::raw(format!("  {}  ", slot.role.word())),

@@ -1,6 +1,6 @@
 //! Requests of tools to the supervisor of a network, on `rcdeploy.sock` in its run directory.
 
-use crate::component::{ClockStatus, MachineStatus};
+use crate::component::{ClockStatus, ConvertedStatus, MachineStatus};
 pub use crate::event::{Event, Severity};
 use crate::rpc::{self, Call, Error};
 use rc_lifecycle::{LifecycleState, Transition};
@@ -306,6 +306,10 @@ pub struct ComponentStatus {
     #[serde(default)]
     #[serde(deserialize_with = "foreign::keys")]
     pub lost: BTreeMap<String, u64>,
+    /// What its slots have converted in this run; slots that convert nothing are left out.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(deserialize_with = "foreign::keys")]
+    pub converted: BTreeMap<String, ConvertedStatus>,
     /// The conditions that have started and not ended.
     #[serde(default)]
     pub troubles: Vec<Trouble>,

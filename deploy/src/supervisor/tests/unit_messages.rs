@@ -3,7 +3,7 @@
 use super::{Bench, component, exit, managed};
 use crate::remote::SupervisorMessage;
 use crate::supervisor::unit::Overdue;
-use rc_management::component::State;
+use rc_management::component::{ConvertedStatus, State};
 use rc_management::lifecycle::LifecycleState;
 use rc_management::lines::Line;
 use rc_management::link::{self, ComponentMessage, Heartbeat, MOST_GARBAGE, UnsavedParameters};
@@ -87,6 +87,13 @@ fn conditions_are_reported_until_the_network_stops() {
         ComponentMessage::Heartbeat(Heartbeat {
             mismatches: vec![text.to_owned()],
             lost: BTreeMap::from([("Laser".to_owned(), 3)]),
+            converted: BTreeMap::from([(
+                "Laser".to_owned(),
+                ConvertedStatus {
+                    messages: 9,
+                    bad_values: 1,
+                },
+            )]),
             ..Heartbeat::default()
         })
     };
@@ -94,6 +101,7 @@ fn conditions_are_reported_until_the_network_stops() {
     bench.say(&unlike("one"));
     assert_eq!(bench.events(), ["!! mismatch: one"]);
     assert_eq!(bench.unit.lost["Laser"], 3);
+    assert_eq!(bench.unit.status().converted["Laser"].messages, 9);
     assert_eq!(bench.unit.status().troubles.len(), 1);
     bench.unit.be_quiet();
     bench.say(&unlike("two"));

@@ -68,6 +68,7 @@ fn status() -> NetworkStatus {
             .into_iter()
             .filter(|_| at == 4)
             .collect(),
+        converted: std::collections::BTreeMap::new(),
         troubles: Vec::new(),
         clock: None,
         machine: (at == 1).then(machine),

@@ -102,6 +102,11 @@ fn a_monitor_in_metres_follows_a_simulator_in_millimetres() {
         slot()["converted"]["messages"].as_u64() > Some(0)
     });
     assert_eq!(slot()["converted"]["bad_values"], 0);
+    let counted = "FullPoseEstimationPub converted ";
+    Site::until("the count of conversions", || {
+        let status = site.rcdeploy(&["status", &site.network], false);
+        status.stdout.contains(counted)
+    });
     // A tool looks at the publisher, and sees its units. The robot stands: nobody drives it.
     let network = site.network.clone();
     let sent = site.rcdeploy(

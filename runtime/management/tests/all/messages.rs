@@ -48,6 +48,13 @@ fn of_links(golden: &mut Golden) {
         ComponentMessage::Heartbeat(Heartbeat {
             age_ms: 7,
             lost: BTreeMap::from([(text("pose"), 3)]),
+            converted: BTreeMap::from([(
+                text("height"),
+                component::ConvertedStatus {
+                    messages: 9,
+                    bad_values: 1,
+                },
+            )]),
             peers: BTreeMap::from([(text("laser"), 1)]),
             overruns: Some(Overruns {
                 count: 2,
@@ -115,6 +122,13 @@ fn of_supervisors(golden: &mut Golden) {
         ready_ms: 10_000,
         stop_ms: 3000,
         lost: BTreeMap::from([(text("pose"), 3)]),
+        converted: BTreeMap::from([(
+            text("height"),
+            component::ConvertedStatus {
+                messages: 9,
+                bad_values: 1,
+            },
+        )]),
         troubles: vec![supervisor::Trouble {
             code: text("hung"),
             message: text("its loop does not turn"),
