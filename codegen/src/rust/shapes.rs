@@ -155,16 +155,23 @@ fn shape(
         in_place,
         is_first: !in_place && !array,
         operations: operations
-            .map(|of| handler(interface, of, in_place, &member))
+            .map(|of| handler(interface, of, (in_place, receives), &member))
             .collect(),
         member,
         name,
     }
 }
 
-fn handler(interface: &Interface, of: &Operation, in_place: bool, member: &str) -> Handler {
+fn handler(
+    interface: &Interface,
+    of: &Operation,
+    (in_place, receives): (bool, bool),
+    member: &str,
+) -> Handler {
     let path = types::in_interface(&interface.module);
-    let sample = of.sample_in_place.as_ref().filter(|_| in_place);
+    // A command is a request: only samples of topics are read in place.
+    let sample = of.sample_in_place.as_ref();
+    let sample = sample.filter(|_| in_place && receives);
     let result = of.result_in_place.as_ref().filter(|_| in_place);
     let (sample_in_place, result_in_place) = (placed(sample, &path), placed(result, &path));
     let mut parameters = vec!["&mut self".to_owned(), "ctx: &mut C".to_owned()];

@@ -235,7 +235,7 @@ fn shapes(folder: &Path, workspace: &Path) {
         let generated = elsewhere.join("components").join(name).join("generated");
         let manifest = std::fs::read_to_string(generated.join("Cargo.toml")).expect("a manifest");
         let manifest = manifest.replace(&format!("{name}_generated"), "shapes");
-        let manifest = manifest.replace("testing = []", "testing = []\ndefault = [\"testing\"]");
+        let manifest = manifest.replace("[features]", "[features]\ndefault = [\"testing\"]");
         // One folder less lies between the crate and the workspace.
         let manifest = manifest.replace("\"../../../", "\"../../");
         write("Cargo.toml", &manifest);

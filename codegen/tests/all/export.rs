@@ -203,10 +203,10 @@ fn an_invalid_export_writes_nothing() {
         (
             "slice",
             2,
-            "slice comes with a later version; there are dds, ros2, urdf and gltf",
+            "slice comes with a later version; there are dds, ros2, urdf, gltf, dsr and graphml",
         ),
         ("ddz", 2, "did you mean `dds`?"),
-        ("corba", 2, "there are dds, ros2, urdf and gltf"),
+        ("corba", 2, "there are dds, ros2, urdf, gltf, dsr and graphml"),
     ] {
         let args = ["export", "M.idsl", "--to", to, "--out", "out"];
         let (found, err) = refused("module M { };", &args);

@@ -141,7 +141,7 @@ impl Heard<Context> for Talker {
 /// The first type hash after `place` in generated code.
 fn hash(text: &str, place: &str) -> u64 {
     let behind = text.split_once(place).expect(place).1;
-    let behind = behind.split_once("type_hash: 0x").expect("a hash").1;
+    let behind = behind.split_once("0x").expect("a hash").1;
     u64::from_str_radix(&behind[..16], 16).expect("sixteen digits")
 }
 

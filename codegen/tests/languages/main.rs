@@ -20,6 +20,7 @@ fn tree(language: Language, text: &str) -> (String, bool) {
         "pdsl" => debug(rc_pdsl::parse(&sources, source)),
         "smdsl" => debug(rc_smdsl::parse(&sources, source)),
         "ddsl" => debug(rc_ddsl::parse(&sources, source)),
+        "gdsl" => debug(graph_language::parse(&sources, source)),
         other => panic!("no tree of a .{other}"),
     };
     (without_locations(&tree), found.has_errors())
@@ -62,6 +63,7 @@ fn grammar_of(language: Language) -> Grammar {
         "pdsl" => include_str!("../../../pdsl/src/grammar.pest"),
         "smdsl" => include_str!("../../../smdsl/src/grammar.pest"),
         "ddsl" => include_str!("../../../ddsl/src/grammar.pest"),
+        "gdsl" => include_str!("../../../graph/language/src/grammar.pest"),
         other => panic!("no grammar of .{other}"),
     })
 }
@@ -131,6 +133,7 @@ fn check(
         "cdsl" => rc_cdsl::load(sources, loader, source).1,
         "pdsl" => rc_pdsl::load(sources, loader, source).1,
         "smdsl" => rc_smdsl::load(sources, source).1,
+        "gdsl" => graph_language::load(sources, loader, source).1,
         _ => rc_ddsl::load(sources, loader, source).1,
     }
 }

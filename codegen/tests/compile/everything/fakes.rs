@@ -242,8 +242,9 @@ fn samples_are_kept_in_their_order() {
 fn handlers_and_hooks_take_the_context() -> Result<(), WorkerError> {
     let mut test = context();
     let mut worker = SpecificWorker::initialize(&mut test)?;
-    Everything::turn(&mut worker, &mut test, 0.5, 0.5);
-    assert_eq!(Everything::implicit_query(&mut worker, &mut test), 0);
+    <SpecificWorker as Everything<Context>>::turn(&mut worker, &mut test, 0.5, 0.5);
+    let answer = <SpecificWorker as Everything<Context>>::implicit_query(&mut worker, &mut test);
+    assert_eq!(answer, 0);
     worker.params_changed(&mut test, &[])?;
     worker.emergency(&mut test);
     worker.restore(&mut test);
