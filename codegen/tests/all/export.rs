@@ -206,7 +206,11 @@ fn an_invalid_export_writes_nothing() {
             "slice comes with a later version; there are dds, ros2, urdf, gltf, dsr and graphml",
         ),
         ("ddz", 2, "did you mean `dds`?"),
-        ("corba", 2, "there are dds, ros2, urdf, gltf, dsr and graphml"),
+        (
+            "corba",
+            2,
+            "there are dds, ros2, urdf, gltf, dsr and graphml",
+        ),
     ] {
         let args = ["export", "M.idsl", "--to", to, "--out", "out"];
         let (found, err) = refused("module M { };", &args);
