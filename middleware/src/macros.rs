@@ -46,6 +46,7 @@ macro_rules! cdr_struct {
 ///     x: f32,
 ///     y: f32,
 /// }
+/// rc_middleware::cdr_struct!(Point: x, y);
 ///
 /// #[derive(
 ///     rc_middleware::in_place::FromBytes, rc_middleware::in_place::Immutable,
