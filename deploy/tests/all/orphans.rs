@@ -19,17 +19,22 @@ pub(crate) fn forsaking(name: &str) -> Component {
     }
 }
 
-/// The process that a component has left, which has removed what names its component.
+/// The latest process that a component has left, once it has removed what names its component.
 pub(crate) fn forsaken(bench: &Bench, name: &str) -> Identity {
-    let children = bench.processes(&format!("{name} child"));
-    assert_eq!(children.len(), 1);
-    let environment = format!("/proc/{}/environ", children[0].pid);
+    let entry = format!("{name} child");
+    let entries = bench.entries();
+    let mut pids = entries
+        .iter()
+        .rev()
+        .filter_map(|line| line.strip_prefix(&entry)?.trim().parse().ok());
+    let child = pids.next().and_then(Identity::of).expect("a child");
+    let environment = format!("/proc/{}/environ", child.pid);
     let limit = Instant::now() + LIMIT;
     while std::fs::read(&environment).expect("it runs") != b"" {
         assert!(Instant::now() < limit, "it keeps its environment");
         std::thread::sleep(Duration::from_millis(5));
     }
-    children[0]
+    child
 }
 
 fn start(bench: &Bench) -> (Up, [Identity; 2]) {
@@ -47,6 +52,7 @@ fn a_forsaken_process_ends_before_its_component_restarts() {
     let told = up.await_event("left-over", Some("a"));
     assert_eq!(told, "killed 1 orphaned processes");
     up.await_event("ready", Some("a"));
+    forsaken(&bench, "a");
     assert!(!of_a.is_alive(), "it runs beside the new one");
     assert!(of_b.is_alive(), "it belongs to another component");
     up.signal(Signal::TERM);
