@@ -53,7 +53,19 @@ fn check_node(next: &Snapshot, types: &Types, node: NodeId) -> Result<(), Error>
             return Err(missing(next, &about.name, *required));
         }
     }
-    check_ports(next, types, node)
+    check_ports(next, types, node)?;
+    // A rule compares attributes of both ends of an edge.
+    let place = next.place(node)?;
+    for half in place.out.all().iter().chain(next.incoming(node)) {
+        let relation = types.relation(half.relation);
+        let Some(relation) = relation.filter(|relation| !relation.rules.is_empty()) else {
+            continue;
+        };
+        let edge = next.edge_at(half.edge).ok_or(Error::Removed)?;
+        let edge = next.edge(edge)?;
+        check_rules(next, types, relation, [edge.from(), edge.to()])?;
+    }
+    Ok(())
 }
 
 fn missing(next: &Snapshot, kind: &str, attribute: Symbol) -> Error {

@@ -84,9 +84,15 @@ impl Edit {
     /// The next id of this graph's writer.
     fn fresh(&mut self) -> Id {
         let shape = self.shape();
-        let id = Id::new(shape.writer, shape.next);
-        shape.next += 1;
-        id
+        // A fork may have made ids with this writer before.
+        loop {
+            let id = Id::new(shape.writer, shape.next);
+            shape.next = shape.next.saturating_add(1);
+            let is_used = shape.node_ids.get(&id).is_some() || shape.edge_ids.get(&id).is_some();
+            if !is_used || shape.next == u64::MAX {
+                return id;
+            }
+        }
     }
 
     fn claim(&mut self, id: Id) -> Result<(), Error> {

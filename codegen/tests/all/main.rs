@@ -6,6 +6,7 @@ mod edits;
 mod export;
 mod fmt;
 mod folders;
+mod graphs;
 mod idlc;
 mod layout;
 mod mistakes;

@@ -5,7 +5,7 @@ use crate::places::{Places, SEPARATOR};
 use graph_schema::{Attribute, PoseOf, Relation, Schema};
 use property_graph::{Id, Value, fits};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap, foreign, nearest};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// A finding whose place is not known yet.
 struct Finding {
@@ -41,6 +41,13 @@ pub fn check(
         if checker.nodes.insert(node.id, node).is_some() {
             let message = format!("two nodes have the id {}", shown(node.id));
             checker.error("duplicate-id", &node.path, message);
+        }
+    }
+    let mut ids: HashSet<Id> = checker.nodes.keys().copied().collect();
+    for edge in &document.edges {
+        if let Some(id) = edge.id.filter(|id| !ids.insert(*id)) {
+            let message = format!("another element has the id {}", shown(id));
+            checker.error("duplicate-id", &edge.path, message);
         }
     }
     for node in &document.nodes {

@@ -3,6 +3,11 @@
 use rc_diagnostics::{SourceId, Span};
 use std::collections::HashMap;
 
+/// How deep values are looked at. The text of a member that nobody knows may nest deeper.
+const DEEPEST: usize = 128;
+/// The longest path that is kept, in bytes. What lies deeper has the place of what holds it.
+const LONGEST: usize = 1024;
+
 /// Separates the names in a path.
 pub(crate) const SEPARATOR: char = '\u{1}';
 
@@ -19,7 +24,7 @@ impl Places {
             at: 0,
             values: HashMap::new(),
         };
-        scanner.value(&mut String::new());
+        scanner.value(&mut String::new(), 0, true);
         Self {
             source,
             values: scanner.values,
@@ -72,8 +77,12 @@ impl Scanner<'_> {
         String::from_utf8_lossy(&self.text[start.min(end)..end]).into_owned()
     }
 
-    /// Scans a value. The parser has limited how deeply values are nested.
-    fn value(&mut self, path: &mut String) {
+    /// Scans a value, and keeps its place if it `is_kept`. It stops at a value that lies too deep.
+    fn value(&mut self, path: &mut String, depth: usize, is_kept: bool) {
+        if depth > DEEPEST {
+            self.at = self.text.len();
+            return;
+        }
         let first = self.peek();
         let start = self.at;
         let length = path.len();
@@ -91,7 +100,7 @@ impl Scanner<'_> {
                     }
                     path.push(SEPARATOR);
                     path.push_str(&name);
-                    self.value(path);
+                    self.value(path, depth + 1, true);
                     path.truncate(length);
                 }
                 self.at += 1;
@@ -106,7 +115,9 @@ impl Scanner<'_> {
                     }
                     path.push(SEPARATOR);
                     path.push_str(&count.to_string());
-                    self.value(path);
+                    // A number of an array has the place of the array.
+                    let is_kept = matches!(self.peek(), b'{' | b'[');
+                    self.value(path, depth + 1, is_kept);
                     path.truncate(length);
                     count += 1;
                 }
@@ -131,6 +142,8 @@ impl Scanner<'_> {
             b'{' | b'[' => start + 1,
             _ => self.at.min(self.text.len()),
         };
-        self.values.insert(path.clone(), (start, end.max(start)));
+        if is_kept && path.len() <= LONGEST {
+            self.values.insert(path.clone(), (start, end.max(start)));
+        }
     }
 }

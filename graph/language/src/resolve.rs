@@ -167,7 +167,14 @@ impl Resolver {
         let mut chain = Vec::new();
         let mut here = self.schema.entity(&entity.name.text);
         while let Some(ancestor) = here.and_then(|e| e.parent.as_deref()) {
-            if chain.len() > self.schema.entities.len() {
+            if chain.len() >= graph_schema::DEEPEST {
+                // A circle has a finding of its own.
+                let message = format!(
+                    "`{}` has more than {} ancestors",
+                    entity.name.text,
+                    graph_schema::DEEPEST
+                );
+                self.error("nested-too-deep", entity.name.span, message);
                 return;
             }
             here = self.schema.entity(ancestor);

@@ -170,7 +170,7 @@ impl Replica {
             stamp,
             kind: kind.to_owned(),
         };
-        self.put(&record);
+        self.put(&record, true);
         record.of()
     }
 
@@ -183,7 +183,7 @@ impl Replica {
             from,
             to,
         };
-        self.put(&record);
+        self.put(&record, true);
         record.of()
     }
 
@@ -198,12 +198,15 @@ impl Replica {
         let there = self.has(of);
         if there {
             let stamp = self.stamp();
-            self.put(&Record::Attribute {
-                stamp,
-                of,
-                name: name.to_owned(),
-                value,
-            });
+            self.put(
+                &Record::Attribute {
+                    stamp,
+                    of,
+                    name: name.to_owned(),
+                    value,
+                },
+                true,
+            );
         }
         there
     }
@@ -214,7 +217,7 @@ impl Replica {
         let there = self.has(of);
         if there {
             let stamp = self.stamp();
-            self.put(&Record::Removed { stamp, of });
+            self.put(&Record::Removed { stamp, of }, true);
         }
         there
     }
@@ -225,14 +228,15 @@ impl Replica {
         element.attributes.get(name)?.1.as_ref()
     }
 
-    /// Applies one change. It does not matter how often, or in which order.
-    fn put(&mut self, record: &Record) {
+    /// Applies one change, of this replica or of another. It does not matter how often, or in which
+    /// order.
+    fn put(&mut self, record: &Record, is_local: bool) {
         let (stamp, id) = (record.stamp(), record.of());
         self.count = self.count.max(stamp.count);
-        let is_own_first = matches!(record, Record::Node { .. } | Record::Edge { .. })
-            && stamp.writer == self.writer;
+        // Its own message may come back after it has removed the element.
+        let is_first = is_local && matches!(record, Record::Node { .. } | Record::Edge { .. });
         let known = self.seen.get(&id.writer()).copied().unwrap_or_default();
-        if !self.elements.contains_key(&id) && known >= id.count() && !is_own_first {
+        if !self.elements.contains_key(&id) && known >= id.count() && !is_first {
             // The element was removed, and all have seen that.
             return;
         }
@@ -314,7 +318,7 @@ impl Replica {
     /// Takes the changes of another replica.
     pub fn merge(&mut self, delta: &Delta) {
         for record in &delta.records {
-            self.put(record);
+            self.put(record, false);
         }
         for (writer, upto) in &delta.upto {
             let since = delta.since.get(writer).copied().unwrap_or_default();

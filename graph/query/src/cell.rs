@@ -118,6 +118,8 @@ impl Cell {
                 let first = pairs.into_iter().find(|order| order.is_ne());
                 first.unwrap_or_else(|| a.len().cmp(&b.len()))
             }
+            (Self::Int(a), Self::Float(b)) => int_and_float(*a, *b),
+            (Self::Float(a), Self::Int(b)) => int_and_float(*b, *a).reverse(),
             (a, b) => match (a.number(), b.number()) {
                 (Some(a), Some(b)) => a.total_cmp(&b),
                 _ => a.rank().cmp(&b.rank()),
@@ -152,4 +154,17 @@ impl Cell {
             },
         }
     }
+}
+
+/// The order of an integer and a float by their exact values: as floats, integers beyond 2^53 would
+/// equal their neighbours, and the order would not be total.
+fn int_and_float(a: i64, b: f64) -> Ordering {
+    if !b.is_finite() {
+        return (a as f64).total_cmp(&b);
+    }
+    let whole = i128::from(a).cmp(&(b.trunc() as i128));
+    let part = 0.0_f64.partial_cmp(&b.fract());
+    whole
+        .then(part.unwrap_or(Ordering::Equal))
+        .then((a as f64).total_cmp(&b))
 }

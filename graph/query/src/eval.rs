@@ -77,7 +77,7 @@ impl Scope<'_> {
             Expr::List(all) => {
                 let all: Result<Vec<Cell>, Error> =
                     all.iter().map(|item| self.eval(item, row)).collect();
-                Ok(Cell::List(all?.into()))
+                list(all?)
             }
             Expr::Not(of) => Ok(cell(truth(&self.eval(of, row)?)?.map(|yes| !yes))),
             Expr::Negate(of) => match self.eval(of, row)? {
@@ -219,6 +219,29 @@ impl Scope<'_> {
     }
 }
 
+/// A list, with a bound on all that lists in it hold: a list of one list twice is small in memory, but
+/// not for those that compare or print it.
+fn list(cells: Vec<Cell>) -> Result<Cell, Error> {
+    let mut left = crate::run::LONGEST_LIST;
+    if !fits(&cells, &mut left) {
+        return Err(Error::Overflow);
+    }
+    Ok(Cell::List(cells.into()))
+}
+
+/// Whether cells and those of their lists are `left` at most. It looks at no more than that.
+fn fits(cells: &[Cell], left: &mut usize) -> bool {
+    let rest = left.checked_sub(cells.len());
+    rest.is_some_and(|rest| {
+        *left = rest;
+        let mut lists = cells.iter().filter_map(|cell| match cell {
+            Cell::List(cells) => Some(cells),
+            _ => None,
+        });
+        lists.all(|cells| fits(cells, left))
+    })
+}
+
 fn arithmetic(operator: Operator, left: &Cell, right: &Cell) -> Result<Cell, Error> {
     match (operator, left, right) {
         (_, Cell::Null, _) | (_, _, Cell::Null) => Ok(Cell::Null),
@@ -229,7 +252,7 @@ fn arithmetic(operator: Operator, left: &Cell, right: &Cell) -> Result<Cell, Err
             Ok(Cell::Text(format!("{a}{b}").into()))
         }
         (Operator::Add, Cell::List(a), Cell::List(b)) => {
-            Ok(Cell::List(a.iter().chain(b.iter()).cloned().collect()))
+            list(a.iter().chain(b.iter()).cloned().collect())
         }
         (_, Cell::Int(a), Cell::Int(b)) => {
             let number = match operator {

@@ -273,6 +273,7 @@ impl<'p> Matcher<'_, 'p> {
         }
         let graph = self.scope.graph;
         for (found, other) in neighbours(graph, here, edge, turned) {
+            self.budget.step()?;
             if !self.edge_fits(edge, found, row)? {
                 continue;
             }

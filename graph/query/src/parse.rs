@@ -8,6 +8,12 @@ use rc_diagnostics::{Diagnostic, SourceId, Span, foreign};
 
 /// How deeply expressions are nested at most. The parser is recursive.
 const DEEPEST: usize = 64;
+/// How many nodes the patterns of a query may have. Matching is recursive, and each has a column in every row.
+const MOST_NODES: usize = 128;
+/// How many variables a query may have: each has a column in every row.
+const MOST_VARIABLES: usize = 256;
+/// How many operators a query may have: each one can be a level of the tree of an expression.
+const MOST_OPERATORS: usize = 512;
 /// The longest path that a pattern may ask for.
 pub(crate) const LONGEST: usize = 64;
 
@@ -27,6 +33,8 @@ struct Parser<'a> {
     tokens: Vec<(Token, usize, usize)>,
     at: usize,
     depth: usize,
+    nodes: usize,
+    operators: usize,
     variables: Vec<Name>,
     /// The variables that the present clause may name.
     scope: Vec<usize>,
@@ -41,10 +49,16 @@ pub(crate) fn parse(text: &str, source: SourceId) -> Result<Parsed> {
         tokens: tokens(text, source)?,
         at: 0,
         depth: 0,
+        nodes: 0,
+        operators: 0,
         variables: Vec::new(),
         scope: Vec::new(),
     };
     let clauses = parser.query()?;
+    if let Some(first) = parser.variables.get(MOST_VARIABLES) {
+        let message = format!("a query has more than {MOST_VARIABLES} variables");
+        return Err(Diagnostic::error("nested-too-deep", first.span, message));
+    }
     Ok(Parsed {
         clauses,
         variables: parser.variables,
@@ -214,6 +228,11 @@ impl Parser<'_> {
     }
 
     fn node(&mut self) -> Result<NodePattern> {
+        self.nodes += 1;
+        if self.nodes > MOST_NODES {
+            let message = format!("the patterns of a query have more than {MOST_NODES} nodes");
+            return self.error("nested-too-deep", message);
+        }
         self.need("(")?;
         let variable = self.variable();
         let variable = self.declare(variable);

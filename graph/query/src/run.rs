@@ -9,7 +9,9 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use thiserror::Error;
 
-/// The longest text that a query makes, in bytes.
+/// How many cells a list holds at most that an expression makes, with those of lists in it.
+pub(crate) const LONGEST_LIST: usize = 1 << 16;
+/// The longest text that an expression makes, in bytes.
 pub(crate) const LONGEST_TEXT: usize = 1 << 20;
 
 /// Why a query did not end.

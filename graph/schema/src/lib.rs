@@ -4,6 +4,9 @@
 
 use std::time::Duration;
 
+/// How many ancestors an entity may have. Each question about inheritance walks over them.
+pub const DEEPEST: usize = 64;
+
 /// The types of a graph.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Schema {
@@ -241,7 +244,7 @@ impl Schema {
     pub fn is_a(&self, entity: &str, wanted: &str) -> bool {
         let mut here = Some(entity);
         // An inheritance that goes round, which the language refuses, ends here, too.
-        for _ in 0..=self.entities.len() {
+        for _ in 0..=DEEPEST {
             match here {
                 Some(name) if name == wanted => return true,
                 Some(name) => here = self.entity(name).and_then(|e| e.parent.as_deref()),

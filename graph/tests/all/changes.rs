@@ -190,6 +190,47 @@ fn a_wrong_change_is_refused_whole() {
 }
 
 #[test]
+fn a_rule_holds_also_when_an_attribute_changes_later() {
+    let graph = Graph::new(kitchen().into(), 1);
+    let made = graph.change(Time::ZERO, |edit| {
+        let cup = edit.add_node("Object")?;
+        edit.set(cup, "name", "cup")?;
+        edit.set(cup, "mass", 1.0)?;
+        let gripper = edit.add_node("Gripper")?;
+        edit.set(gripper, "name", "left")?;
+        edit.set(gripper, "payload", 2.0)?;
+        edit.add_edge("grasp", gripper, cup)?;
+        Ok::<_, Error>((cup, gripper))
+    });
+    let (cup, gripper) = made.expect("the rule holds");
+    let later = Time::from_secs(1);
+    let heavy = graph.change(later, |edit| edit.set(cup, "mass", 3.0));
+    let weak = graph.change(later, |edit| edit.set(gripper, "payload", 0.5));
+    for refused in [heavy, weak] {
+        let message = refused.expect_err("the rule is broken").to_string();
+        assert!(message.starts_with("heavier than the payload"), "{message}");
+    }
+}
+
+#[test]
+fn a_fork_makes_no_id_twice() {
+    let graph = Graph::new(kitchen().into(), 1);
+    let room = |graph: &Graph, name: &str| {
+        let made = graph.change(Time::ZERO, |edit| {
+            let room = edit.add_node("Room")?;
+            edit.set(room, "name", name)
+        });
+        made.expect("a room");
+    };
+    let fork = graph.fork(2);
+    room(&fork, "hall");
+    // Back with writer 1, and again with writer 2.
+    let again = fork.fork(1).fork(2);
+    room(&again, "bath");
+    assert_eq!(again.snapshot().node_count(), 2);
+}
+
+#[test]
 fn a_cycle_in_a_tree_is_refused() {
     let mut schema = kitchen();
     schema.relations[0].ports[1].entity = "Object".to_owned();

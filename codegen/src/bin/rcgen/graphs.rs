@@ -25,10 +25,14 @@ fn loaded(file: &Path, sources: &mut SourceMap, common: &Common) -> Result<Loade
     loaded.ok_or(Failure::Input)
 }
 
-/// A value of the command line.
+/// The widest column to which other cells are padded.
+const WIDEST: usize = 200;
+
+/// A value of the command line, whose type no schema says.
 fn cell(text: &str) -> Cell {
     let number = text.parse().map(Cell::Int).ok();
-    let number = number.or_else(|| text.parse().map(Cell::Float).ok());
+    let float = || text.parse().ok().filter(|number: &f64| number.is_finite());
+    let number = number.or_else(|| float().map(Cell::Float));
     number.unwrap_or_else(|| text.into())
 }
 
@@ -39,13 +43,14 @@ pub(crate) fn query(
     budget: Budget,
     common: &Common,
 ) -> Result<(), Failure> {
-    let mut values = HashMap::new();
+    let (mut values, mut texts) = (HashMap::new(), HashMap::new());
     for parameter in parameters {
         let Some((name, value)) = parameter.split_once('=') else {
             let message = format!("expected NAME=VALUE, found `{parameter}`");
             return Err(Failure::Usage(message));
         };
         values.insert(name.to_owned(), cell(value));
+        texts.insert(name, value);
     }
     let mut sources = SourceMap::new();
     let loaded = loaded(file, &mut sources, common)?;
@@ -65,12 +70,16 @@ pub(crate) fn query(
     if let Some(query) = named {
         // A parameter that is a node is given by its name.
         for (name, kind) in &query.parameters {
-            let is_node = loaded.schema.entity(kind).is_some();
-            if let (true, Some(Cell::Text(value))) = (is_node, values.get(name)) {
+            let Some(value) = texts.get(name.as_str()) else {
+                continue;
+            };
+            if loaded.schema.entity(kind).is_some() {
                 let Some(node) = graph.named(value).next() else {
                     return Err(Failure::Usage(format!("no node has the name `{value}`")));
                 };
                 values.insert(name.clone(), Cell::Node(node));
+            } else if kind == "string" {
+                values.insert(name.clone(), (*value).into());
             }
         }
     }
@@ -92,7 +101,9 @@ pub(crate) fn query(
         lines.push(row.iter().map(|cell| cell.shown(&graph)).collect());
     }
     let count = rows.columns.len();
-    let width = |at: usize| lines.iter().map(|line| line[at].chars().count()).max();
+    // One long cell does not move the others, and a width is a `u16` for the formatter.
+    let long = |line: &Vec<String>, at: usize| line[at].chars().count().min(WIDEST);
+    let width = |at: usize| lines.iter().map(|line| long(line, at)).max();
     let widths: Vec<usize> = (0..count).map(|at| width(at).unwrap_or_default()).collect();
     for line in &lines {
         let cells = line

@@ -283,6 +283,34 @@ fn each_fault_is_found_at_its_place() {
 }
 
 #[test]
+fn two_edges_with_one_id_are_a_finding() {
+    let text = ours(&format!("{CUP},\n{ROOM}"), &edge(2, "in", 1, 2));
+    let found = findings(KITCHEN, &text);
+    assert!(
+        found.contains("error[duplicate-id]: another element has the id"),
+        "{found}"
+    );
+}
+
+/// Places need memory and a stack in proportion to the file, whatever it nests.
+#[test]
+fn deep_and_long_members_are_bounded() {
+    let deep = format!("{}{}", "[".repeat(1_000_000), "]".repeat(1_000_000));
+    let text = format!(
+        r#"{{"DSRModel": {{"symbols": {{"1": {{"id": "x", "type": "room"}}}}}}, "x": {deep}}}"#
+    );
+    assert!(
+        findings(KITCHEN, &text).contains("error"),
+        "it has no finding"
+    );
+    let numbers = vec!["1"; 100_000].join(",");
+    let name = "n".repeat(100_000);
+    let node =
+        format!(r#"{{"id": "1:1", "type": "Cup", "attributes": {{"{name}": [{numbers}]}}}}"#);
+    assert!(findings(KITCHEN, &ours(&node, "")).contains("error[unknown-attribute]"));
+}
+
+#[test]
 fn faults_of_dsr_are_found_at_their_places() {
     let (_, dsr) = graph_language::DOMAINS[3];
     let text = r#"{"DSRModel": {"symbols": {

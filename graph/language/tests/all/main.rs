@@ -122,6 +122,20 @@ fn wrong_entities_are_findings() {
     );
 }
 
+/// Time and memory of inheritance are bounded.
+#[test]
+fn a_long_chain_of_entities_is_refused() {
+    let chain: String = (1..2000)
+        .map(|at| format!("entity A{at} : A{} {{ a{at} int; }};\n", at - 1))
+        .collect();
+    let (_, found) = loaded(&format!("Domain d {{ entity A0 {{ }};\n{chain}}};"));
+    assert!(
+        found.contains("error[nested-too-deep]: `A65` has more than 64 ancestors"),
+        "{found}"
+    );
+    assert!(!found.contains("`A64` has"), "{found}");
+}
+
 #[test]
 fn wrong_relations_are_findings() {
     check(

@@ -265,6 +265,25 @@ fn conflicts_are_seen_and_end() {
     assert!(view.edges.contains_key(&on_shelf));
 }
 
+/// A message that was delayed until all have forgotten what it adds.
+#[test]
+fn a_late_message_brings_nothing_back() {
+    let mut a = Replica::new(1, 1..=2);
+    let mut b = Replica::new(2, 1..=2);
+    let node = a.add_node("thing");
+    b.merge(&a.delta_since(&Vector::new()));
+    let late = b.delta_since(&Vector::new());
+    assert!(a.remove(node));
+    for _ in 0..2 {
+        b.merge(&a.delta_since(&b.seen().clone()));
+        a.merge(&b.delta_since(&a.seen().clone()));
+    }
+    assert_eq!((a.tombstones(), b.tombstones()), (0, 0));
+    a.merge(&late);
+    b.merge(&late);
+    assert_eq!((living(&a).len(), living(&b).len()), (0, 0));
+}
+
 #[test]
 fn tombstones_wait_for_all_and_go() {
     let mut replicas: Vec<Replica> = (1..=3).map(|writer| Replica::new(writer, 1..=3)).collect();

@@ -1,6 +1,6 @@
 //! Expressions: `OR` binds last, then `XOR`, `AND`, `NOT`, comparisons, sums, products.
 
-use super::{DEEPEST, Parser, Result};
+use super::{DEEPEST, MOST_OPERATORS, Parser, Result};
 use crate::Cell;
 use crate::ast::{Aggregate, Expr, Function, Operator};
 use crate::lexer::Token;
@@ -18,6 +18,16 @@ impl Parser<'_> {
         result
     }
 
+    /// Counts a level that the tree of an expression may get.
+    fn operator(&mut self) -> Result<()> {
+        self.operators += 1;
+        if self.operators > MOST_OPERATORS {
+            let message = format!("a query has more than {MOST_OPERATORS} operators");
+            return self.error("nested-too-deep", message);
+        }
+        Ok(())
+    }
+
     fn binary(
         &mut self,
         next: fn(&mut Self) -> Result<Expr>,
@@ -26,6 +36,7 @@ impl Parser<'_> {
         let mut left = next(self)?;
         let mut count = 0;
         while let Some(operator) = operator(self) {
+            self.operator()?;
             count += 1;
             // A long chain is a deep tree.
             if count > DEEPEST {
@@ -57,6 +68,9 @@ impl Parser<'_> {
         }
         let mut value = self.comparison()?;
         // Two of them are none, but make a truth value.
+        if count > 0 {
+            self.operator()?;
+        }
         for _ in 0..(if count == 0 { 0 } else { 2 - count % 2 }) {
             value = Expr::Not(Box::new(value));
         }
@@ -144,6 +158,7 @@ impl Parser<'_> {
         }
         let mut value = self.postfix()?;
         if count % 2 == 1 {
+            self.operator()?;
             value = Expr::Negate(Box::new(value));
         }
         Ok(value)
@@ -156,6 +171,9 @@ impl Parser<'_> {
             count += 1;
             if count > DEEPEST {
                 return self.error("nested-too-deep", "too many steps in a row".to_owned());
+            }
+            if matches!(self.peek(), Token::Sign("." | "[")) {
+                self.operator()?;
             }
             if self.sign(".") {
                 value = Expr::Property(Box::new(value), self.name("an attribute")?);

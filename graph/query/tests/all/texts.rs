@@ -287,6 +287,22 @@ fn wrong_queries_are_findings() {
     assert!(refused(&deep, false).contains("error[nested-too-deep]"));
     let long = format!("RETURN {}1", "1 + ".repeat(10_000));
     assert!(refused(&long, false).contains("error[nested-too-deep]"));
+    let variables: String = (0..300).map(|at| format!("1 AS a{at}, ")).collect();
+    let found = refused(&format!("RETURN {variables}1 AS b"), false);
+    assert!(found.contains("more than 256 variables"), "{found}");
+    // Each chain is short, and the tree of all of them is deep.
+    let mixed = format!(
+        "RETURN {}1{}",
+        "(1 + 1 + 1 * 1 * 1 * 1 OR 1 = 1 AND ".repeat(60),
+        ")".repeat(60)
+    );
+    let found = refused(
+        &format!("{mixed} + {}", mixed.trim_start_matches("RETURN ")),
+        false,
+    );
+    assert!(found.contains("more than 512 operators"), "{found}");
+    let long = format!("MATCH {}(a) RETURN a", "(),".repeat(10_000));
+    assert!(refused(&long, false).contains("have more than 128 nodes"));
     assert!(refused(&format!("RETURN '{}'", "a".repeat(70_000)), false).contains("at most 65536"));
 }
 
@@ -312,4 +328,57 @@ fn a_query_keeps_to_its_budget() {
         run("RETURN 9223372036854775807 + 1", Budget::default()),
         Err(Error::Overflow)
     );
+    let doubled: String = (1..40)
+        .map(|at| format!("WITH a{} + a{} AS a{at} ", at - 1, at - 1))
+        .collect();
+    assert_eq!(
+        run(
+            &format!("WITH [1] AS a0 {doubled}RETURN a39"),
+            Budget::default()
+        ),
+        Err(Error::Overflow)
+    );
+    // Small in memory, and long for those that print it.
+    let nested: String = (1..12)
+        .map(|at| {
+            format!(
+                "WITH [{}] AS a{at} ",
+                vec![format!("a{}", at - 1); 8].join(", ")
+            )
+        })
+        .collect();
+    assert_eq!(
+        run(
+            &format!("WITH [1] AS a0 {nested}RETURN a11"),
+            Budget::default()
+        ),
+        Err(Error::Overflow)
+    );
+}
+
+#[test]
+fn integers_and_floats_have_one_order() {
+    let at = 9_007_199_254_740_992_i64;
+    let cells = [
+        Cell::Float(-1e300),
+        Cell::Int(-1),
+        Cell::Float(-0.5),
+        Cell::Int(0),
+        Cell::Float(0.5),
+        Cell::Int(at - 1),
+        Cell::Int(at),
+        Cell::Int(at + 1),
+        Cell::Float(9_007_199_254_740_994.0),
+        Cell::Int(i64::MAX),
+        Cell::Float(1e19),
+        Cell::Float(f64::INFINITY),
+    ];
+    for (a, left) in cells.iter().enumerate() {
+        for (b, right) in cells.iter().enumerate() {
+            assert_eq!(left.sorted(right), a.cmp(&b), "{left:?} {right:?}");
+        }
+    }
+    let whole = Cell::Float(at as f64);
+    assert_eq!(whole.sorted(&Cell::Int(at)), std::cmp::Ordering::Equal);
+    assert_eq!(whole.sorted(&Cell::Int(at + 1)), std::cmp::Ordering::Less);
 }

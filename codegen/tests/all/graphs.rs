@@ -1,0 +1,51 @@
+//! `rcgen query` over a graph of the user: named queries and their parameters.
+
+use crate::folders::rcgen;
+
+const KITCHEN: &str = r#"Domain kitchen
+{
+    entity Room
+    {
+        name string key;
+    };
+    query room(room Room) "MATCH (r:Room) WHERE r = $room RETURN r.name";
+    query called(text string) "MATCH (r:Room) WHERE r.name = $text RETURN r.name";
+};
+"#;
+
+#[test]
+fn a_parameter_has_the_type_that_its_query_declares() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("a file");
+    };
+    write("kitchen.gdsl", KITCHEN);
+    let rooms: Vec<String> = ["12", "inf"]
+        .iter()
+        .enumerate()
+        .map(|(at, name)| {
+            format!(
+                r#"{{"id": "1:{}", "type": "Room", "attributes": {{"name": "{name}"}}}}"#,
+                at + 1
+            )
+        })
+        .collect();
+    let graph = format!(
+        "{{\"schema\": \"kitchen.gdsl\", \"nodes\": [\n{}\n], \"edges\": []}}\n",
+        rooms.join(",\n")
+    );
+    write("rooms.graph", &graph);
+    for (query, parameter, answer) in [
+        ("room", "room=12", "r.name\n12\n"),
+        ("room", "room=inf", "r.name\ninf\n"),
+        ("called", "text=12", "r.name\n12\n"),
+    ] {
+        let args = ["query", "rooms.graph", query, "-p", parameter];
+        let (code, out, err) = rcgen(folder.path(), &args);
+        assert_eq!((code, out.as_str()), (0, answer), "{err}");
+    }
+    let args = ["query", "rooms.graph", "room", "-p", "room=13"];
+    let (code, _, err) = rcgen(folder.path(), &args);
+    assert_eq!(code, 2);
+    assert!(err.contains("no node has the name `13`"), "{err}");
+}
