@@ -2,7 +2,7 @@
 
 use crate::document::{Document, Edge, Node};
 use crate::places::{Places, SEPARATOR};
-use graph_schema::{Attribute, PoseOf, Relation, Schema};
+use graph_schema::{Attribute, Relation, Schema};
 use property_graph::{Id, Value, fits};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap, foreign, nearest};
 use std::collections::{HashMap, HashSet};
@@ -371,17 +371,14 @@ impl Checker<'_> {
             } else {
                 parents.insert(child, (parent, &edge.path));
             }
-            if let Some(PoseOf::Two(..)) = &tree.pose {
-                // Missing numbers are reported with the attributes.
-            }
         }
         // Nodes that are known to lead to a top.
-        let mut good: std::collections::HashSet<Id> = std::collections::HashSet::new();
+        let mut good: HashSet<Id> = HashSet::new();
         let mut starts: Vec<Id> = parents.keys().copied().collect();
         starts.sort_unstable();
         for start in starts {
             let mut way = Vec::new();
-            let mut on_way = std::collections::HashSet::new();
+            let mut on_way = HashSet::new();
             let mut here = start;
             while !good.contains(&here) {
                 if !on_way.insert(here) {

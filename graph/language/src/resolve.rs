@@ -373,8 +373,23 @@ impl Resolver {
         relation: &Relation,
         (end, attribute): &(Name, Name),
     ) -> Option<(usize, String)> {
-        let mut ports = relation.ports.iter();
-        let port = ports.position(|port| port.name == end.text || port.entity == end.text);
+        let named = relation.ports.iter().position(|port| port.name == end.text);
+        let mut fit = relation.ports.iter().filter(|port| port.entity == end.text);
+        if named.is_none() && fit.by_ref().count() > 1 {
+            let message = format!(
+                "both ports of `{}` are for `{}`; name one of them",
+                relation.name, end.text
+            );
+            self.error("unknown-port", end.span, message);
+            return None;
+        }
+        let by_entity = || {
+            relation
+                .ports
+                .iter()
+                .position(|port| port.entity == end.text)
+        };
+        let port = named.or_else(by_entity);
         let Some(port) = port else {
             let message = format!("`{}` has no port `{}`", relation.name, end.text);
             let known = relation.ports.iter();

@@ -104,6 +104,22 @@ impl Cell {
         }
     }
 
+    /// The bytes that it holds outside of itself.
+    pub(crate) fn bytes(&self) -> usize {
+        match self {
+            Self::Text(text) => text.len(),
+            Self::Bytes(bytes) => bytes.len(),
+            Self::List(cells) => {
+                let own = cells.len() * size_of::<Self>();
+                cells
+                    .iter()
+                    .map(Self::bytes)
+                    .fold(own, usize::saturating_add)
+            }
+            _ => 0,
+        }
+    }
+
     /// The order of any two values, as `ORDER BY` has it: nothing is the greatest.
     pub fn sorted(&self, other: &Self) -> Ordering {
         match (self, other) {

@@ -30,7 +30,6 @@ pub(crate) fn check(
         edges: HashMap::new(),
         parameters,
     };
-    // A schema without types knows nothing to compare with.
     for clause in &parsed.clauses {
         match clause {
             Clause::Match(pattern) => {

@@ -14,6 +14,9 @@ pub(crate) const LONGEST_LIST: usize = 1 << 16;
 /// The longest text that an expression makes, in bytes.
 pub(crate) const LONGEST_TEXT: usize = 1 << 20;
 
+/// How many bytes the values hold at most that a query computes, in all its rows.
+const MOST_BYTES: usize = 256 << 20;
+
 /// Why a query did not end.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
@@ -24,11 +27,14 @@ pub enum Error {
     /// The query makes more rows than its budget.
     #[error("the query makes more than {0} rows")]
     Rows(usize),
+    /// The values of all rows hold more bytes than a query may have.
+    #[error("the values of the query hold more than {0} MiB")]
+    Bytes(usize),
     /// A value has a type with which an operation is not possible.
     #[error("{0}")]
     Type(String),
-    /// A number or a text is too large.
-    #[error("a number or a text is too large")]
+    /// A number, a text or a list is too large.
+    #[error("a number, a text or a list is too large")]
     Overflow,
     /// A parameter has no value.
     #[error("the parameter `${0}` has no value")]
@@ -42,6 +48,7 @@ pub struct Budget {
     pub steps: u64,
     /// Rows that are left; also those between two clauses count.
     pub rows: usize,
+    bytes: usize,
     all: (u64, usize),
 }
 
@@ -57,6 +64,7 @@ impl Budget {
         Self {
             steps,
             rows,
+            bytes: MOST_BYTES,
             all: (steps, rows),
         }
     }
@@ -69,6 +77,15 @@ impl Budget {
     pub(crate) fn row(&mut self) -> Result<(), Error> {
         self.rows = self.rows.checked_sub(1).ok_or(Error::Rows(self.all.1))?;
         Ok(())
+    }
+}
+
+impl Budget {
+    /// Counts what a computed value holds.
+    fn hold(&mut self, cell: Cell) -> Result<Cell, Error> {
+        let left = self.bytes.checked_sub(cell.bytes());
+        self.bytes = left.ok_or(Error::Bytes(MOST_BYTES >> 20))?;
+        Ok(cell)
     }
 }
 
@@ -149,7 +166,7 @@ fn project(
         for mut row in rows {
             budget.step()?;
             for item in &project.items {
-                row[item.variable] = scope.eval(&item.value, &row)?;
+                row[item.variable] = budget.hold(scope.eval(&item.value, &row)?)?;
             }
             made.push(row);
         }
@@ -166,10 +183,8 @@ fn project(
         let mut keyed = Vec::with_capacity(made.len());
         for row in made {
             budget.step()?;
-            let keys = project
-                .order
-                .iter()
-                .map(|(value, _)| scope.eval(value, &row));
+            let keys = project.order.iter();
+            let keys = keys.map(|(value, _)| budget.hold(scope.eval(value, &row)?));
             keyed.push((keys.collect::<Result<Vec<Cell>, Error>>()?, row));
         }
         keyed.sort_by(|(a, _), (b, _)| {
@@ -238,7 +253,8 @@ fn grouped(
     for (at, row) in rows.iter().enumerate() {
         budget.step()?;
         let keys = items.iter().filter(is_key);
-        let keys: Result<Vec<Cell>, Error> = keys.map(|i| scope.eval(&i.value, row)).collect();
+        let keys = keys.map(|item| budget.hold(scope.eval(&item.value, row)?));
+        let keys: Result<Vec<Cell>, Error> = keys.collect();
         let group = groups.entry(Key(keys?)).or_default();
         if group.is_empty() {
             order.push(at);

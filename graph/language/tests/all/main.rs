@@ -122,6 +122,22 @@ fn wrong_entities_are_findings() {
     );
 }
 
+#[test]
+fn a_rule_over_two_ports_of_one_entity_names_a_port() {
+    let text = |left: &str, right: &str| {
+        format!(
+            "Domain d {{ entity Object {{ mass float; limit float; }};
+            relation on {{ top Object; below Object; }};
+            require {left}.mass <= {right}.limit of on \"too heavy\"; }};"
+        )
+    };
+    let (_, found) = loaded(&text("Object", "below"));
+    let expected = "error[unknown-port]: both ports of `on` are for `Object`; name one of them";
+    assert!(found.contains(expected), "{found}");
+    let schema = schema(&text("top", "below"));
+    assert_eq!((schema.rules[0].left.0, schema.rules[0].right.0), (0, 1));
+}
+
 /// Time and memory of inheritance are bounded.
 #[test]
 fn a_long_chain_of_entities_is_refused() {

@@ -328,6 +328,16 @@ fn a_query_keeps_to_its_budget() {
         run("RETURN 9223372036854775807 + 1", Budget::default()),
         Err(Error::Overflow)
     );
+    // Each text is short enough, and all of them are too much.
+    let text: String = (1..14)
+        .map(|at| format!("WITH a{} + a{} AS a{at} ", at - 1, at - 1))
+        .collect();
+    let text = format!("WITH '{}' AS a0 {text}", "x".repeat(60));
+    let crossed = format!("{text}MATCH (a), (b), (c), (d), (e) RETURN a13 + a13");
+    assert_eq!(
+        run(&crossed, Budget::new(10_000_000, 1_000_000)),
+        Err(Error::Bytes(256))
+    );
     let doubled: String = (1..40)
         .map(|at| format!("WITH a{} + a{} AS a{at} ", at - 1, at - 1))
         .collect();
