@@ -1,6 +1,6 @@
 //! Joins a worker with the runtime: the component that the event loop runs.
 //!
-//! [`Adapter`] has the order of things: what a period of a component with a state machine is, when
+//! [`Adapter`] decides the order of calls: what a period of a component with a state machine is, when
 //! the machine starts, which state serves which slot. It runs anything that is [`Joined`]: a worker
 //! of Rust with its context ([`Pair`]), or a worker of another language.
 

@@ -1,5 +1,6 @@
 //! Ports whose messages are converted, because the other end has other units (`--convert`). The
-//! middleware, recordings of the network and other subscribers see the values of the sender.
+//! middleware and other subscribers see the values of the sender. Taps and exact recordings of this
+//! component see converted values.
 
 use rc_conversion::{Fault, Place, Plan, Program};
 use rc_middleware::in_place::zerocopy::IntoBytes;
@@ -7,7 +8,7 @@ use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::typed::{self, Operation};
 use rc_middleware::{
     CallError, Client, DecodeError, EncodeError, Encoding, Header, KeptSample, Profile, QueueGauge,
-    ReceiveError, Subscriber, rpc,
+    ReceiveError, Subscriber, Unread, rpc,
 };
 use std::collections::BTreeMap;
 use std::os::fd::BorrowedFd;
@@ -76,6 +77,8 @@ pub(crate) struct ConvertingSubscriber {
     programs: SampleProgram,
     address: String,
     copy: Copied,
+    /// A refused sample is an error, and not lost as well.
+    unread: Unread,
 }
 
 struct SampleProgram {
@@ -126,6 +129,7 @@ impl ConvertingSubscriber {
             programs,
             address,
             copy: Copied::default(),
+            unread: Unread::default(),
         })
     }
 
@@ -159,13 +163,21 @@ impl Subscriber for ConvertingSubscriber {
             programs,
             address,
             copy,
+            unread,
         } = self;
         let mut fault = None;
-        let received = port.receive(&mut |header, body| match programs.run(header, body, copy) {
-            Ok(true) => take(header, copy.bytes()),
-            Ok(false) => take(header, body),
-            Err(error) => fault = Some(error),
-        });
+        let received = port.receive(
+            &mut |mut header, body| match programs.run(header, body, copy) {
+                Ok(is_converted) => {
+                    unread.renumber(&mut header);
+                    take(header, if is_converted { copy.bytes() } else { body });
+                }
+                Err(error) => {
+                    unread.note(header.sender);
+                    fault = Some(error);
+                }
+            },
+        );
         Self::outcome(address, received, fault)
     }
 
@@ -181,15 +193,21 @@ impl Subscriber for ConvertingSubscriber {
             port,
             programs,
             address,
+            unread,
             ..
         } = self;
         let mut fault = None;
-        let received = port.receive_kept(&mut |header, sample| {
+        let received = port.receive_kept(&mut |mut header, sample| {
             let mut copy = Copied::default();
             match programs.run(header, sample.memory(), &mut copy) {
-                Ok(true) => take(header, Box::new(copy)),
-                Ok(false) => take(header, sample),
-                Err(error) => fault = Some(error),
+                Ok(is_converted) => {
+                    unread.renumber(&mut header);
+                    take(header, if is_converted { Box::new(copy) } else { sample });
+                }
+                Err(error) => {
+                    unread.note(header.sender);
+                    fault = Some(error);
+                }
             }
         });
         Self::outcome(address, received, fault)

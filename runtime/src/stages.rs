@@ -333,7 +333,7 @@ impl Working<'_> {
     /// message has arrived, then the ports, and the management.
     fn work(self) -> Result<(), StartError> {
         let Self {
-            mut component,
+            component,
             connected,
         } = self;
         let Connected {
@@ -348,6 +348,8 @@ impl Working<'_> {
             management,
             prepared,
         } = managed;
+        // Locals drop in the reverse order, also in a panic: the worker first, then what it uses.
+        let (ports, ends, mut component) = (ports, ends, component);
         let commands = prepared.commands.clone();
         let mut event_loop = EventLoop::new(&mut *component, &ports, receivers, commands, time)
             .map_err(|e| StartError::cannot_create("the event loop", &e))?;

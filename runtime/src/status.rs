@@ -274,7 +274,8 @@ impl Status {
 
     /// What a slot has converted. `None` if it converts nothing.
     pub(crate) fn converted(&self, slot: usize) -> Option<ConvertedStatus> {
-        let counts = self.converted.iter().find(|(at, _)| *at == slot);
+        // A member that failed to open has left its number to the next one.
+        let counts = self.converted.iter().rfind(|(at, _)| *at == slot);
         counts.map(|(_, counts)| ConvertedStatus {
             messages: counts.converted(),
             bad_values: counts.refused(),

@@ -44,6 +44,8 @@ pub(super) struct FlightRecorder {
     started: Option<Instant>,
     /// Whether its end was said, and it has not begun well since.
     has_ended: bool,
+    /// Whether it was asked to end, so that it starts again.
+    renewing: bool,
 }
 
 impl FlightRecorder {
@@ -56,6 +58,7 @@ impl FlightRecorder {
             due: None,
             started: None,
             has_ended: false,
+            renewing: false,
         }
     }
 
@@ -84,6 +87,10 @@ impl FlightRecorder {
                 return is_back.then_some(RecorderChange::Back);
             };
             self.child = None;
+            if std::mem::take(&mut self.renewing) {
+                self.due = Some(now + PAUSE);
+                return None;
+            }
             let log = self.log();
             return self.ended(now, || {
                 format!(
@@ -162,7 +169,7 @@ impl FlightRecorder {
     pub(super) fn renew(&mut self) {
         if let Some(child) = &mut self.child {
             drop(child.stdin.take());
-            self.has_ended = true;
+            self.renewing = true;
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use rc_middleware::typed::{ReplyVariant, TypedClient};
-use rc_middleware::{Cdr, Reader, Writer, cdr};
+use rc_middleware::{Cdr, Gaps, Reader, Writer, cdr};
 use std::cell::RefCell;
 use std::fs::File;
 use std::os::fd::AsFd;
@@ -231,6 +231,37 @@ fn samples_are_converted_and_bad_ones_are_counted() {
     let expected = "a message at `n/Topic` cannot be received: the number at byte 8 does not fit its type in the unit of the receiver";
     assert_eq!(errors, [expected]);
     assert_eq!((counts.converted(), counts.refused()), (2, 1));
+}
+
+#[test]
+fn a_refused_sample_is_not_lost_as_well() {
+    let numbered = |sequence: u64, value: f32| {
+        let (header, body) = sample(|writer| {
+            cdr::text("ab", writer);
+            writer.put(&value);
+        });
+        let header = Header {
+            sequence,
+            sender: 5,
+            ..header
+        };
+        (header, body)
+    };
+    let samples = [numbered(1, 1.0), numbered(2, 1e38), numbered(3, 2.0)];
+    for is_kept in [false, true] {
+        let (mut port, counts) = subscriber(&samples);
+        let mut gaps = Gaps::default();
+        let mut lost = 0;
+        for _ in &samples {
+            // The second one is an error, which the event loop reports.
+            let _ = if is_kept {
+                port.receive_kept(&mut |header, _| lost += gaps.note(&header))
+            } else {
+                port.receive(&mut |header, _| lost += gaps.note(&header))
+            };
+        }
+        assert_eq!((counts.converted(), counts.refused(), lost), (2, 1, 0));
+    }
 }
 
 #[test]
