@@ -111,7 +111,9 @@ pub fn of(
     let mut pieces = Vec::new();
     let lets_values_serve = |slot: &Slot| {
         let mut blocks = code.blocks.iter().filter(|b| b.worker == worker);
-        blocks.any(|b| slot.serving_trait.as_ref() == Some(&b.name))
+        // A second slot with the same interface has a marker as a second argument.
+        let arguments = slot.generics.split(',').count();
+        blocks.any(|b| slot.serving_trait.as_ref() == Some(&b.name) && b.arguments == arguments)
     };
     for slot in component
         .implemented()

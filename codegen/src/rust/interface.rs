@@ -142,7 +142,9 @@ fn errors(interface: &view::Interface, operations: &mut [Operation]) -> Vec<Erro
     let mut taken = shapes::own_names(interface);
     let mut errors: Vec<(Vec<String>, ErrorEnum)> = Vec::new();
     for operation in operations.iter_mut().filter(|o| !o.throws.is_empty()) {
-        let throws: Vec<String> = operation.throws.iter().map(|e| e.ty.clone()).collect();
+        // A set: the order in the IDSL does not matter.
+        let mut throws: Vec<String> = operation.throws.iter().map(|e| e.ty.clone()).collect();
+        throws.sort();
         let known = errors.iter().find(|(set, _)| *set == throws);
         operation.error_enum = if let Some((_, error)) = known {
             error.name.clone()

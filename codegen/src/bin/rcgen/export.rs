@@ -8,18 +8,30 @@ use rc_codegen::{FileLoader, Files, export};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use std::path::Path;
 
-pub(crate) fn export(
-    target: Target,
-    file: &Path,
-    out: &Path,
-    common: &Common,
-    dry_run: bool,
-) -> Result<(), Failure> {
+/// What is exported, and where to.
+#[derive(Clone, Copy)]
+pub(crate) struct Request<'r> {
+    pub(crate) target: Target,
+    pub(crate) file: &'r Path,
+    pub(crate) out: &'r Path,
+    pub(crate) common: &'r Common,
+    /// Whether nothing is written.
+    pub(crate) dry_run: bool,
+}
+
+pub(crate) fn export(request: &Request<'_>) -> Result<(), Failure> {
+    let Request {
+        target,
+        file,
+        out,
+        common,
+        dry_run,
+    } = *request;
     if matches!(target, Target::Urdf | Target::Gltf) {
-        return innermodel::export(target, file, out, common, dry_run);
+        return innermodel::export(request);
     }
     if matches!(target, Target::Dsr | Target::Graphml) {
-        return graphs::export(target, file, out, common, dry_run);
+        return graphs::export(request);
     }
     let is_component = file.extension().is_some_and(|e| e == "cdsl");
     if is_component && matches!(target, Target::Ros2) {

@@ -1,7 +1,8 @@
 //! `rcgen query`, and `rcgen import` and `rcgen export` of graphs.
 
 use crate::command_line::{Common, Target};
-use crate::reports::{Failure, print_line, report, system, tell};
+use crate::export::Request;
+use crate::reports::{Failure, create, print_line, refused, report, tell};
 use graph_exchange::{Document, dsr, graph_json, graphml};
 use graph_query::{Budget, Cell, Query};
 use innermodel_exchange::urdf;
@@ -12,15 +13,11 @@ use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-fn unreadable(file: &Path, error: &std::io::Error) -> Failure {
-    system(format!("{}: {error}", file.display()))
-}
-
 /// Reads a graph; reports findings about its form.
 fn loaded(file: &Path, sources: &mut SourceMap, common: &Common) -> Result<Loaded, Failure> {
     let loader = FileLoader::new(&common.include);
     let mut found = Diagnostics::new();
-    let loaded = load(file, sources, &loader, &mut found).map_err(|e| unreadable(file, &e))?;
+    let loaded = load(file, sources, &loader, &mut found).map_err(|e| refused(file, &e))?;
     report(sources, &found, common.format)?;
     loaded.ok_or(Failure::Input)
 }
@@ -137,7 +134,7 @@ pub(crate) fn import(file: &Path, out: &Path, format: Format) -> Result<(), Fail
             (document, Diagnostics::new())
         }
         Some("xml" | "urdf") => {
-            let text = rc_files::read(file).map_err(|error| unreadable(file, &error))?;
+            let text = rc_files::read(file).map_err(|error| refused(file, &error))?;
             let source = sources.add(file, text);
             let (tree, found) = if ending == Some("urdf") {
                 urdf::read(&sources, source)
@@ -153,26 +150,14 @@ pub(crate) fn import(file: &Path, out: &Path, format: Format) -> Result<(), Fail
         }
     };
     report(&sources, &found, format)?;
-    if std::fs::symlink_metadata(out).is_ok() {
-        let message = format!("{} is there already; name another file", out.display());
-        return Err(Failure::Usage(message));
-    }
-    let text = graph_json::write(&document);
-    rc_files::write(out, text.as_bytes()).map_err(|error| unreadable(out, &error))?;
-    print_line(format_args!("create {}", out.display()));
-    Ok(())
+    create(out, graph_json::write(&document).as_bytes(), "file", false)
 }
 
-pub(crate) fn export(
-    target: Target,
-    file: &Path,
-    out: &Path,
-    common: &Common,
-    dry_run: bool,
-) -> Result<(), Failure> {
+pub(crate) fn export(request: &Request<'_>) -> Result<(), Failure> {
+    let file = request.file;
     let mut sources = SourceMap::new();
-    let loaded = loaded(file, &mut sources, common)?;
-    let (text, ending) = if matches!(target, Target::Dsr) {
+    let loaded = loaded(file, &mut sources, request.common)?;
+    let (text, ending) = if matches!(request.target, Target::Dsr) {
         let (text, lost) = dsr::write(&loaded.document);
         for lost in lost {
             tell(format_args!("warning: {lost}"));
@@ -182,16 +167,6 @@ pub(crate) fn export(
         (graphml::write(&loaded.document), "graphml")
     };
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
-    let path = out.join(format!("{name}.{ending}"));
-    if std::fs::symlink_metadata(&path).is_ok() {
-        let message = format!("{} is there already; name another folder", path.display());
-        return Err(Failure::Usage(message));
-    }
-    if !dry_run {
-        let written =
-            std::fs::create_dir_all(out).and_then(|()| rc_files::write(&path, text.as_bytes()));
-        written.map_err(|error| unreadable(&path, &error))?;
-    }
-    print_line(format_args!("create {}", path.display()));
-    Ok(())
+    let path = request.out.join(format!("{name}.{ending}"));
+    create(&path, text.as_bytes(), "folder", request.dry_run)
 }

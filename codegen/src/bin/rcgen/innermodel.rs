@@ -1,20 +1,22 @@
 //! `rcgen export` and `rcgen import` of InnerModel files.
 
-use crate::command_line::{Common, Target};
-use crate::reports::{Failure, print_line, report};
+use crate::command_line::Target;
+use crate::export::Request;
+use crate::reports::{Failure, create, refused, report, write};
 use innermodel_exchange::{gltf, urdf};
 use rc_codegen::innermodel::Folders;
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use std::io::ErrorKind;
 use std::path::Path;
 
-pub(crate) fn export(
-    target: Target,
-    file: &Path,
-    out: &Path,
-    common: &Common,
-    dry_run: bool,
-) -> Result<(), Failure> {
+pub(crate) fn export(request: &Request<'_>) -> Result<(), Failure> {
+    let Request {
+        target,
+        file,
+        out,
+        common,
+        dry_run,
+    } = *request;
     if file.extension().is_none_or(|ending| ending != "xml") {
         let message = format!("{} is not an .xml file of InnerModel", file.display());
         return Err(Failure::Usage(message));
@@ -42,7 +44,7 @@ pub(crate) fn export(
     let old = match rc_files::read_bytes(&path) {
         Ok(old) => Some(old),
         Err(error) if error.kind() == ErrorKind::NotFound => None,
-        Err(error) => return Err(Failure::System(format!("{}: {error}", path.display()))),
+        Err(error) => return Err(refused(&path, &error)),
     };
     if old.as_ref() == Some(&bytes) {
         return Ok(());
@@ -57,17 +59,12 @@ pub(crate) fn export(
             "{place} is there, and was not written by an export; name another folder"
         )));
     }
-    if !dry_run {
-        let written = std::fs::create_dir_all(out).and_then(|()| rc_files::write(&path, &bytes));
-        written.map_err(|error| Failure::System(format!("{}: {error}", path.display())))?;
-    }
     let word = if old.is_some() { "update" } else { "create" };
-    print_line(format_args!("{word} {}", path.display()));
-    Ok(())
+    write(&path, &bytes, word, dry_run)
 }
 
 fn read(file: &Path) -> Result<String, Failure> {
-    rc_files::read(file).map_err(|error| Failure::System(format!("{}: {error}", file.display())))
+    rc_files::read(file).map_err(|error| refused(file, &error))
 }
 
 pub(crate) fn import(file: &Path, out: &Path, format: Format) -> Result<(), Failure> {
@@ -76,12 +73,5 @@ pub(crate) fn import(file: &Path, out: &Path, format: Format) -> Result<(), Fail
     let (document, found): (_, Diagnostics) = urdf::read(&sources, source);
     report(&sources, &found, format)?;
     let text = innermodel_language::print(&document);
-    if std::fs::symlink_metadata(out).is_ok() {
-        let message = format!("{} is there already; name another file", out.display());
-        return Err(Failure::Usage(message));
-    }
-    rc_files::write(out, text.as_bytes())
-        .map_err(|error| Failure::System(format!("{}: {error}", out.display())))?;
-    print_line(format_args!("create {}", out.display()));
-    Ok(())
+    create(out, text.as_bytes(), "file", false)
 }

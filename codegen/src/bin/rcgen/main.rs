@@ -59,7 +59,13 @@ fn main() -> ExitCode {
             out,
             common,
             dry_run,
-        }) => export::export(to, &file, &out, &common, dry_run),
+        }) => export::export(&export::Request {
+            target: to,
+            file: &file,
+            out: &out,
+            common: &common,
+            dry_run,
+        }),
         Some(Command::Import { file, out, format }) => {
             if out.extension().is_some_and(|ending| ending == "graph") {
                 graphs::import(&file, &out, format)

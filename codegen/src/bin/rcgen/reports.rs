@@ -22,6 +22,42 @@ pub(crate) fn system(error: impl std::fmt::Display) -> Failure {
     Failure::System(error.to_string())
 }
 
+/// The system refused something about a file.
+pub(crate) fn refused(file: &Path, error: &std::io::Error) -> Failure {
+    system(format_args!("{}: {error}", file.display()))
+}
+
+/// Creates a file that is not there yet; `else_name` is what to name instead. A dry run says so only.
+pub(crate) fn create(
+    path: &Path,
+    content: &[u8],
+    else_name: &str,
+    dry_run: bool,
+) -> Result<(), Failure> {
+    if std::fs::symlink_metadata(path).is_ok() {
+        let message = format!(
+            "{} is there already; name another {else_name}",
+            path.display()
+        );
+        return Err(Failure::Usage(message));
+    }
+    write(path, content, "create", dry_run)
+}
+
+/// Writes a file, and says what happened to it.
+pub(crate) fn write(path: &Path, content: &[u8], word: &str, dry_run: bool) -> Result<(), Failure> {
+    if !dry_run {
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        let made = folder.map_or(Ok(()), std::fs::create_dir_all);
+        let written = made.and_then(|()| rc_files::write(path, content));
+        written.map_err(|error| refused(path, &error))?;
+    }
+    print_line(format_args!("{word} {}", path.display()));
+    Ok(())
+}
+
 /// A file that is no text is wrong input; anything else is the system's refusal.
 pub(crate) fn unreadable(
     file: &Path,

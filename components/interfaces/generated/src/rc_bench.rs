@@ -112,8 +112,8 @@ pub mod echo {
         fn echo(&mut self, ctx: &mut C, data: Vec<u8>) -> Vec<u8>;
     }
 
-    /// Answers the requests of a slot. Who implements [`Echo`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Echo`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeEcho<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -133,8 +133,8 @@ pub mod echo {
         fn echo(&mut self, ctx: &mut C, member: &rc_middleware::Member, data: Vec<u8>) -> Vec<u8>;
     }
 
-    /// Answers the requests of a slot. Who implements [`EchoMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`EchoMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeEchoMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -226,8 +226,8 @@ pub mod sample {
         fn sample(&mut self, ctx: &mut C, sent: i64, data: Vec<u8>);
     }
 
-    /// Answers the requests of a slot. Who implements [`Sample`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Sample`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeSample<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -242,8 +242,8 @@ pub mod sample {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`Sample`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Sample`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveSample<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -271,8 +271,8 @@ pub mod sample {
         fn sample(&mut self, ctx: &mut C, member: &rc_middleware::Member, sent: i64, data: Vec<u8>);
     }
 
-    /// Answers the requests of a slot. Who implements [`SampleMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`SampleMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeSampleMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -293,8 +293,8 @@ pub mod sample {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`SampleMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`SampleMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveSampleMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -420,8 +420,8 @@ pub mod pictures {
         fn picture(&mut self, ctx: &mut C, picture: super::Picture);
     }
 
-    /// Answers the requests of a slot. Who implements [`Pictures`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Pictures`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServePictures<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -436,8 +436,8 @@ pub mod pictures {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`Pictures`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Pictures`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceivePictures<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -465,8 +465,8 @@ pub mod pictures {
         fn picture(&mut self, ctx: &mut C, member: &rc_middleware::Member, picture: super::Picture);
     }
 
-    /// Answers the requests of a slot. Who implements [`PicturesMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`PicturesMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServePicturesMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -487,8 +487,8 @@ pub mod pictures {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`PicturesMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`PicturesMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceivePicturesMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -518,8 +518,8 @@ pub mod pictures {
         fn picture(&mut self, ctx: &mut C, picture: &super::PictureInPlace);
     }
 
-    /// Takes the samples of a slot. Who implements [`PicturesInPlace`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`PicturesInPlace`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceivePicturesInPlace<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -547,8 +547,8 @@ pub mod pictures {
         fn picture(&mut self, ctx: &mut C, member: &rc_middleware::Member, picture: &super::PictureInPlace);
     }
 
-    /// Takes the samples of a slot. Who implements [`PicturesInPlaceMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`PicturesInPlaceMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceivePicturesInPlaceMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(

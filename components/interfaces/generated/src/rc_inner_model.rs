@@ -787,8 +787,8 @@ pub mod inner_model {
         ) -> Result<Vec<super::Hit>, CastRayError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`InnerModel`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`InnerModel`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeInnerModel<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -952,8 +952,8 @@ pub mod inner_model {
         ) -> Result<Vec<super::Hit>, CastRayError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`InnerModelMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`InnerModelMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeInnerModelMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -1634,8 +1634,8 @@ pub mod inner_model_pub {
         fn changed(&mut self, ctx: &mut C, changes: super::Changes);
     }
 
-    /// Takes the samples of a slot. Who implements [`InnerModelPub`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`InnerModelPub`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveInnerModelPub<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -1663,8 +1663,8 @@ pub mod inner_model_pub {
         fn changed(&mut self, ctx: &mut C, member: &rc_middleware::Member, changes: super::Changes);
     }
 
-    /// Takes the samples of a slot. Who implements [`InnerModelPubMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`InnerModelPubMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveInnerModelPubMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(

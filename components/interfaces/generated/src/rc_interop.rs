@@ -278,8 +278,8 @@ pub mod images {
         fn image(&mut self, ctx: &mut C, image: super::Image);
     }
 
-    /// Answers the requests of a slot. Who implements [`Images`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Images`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeImages<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -294,8 +294,8 @@ pub mod images {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`Images`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Images`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveImages<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -323,8 +323,8 @@ pub mod images {
         fn image(&mut self, ctx: &mut C, member: &rc_middleware::Member, image: super::Image);
     }
 
-    /// Answers the requests of a slot. Who implements [`ImagesMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`ImagesMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeImagesMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -345,8 +345,8 @@ pub mod images {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`ImagesMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`ImagesMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveImagesMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -469,8 +469,8 @@ pub mod camera {
         fn set_camera_info(&mut self, ctx: &mut C, camera_info: super::CameraInfo) -> SetCameraInfoAnswer;
     }
 
-    /// Answers the requests of a slot. Who implements [`Camera`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Camera`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCamera<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -495,8 +495,8 @@ pub mod camera {
         ) -> SetCameraInfoAnswer;
     }
 
-    /// Answers the requests of a slot. Who implements [`CameraMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CameraMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCameraMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -603,8 +603,8 @@ pub mod camera_driver {
         fn set_camera_info(&mut self, ctx: &mut C, camera_info: super::CameraInfo) -> SetCameraInfoAnswer;
     }
 
-    /// Answers the requests of a slot. Who implements [`CameraDriver`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CameraDriver`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCameraDriver<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -629,8 +629,8 @@ pub mod camera_driver {
         ) -> SetCameraInfoAnswer;
     }
 
-    /// Answers the requests of a slot. Who implements [`CameraDriverMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CameraDriverMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCameraDriverMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -731,8 +731,8 @@ pub mod reports {
         fn report(&mut self, ctx: &mut C, report: super::Report);
     }
 
-    /// Answers the requests of a slot. Who implements [`Reports`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Reports`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeReports<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -747,8 +747,8 @@ pub mod reports {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`Reports`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Reports`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveReports<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -776,8 +776,8 @@ pub mod reports {
         fn report(&mut self, ctx: &mut C, member: &rc_middleware::Member, report: super::Report);
     }
 
-    /// Answers the requests of a slot. Who implements [`ReportsMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`ReportsMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeReportsMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -798,8 +798,8 @@ pub mod reports {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`ReportsMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`ReportsMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveReportsMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -916,8 +916,8 @@ pub mod echoes {
         fn echo(&mut self, ctx: &mut C, report: super::Report);
     }
 
-    /// Answers the requests of a slot. Who implements [`Echoes`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Echoes`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeEchoes<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -932,8 +932,8 @@ pub mod echoes {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`Echoes`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Echoes`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveEchoes<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -961,8 +961,8 @@ pub mod echoes {
         fn echo(&mut self, ctx: &mut C, member: &rc_middleware::Member, report: super::Report);
     }
 
-    /// Answers the requests of a slot. Who implements [`EchoesMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`EchoesMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeEchoesMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -983,8 +983,8 @@ pub mod echoes {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`EchoesMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`EchoesMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveEchoesMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -1101,8 +1101,8 @@ pub mod talk {
         fn chatter(&mut self, ctx: &mut C, data: String);
     }
 
-    /// Answers the requests of a slot. Who implements [`Talk`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Talk`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeTalk<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -1117,8 +1117,8 @@ pub mod talk {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`Talk`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Talk`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveTalk<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -1146,8 +1146,8 @@ pub mod talk {
         fn chatter(&mut self, ctx: &mut C, member: &rc_middleware::Member, data: String);
     }
 
-    /// Answers the requests of a slot. Who implements [`TalkMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`TalkMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeTalkMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -1168,8 +1168,8 @@ pub mod talk {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`TalkMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`TalkMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveTalkMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -1286,8 +1286,8 @@ pub mod gossip {
         fn chatter(&mut self, ctx: &mut C, data: String);
     }
 
-    /// Answers the requests of a slot. Who implements [`Gossip`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Gossip`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeGossip<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -1302,8 +1302,8 @@ pub mod gossip {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`Gossip`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Gossip`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveGossip<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -1331,8 +1331,8 @@ pub mod gossip {
         fn chatter(&mut self, ctx: &mut C, member: &rc_middleware::Member, data: String);
     }
 
-    /// Answers the requests of a slot. Who implements [`GossipMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`GossipMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeGossipMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -1353,8 +1353,8 @@ pub mod gossip {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`GossipMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`GossipMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveGossipMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -1471,8 +1471,8 @@ pub mod orders {
         fn order(&mut self, ctx: &mut C, text: String);
     }
 
-    /// Answers the requests of a slot. Who implements [`Orders`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Orders`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeOrders<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -1487,8 +1487,8 @@ pub mod orders {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`Orders`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Orders`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveOrders<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -1516,8 +1516,8 @@ pub mod orders {
         fn order(&mut self, ctx: &mut C, member: &rc_middleware::Member, text: String);
     }
 
-    /// Answers the requests of a slot. Who implements [`OrdersMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`OrdersMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeOrdersMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -1538,8 +1538,8 @@ pub mod orders {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`OrdersMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`OrdersMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveOrdersMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -1656,8 +1656,8 @@ pub mod archive {
         fn keep(&mut self, ctx: &mut C, text: String);
     }
 
-    /// Answers the requests of a slot. Who implements [`Archive`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Archive`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeArchive<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -1672,8 +1672,8 @@ pub mod archive {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`Archive`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Archive`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveArchive<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -1701,8 +1701,8 @@ pub mod archive {
         fn keep(&mut self, ctx: &mut C, member: &rc_middleware::Member, text: String);
     }
 
-    /// Answers the requests of a slot. Who implements [`ArchiveMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`ArchiveMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeArchiveMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -1721,8 +1721,8 @@ pub mod archive {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`ArchiveMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`ArchiveMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveArchiveMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -1889,8 +1889,8 @@ pub mod interop {
         fn add(&mut self, ctx: &mut C, a: i64, b: i64) -> i64;
     }
 
-    /// Answers the requests of a slot. Who implements [`Interop`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Interop`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeInterop<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -1925,8 +1925,8 @@ pub mod interop {
         fn add(&mut self, ctx: &mut C, member: &rc_middleware::Member, a: i64, b: i64) -> i64;
     }
 
-    /// Answers the requests of a slot. Who implements [`InteropMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`InteropMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeInteropMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -2133,8 +2133,8 @@ pub mod oracle {
         fn tell(&mut self, ctx: &mut C, text: String);
     }
 
-    /// Answers the requests of a slot. Who implements [`Oracle`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Oracle`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeOracle<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -2158,8 +2158,8 @@ pub mod oracle {
         fn tell(&mut self, ctx: &mut C, member: &rc_middleware::Member, text: String);
     }
 
-    /// Answers the requests of a slot. Who implements [`OracleMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`OracleMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeOracleMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

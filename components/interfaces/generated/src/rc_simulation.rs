@@ -799,8 +799,8 @@ pub mod simulation {
         ) -> Result<f64, DriveError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`Simulation`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Simulation`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeSimulation<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -1024,8 +1024,8 @@ pub mod simulation {
         ) -> Result<f64, DriveError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`SimulationMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`SimulationMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeSimulationMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

@@ -129,8 +129,8 @@ pub mod ticks {
         fn tick(&mut self, ctx: &mut C, number: i64, data: Vec<u8>);
     }
 
-    /// Answers the requests of a slot. Who implements [`Ticks`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Ticks`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeTicks<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -145,8 +145,8 @@ pub mod ticks {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`Ticks`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Ticks`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveTicks<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -174,8 +174,8 @@ pub mod ticks {
         fn tick(&mut self, ctx: &mut C, member: &rc_middleware::Member, number: i64, data: Vec<u8>);
     }
 
-    /// Answers the requests of a slot. Who implements [`TicksMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`TicksMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeTicksMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -196,8 +196,8 @@ pub mod ticks {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`TicksMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`TicksMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveTicksMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -330,8 +330,8 @@ pub mod images {
         fn image(&mut self, ctx: &mut C, image: super::Image);
     }
 
-    /// Answers the requests of a slot. Who implements [`Images`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Images`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeImages<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -346,8 +346,8 @@ pub mod images {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`Images`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Images`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveImages<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -375,8 +375,8 @@ pub mod images {
         fn image(&mut self, ctx: &mut C, member: &rc_middleware::Member, image: super::Image);
     }
 
-    /// Answers the requests of a slot. Who implements [`ImagesMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`ImagesMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeImagesMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -397,8 +397,8 @@ pub mod images {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`ImagesMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`ImagesMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveImagesMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -428,8 +428,8 @@ pub mod images {
         fn image(&mut self, ctx: &mut C, image: &super::ImageInPlace);
     }
 
-    /// Takes the samples of a slot. Who implements [`ImagesInPlace`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`ImagesInPlace`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveImagesInPlace<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -457,8 +457,8 @@ pub mod images {
         fn image(&mut self, ctx: &mut C, member: &rc_middleware::Member, image: &super::ImageInPlace);
     }
 
-    /// Takes the samples of a slot. Who implements [`ImagesInPlaceMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`ImagesInPlaceMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveImagesInPlaceMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(

@@ -1466,8 +1466,8 @@ pub mod types {
         fn noted(&mut self, ctx: &mut C) -> Vec<i32>;
     }
 
-    /// Answers the requests of a slot. Who implements [`Types`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Types`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeTypes<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -1527,8 +1527,8 @@ pub mod types {
         fn noted(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Vec<i32>;
     }
 
-    /// Answers the requests of a slot. Who implements [`TypesMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`TypesMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeTypesMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -1603,8 +1603,8 @@ pub mod types {
         fn noted(&mut self, ctx: &mut C) -> Vec<i32>;
     }
 
-    /// Answers the requests of a slot. Who implements [`TypesInPlace`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`TypesInPlace`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeTypesInPlace<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -1674,8 +1674,8 @@ pub mod types {
         fn noted(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Vec<i32>;
     }
 
-    /// Answers the requests of a slot. Who implements [`TypesInPlaceMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`TypesInPlaceMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeTypesInPlaceMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -2061,8 +2061,8 @@ pub mod mirror {
         fn fail(&mut self, ctx: &mut C, which: i32) -> Result<(), FailError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`Mirror`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Mirror`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeMirror<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -2086,8 +2086,8 @@ pub mod mirror {
         fn fail(&mut self, ctx: &mut C, member: &rc_middleware::Member, which: i32) -> Result<(), FailError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`MirrorMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`MirrorMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeMirrorMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -2221,8 +2221,8 @@ pub mod samples {
         fn nothing(&mut self, ctx: &mut C);
     }
 
-    /// Takes the samples of a slot. Who implements [`Samples`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Samples`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveSamples<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -2263,8 +2263,8 @@ pub mod samples {
         fn nothing(&mut self, ctx: &mut C, member: &rc_middleware::Member);
     }
 
-    /// Takes the samples of a slot. Who implements [`SamplesMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`SamplesMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveSamplesMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -2407,8 +2407,8 @@ pub mod repeats {
         fn nothing(&mut self, ctx: &mut C);
     }
 
-    /// Takes the samples of a slot. Who implements [`Repeats`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Repeats`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveRepeats<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -2449,8 +2449,8 @@ pub mod repeats {
         fn nothing(&mut self, ctx: &mut C, member: &rc_middleware::Member);
     }
 
-    /// Takes the samples of a slot. Who implements [`RepeatsMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`RepeatsMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveRepeatsMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -2568,8 +2568,8 @@ pub mod pictures {
         fn picture(&mut self, ctx: &mut C, picture: super::Picture);
     }
 
-    /// Takes the samples of a slot. Who implements [`Pictures`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Pictures`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceivePictures<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -2597,8 +2597,8 @@ pub mod pictures {
         fn picture(&mut self, ctx: &mut C, member: &rc_middleware::Member, picture: super::Picture);
     }
 
-    /// Takes the samples of a slot. Who implements [`PicturesMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`PicturesMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceivePicturesMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -2628,8 +2628,8 @@ pub mod pictures {
         fn picture(&mut self, ctx: &mut C, picture: &super::PictureInPlace);
     }
 
-    /// Takes the samples of a slot. Who implements [`PicturesInPlace`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`PicturesInPlace`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceivePicturesInPlace<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -2657,8 +2657,8 @@ pub mod pictures {
         fn picture(&mut self, ctx: &mut C, member: &rc_middleware::Member, picture: &super::PictureInPlace);
     }
 
-    /// Takes the samples of a slot. Who implements [`PicturesInPlaceMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`PicturesInPlaceMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceivePicturesInPlaceMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -2750,8 +2750,8 @@ pub mod copies {
         fn copy(&mut self, ctx: &mut C, picture: super::Picture);
     }
 
-    /// Takes the samples of a slot. Who implements [`Copies`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Copies`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveCopies<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -2779,8 +2779,8 @@ pub mod copies {
         fn copy(&mut self, ctx: &mut C, member: &rc_middleware::Member, picture: super::Picture);
     }
 
-    /// Takes the samples of a slot. Who implements [`CopiesMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`CopiesMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveCopiesMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -2810,8 +2810,8 @@ pub mod copies {
         fn copy(&mut self, ctx: &mut C, picture: &super::PictureInPlace);
     }
 
-    /// Takes the samples of a slot. Who implements [`CopiesInPlace`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`CopiesInPlace`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveCopiesInPlace<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -2839,8 +2839,8 @@ pub mod copies {
         fn copy(&mut self, ctx: &mut C, member: &rc_middleware::Member, picture: &super::PictureInPlace);
     }
 
-    /// Takes the samples of a slot. Who implements [`CopiesInPlaceMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`CopiesInPlaceMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveCopiesInPlaceMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -2927,8 +2927,8 @@ pub mod earlier {
         fn earlier(&mut self, ctx: &mut C, all: super::Everything);
     }
 
-    /// Takes the samples of a slot. Who implements [`Earlier`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Earlier`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveEarlier<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -2956,8 +2956,8 @@ pub mod earlier {
         fn earlier(&mut self, ctx: &mut C, member: &rc_middleware::Member, all: super::Everything);
     }
 
-    /// Takes the samples of a slot. Who implements [`EarlierMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`EarlierMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveEarlierMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -3032,8 +3032,8 @@ pub mod latest {
         fn latest(&mut self, ctx: &mut C, all: super::Everything);
     }
 
-    /// Takes the samples of a slot. Who implements [`Latest`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`Latest`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveLatest<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -3061,8 +3061,8 @@ pub mod latest {
         fn latest(&mut self, ctx: &mut C, member: &rc_middleware::Member, all: super::Everything);
     }
 
-    /// Takes the samples of a slot. Who implements [`LatestMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`LatestMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveLatestMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(

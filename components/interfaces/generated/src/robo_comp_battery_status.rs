@@ -157,8 +157,8 @@ pub mod battery_status {
         fn get_battery_state(&mut self, ctx: &mut C) -> Result<super::TBattery, GetBatteryStateError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`BatteryStatus`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`BatteryStatus`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeBatteryStatus<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -182,8 +182,8 @@ pub mod battery_status {
         ) -> Result<super::TBattery, GetBatteryStateError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`BatteryStatusMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`BatteryStatusMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeBatteryStatusMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

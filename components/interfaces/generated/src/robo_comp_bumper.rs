@@ -93,8 +93,8 @@ pub mod bumper {
         fn get_sensor_data(&mut self, ctx: &mut C) -> super::SensorStateMap;
     }
 
-    /// Answers the requests of a slot. Who implements [`Bumper`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Bumper`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeBumper<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -124,8 +124,8 @@ pub mod bumper {
         fn get_sensor_data(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::SensorStateMap;
     }
 
-    /// Answers the requests of a slot. Who implements [`BumperMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`BumperMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeBumperMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

@@ -362,8 +362,8 @@ pub mod camera {
         fn get_image(&mut self, ctx: &mut C) -> super::Image;
     }
 
-    /// Answers the requests of a slot. Who implements [`Camera`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Camera`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCamera<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -383,8 +383,8 @@ pub mod camera {
         fn get_image(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::Image;
     }
 
-    /// Answers the requests of a slot. Who implements [`CameraMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CameraMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCameraMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -410,8 +410,8 @@ pub mod camera {
         fn get_image(&mut self, ctx: &mut C, result: &mut super::ImageInPlace);
     }
 
-    /// Answers the requests of a slot. Who implements [`CameraInPlace`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CameraInPlace`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCameraInPlace<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -434,8 +434,8 @@ pub mod camera {
         fn get_image(&mut self, ctx: &mut C, member: &rc_middleware::Member, result: &mut super::ImageInPlace);
     }
 
-    /// Answers the requests of a slot. Who implements [`CameraInPlaceMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CameraInPlaceMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCameraInPlaceMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -567,8 +567,8 @@ pub mod camera_pub {
         fn new_cloud(&mut self, ctx: &mut C, cloud: super::Cloud);
     }
 
-    /// Answers the requests of a slot. Who implements [`CameraPub`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CameraPub`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCameraPub<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -588,8 +588,8 @@ pub mod camera_pub {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`CameraPub`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`CameraPub`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveCameraPub<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -622,8 +622,8 @@ pub mod camera_pub {
         fn new_cloud(&mut self, ctx: &mut C, member: &rc_middleware::Member, cloud: super::Cloud);
     }
 
-    /// Answers the requests of a slot. Who implements [`CameraPubMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CameraPubMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCameraPubMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -647,8 +647,8 @@ pub mod camera_pub {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`CameraPubMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`CameraPubMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveCameraPubMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -683,8 +683,8 @@ pub mod camera_pub {
         fn new_cloud(&mut self, ctx: &mut C, cloud: &super::CloudInPlace);
     }
 
-    /// Takes the samples of a slot. Who implements [`CameraPubInPlace`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`CameraPubInPlace`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveCameraPubInPlace<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -717,8 +717,8 @@ pub mod camera_pub {
         fn new_cloud(&mut self, ctx: &mut C, member: &rc_middleware::Member, cloud: &super::CloudInPlace);
     }
 
-    /// Takes the samples of a slot. Who implements [`CameraPubInPlaceMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`CameraPubInPlaceMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveCameraPubInPlaceMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(

@@ -229,8 +229,8 @@ pub mod camera_rgbd_simple {
         fn get_all(&mut self, ctx: &mut C, camera: String) -> Result<super::Trgbd, GetAllError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`CameraRGBDSimple`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CameraRGBDSimple`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCameraRGBDSimple<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -272,8 +272,8 @@ pub mod camera_rgbd_simple {
         ) -> Result<super::Trgbd, GetAllError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`CameraRGBDSimpleMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CameraRGBDSimpleMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCameraRGBDSimpleMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

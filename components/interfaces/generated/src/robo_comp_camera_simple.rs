@@ -77,8 +77,8 @@ pub mod camera_simple {
         fn get_image(&mut self, ctx: &mut C) -> Result<super::TImage, GetImageError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`CameraSimple`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CameraSimple`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCameraSimple<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -100,8 +100,8 @@ pub mod camera_simple {
         fn get_image(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Result<super::TImage, GetImageError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`CameraSimpleMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CameraSimpleMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCameraSimpleMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

@@ -170,8 +170,8 @@ pub mod colored_objects_pub {
         fn new_objects(&mut self, ctx: &mut C, found: super::ColoredObjects);
     }
 
-    /// Answers the requests of a slot. Who implements [`ColoredObjectsPub`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`ColoredObjectsPub`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeColoredObjectsPub<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -188,8 +188,8 @@ pub mod colored_objects_pub {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`ColoredObjectsPub`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`ColoredObjectsPub`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveColoredObjectsPub<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -217,8 +217,8 @@ pub mod colored_objects_pub {
         fn new_objects(&mut self, ctx: &mut C, member: &rc_middleware::Member, found: super::ColoredObjects);
     }
 
-    /// Answers the requests of a slot. Who implements [`ColoredObjectsPubMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`ColoredObjectsPubMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeColoredObjectsPubMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -240,8 +240,8 @@ pub mod colored_objects_pub {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`ColoredObjectsPubMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`ColoredObjectsPubMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveColoredObjectsPubMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(

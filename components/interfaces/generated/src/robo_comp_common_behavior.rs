@@ -162,8 +162,8 @@ pub mod common_behavior {
         fn get_state(&mut self, ctx: &mut C) -> super::State;
     }
 
-    /// Answers the requests of a slot. Who implements [`CommonBehavior`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CommonBehavior`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCommonBehavior<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -214,8 +214,8 @@ pub mod common_behavior {
         fn get_state(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::State;
     }
 
-    /// Answers the requests of a slot. Who implements [`CommonBehaviorMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`CommonBehaviorMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeCommonBehaviorMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

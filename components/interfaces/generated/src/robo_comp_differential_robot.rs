@@ -184,8 +184,8 @@ pub mod differential_robot {
         fn correct_odometer(&mut self, ctx: &mut C, x: i32, z: i32, alpha: f32);
     }
 
-    /// Answers the requests of a slot. Who implements [`DifferentialRobot`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`DifferentialRobot`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeDifferentialRobot<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -245,8 +245,8 @@ pub mod differential_robot {
         fn correct_odometer(&mut self, ctx: &mut C, member: &rc_middleware::Member, x: i32, z: i32, alpha: f32);
     }
 
-    /// Answers the requests of a slot. Who implements [`DifferentialRobotMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`DifferentialRobotMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeDifferentialRobotMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

@@ -124,8 +124,8 @@ pub mod full_pose_estimation {
         fn get_full_pose_euler(&mut self, ctx: &mut C) -> super::FullPoseEuler;
     }
 
-    /// Answers the requests of a slot. Who implements [`FullPoseEstimation`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`FullPoseEstimation`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeFullPoseEstimation<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -155,8 +155,8 @@ pub mod full_pose_estimation {
         fn get_full_pose_euler(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::FullPoseEuler;
     }
 
-    /// Answers the requests of a slot. Who implements [`FullPoseEstimationMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`FullPoseEstimationMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeFullPoseEstimationMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

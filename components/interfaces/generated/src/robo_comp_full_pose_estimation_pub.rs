@@ -28,8 +28,8 @@ pub mod full_pose_estimation_pub {
         fn new_full_pose(&mut self, ctx: &mut C, pose: crate::robo_comp_full_pose_estimation::FullPoseEuler);
     }
 
-    /// Answers the requests of a slot. Who implements [`FullPoseEstimationPub`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`FullPoseEstimationPub`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeFullPoseEstimationPub<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -46,8 +46,8 @@ pub mod full_pose_estimation_pub {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`FullPoseEstimationPub`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`FullPoseEstimationPub`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveFullPoseEstimationPub<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -78,8 +78,8 @@ pub mod full_pose_estimation_pub {
         );
     }
 
-    /// Answers the requests of a slot. Who implements [`FullPoseEstimationPubMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`FullPoseEstimationPubMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeFullPoseEstimationPubMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -101,8 +101,8 @@ pub mod full_pose_estimation_pub {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`FullPoseEstimationPubMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`FullPoseEstimationPubMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveFullPoseEstimationPubMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(

@@ -179,8 +179,8 @@ pub mod generic_base {
         fn get_base_pose(&mut self, ctx: &mut C) -> Result<GetBasePoseAnswer, GetBasePoseError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`GenericBase`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`GenericBase`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeGenericBase<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -210,8 +210,8 @@ pub mod generic_base {
         ) -> Result<GetBasePoseAnswer, GetBasePoseError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`GenericBaseMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`GenericBaseMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeGenericBaseMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

@@ -161,8 +161,8 @@ pub mod human_camera_body {
         fn new_people_data(&mut self, ctx: &mut C, people: super::PeopleData);
     }
 
-    /// Answers the requests of a slot. Who implements [`HumanCameraBody`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`HumanCameraBody`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeHumanCameraBody<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -179,8 +179,8 @@ pub mod human_camera_body {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`HumanCameraBody`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`HumanCameraBody`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveHumanCameraBody<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -208,8 +208,8 @@ pub mod human_camera_body {
         fn new_people_data(&mut self, ctx: &mut C, member: &rc_middleware::Member, people: super::PeopleData);
     }
 
-    /// Answers the requests of a slot. Who implements [`HumanCameraBodyMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`HumanCameraBodyMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeHumanCameraBodyMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -231,8 +231,8 @@ pub mod human_camera_body {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`HumanCameraBodyMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`HumanCameraBodyMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveHumanCameraBodyMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(

@@ -243,8 +243,8 @@ pub mod imu {
         fn reset_imu(&mut self, ctx: &mut C);
     }
 
-    /// Answers the requests of a slot. Who implements [`Imu`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Imu`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeImu<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -282,8 +282,8 @@ pub mod imu {
         fn reset_imu(&mut self, ctx: &mut C, member: &rc_middleware::Member);
     }
 
-    /// Answers the requests of a slot. Who implements [`ImuMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`ImuMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeImuMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

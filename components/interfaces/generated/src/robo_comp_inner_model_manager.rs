@@ -832,8 +832,8 @@ pub mod inner_model_manager {
         fn set_point_cloud_data(&mut self, ctx: &mut C, id: String, cloud: super::PointCloudVector);
     }
 
-    /// Answers the requests of a slot. Who implements [`InnerModelManager`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`InnerModelManager`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeInnerModelManager<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -1005,8 +1005,8 @@ pub mod inner_model_manager {
         );
     }
 
-    /// Answers the requests of a slot. Who implements [`InnerModelManagerMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`InnerModelManagerMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeInnerModelManagerMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

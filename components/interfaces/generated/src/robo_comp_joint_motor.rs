@@ -397,8 +397,8 @@ pub mod joint_motor {
         fn get_bus_params(&mut self, ctx: &mut C) -> super::BusParams;
     }
 
-    /// Answers the requests of a slot. Who implements [`JointMotor`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`JointMotor`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeJointMotor<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -487,8 +487,8 @@ pub mod joint_motor {
         fn get_bus_params(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::BusParams;
     }
 
-    /// Answers the requests of a slot. Who implements [`JointMotorMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`JointMotorMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeJointMotorMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

@@ -145,8 +145,8 @@ pub mod laser {
         fn get_laser_conf_data(&mut self, ctx: &mut C) -> super::LaserConfData;
     }
 
-    /// Answers the requests of a slot. Who implements [`Laser`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Laser`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeLaser<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -179,8 +179,8 @@ pub mod laser {
         fn get_laser_conf_data(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::LaserConfData;
     }
 
-    /// Answers the requests of a slot. Who implements [`LaserMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`LaserMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeLaserMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

@@ -28,8 +28,8 @@ pub mod laser_pub {
         fn push_laser_data(&mut self, ctx: &mut C, laser_data: crate::robo_comp_laser::TLaserData);
     }
 
-    /// Answers the requests of a slot. Who implements [`LaserPub`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`LaserPub`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeLaserPub<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -46,8 +46,8 @@ pub mod laser_pub {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`LaserPub`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`LaserPub`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveLaserPub<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -77,8 +77,8 @@ pub mod laser_pub {
         );
     }
 
-    /// Answers the requests of a slot. Who implements [`LaserPubMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`LaserPubMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeLaserPubMembers<C, S = ()> {
         /// Answers one request.
         fn serve(
@@ -100,8 +100,8 @@ pub mod laser_pub {
         }
     }
 
-    /// Takes the samples of a slot. Who implements [`LaserPubMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`LaserPubMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveLaserPubMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(

@@ -189,8 +189,8 @@ pub mod lidar3_d {
         fn get_lidar_data_array_proyected_in_image(&mut self, ctx: &mut C, name: String) -> super::TDataImage;
     }
 
-    /// Answers the requests of a slot. Who implements [`Lidar3D`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Lidar3D`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeLidar3D<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -242,8 +242,8 @@ pub mod lidar3_d {
         ) -> super::TDataImage;
     }
 
-    /// Answers the requests of a slot. Who implements [`Lidar3DMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Lidar3DMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeLidar3DMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

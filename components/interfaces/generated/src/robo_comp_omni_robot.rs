@@ -187,8 +187,8 @@ pub mod omni_robot {
         fn correct_odometer(&mut self, ctx: &mut C, x: i32, z: i32, alpha: f32) -> Result<(), CorrectOdometerError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`OmniRobot`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`OmniRobot`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeOmniRobot<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -253,8 +253,8 @@ pub mod omni_robot {
         ) -> Result<(), CorrectOdometerError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`OmniRobotMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`OmniRobotMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeOmniRobotMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

@@ -401,8 +401,8 @@ pub mod rgbd {
         fn get_xyz(&mut self, ctx: &mut C) -> Result<GetXYZAnswer, GetXYZError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`Rgbd`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Rgbd`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeRgbd<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -452,8 +452,8 @@ pub mod rgbd {
         fn get_xyz(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Result<GetXYZAnswer, GetXYZError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`RgbdMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`RgbdMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeRgbdMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

@@ -86,8 +86,8 @@ pub mod speech {
         fn enable_synchronization(&mut self, ctx: &mut C, request_: super::DataenableSynchronizationin);
     }
 
-    /// Answers the requests of a slot. Who implements [`Speech`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Speech`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeSpeech<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -120,8 +120,8 @@ pub mod speech {
         );
     }
 
-    /// Answers the requests of a slot. Who implements [`SpeechMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`SpeechMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeSpeechMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

@@ -38,8 +38,8 @@ pub mod touch_sensor {
         fn get_values(&mut self, ctx: &mut C) -> super::SensorMap;
     }
 
-    /// Answers the requests of a slot. Who implements [`TouchSensor`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`TouchSensor`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeTouchSensor<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -61,8 +61,8 @@ pub mod touch_sensor {
         fn get_values(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::SensorMap;
     }
 
-    /// Answers the requests of a slot. Who implements [`TouchSensorMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`TouchSensorMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeTouchSensorMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

@@ -213,8 +213,8 @@ pub mod ultrasound {
         fn get_all_sensor_distances(&mut self, ctx: &mut C) -> Result<super::SensorsState, GetAllSensorDistancesError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`Ultrasound`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`Ultrasound`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeUltrasound<C, S = ()> {
         /// Answers one request.
         fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
@@ -270,8 +270,8 @@ pub mod ultrasound {
         ) -> Result<super::SensorsState, GetAllSensorDistancesError>;
     }
 
-    /// Answers the requests of a slot. Who implements [`UltrasoundMembers`] does; a worker may implement this trait instead, and let
-    /// a value answer.
+    /// Answers the requests of a slot. Each implementor of [`UltrasoundMembers`] has this trait. A worker may implement it directly, and
+    /// let a value answer.
     pub trait ServeUltrasoundMembers<C, S = ()> {
         /// Answers one request.
         fn serve(

@@ -139,8 +139,8 @@ pub mod transform_pub {
         fn transforms(&mut self, ctx: &mut C, transforms: Vec<super::TransformStamped>);
     }
 
-    /// Takes the samples of a slot. Who implements [`TransformPub`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`TransformPub`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveTransformPub<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
@@ -168,8 +168,8 @@ pub mod transform_pub {
         fn transforms(&mut self, ctx: &mut C, member: &rc_middleware::Member, transforms: Vec<super::TransformStamped>);
     }
 
-    /// Takes the samples of a slot. Who implements [`TransformPubMembers`] does; a worker may implement this trait instead, and let
-    /// a value take them.
+    /// Takes the samples of a slot. Each implementor of [`TransformPubMembers`] has this trait. A worker may implement it directly, and
+    /// let a value take them.
     pub trait ReceiveTransformPubMembers<C, S = ()> {
         /// Takes one sample of the topic with this number.
         fn receive(
