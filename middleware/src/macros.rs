@@ -226,7 +226,8 @@ macro_rules! publisher {
         }
 
         impl $name {
-            /// Publishes each topic through the publisher that `open` returns for its number, from 0.
+            /// Publishes each topic through the publisher that `open` returns for its number,
+            /// from 0.
             ///
             /// # Errors
             /// That of `open`.

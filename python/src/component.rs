@@ -148,7 +148,8 @@ impl PythonComponent {
         })
     }
 
-    /// Runs a hook in a state that an emergency does not change: only a fatal error has a consequence.
+    /// Runs a hook in a state that an emergency does not change. Only a fatal error ends the
+    /// component.
     fn quiet_hook(&mut self, name: &str) {
         match self.call(name) {
             Ok(()) => {}
