@@ -160,9 +160,11 @@ fn serve(network: &Network, stop: &WakeEvent, sizes: &Receiver<usize>, ready: &d
             let size = sizes.recv_timeout(LIMIT).expect("a size");
             *buffer.body() = reply(id, RIGHT, size);
         };
-        while server.serve(&mut handle).expect("requests") {}
+        while server.serve(&mut handle).expect("requests") {
+            // A writer refuses a reply while a large one before it waits for its acknowledgement.
+            backend.linger(LIMIT);
+        }
     }
-    backend.linger(LIMIT);
 }
 
 fn until(gauge: &QueueGauge, dropped: u64) {
