@@ -56,7 +56,9 @@ impl Unit {
             }
             ComponentMessage::Ready => {
                 self.heard = Instant::now();
-                self.lifecycle_runs();
+                if let Some(control) = &mut self.lifecycle {
+                    control.loop_runs();
+                }
                 self.note_ready(report);
             }
             ComponentMessage::Lifecycle(change) => {

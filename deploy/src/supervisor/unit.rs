@@ -318,7 +318,9 @@ impl Unit {
         self.hung = None;
         self.garbage = 0;
         self.health = HealthMonitor::new(&self.component);
-        self.begin_lifecycle();
+        if let Some(control) = &mut self.lifecycle {
+            control.begin_run();
+        }
         self.phase = Phase::Alive(Running {
             handle,
             closed: None,

@@ -327,7 +327,8 @@ fn step(group: &mut Group, i: usize) {
     let bench = &mut group.benches[i];
     let goal = bench.unit.next_goal().expect("a goal");
     bench.unit.send_goal(goal, Duration::from_secs(5));
-    let number = bench.unit.lifecycle.as_ref().expect("it is managed").number;
+    let control = bench.unit.lifecycle.as_ref();
+    let (number, _) = control.expect("it is managed").sent();
     bench.report(goal, number, None);
 }
 

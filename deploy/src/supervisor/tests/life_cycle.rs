@@ -229,15 +229,6 @@ fn a_unit_that_is_asked_to_end_has_no_goals() {
     bench.unit.ask_to_stop();
     assert_eq!(bench.unit.goal_deadline(), None);
     bench.report(Inactive, 3, None);
-    assert!(
-        !bench
-            .unit
-            .lifecycle
-            .as_ref()
-            .expect("it is managed")
-            .run
-            .is_steady
-    );
     assert_eq!(bench.unit.next_goal(), None);
 
     let mut bench = Bench::managed(Active);

@@ -100,7 +100,8 @@ impl Bench {
             };
             assert!(turn < MOST_TURNS, "{goal:?} is never reached");
             bench.unit.send_goal(goal, limit);
-            let number = bench.unit.lifecycle.as_ref().expect("it is managed").number;
+            let control = bench.unit.lifecycle.as_ref();
+            let (number, _) = control.expect("it is managed").sent();
             bench.report(goal, number, None);
         }
         assert!(bench.unit.is_settled());

@@ -175,8 +175,8 @@ impl Net {
         let Some(control) = &self.units[i].lifecycle else {
             return;
         };
-        let (number, sent) = (control.number, control.run.sent);
-        let state = sent.map_or(control.run.state.unwrap_or(Unconfigured), |(goal, _)| goal);
+        let (number, sent) = control.sent();
+        let state = sent.or(control.state()).unwrap_or(Unconfigured);
         self.report_state(i, state, number);
     }
 
@@ -200,8 +200,8 @@ impl Net {
     /// The units that were told a goal which they have not reached.
     pub(super) fn told(&self) -> Vec<(&str, LifecycleState)> {
         let told = self.units.iter().filter_map(|unit| {
-            let (goal, _) = unit.lifecycle.as_ref()?.run.sent?;
-            Some((unit.name(), goal))
+            let (_, goal) = unit.lifecycle.as_ref()?.sent();
+            Some((unit.name(), goal?))
         });
         told.collect()
     }
