@@ -83,6 +83,11 @@ impl DeadNodes {
                 return (removed as usize, is_complete);
             }
             if leader.is_leader() {
+                // Another process may have completed a round since the counters were read.
+                if counter.read().completed > before.begun {
+                    leader.resign();
+                    continue;
+                }
                 let removed = || counter.read().removed.saturating_sub(before.removed);
                 let mut goes_on = |name: Option<&str>| goes_on(name) && !suffices(removed());
                 let is_complete = self.round(&mut leader, &counter, &mut goes_on);

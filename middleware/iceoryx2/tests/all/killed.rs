@@ -9,6 +9,7 @@ use rustix::fs::{FlockOperation, flock};
 use std::fs::File;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
 #[test]
@@ -179,27 +180,48 @@ fn one_clean_up_serves_all_that_wait() {
         .environment("holder")
         .directory
         .middleware(rc_iceoryx2::NAME);
-    // Each process cleans up some time after it has joined.
-    until("no process cleans up", || {
-        let before = rounds(&root);
-        wait(&[], Duration::from_millis(400));
-        before[0] == before[1] && before == rounds(&root)
-    });
+    // No process cleans up, nor begins to.
+    let leading = lead(&root);
     let before = rounds(&root);
-    // One that still runs cleans up after those that were killed before it, and is killed before
-    // it has counted what it removed.
-    killed.iter().for_each(Process::stop);
     killed.iter_mut().for_each(Process::kill);
+    let (waits, waiting) = channel();
     std::thread::scope(|scope| {
+        // A panic drops it, and the others do not wait for ever.
+        let leading = leading;
         for holder in &holders {
-            scope.spawn(|| holder.clean());
+            let mut waits = Some(waits.clone());
+            scope.spawn(move || {
+                holder.clean_while(&mut |_| {
+                    if let Some(waits) = waits.take() {
+                        waits.send(()).expect("a test that waits");
+                    }
+                    true
+                });
+            });
         }
+        for _ in &holders {
+            waiting.recv_timeout(LIMIT).expect("a holder that waits");
+        }
+        drop(leading);
     });
-    // One that the first begins, and one for those that came after it had begun.
     let [begun, completed, removed] = rounds(&root);
     assert_eq!(removed - before[2], DEAD as u64);
-    assert!(begun - before[0] <= 3, "{} rounds", begun - before[0]);
+    assert_eq!(begun - before[0], 1);
     assert_eq!(completed, begun);
+}
+
+/// Takes the place of each process that may clean up, and of those that follow a stopped one.
+fn lead(root: &Path) -> Vec<File> {
+    let names = ["lock", "lock1", "lock2", "lock3"];
+    let files = names.map(|name| {
+        let mut options = File::options();
+        let file = options.create(true).truncate(false).write(true);
+        let file = file.open(root.join("cleaning").with_extension(name));
+        let file = file.expect("a lock file");
+        flock(&file, FlockOperation::LockExclusive).expect("the lock of clean-ups");
+        file
+    });
+    files.into()
 }
 
 /// How many clean-ups have begun, how many were completed, and how many nodes they removed: the
